@@ -1,0 +1,175 @@
+"""Configuration: each parameter's default, bounds, unit and text live in one dataclass field."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from arjuna_core.errors import ConfigError, nearest
+
+T = TypeVar("T")
+_KEY = "arjuna"
+
+
+@dataclass(frozen=True)
+class ParamInfo:
+    """What is known of a parameter beside its name, type and default.
+
+    Attributes:
+        description: One sentence.
+        unit: SI unit, or "" for none.
+        minimum: Least valid value, inclusive.
+        maximum: Greatest valid value, inclusive.
+        choices: The valid values where only some are.
+        read_only: Whether it is fixed once the component runs.
+    """
+
+    description: str
+    unit: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[Any, ...] = ()
+    read_only: bool = False
+
+
+def param(
+    default: Any,
+    description: str,
+    *,
+    unit: str = "",
+    minimum: float | None = None,
+    maximum: float | None = None,
+    choices: Sequence[Any] = (),
+    read_only: bool = False,
+) -> Any:
+    """Declare one parameter as a field of a frozen dataclass.
+
+    Args:
+        default: The default; tuples serve as lists.
+        description: One sentence for `--help`, docs and ROS descriptors.
+        unit: SI unit.
+        minimum: Least valid value.
+        maximum: Greatest valid value.
+        choices: The valid values where only some are.
+        read_only: Whether it is fixed once the component runs.
+    """
+    info = ParamInfo(description, unit, minimum, maximum, tuple(choices), read_only)
+    return dataclasses.field(default=default, metadata={_KEY: info})
+
+
+def info_of(field: dataclasses.Field[Any]) -> ParamInfo:
+    """Return a field's parameter information."""
+    info: ParamInfo = field.metadata[_KEY]
+    return info
+
+
+def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
+    """Return a config dataclass as `{dotted name: value}`, nested dataclasses as prefixes."""
+    result: dict[str, Any] = {}
+    for item in dataclasses.fields(config):
+        value = getattr(config, item.name)
+        if dataclasses.is_dataclass(value):
+            result.update(flatten(value, f"{prefix}{item.name}."))
+        else:
+            result[prefix + item.name] = value
+    return result
+
+
+def load(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
+    """Build a config from a mapping, nested or with dotted names.
+
+    Args:
+        cls: A frozen dataclass whose fields come from `param` or are such dataclasses themselves.
+        values: The values that differ from the defaults.
+        where: What to name in errors, a file or a node.
+
+    Raises:
+        ConfigError: A key is unknown, a value of the wrong type or outside its bounds.
+    """
+    return _build(cls, dict(_flat_mapping(values)), "", f"{where}: " if where else "")
+
+
+def _flat_mapping(values: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    pairs: list[tuple[str, Any]] = []
+    for key, value in values.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, Mapping):
+            pairs.extend(_flat_mapping(value, f"{name}."))
+        else:
+            pairs.append((name, value))
+    return pairs
+
+
+def _build(cls: type[T], flat: dict[str, Any], prefix: str, where: str) -> T:
+    hints = get_type_hints(cls)
+    arguments: dict[str, Any] = {}
+    known: list[str] = []
+    for item in dataclasses.fields(cls):  # type: ignore[arg-type]
+        name, hint = prefix + item.name, hints[item.name]
+        if dataclasses.is_dataclass(hint):
+            nested = {k: v for k, v in flat.items() if k.startswith(f"{name}.")}
+            arguments[item.name] = _build(hint, nested, f"{name}.", where)  # type: ignore[arg-type]
+            known.extend(nested)
+            continue
+        known.append(name)
+        if name in flat:
+            arguments[item.name] = check(name, flat[name], hint, info_of(item), where)
+    for name in flat:
+        if name not in known:
+            valid = flatten(cls(), prefix)
+            raise ConfigError(f"{where}unknown parameter '{name}'; {nearest(name, valid)}")
+    return cls(**arguments)
+
+
+def check(name: str, value: Any, hint: Any, info: ParamInfo, where: str = "") -> Any:
+    """Return a value converted to its parameter's type.
+
+    Args:
+        name: The parameter, for the message.
+        value: What was given.
+        hint: The field's type: bool, int, float, str, `tuple[T, ...]` or one of them or None.
+        info: Bounds and choices.
+        where: Prefix of the message.
+
+    Raises:
+        ConfigError: The value is of the wrong type, not finite, out of bounds or no valid choice.
+    """
+    result = _convert(name, value, hint, where)
+    for scalar in result if isinstance(result, tuple) else (result,):
+        _check_bounds(name, scalar, info, where)
+    return result
+
+
+def _convert(name: str, value: Any, hint: Any, where: str) -> Any:
+    if get_origin(hint) in (Union, types.UnionType):
+        if value is None:
+            return None
+        hint = next(arm for arm in get_args(hint) if arm is not type(None))
+    if get_origin(hint) is tuple:
+        if isinstance(value, str) or not isinstance(value, Sequence):
+            raise ConfigError(f"{where}'{name}' must be a list, got {value!r}")
+        return tuple(_convert(name, entry, get_args(hint)[0], where) for entry in value)
+    if hint is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not hint:
+        raise ConfigError(
+            f"{where}'{name}' must be {hint.__name__}, got {value!r} ({type(value).__name__})"
+        )
+    return value
+
+
+def _check_bounds(name: str, value: Any, info: ParamInfo, where: str) -> None:
+    unit = f" {info.unit}" if info.unit else ""
+    if isinstance(value, float) and math.isnan(value):
+        raise ConfigError(f"{where}'{name}' is not a number")
+    if info.minimum is not None and value is not None and value < info.minimum:
+        raise ConfigError(f"{where}'{name}' is {value}; the least valid is {info.minimum}{unit}")
+    if info.maximum is not None and value is not None and value > info.maximum:
+        raise ConfigError(f"{where}'{name}' is {value}; the greatest valid is {info.maximum}{unit}")
+    if info.choices and value not in info.choices:
+        valid = ", ".join(str(choice) for choice in info.choices)
+        raise ConfigError(f"{where}'{name}' is {value!r}; valid: {valid}")

@@ -1,0 +1,103 @@
+"""Regular 2D grids: where a cell lies, and the occupancy grid that maps are exchanged in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import IDENTITY, SE2
+
+UNKNOWN = -1
+FREE = 0
+OCCUPIED = 100
+
+
+@dataclass(frozen=True)
+class GridFrame:
+    """Where a grid lies: cell (row, column) covers `resolution` squared, row 0 lowest in y.
+
+    Attributes:
+        resolution: Edge of a cell [m].
+        width: Number of columns (x).
+        height: Number of rows (y).
+        origin: Pose of the lower-left corner of cell (0, 0) in the grid's frame.
+    """
+
+    resolution: float
+    width: int
+    height: int
+    origin: SE2 = IDENTITY
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns, the shape of an array over this grid."""
+        return self.height, self.width
+
+    def to_cells(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the `(row, column)` of each point, `(N, 2)` [m] to `(N, 2) int64`.
+
+        Cells outside the grid come back as they fall, negative or too large.
+        """
+        local = self.origin.inverse().apply(points) / self.resolution
+        return np.floor(local[:, ::-1]).astype(np.int64)
+
+    def to_points(self, cells: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the centres [m] of cells `(N, 2)` of `(row, column)`, as `(N, 2) float64`."""
+        corners = cells[:, ::-1].astype(np.float64)
+        return self.origin.apply((corners + 0.5) * self.resolution)
+
+    def to_cell(self, x: float, y: float) -> tuple[int, int]:
+        """Return the `(row, column)` of one point [m]; it may lie outside the grid."""
+        row, column = self.to_cells(np.array([[x, y]]))[0]
+        return int(row), int(column)
+
+    def to_point(self, row: int, column: int) -> tuple[float, float]:
+        """Return the centre [m] of one cell."""
+        x, y = self.to_points(np.array([[row, column]]))[0]
+        return float(x), float(y)
+
+    def contains(self, row: int, column: int) -> bool:
+        """Tell whether the cell lies in the grid."""
+        return 0 <= row < self.height and 0 <= column < self.width
+
+    def inside(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Tell for each of `(N, 2)` cells whether it lies in the grid, `(N,) bool`."""
+        return (
+            (cells[:, 0] >= 0)
+            & (cells[:, 0] < self.height)
+            & (cells[:, 1] >= 0)
+            & (cells[:, 1] < self.width)
+        )
+
+
+@dataclass(frozen=True)
+class OccupancyGrid:
+    """A map: occupancy in per cent, as nav_msgs/OccupancyGrid has it.
+
+    Attributes:
+        frame: Where the grid lies.
+        data: `(height, width) int8`, -1 unknown, 0 free to 100 occupied.
+        stamp: Time of the map [s].
+    """
+
+    frame: GridFrame
+    data: NDArray[np.int8]
+    stamp: float = field(default=0.0)
+
+    def __post_init__(self) -> None:
+        if self.data.shape != self.frame.shape:
+            raise ValueError(f"data has shape {self.data.shape}, the frame {self.frame.shape}")
+
+    def occupied(self, threshold: int = 65) -> NDArray[np.bool_]:
+        """Return the mask of cells at or above a threshold [%], `(height, width) bool`."""
+        return self.data >= threshold
+
+    def free(self, threshold: int = 25) -> NDArray[np.bool_]:
+        """Return the mask of known cells at or below a threshold [%], `(height, width) bool`."""
+        return (self.data >= 0) & (self.data <= threshold)
+
+    def unknown(self) -> NDArray[np.bool_]:
+        """Return the mask of unknown cells, `(height, width) bool`."""
+        return self.data < 0

@@ -1,0 +1,1 @@
+"""rclpy code that every node shares."""

@@ -1,0 +1,109 @@
+"""Rigid motions of the plane, SE(2): poses, their composition and their logarithm."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+_SMALL_ANGLE = 1e-9
+
+
+@overload
+def wrap(angle: float) -> float: ...
+@overload
+def wrap(angle: NDArray[np.float64]) -> NDArray[np.float64]: ...
+def wrap(angle: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
+    """Wrap an angle [rad], scalar or array, to [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+@dataclass(frozen=True)
+class SE2:
+    """A pose or transform of the plane.
+
+    `T_a_b` maps coordinates in frame b into frame a; `T_a_c = T_a_b @ T_b_c`.
+
+    Attributes:
+        x: Translation [m].
+        y: Translation [m].
+        theta: Rotation [rad], not wrapped by the constructor.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    theta: float = 0.0
+
+    def __matmul__(self, other: SE2) -> SE2:
+        """Compose two transforms; the angle of the result is wrapped to [-pi, pi)."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return SE2(
+            self.x + c * other.x - s * other.y,
+            self.y + s * other.x + c * other.y,
+            wrap(self.theta + other.theta),
+        )
+
+    def inverse(self) -> SE2:
+        """Return the transform that undoes this one."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return SE2(-c * self.x - s * self.y, s * self.x - c * self.y, wrap(-self.theta))
+
+    def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Map points `(N, 2) float64` [m] from the right-hand frame into the left-hand one."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        result: NDArray[np.float64] = points @ np.array([[c, s], [-s, c]])
+        result += (self.x, self.y)
+        return result
+
+    def distance(self, other: SE2) -> float:
+        """Return the distance between the two origins [m]."""
+        return math.hypot(other.x - self.x, other.y - self.y)
+
+    def array(self) -> NDArray[np.float64]:
+        """Return `(x, y, theta)` as a `(3,) float64` array [m, m, rad]."""
+        return np.array([self.x, self.y, self.theta])
+
+    def matrix(self) -> NDArray[np.float64]:
+        """Return the homogeneous matrix, `(3, 3) float64`."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return np.array([[c, -s, self.x], [s, c, self.y], [0.0, 0.0, 1.0]])
+
+    @staticmethod
+    def from_array(values: NDArray[np.float64]) -> SE2:
+        """Build a pose from `(3,)` values `x, y, theta` [m, m, rad]."""
+        return SE2(float(values[0]), float(values[1]), float(values[2]))
+
+    @staticmethod
+    def exp(tangent: NDArray[np.float64]) -> SE2:
+        """Exponential map of a `(3,)` twist `vx, vy, omega` over unit time.
+
+        Source: Sola et al., A micro Lie theory, 2018, appendix C.
+        """
+        vx, vy, w = (float(v) for v in tangent)
+        if abs(w) < _SMALL_ANGLE:
+            return SE2(vx, vy, w)
+        a, b = math.sin(w) / w, (1.0 - math.cos(w)) / w
+        return SE2(a * vx - b * vy, b * vx + a * vy, wrap(w))
+
+    def log(self) -> NDArray[np.float64]:
+        """Logarithm: the `(3,) float64` twist whose `exp` is this transform."""
+        w = wrap(self.theta)
+        if abs(w) < _SMALL_ANGLE:
+            return np.array([self.x, self.y, w])
+        a, b = math.sin(w) / w, (1.0 - math.cos(w)) / w
+        scale = 1.0 / (a * a + b * b)
+        return np.array([scale * (a * self.x + b * self.y), scale * (a * self.y - b * self.x), w])
+
+    def interpolate(self, other: SE2, ratio: float) -> SE2:
+        """Interpolate along the straight line and the shorter turn; ratio 0 is self, 1 is other."""
+        return SE2(
+            self.x + ratio * (other.x - self.x),
+            self.y + ratio * (other.y - self.y),
+            wrap(self.theta + ratio * wrap(other.theta - self.theta)),
+        )
+
+
+IDENTITY = SE2()

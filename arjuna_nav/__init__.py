@@ -1,0 +1,1 @@
+"""Costmaps, planners, controllers, behaviours, navigator. Free of ROS outside `nodes`."""

@@ -1,0 +1,1 @@
+"""Lifecycle nodes around the navigation cores."""

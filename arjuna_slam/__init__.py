@@ -1,0 +1,1 @@
+"""Pose-graph SLAM and Monte Carlo localization. Free of ROS outside `nodes`."""

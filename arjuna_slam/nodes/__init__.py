@@ -1,0 +1,1 @@
+"""Lifecycle nodes around SLAM, AMCL and maps."""

@@ -1,0 +1,1 @@
+"""The orchestrator: `python -m bringup sim|slam|nav|demo`."""
