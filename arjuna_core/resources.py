@@ -1,0 +1,15 @@
+"""Where the files that ship with Arjuna are: robots, worlds, maps, parameters."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+_CHECKOUT = Path(__file__).resolve().parent.parent
+_INSTALLED = Path(sys.prefix) / "share" / "arjuna"
+
+
+def resource(relative: str) -> Path:
+    """Return the path of a shipped file such as `urdf/arjuna.urdf`, in a checkout or installed."""
+    in_checkout = _CHECKOUT / relative
+    return in_checkout if in_checkout.exists() else _INSTALLED / relative

@@ -1,0 +1,252 @@
+"""Action servers and clients that never block: goals are polled or answered by callbacks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+
+from arjuna_core.ros.node import ManagedNode
+
+
+class _DeferredActionServer(ActionServer):
+    """An action server whose goals stay executing until `finish`.
+
+    rclpy runs a goal inside its execute callback; a goal that lasts would have to block there.
+    """
+
+    def notify_execute(self, goal_handle: Any, execute_callback: Any) -> None:
+        """Leave the goal executing."""
+
+    def finish(self, handle: ServerGoalHandle, result: Any) -> None:
+        """Send the result of a goal whose final state is set."""
+        super().notify_execute(handle, lambda _: result)
+
+
+class GoalServer:
+    """One goal at a time, the newest wins: nav2_util::SimpleActionServer's contract.
+
+    A new goal while one runs waits as pending (an older pending one is aborted); the node sees
+    `preempt_requested` and calls `accept_pending`, which aborts the running goal, or goes on.
+
+    Args:
+        node: The node; goals are rejected unless it is active.
+        action_type: The action.
+        name: The action's name.
+        on_goal: Called after a goal became current or pending, to act on it at once.
+        admit: Given a goal, says why it is rejected, or None.
+    """
+
+    def __init__(
+        self,
+        node: ManagedNode,
+        action_type: Any,
+        name: str,
+        on_goal: Callable[[], None] | None = None,
+        admit: Callable[[Any], str | None] | None = None,
+    ) -> None:
+        self._node = node
+        self._name = name
+        self._action_type = action_type
+        self._on_goal = on_goal
+        self._admit = admit
+        self._current: ServerGoalHandle | None = None
+        self._pending: ServerGoalHandle | None = None
+        self._server = _DeferredActionServer(
+            node,
+            action_type,
+            name,
+            execute_callback=lambda handle: None,
+            goal_callback=self._on_request,
+            handle_accepted_callback=self._on_accepted,
+            cancel_callback=lambda handle: CancelResponse.ACCEPT,
+        )
+
+    @property
+    def goal(self) -> Any | None:
+        """The running goal, or None."""
+        return self._current.request if self._current is not None else None
+
+    @property
+    def preempt_requested(self) -> bool:
+        """Whether a newer goal waits."""
+        return self._pending is not None
+
+    @property
+    def cancel_requested(self) -> bool:
+        """Whether the client asked to cancel the running goal (and no newer one waits)."""
+        return self._current is not None and bool(self._current.is_cancel_requested)
+
+    def _on_request(self, goal: Any) -> GoalResponse:
+        reason = "the node is not active" if not self._node.active else None
+        if reason is None and self._admit is not None:
+            reason = self._admit(goal)
+        if reason is not None:
+            self._node.get_logger().warning(f"{self._name}: goal rejected: {reason}")
+            return GoalResponse.REJECT
+        return GoalResponse.ACCEPT
+
+    def _on_accepted(self, handle: ServerGoalHandle) -> None:
+        handle.execute()
+        if self._current is None:
+            self._current = handle
+        else:
+            if self._pending is not None:
+                self._end(self._pending, self._action_type.Result(), "abort")
+            self._pending = handle
+        if self._on_goal is not None:
+            self._on_goal()
+
+    def accept_pending(self) -> Any:
+        """Abort the running goal, make the pending one current and return it.
+
+        Raises:
+            RuntimeError: No goal is pending.
+        """
+        if self._pending is None:
+            raise RuntimeError("no goal is pending")
+        if self._current is not None:
+            self._finish(self._action_type.Result(), "abort")
+        self._current, self._pending = self._pending, None
+        goal: Any = self._current.request
+        return goal
+
+    def feedback(self, message: Any) -> None:
+        """Publish feedback on the running goal."""
+        if self._current is not None:
+            self._current.publish_feedback(message)
+
+    def succeed(self, result: Any) -> None:
+        """End the running goal as succeeded."""
+        self._finish(result, "succeed")
+
+    def abort(self, result: Any) -> None:
+        """End the running goal as aborted."""
+        self._finish(result, "abort")
+
+    def cancel(self, result: Any) -> None:
+        """End the running goal as cancelled, after the client asked for it."""
+        self._finish(result, "canceled")
+
+    def abort_all(self) -> None:
+        """End the running and the pending goal as aborted: the node was deactivated."""
+        if self._pending is not None:
+            self._end(self._pending, self._action_type.Result(), "abort")
+            self._pending = None
+        self._finish(self._action_type.Result(), "abort")
+
+    def _finish(self, result: Any, how: str) -> None:
+        if self._current is not None:
+            handle, self._current = self._current, None
+            self._end(handle, result, how)
+
+    def _end(self, handle: ServerGoalHandle, result: Any, how: str) -> None:
+        if how == "canceled" and not handle.is_cancel_requested:
+            how = "abort"
+        getattr(handle, how)()
+        self._server.finish(handle, result)
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        self._server.destroy()
+
+
+@dataclass(frozen=True)
+class GoalOutcome:
+    """How a goal ended for its client.
+
+    Attributes:
+        accepted: Whether the server took it.
+        status: A GoalStatus constant.
+        result: The action's result message; None if it was not accepted.
+    """
+
+    accepted: bool
+    status: int
+    result: Any | None
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the goal was reached."""
+        return self.status == GoalStatus.STATUS_SUCCEEDED
+
+
+class GoalClient:
+    """Sends goals and hands back outcomes by callback; only the newest goal's outcome counts.
+
+    Args:
+        node: The node.
+        action_type: The action.
+        name: The action's name.
+    """
+
+    def __init__(self, node: ManagedNode, action_type: Any, name: str) -> None:
+        self.name = name
+        self._client = ActionClient(node, action_type, name)
+        self._handle: Any | None = None
+        self._sequence = 0
+        self._cancel_when_accepted = False
+
+    @property
+    def ready(self) -> bool:
+        """Whether a server is there."""
+        return bool(self._client.server_is_ready())
+
+    @property
+    def busy(self) -> bool:
+        """Whether a goal is running."""
+        return self._handle is not None
+
+    def send(
+        self,
+        goal: Any,
+        on_outcome: Callable[[GoalOutcome], None],
+        on_feedback: Callable[[Any], None] | None = None,
+    ) -> None:
+        """Send a goal; an earlier goal's outcome is no longer reported."""
+        self._sequence += 1
+        sequence = self._sequence
+        self._cancel_when_accepted = False
+        self._handle = None
+
+        def feedback(message: Any) -> None:
+            if on_feedback is not None and sequence == self._sequence:
+                on_feedback(message.feedback)
+
+        def outcome(value: GoalOutcome) -> None:
+            if sequence == self._sequence:
+                self._handle = None
+                on_outcome(value)
+
+        future = self._client.send_goal_async(goal, feedback_callback=feedback)
+        future.add_done_callback(lambda done: self._on_response(done.result(), sequence, outcome))
+
+    def _on_response(
+        self, handle: Any, sequence: int, outcome: Callable[[GoalOutcome], None]
+    ) -> None:
+        if not handle.accepted:
+            outcome(GoalOutcome(False, GoalStatus.STATUS_UNKNOWN, None))
+            return
+        if sequence == self._sequence:
+            self._handle = handle
+            if self._cancel_when_accepted:
+                handle.cancel_goal_async()
+        future = handle.get_result_async()
+        future.add_done_callback(
+            lambda done: outcome(GoalOutcome(True, done.result().status, done.result().result))
+        )
+
+    def cancel(self) -> None:
+        """Ask the server to cancel the running goal; its outcome is still reported."""
+        if self._handle is not None:
+            self._handle.cancel_goal_async()
+        else:
+            self._cancel_when_accepted = True
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        self._client.destroy()

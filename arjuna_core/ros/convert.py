@@ -1,0 +1,185 @@
+"""Messages to core types and back: the only place that knows both."""
+
+from __future__ import annotations
+
+import array
+import math
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Duration, Time
+from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Transform, TransformStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from nav_msgs.msg import Path
+from numpy.typing import NDArray
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
+
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import IDENTITY, SE2
+
+_NANO = 1_000_000_000
+
+
+def seconds(stamp: Any) -> float:
+    """Return a Time or Duration message as seconds [s]."""
+    return float(stamp.sec) + float(stamp.nanosec) / _NANO
+
+
+def time_msg(now: float) -> Time:
+    """Return a time [s] as a Time message, to the nearest nanosecond."""
+    sec, nanosec = divmod(round(now * _NANO), _NANO)
+    return Time(sec=sec, nanosec=nanosec)
+
+
+def duration_msg(duration: float) -> Duration:
+    """Return a duration [s] as a Duration message, to the nearest nanosecond."""
+    sec, nanosec = divmod(round(duration * _NANO), _NANO)
+    return Duration(sec=sec, nanosec=nanosec)
+
+
+def header(frame_id: str, now: float) -> Header:
+    """Return a header for a frame and a time [s]."""
+    return Header(frame_id=frame_id, stamp=time_msg(now))
+
+
+def quaternion(yaw: float) -> Quaternion:
+    """Return a rotation about z [rad] as a quaternion."""
+    return Quaternion(z=math.sin(yaw / 2.0), w=math.cos(yaw / 2.0))
+
+
+def yaw(rotation: Quaternion) -> float:
+    """Return the rotation about z [rad] of a quaternion, which need not be normalised.
+
+    Raises:
+        ValueError: The quaternion is zero or not finite.
+    """
+    x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
+    norm = x * x + y * y + z * z + w * w
+    if not math.isfinite(norm) or norm < 1e-12:
+        raise ValueError(f"quaternion ({x}, {y}, {z}, {w}) is no rotation")
+    return math.atan2(2.0 * (w * z + x * y), norm - 2.0 * (y * y + z * z))
+
+
+def pose_msg(pose: SE2) -> Pose:
+    """Return a planar pose as a Pose message."""
+    message = Pose(orientation=quaternion(pose.theta))
+    message.position.x, message.position.y = pose.x, pose.y
+    return message
+
+
+def se2_from_pose(message: Pose) -> SE2:
+    """Return a Pose message's planar part.
+
+    Raises:
+        ValueError: A coordinate is not finite or the quaternion is no rotation.
+    """
+    x, y = message.position.x, message.position.y
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError(f"position ({x}, {y}) is not finite")
+    return SE2(x, y, yaw(message.orientation))
+
+
+def pose_stamped(pose: SE2, frame_id: str, now: float) -> PoseStamped:
+    """Return a planar pose in a frame at a time [s]."""
+    return PoseStamped(header=header(frame_id, now), pose=pose_msg(pose))
+
+
+def transform_msg(T: SE2, parent: str, child: str, now: float) -> TransformStamped:
+    """Return `T_parent_child` at a time [s] as a TransformStamped message."""
+    transform = Transform(rotation=quaternion(T.theta))
+    transform.translation.x, transform.translation.y = T.x, T.y
+    return TransformStamped(header=header(parent, now), child_frame_id=child, transform=transform)
+
+
+def se2_from_transform(message: Transform) -> SE2:
+    """Return a Transform message's planar part."""
+    return SE2(message.translation.x, message.translation.y, yaw(message.rotation))
+
+
+def scan_from_msg(message: LaserScan, T_base_sensor: SE2 = IDENTITY) -> Scan:
+    """Return a LaserScan message as a Scan, seen from a sensor pose in the base frame."""
+    return Scan(
+        np.asarray(message.ranges, dtype=np.float64),
+        message.angle_min,
+        message.angle_increment,
+        message.range_min,
+        message.range_max,
+        seconds(message.header.stamp),
+        message.time_increment,
+        T_base_sensor,
+    )
+
+
+def scan_msg(scan: Scan, frame_id: str, scan_time: float) -> LaserScan:
+    """Return a Scan as a LaserScan message; `scan_time` is the sweep's period [s]."""
+    return LaserScan(
+        header=header(frame_id, scan.stamp),
+        angle_min=scan.angle_min,
+        angle_max=scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1),
+        angle_increment=scan.angle_increment,
+        time_increment=scan.time_increment,
+        scan_time=scan_time,
+        range_min=scan.range_min,
+        range_max=scan.range_max,
+        ranges=array.array("f", scan.ranges.astype(np.float32).tobytes()),
+    )
+
+
+def grid_msg(grid: OccupancyGrid, frame_id: str, now: float) -> OccupancyGridMsg:
+    """Return a grid as an OccupancyGrid message stamped with a time [s]."""
+    message = OccupancyGridMsg(header=header(frame_id, now))
+    message.info.map_load_time = time_msg(grid.stamp)
+    message.info.resolution = grid.frame.resolution
+    message.info.width, message.info.height = grid.frame.width, grid.frame.height
+    message.info.origin = pose_msg(grid.frame.origin)
+    message.data = array.array("b", grid.data.tobytes())
+    return message
+
+
+def grid_from_msg(message: OccupancyGridMsg) -> OccupancyGrid:
+    """Return an OccupancyGrid message as a grid.
+
+    Raises:
+        ValueError: The data's length contradicts the size, or the origin is no pose.
+    """
+    info = message.info
+    # float32 on the wire: the nearest micrometre is the resolution that was meant
+    resolution = round(float(info.resolution), 6)
+    frame = GridFrame(resolution, info.width, info.height, se2_from_pose(info.origin))
+    data = np.asarray(message.data, dtype=np.int8)
+    if data.size != info.width * info.height:
+        raise ValueError(f"{data.size} cells for a map of {info.width} x {info.height}")
+    return OccupancyGrid(frame, data.reshape(frame.shape), seconds(message.header.stamp))
+
+
+def path_msg(poses: NDArray[np.float64], frame_id: str, now: float) -> Path:
+    """Return poses `(N, 3) float64` of `x, y, yaw` as a Path message."""
+    stamped = [pose_stamped(SE2.from_array(pose), frame_id, now) for pose in poses]
+    return Path(header=header(frame_id, now), poses=stamped)
+
+
+def poses_from_path(message: Path) -> NDArray[np.float64]:
+    """Return a Path message's poses as `(N, 3) float64` of `x, y, yaw`.
+
+    Raises:
+        ValueError: A pose is not finite.
+    """
+    rows = [se2_from_pose(item.pose).array() for item in message.poses]
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+
+def planar_covariance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Spread a `(3, 3)` covariance of x, y, yaw over a pose message's `(36,) float64`."""
+    full = np.zeros((6, 6))
+    index = np.ix_((0, 1, 5), (0, 1, 5))
+    full[index] = covariance
+    return full.ravel()
+
+
+def covariance_from_pose(covariance: Any) -> NDArray[np.float64]:
+    """Return the `(3, 3)` covariance of x, y, yaw in a pose message's 36 values."""
+    full = np.asarray(covariance, dtype=np.float64).reshape(6, 6)
+    planar: NDArray[np.float64] = full[np.ix_((0, 1, 5), (0, 1, 5))]
+    return planar

@@ -1,0 +1,189 @@
+"""ManagedNode: the lifecycle node that every node of ours is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+
+from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.params import ParameterBinding
+from arjuna_core.ros.process import Process
+from arjuna_core.ros.tf import TransformBuffer
+from arjuna_core.timing import Periodic
+
+
+class ManagedNode(LifecycleNode):
+    """A lifecycle node: parameters from a dataclass, periodic work on ROS time, shared transforms.
+
+    What belongs where: `__init__` only stores and declares; `configure` reads files, builds the
+    core and creates publishers, subscriptions and services; `activate` starts work; `deactivate`
+    stops it; `cleanup` drops what `configure` made. Each raises an ArjunaError to refuse, which
+    is logged and fails the transition. Callbacks ask `self.active` before they act.
+
+    Attributes:
+        Config: The frozen dataclass of the node's parameters.
+        DEFAULT_NAME: The node's standard name.
+
+    Args:
+        process: The process the node lives in.
+        values: Parameters that differ from the defaults, nested or dotted.
+        name: Name; the standard one if None.
+        namespace: Namespace of the node.
+    """
+
+    Config: ClassVar[type[Any]]
+    DEFAULT_NAME: ClassVar[str]
+
+    def __init__(
+        self,
+        process: Process,
+        values: Mapping[str, Any] | None = None,
+        name: str | None = None,
+        namespace: str = "",
+    ) -> None:
+        sim_time = [Parameter("use_sim_time", value=True)] if process.use_sim_time else []
+        super().__init__(
+            name or self.DEFAULT_NAME,
+            namespace=namespace,
+            context=process.context,
+            parameter_overrides=sim_time,
+        )
+        self._drop_own_clock_subscription()
+        self.process = process
+        self.active = False
+        self._tasks: list[tuple[Periodic, Callable[[], None]]] = []
+        self._made: list[tuple[Callable[[Any], Any], Any]] = []
+        self._binding = ParameterBinding(self, self.Config, values or {}, self._on_change)
+        process.add(self)
+
+    def _drop_own_clock_subscription(self) -> None:
+        """The process sets this node's clock; a second /clock subscription is all cost."""
+        for subscription in list(self.subscriptions):
+            if subscription.topic_name == "/clock":
+                self.destroy_subscription(subscription)
+
+    @property
+    def config(self) -> Any:
+        """The current parameters, an instance of `Config`."""
+        return self._binding.config
+
+    @property
+    def now(self) -> float:
+        """The process's time [s]."""
+        return self.process.now
+
+    @property
+    def transforms(self) -> TransformBuffer:
+        """The process's transform buffer."""
+        return self.process.transforms
+
+    def every(self, period: float, task: Callable[[], None]) -> None:
+        """Run a task each `period` [s] of ROS time while the node is active.
+
+        Called in `configure` or `activate`. The first run is at the next multiple of the period.
+        """
+        self._tasks.append((Periodic(period), task))
+
+    def run_due(self, now: float) -> None:
+        """Run the periodic tasks that are due at a time [s]; the process calls this."""
+        if self.active:
+            for periodic, task in self._tasks:
+                if periodic.due(now):
+                    task()
+
+    def publisher(self, message_type: Any, topic: str, profile: Any) -> Any:
+        """Create a publisher that lives until cleanup."""
+        return self._keep(
+            self.destroy_publisher, self.create_publisher(message_type, topic, profile)
+        )
+
+    def subscribe(
+        self, message_type: Any, topic: str, callback: Callable[[Any], None], profile: Any
+    ) -> None:
+        """Create a subscription that lives until cleanup; it delivers only while active."""
+
+        def deliver(message: Any) -> None:
+            if self.active:
+                callback(message)
+
+        subscription = self.create_subscription(message_type, topic, deliver, profile)
+        self._keep(self.destroy_subscription, subscription)
+
+    def serve(self, service_type: Any, name: str, callback: Callable[[Any, Any], Any]) -> None:
+        """Create a service that lives until cleanup."""
+        self._keep(self.destroy_service, self.create_service(service_type, name, callback))
+
+    def keep(self, entity: Any) -> Any:
+        """Keep something with a `destroy()` method until cleanup and return it."""
+        return self._keep(lambda item: item.destroy(), entity)
+
+    def _keep(self, destroy: Callable[[Any], Any], entity: Any) -> Any:
+        self._made.append((destroy, entity))
+        return entity
+
+    def configure(self) -> None:
+        """Build the core and the interfaces; raise an ArjunaError to refuse."""
+
+    def activate(self) -> None:
+        """Start work; raise an ArjunaError to refuse."""
+
+    def deactivate(self) -> None:
+        """Stop work; the periodic tasks and subscriptions already rest."""
+
+    def cleanup(self) -> None:
+        """Drop what `configure` made, beyond the entities, which are destroyed already."""
+
+    def on_time_jump(self) -> None:
+        """React to a clock that was set back; the transforms are cleared already."""
+
+    def on_config(self, config: Any) -> None:
+        """React to parameters changed at run time."""
+
+    def _on_change(self, config: Any) -> None:
+        self.on_config(config)
+
+    def _attempt(self, step: Callable[[], None]) -> TransitionCallbackReturn:
+        try:
+            step()
+        except ArjunaError as error:
+            self.get_logger().error(str(error))
+            return TransitionCallbackReturn.FAILURE
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Run `configure`; what it made before it refused is destroyed again."""
+        result = self._attempt(self.configure)
+        if result != TransitionCallbackReturn.SUCCESS:
+            self._release()
+        return result
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Run `activate`, then let callbacks and periodic tasks in."""
+        result = self._attempt(self.activate)
+        self.active = result == TransitionCallbackReturn.SUCCESS
+        return result
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Keep callbacks and periodic tasks out, then run `deactivate`."""
+        self.active = False
+        return self._attempt(self.deactivate)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Destroy the entities, then run `cleanup`."""
+        self._release()
+        return self._attempt(self.cleanup)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Stop and release everything, from any state."""
+        self.active = False
+        self._release()
+        return TransitionCallbackReturn.SUCCESS
+
+    def _release(self) -> None:
+        self._tasks.clear()
+        while self._made:
+            destroy, entity = self._made.pop()
+            destroy(entity)

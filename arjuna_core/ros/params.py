@@ -1,0 +1,109 @@
+"""Config dataclasses as ROS parameters: declared, described, checked and changed at run time."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, get_type_hints
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from arjuna_core.config import ParamInfo, flatten, info_of, load
+from arjuna_core.errors import ConfigError
+
+
+class ParameterBinding:
+    """Keeps a config dataclass and a node's parameters the same.
+
+    Args:
+        node: The node whose parameters they become.
+        cls: The frozen dataclass; its defaults are the parameters'.
+        values: Values that differ from the defaults, nested or dotted.
+        on_change: Called with the new config after parameters were set at run time.
+
+    Raises:
+        ConfigError: A key is unknown, or a value of the wrong type or out of bounds.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        cls: type[Any],
+        values: Mapping[str, Any],
+        on_change: Callable[[Any], None],
+    ) -> None:
+        self._cls = cls
+        self._on_change = on_change
+        self._infos = dict(_infos(cls))
+        self.config = load(cls, values, node.get_name())
+        for name, value in flatten(self.config).items():
+            node.declare_parameter(name, _to_ros(value), _descriptor(value, self._infos[name]))
+        node.add_on_set_parameters_callback(self._check)
+
+    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        flat = flatten(self.config)
+        ours = {item.name: _from_ros(item, flat) for item in parameters if item.name in flat}
+        if not ours:
+            return SetParametersResult(successful=True)
+        try:
+            self.config = load(self._cls, {**flat, **ours})
+        except ConfigError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        self._on_change(self.config)
+        return SetParametersResult(successful=True)
+
+
+def _infos(cls: type[Any], prefix: str = "") -> list[tuple[str, ParamInfo]]:
+    hints = get_type_hints(cls)
+    result: list[tuple[str, ParamInfo]] = []
+    for item in dataclasses.fields(cls):
+        hint = hints[item.name]
+        if dataclasses.is_dataclass(hint):
+            result.extend(_infos(hint, f"{prefix}{item.name}."))  # type: ignore[arg-type]
+        else:
+            result.append((prefix + item.name, info_of(item)))
+    return result
+
+
+def _to_ros(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else "" if value is None else value
+
+
+def _from_ros(parameter: Parameter, flat: Mapping[str, Any]) -> Any:
+    value = parameter.value
+    if value == "" and flat[parameter.name] is None:
+        return None
+    return tuple(value) if isinstance(flat[parameter.name], tuple) else value
+
+
+def _descriptor(value: Any, info: ParamInfo) -> ParameterDescriptor:
+    unit = f" [{info.unit}]" if info.unit else ""
+    descriptor = ParameterDescriptor(
+        description=info.description + unit,
+        read_only=info.read_only,
+        additional_constraints=", ".join(str(choice) for choice in info.choices),
+        dynamic_typing=value is None or value == (),
+    )
+    low = -math.inf if info.minimum is None else info.minimum
+    high = math.inf if info.maximum is None else info.maximum
+    if info.minimum is None and info.maximum is None:
+        return descriptor
+    if isinstance(value, float):
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    elif type(value) is int:
+        lowest, highest = -(2**63), 2**63 - 1
+        descriptor.integer_range = [
+            IntegerRange(
+                from_value=lowest if math.isinf(low) else int(low),
+                to_value=highest if math.isinf(high) else int(high),
+            )
+        ]
+    return descriptor

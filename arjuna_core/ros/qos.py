@@ -1,0 +1,15 @@
+"""Quality of service of every kind of topic, as Nav2's and RViz's clients expect it."""
+
+from __future__ import annotations
+
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+DEFAULT = QoSProfile(depth=10)
+LATEST = QoSProfile(depth=1)
+SENSOR_SUBSCRIPTION = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+SENSOR_PUBLISHER = QoSProfile(depth=5)  # reliable: matches reliable and best-effort clients alike
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TF = QoSProfile(depth=100)
+TF_STATIC = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TF_STATIC_SUBSCRIPTION = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -1,0 +1,135 @@
+"""Lock-step: simulator and stacks in one process, as fast as it goes, the same every time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.node import Node
+
+from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.process import Process
+from bringup.composition import create_node
+from bringup.parameters import Parameters
+from bringup.stack import SIM_GROUP, Group
+
+
+class LockStepError(ArjunaError):
+    """A node could not be brought up, or something did not happen in time."""
+
+
+class LockStep:
+    """A whole robot in one process.
+
+    `step` advances the simulator by one tick of 20 ms, and everything that the tick caused is
+    drained before it returns.
+
+    Args:
+        parameters: Parameters of all nodes.
+        domain_id: ROS domain; None for the environment's.
+
+    Attributes:
+        process: The process of every node.
+        client: A plain node for the caller's own clients and subscriptions.
+        sim: The simulator's node; its truth is for measuring only.
+        nodes: Every other node by name.
+    """
+
+    def __init__(self, parameters: Parameters, domain_id: int | None = None) -> None:
+        self._parameters = parameters
+        self.process = Process("lockstep", domain_id=domain_id)
+        self.client = Node("lockstep_client", context=self.process.context)
+        self.process.executor.add_node(self.client)
+        self.nodes: dict[str, Any] = {}
+        self.start(SIM_GROUP)
+        self.sim = self.nodes["sim"]
+
+    @property
+    def now(self) -> float:
+        """Simulated time [s]."""
+        return self.process.now
+
+    def start(self, group: Group, parameters: Parameters | None = None) -> None:
+        """Make a group's nodes, configure all in order, then activate all in order.
+
+        Raises:
+            LockStepError: A node refuses a transition; its log says why.
+        """
+        values = self._parameters if parameters is None else parameters
+        for spec in group.nodes:
+            self.nodes[spec.name] = create_node(self.process, spec, values)
+        self.process.drain()
+        for step in ("configure", "activate"):
+            for spec in group.nodes:
+                self._transition(spec.name, step)
+
+    def stop(self, group: Group) -> None:
+        """Deactivate, clean up and destroy a group's nodes, last first."""
+        for spec in reversed(group.nodes):
+            for step in ("deactivate", "cleanup"):
+                self._transition(spec.name, step)
+            self.process.remove(self.nodes.pop(spec.name))
+        self.process.drain()
+
+    def _transition(self, name: str, step: str) -> None:
+        result = getattr(self.nodes[name], f"trigger_{step}")()
+        self.process.drain()
+        if result != TransitionCallbackReturn.SUCCESS:
+            raise LockStepError(f"{name} failed to {step}; see its log above")
+
+    def step(self) -> None:
+        """Advance by one tick and run everything it causes."""
+        self.sim.tick()
+        self.process.drain()
+
+    def run(self, duration: float) -> None:
+        """Advance by a duration of simulated time [s]."""
+        self.run_until(lambda: False, duration, required=False)
+
+    def run_until(
+        self, done: Callable[[], bool], timeout: float, what: str = "", required: bool = True
+    ) -> bool:
+        """Step until something is done.
+
+        Args:
+            done: Asked after each tick.
+            timeout: Simulated time to wait at most [s].
+            what: What is waited for, for the error.
+            required: Whether a timeout is an error.
+
+        Returns:
+            Whether it was done in time.
+
+        Raises:
+            LockStepError: It was not, and is required.
+        """
+        deadline = self.now + timeout - 1e-9
+        while not done():
+            if self.now >= deadline:
+                if required:
+                    raise LockStepError(f"{what} did not happen within {timeout:.0f} s")
+                return False
+            self.step()
+        return True
+
+    def call(self, service_type: Any, name: str, request: Any, timeout: float = 5.0) -> Any:
+        """Call a service, stepping until it answers.
+
+        Raises:
+            LockStepError: It does not answer in time.
+        """
+        client = self.client.create_client(service_type, name)
+        self.process.drain()
+        future = client.call_async(request)
+        self.process.drain()
+        self.run_until(future.done, timeout, f"an answer of {name}")
+        self.client.destroy_client(client)
+        return future.result()
+
+    def close(self, groups: Sequence[Group] = ()) -> None:
+        """Stop groups, then leave the graph."""
+        for group in groups:
+            self.stop(group)
+        self.client.destroy_node()
+        self.process.close()

@@ -1,0 +1,93 @@
+"""ROS parameter files: read, merged, split by node."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from arjuna_core.errors import ConfigError, InputFileError, nearest
+
+Parameters = dict[str, dict[str, Any]]
+_KEY = "ros__parameters"
+EVERY_NODE = "/**"
+
+
+def load_parameters(paths: Iterable[str | Path]) -> Parameters:
+    """Read ROS parameter files; a later file's values win.
+
+    Args:
+        paths: YAML files of the form `node: {ros__parameters: {name: value}}`.
+
+    Returns:
+        `{node: {dotted name: value}}`; the node `/**` stands for every node.
+
+    Raises:
+        InputFileError: A file is missing, is no YAML or has another form.
+    """
+    merged: Parameters = {}
+    for path in paths:
+        for node, values in _read(Path(path)).items():
+            merged.setdefault(node, {}).update(values)
+    return merged
+
+
+def _read(path: Path) -> Parameters:
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputFileError(
+            path, f"cannot be read: {getattr(error, 'strerror', error)}"
+        ) from error
+    except yaml.YAMLError as error:
+        raise InputFileError(path, " ".join(str(error).split()), "YAML") from error
+    if document is None:
+        return {}
+    found: Parameters = {}
+    _collect(path, document, "", found)
+    return found
+
+
+def _collect(path: Path, item: Any, name: str, found: Parameters) -> None:
+    """Walk namespaces down to `ros__parameters`."""
+    if not isinstance(item, Mapping):
+        problem = f"expected 'node: {{{_KEY}: {{name: value}}}}', got {item!r}"
+        raise InputFileError(path, problem, name or None)
+    for key, value in item.items():
+        if key != _KEY:
+            _collect(path, value, f"{name}/{key}".strip("/") if key != EVERY_NODE else key, found)
+            continue
+        if not isinstance(value, Mapping):
+            raise InputFileError(path, f"must map names to values, got {value!r}", f"{name}.{_KEY}")
+        found.setdefault(name, {}).update(_dotted(value))
+
+
+def _dotted(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            flat.update(_dotted(value, f"{prefix}{key}."))
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def for_node(parameters: Parameters, name: str) -> dict[str, Any]:
+    """Return one node's values, those of `/**` under its own; use_sim_time is the process's."""
+    values = {**parameters.get(EVERY_NODE, {}), **parameters.get(name, {})}
+    values.pop("use_sim_time", None)
+    return values
+
+
+def check_nodes(parameters: Parameters, known: Iterable[str]) -> None:
+    """Refuse parameters for nodes that do not exist.
+
+    Raises:
+        ConfigError: A node is unknown; the message names the nearest.
+    """
+    names = [*known, EVERY_NODE]
+    for name in parameters:
+        if name not in names:
+            raise ConfigError(f"parameters for unknown node '{name}'; {nearest(name, names)}")

@@ -1,0 +1,70 @@
+"""The stacks as data: which nodes live in which process, under which lifecycle manager."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class NodeSpec:
+    """One node.
+
+    Attributes:
+        name: Its name, absolute without the slash; also its key in parameter files.
+        module: The module that holds its class.
+        cls: The class, a ManagedNode.
+    """
+
+    name: str
+    module: str
+    cls: str
+
+
+@dataclass(frozen=True)
+class Group:
+    """The nodes of one process, in the order in which they are brought up.
+
+    Attributes:
+        name: Name of the process.
+        nodes: The nodes.
+        manager: Name of their lifecycle manager.
+    """
+
+    name: str
+    nodes: tuple[NodeSpec, ...]
+    manager: str = field(default="")
+
+
+SIM = NodeSpec("sim", "arjuna_sim.nodes.sim", "SimNode")
+ROBOT_STATE_PUBLISHER = NodeSpec(
+    "robot_state_publisher",
+    "arjuna_sim.nodes.robot_state_publisher",
+    "RobotStatePublisherNode",
+)
+SLAM_TOOLBOX = NodeSpec("slam_toolbox", "arjuna_slam.nodes.slam_toolbox", "SlamToolboxNode")
+MAP_SAVER = NodeSpec("map_saver", "arjuna_slam.nodes.map_saver", "MapSaverNode")
+MAP_SERVER = NodeSpec("map_server", "arjuna_slam.nodes.map_server", "MapServerNode")
+AMCL = NodeSpec("amcl", "arjuna_slam.nodes.amcl", "AmclNode")
+CONTROLLER_SERVER = NodeSpec(
+    "controller_server", "arjuna_nav.nodes.controller_server", "ControllerServerNode"
+)
+PLANNER_SERVER = NodeSpec("planner_server", "arjuna_nav.nodes.planner_server", "PlannerServerNode")
+BEHAVIOR_SERVER = NodeSpec(
+    "behavior_server", "arjuna_nav.nodes.behavior_server", "BehaviorServerNode"
+)
+BT_NAVIGATOR = NodeSpec("bt_navigator", "arjuna_nav.nodes.bt_navigator", "BtNavigatorNode")
+
+SIM_GROUP = Group("sim", (SIM, ROBOT_STATE_PUBLISHER), "lifecycle_manager_sim")
+SLAM_GROUP = Group("slam", (SLAM_TOOLBOX, MAP_SAVER), "lifecycle_manager_slam")
+LOCALIZATION_GROUP = Group("localization", (MAP_SERVER, AMCL), "lifecycle_manager_localization")
+NAVIGATION_GROUP = Group(
+    "navigation",
+    (CONTROLLER_SERVER, PLANNER_SERVER, BEHAVIOR_SERVER, BT_NAVIGATOR),
+    "lifecycle_manager_navigation",
+)
+
+STACKS: dict[str, tuple[Group, ...]] = {
+    "sim": (SIM_GROUP,),
+    "slam": (SLAM_GROUP,),
+    "nav": (LOCALIZATION_GROUP, NAVIGATION_GROUP),
+}

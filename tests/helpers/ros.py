@@ -1,0 +1,70 @@
+"""A process for tests of nodes: time moves only when the test says so."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import time_msg
+from arjuna_core.ros.process import Process
+
+TICK = 0.02
+
+
+class RosBench:
+    """One process under test, with a helper node that plays the rest of the robot.
+
+    Attributes:
+        process: The process that the nodes under test are made in.
+        node: A plain node for clients of the test.
+    """
+
+    def __init__(self) -> None:
+        os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        self.process = Process("bench")
+        self.node = Node("bench_client", context=self.process.context)
+        self.process.executor.add_node(self.node)
+        self._clock = self.node.create_publisher(Clock, "/clock", qos.LATEST)
+        self._publishers: dict[str, Any] = {}
+        self._ticks = 0
+        self.process.drain()
+
+    def advance(self, duration: float = TICK) -> None:
+        """Move time on by a duration [s], tick by tick, draining after each."""
+        for _ in range(round(duration / TICK)):
+            self._ticks += 1
+            self._clock.publish(Clock(clock=time_msg(self._ticks * TICK)))
+            self.process.drain()
+
+    def publish(self, message_type: Any, topic: str, message: Any, profile: Any = qos.TF) -> None:
+        """Publish a message and run what it causes."""
+        if topic not in self._publishers:
+            self._publishers[topic] = self.node.create_publisher(message_type, topic, profile)
+        self._publishers[topic].publish(message)
+        self.process.drain()
+
+    def collect(self, message_type: Any, topic: str, profile: Any = qos.TF) -> list[Any]:
+        """Return a list that grows with every message of a topic."""
+        messages: list[Any] = []
+        self.node.create_subscription(message_type, topic, messages.append, profile)
+        self.process.drain()
+        return messages
+
+    def call(self, service_type: Any, name: str, request: Any) -> Any:
+        """Call a service of a node under test and return its response."""
+        client = self.node.create_client(service_type, name)
+        self.process.drain()
+        future = client.call_async(request)
+        self.process.drain()
+        assert future.done(), f"{name} did not answer"
+        self.node.destroy_client(client)
+        return future.result()
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self.node.destroy_node()
+        self.process.close()
