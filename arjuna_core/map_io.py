@@ -15,6 +15,7 @@ from PIL import Image
 from arjuna_core.errors import MapError, nearest
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
+from arjuna_core.yaml_io import read_yaml
 
 MODES = ("trinary", "scale", "raw")
 FORMATS = ("pgm", "png")
@@ -65,13 +66,7 @@ def load_map(path: str | Path) -> OccupancyGrid:
 
 
 def _read_header(path: Path) -> dict[str, Any]:
-    try:
-        text = path.read_text(encoding="utf-8")
-        header = yaml.safe_load(text)
-    except (OSError, UnicodeDecodeError) as error:
-        raise MapError(path, f"cannot be read: {getattr(error, 'strerror', error)}") from error
-    except yaml.YAMLError as error:
-        raise MapError(path, " ".join(str(error).split()), "YAML") from error
+    header = read_yaml(path, MapError)
     if not isinstance(header, dict):
         raise MapError(path, f"is no map: it must have the keys {', '.join(_REQUIRED)}")
     for key in header:

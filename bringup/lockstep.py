@@ -27,21 +27,22 @@ class LockStep:
 
     Args:
         parameters: Parameters of all nodes.
-        domain_id: ROS domain; None for the environment's.
 
     Attributes:
         process: The process of every node.
         client: A plain node for the caller's own clients and subscriptions.
         sim: The simulator's node; its truth is for measuring only.
-        nodes: Every other node by name.
+        nodes: Every node by name.
+        on_tick: Called after each tick, to measure.
     """
 
-    def __init__(self, parameters: Parameters, domain_id: int | None = None) -> None:
+    def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
-        self.process = Process("lockstep", domain_id=domain_id)
+        self.process = Process("lockstep", isolated=True)
         self.client = Node("lockstep_client", context=self.process.context)
         self.process.executor.add_node(self.client)
         self.nodes: dict[str, Any] = {}
+        self.on_tick: Callable[[], None] = lambda: None
         self.start(SIM_GROUP)
         self.sim = self.nodes["sim"]
 
@@ -82,6 +83,7 @@ class LockStep:
         """Advance by one tick and run everything it causes."""
         self.sim.tick()
         self.process.drain()
+        self.on_tick()
 
     def run(self, duration: float) -> None:
         """Advance by a duration of simulated time [s]."""

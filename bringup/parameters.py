@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from arjuna_core.errors import ConfigError, InputFileError, nearest
+from arjuna_core.yaml_io import read_yaml
 
 Parameters = dict[str, dict[str, Any]]
 _KEY = "ros__parameters"
@@ -35,14 +34,7 @@ def load_parameters(paths: Iterable[str | Path]) -> Parameters:
 
 
 def _read(path: Path) -> Parameters:
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputFileError(
-            path, f"cannot be read: {getattr(error, 'strerror', error)}"
-        ) from error
-    except yaml.YAMLError as error:
-        raise InputFileError(path, " ".join(str(error).split()), "YAML") from error
+    document = read_yaml(path)
     if document is None:
         return {}
     found: Parameters = {}

@@ -53,6 +53,7 @@ BEHAVIOR_SERVER = NodeSpec(
     "behavior_server", "arjuna_nav.nodes.behavior_server", "BehaviorServerNode"
 )
 BT_NAVIGATOR = NodeSpec("bt_navigator", "arjuna_nav.nodes.bt_navigator", "BtNavigatorNode")
+EXPLORER = NodeSpec("explorer", "arjuna_nav.nodes.explorer", "ExplorerNode")
 
 SIM_GROUP = Group("sim", (SIM, ROBOT_STATE_PUBLISHER), "lifecycle_manager_sim")
 SLAM_GROUP = Group("slam", (SLAM_TOOLBOX, MAP_SAVER), "lifecycle_manager_slam")
@@ -62,6 +63,7 @@ NAVIGATION_GROUP = Group(
     (CONTROLLER_SERVER, PLANNER_SERVER, BEHAVIOR_SERVER, BT_NAVIGATOR),
     "lifecycle_manager_navigation",
 )
+EXPLORER_GROUP = Group("explorer", (EXPLORER,), "lifecycle_manager_explorer")
 
 STACKS: dict[str, tuple[Group, ...]] = {
     "sim": (SIM_GROUP,),

@@ -172,7 +172,7 @@ class GoalOutcome:
     @property
     def succeeded(self) -> bool:
         """Whether the goal was reached."""
-        return self.status == GoalStatus.STATUS_SUCCEEDED
+        return bool(self.status == GoalStatus.STATUS_SUCCEEDED)
 
 
 class GoalClient:

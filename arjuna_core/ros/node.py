@@ -101,12 +101,22 @@ class ManagedNode(LifecycleNode):
         )
 
     def subscribe(
-        self, message_type: Any, topic: str, callback: Callable[[Any], None], profile: Any
+        self,
+        message_type: Any,
+        topic: str,
+        callback: Callable[[Any], None],
+        profile: Any,
+        *,
+        while_inactive: bool = False,
     ) -> None:
-        """Create a subscription that lives until cleanup; it delivers only while active."""
+        """Create a subscription that lives until cleanup.
+
+        It delivers only while the node is active, unless `while_inactive`: what is latched comes
+        once, perhaps before activation.
+        """
 
         def deliver(message: Any) -> None:
-            if self.active:
+            if self.active or while_inactive:
                 callback(message)
 
         subscription = self.create_subscription(message_type, topic, deliver, profile)

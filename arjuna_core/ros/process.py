@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import rclpy
@@ -21,6 +24,21 @@ if TYPE_CHECKING:
 
 _POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
 _DRAIN_STEP = 0.001
+_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+
+
+@contextlib.contextmanager
+def _discovery(isolated: bool) -> Iterator[None]:
+    """Set the discovery range for the contexts made within."""
+    before = os.environ.get(_RANGE)
+    os.environ[_RANGE] = "OFF" if isolated else before or "LOCALHOST"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_RANGE]
+        else:
+            os.environ[_RANGE] = before
 
 
 class Process:
@@ -33,18 +51,21 @@ class Process:
     Args:
         name: The name of the process's own node.
         use_sim_time: Whether time comes from /clock; else from the system clock.
-        domain_id: ROS domain; None for the environment's.
+        isolated: Whether nothing outside the process can see it or reach into it. Else discovery
+            is on this machine only, unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
     """
 
-    def __init__(self, name: str, use_sim_time: bool = True, domain_id: int | None = None) -> None:
+    def __init__(self, name: str, use_sim_time: bool = True, isolated: bool = False) -> None:
         add_environment_to_ament_index()
         self.use_sim_time = use_sim_time
         self.context = Context()
-        rclpy.init(context=self.context, domain_id=domain_id)
+        with _discovery(isolated):
+            rclpy.init(context=self.context)
+            # the middleware reads the range when the context's first node is made
+            self.node = Node(name, context=self.context, start_parameter_services=False)
         self.executor = EventsExecutor(context=self.context)
         self.nodes: list[ManagedNode] = []
         self.now = 0.0
-        self.node = Node(name, context=self.context, start_parameter_services=False)
         self.executor.add_node(self.node)
         self.transforms = TransformBuffer()
         TransformListener(self.node, self.transforms)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 from rclpy.node import Node
@@ -24,8 +23,7 @@ class RosBench:
     """
 
     def __init__(self) -> None:
-        os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        self.process = Process("bench")
+        self.process = Process("bench", isolated=True)
         self.node = Node("bench_client", context=self.process.context)
         self.process.executor.add_node(self.node)
         self._clock = self.node.create_publisher(Clock, "/clock", qos.LATEST)

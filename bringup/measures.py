@@ -1,0 +1,95 @@
+"""Figures of merit against the simulator's truth: for reports only, never for the robot."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import label
+
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.se2 import SE2, wrap
+
+_CHUNK = 4096
+
+
+def distance_to_surfaces(
+    points: NDArray[np.float64], surfaces: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return each point's distance to the nearest segment.
+
+    Args:
+        points: `(N, 2) float64` [m].
+        surfaces: `(M, 4) float64` of `x0, y0, x1, y1` [m].
+
+    Returns:
+        `(N,) float64` [m].
+    """
+    chunks = [points[i : i + _CHUNK] for i in range(0, len(points), _CHUNK)]
+    return np.concatenate([_nearest(chunk, surfaces) for chunk in chunks])
+
+
+def _nearest(points: NDArray[np.float64], surfaces: NDArray[np.float64]) -> NDArray[np.float64]:
+    start, along = surfaces[None, :, :2], (surfaces[:, 2:] - surfaces[:, :2])[None]
+    offset = points[:, None] - start
+    length2 = np.maximum((along**2).sum(2), 1e-12)
+    ratio = np.clip((offset * along).sum(2) / length2, 0.0, 1.0)
+    gaps: NDArray[np.float64] = np.linalg.norm(offset - ratio[..., None] * along, axis=2)
+    nearest: NDArray[np.float64] = gaps.min(axis=1)
+    return nearest
+
+
+def map_error(grid: OccupancyGrid, surfaces: NDArray[np.float64]) -> float:
+    """Return the mean distance [m] of the centres of occupied cells to the true surfaces.
+
+    Args:
+        grid: The map, in the world's frame.
+        surfaces: True segments, `(M, 4) float64` [m].
+
+    Raises:
+        ValueError: The map has no occupied cell.
+    """
+    cells = np.argwhere(grid.occupied())
+    if len(cells) == 0:
+        raise ValueError("the map has no occupied cell")
+    return float(distance_to_surfaces(grid.frame.to_points(cells), surfaces).mean())
+
+
+def explored_fraction(
+    grid: OccupancyGrid, surfaces: NDArray[np.float64], start: SE2, resolution: float = 0.05
+) -> float:
+    """Return the share of the area that is truly free and connected to the start and mapped free.
+
+    Cells within half a cell of a surface belong to neither.
+
+    Args:
+        grid: The map, in the world's frame.
+        surfaces: True segments, `(M, 4) float64` [m]; they enclose the start.
+        start: A pose in the free area.
+        resolution: Edge of a cell of the truth's raster [m].
+    """
+    low = surfaces.reshape(-1, 2).min(axis=0)
+    size = np.ceil((surfaces.reshape(-1, 2).max(axis=0) - low) / resolution).astype(int) + 1
+    columns, rows = np.meshgrid(np.arange(size[0]), np.arange(size[1]))
+    centres = low + (np.column_stack((columns.ravel(), rows.ravel())) + 0.5) * resolution
+    clear = distance_to_surfaces(centres, surfaces) > 0.75 * resolution
+    regions, _ = label(clear.reshape(size[1], size[0]))
+    seed = ((np.array([start.x, start.y]) - low) / resolution).astype(int)
+    reachable = centres[(regions == regions[seed[1], seed[0]]).ravel()]
+    cells = grid.frame.to_cells(reachable)
+    inside = grid.frame.inside(cells)
+    known = np.zeros(len(cells), dtype=bool)
+    known[inside] = grid.free()[cells[inside, 0], cells[inside, 1]]
+    return float(known.mean())
+
+
+def rmse(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the root mean square errors of position [m] and heading [rad].
+
+    Args:
+        estimates: `(N, 3) float64` of `x, y, theta`.
+        truths: As `estimates`.
+    """
+    difference = estimates - truths
+    heading = wrap(difference[:, 2])
+    position = float(np.sqrt((difference[:, :2] ** 2).sum(axis=1).mean()))
+    return position, float(np.sqrt((heading**2).mean()))

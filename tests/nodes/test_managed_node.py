@@ -1,0 +1,181 @@
+"""ManagedNode, Process, goal servers and clients, parameter binding, transforms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import Twist
+from lifecycle_msgs.srv import GetState
+from nav2_msgs.action import Wait
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from tests.helpers.ros import RosBench
+
+from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
+from arjuna_core.ros import qos
+from arjuna_core.ros.actions import GoalClient, GoalOutcome, GoalServer
+from arjuna_core.ros.node import ManagedNode
+
+pytestmark = pytest.mark.ros
+
+
+@dataclass(frozen=True)
+class EchoConfig:
+    """Parameters of the node under test."""
+
+    gain: float = param(2.0, "Factor.", minimum=0.0, maximum=10.0)
+    names: tuple[str, ...] = param(("a",), "Names.")
+
+
+class EchoNode(ManagedNode):
+    """Scales velocities, counts periods and runs Wait goals until told to end them."""
+
+    Config = EchoConfig
+    DEFAULT_NAME = "echo"
+
+    def configure(self) -> None:
+        self.ticks: list[float] = []
+        self.out = self.publisher(Twist, "out", qos.DEFAULT)
+        self.subscribe(Twist, "in", self._on_twist, qos.DEFAULT)
+        self.every(0.1, lambda: self.ticks.append(self.now))
+        self.server = self.keep(GoalServer(self, Wait, "wait"))
+
+    def _on_twist(self, message: Any) -> None:
+        message.linear.x *= self.config.gain
+        self.out.publish(message)
+
+
+@pytest.fixture
+def bench() -> Iterator[RosBench]:
+    bench = RosBench()
+    yield bench
+    bench.close()
+
+
+@pytest.fixture
+def node(bench: RosBench) -> EchoNode:
+    node = EchoNode(bench.process)
+    node.trigger_configure()
+    node.trigger_activate()
+    bench.process.drain()
+    return node
+
+
+def speeds(messages: list[Any]) -> list[float]:
+    return [message.linear.x for message in messages]
+
+
+def twist(speed: float) -> Twist:
+    message = Twist()
+    message.linear.x = speed
+    return message
+
+
+def test_delivers_only_while_active(bench: RosBench, node: EchoNode) -> None:
+    heard = bench.collect(Twist, "out")
+    bench.publish(Twist, "in", twist(1.0))
+    node.trigger_deactivate()
+    bench.publish(Twist, "in", twist(2.0))
+    node.trigger_activate()
+    bench.publish(Twist, "in", twist(3.0))
+    assert speeds(heard) == [2.0, 6.0]
+
+
+def test_periodic_tasks_follow_ros_time(bench: RosBench, node: EchoNode) -> None:
+    bench.advance(0.5)
+    assert node.ticks[-1] == pytest.approx(0.5)
+    assert len(node.ticks) == 6  # the phase's first instant and one each 0.1 s
+    assert node.get_clock().now().nanoseconds == 500_000_000
+
+
+def test_lifecycle_can_be_run_through_twice(bench: RosBench, node: EchoNode) -> None:
+    for step in ("deactivate", "cleanup", "configure", "activate"):
+        getattr(node, f"trigger_{step}")()
+        bench.process.drain()
+    heard = bench.collect(Twist, "out")
+    bench.publish(Twist, "in", twist(1.0))
+    assert speeds(heard) == [2.0]
+    state = bench.call(GetState, "echo/get_state", GetState.Request())
+    assert state.current_state.label == "active"
+
+
+def test_parameters_change_at_run_time_within_bounds(bench: RosBench, node: EchoNode) -> None:
+    def set_gain(value: float) -> Any:
+        request = SetParameters.Request(
+            parameters=[Parameter("gain", value=value).to_parameter_msg()]
+        )
+        return bench.call(SetParameters, "echo/set_parameters", request).results[0]
+
+    assert set_gain(5.0).successful
+    assert node.config.gain == 5.0
+    refused = set_gain(50.0)
+    assert not refused.successful
+    assert node.config.gain == 5.0
+
+
+def test_unknown_parameter_names_the_nearest(bench: RosBench) -> None:
+    with pytest.raises(ConfigError, match="unknown parameter 'gian'; did you mean 'gain'"):
+        EchoNode(bench.process, {"gian": 1.0})
+
+
+class Client:
+    """Sends Wait goals from a node of its own and keeps what comes back."""
+
+    def __init__(self, bench: RosBench, node: EchoNode) -> None:
+        self.bench = bench
+        self.client = GoalClient(node, Wait, "wait")
+        bench.process.drain()
+        self.outcomes: list[GoalOutcome] = []
+
+    def send(self) -> None:
+        self.client.send(Wait.Goal(), self.outcomes.append)
+        self.bench.process.drain()
+
+
+def test_a_goal_runs_until_the_node_ends_it(bench: RosBench, node: EchoNode) -> None:
+    client = Client(bench, node)
+    client.send()
+    assert node.server.goal is not None
+    assert client.outcomes == []
+    node.server.succeed(Wait.Result())
+    bench.process.drain()
+    assert client.outcomes[0].succeeded
+
+
+def test_cancel_reaches_the_server_and_ends_cancelled(bench: RosBench, node: EchoNode) -> None:
+    client = Client(bench, node)
+    client.send()
+    client.client.cancel()
+    bench.process.drain()
+    assert node.server.cancel_requested
+    node.server.cancel(Wait.Result())
+    bench.process.drain()
+    assert client.outcomes[0].status == GoalStatus.STATUS_CANCELED
+
+
+def test_a_newer_goal_preempts(bench: RosBench, node: EchoNode) -> None:
+    first, second = Client(bench, node), Client(bench, node)
+    first.send()
+    second.send()
+    assert node.server.preempt_requested
+    node.server.accept_pending()
+    bench.process.drain()
+    assert first.outcomes[0].status == GoalStatus.STATUS_ABORTED
+    node.server.succeed(Wait.Result())
+    bench.process.drain()
+    assert second.outcomes[0].succeeded
+
+
+def test_an_inactive_node_rejects_goals(bench: RosBench, node: EchoNode) -> None:
+    client = Client(bench, node)
+    node.trigger_deactivate()
+    client.send()
+    assert not client.outcomes[0].accepted
