@@ -8,6 +8,8 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 
+from arjuna_core.ros.ament import add_environment_to_ament_index
+
 _INTEGERS = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
 _PRIMITIVES = _INTEGERS | {"bool", "byte", "char", "float32", "float64", "string", "wstring"}
 _FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
@@ -15,6 +17,7 @@ _RULE = "=" * 80
 
 
 def _share(type_name: str, suffix: str) -> Path:
+    add_environment_to_ament_index()
     package, kind, name = type_name.split("/")
     return Path(get_package_share_directory(package)) / kind / f"{name}{suffix}"
 

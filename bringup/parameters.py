@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from arjuna_core.errors import ConfigError, InputFileError, nearest
+from arjuna_core.resources import resource
 from arjuna_core.yaml_io import read_yaml
 
 Parameters = dict[str, dict[str, Any]]
@@ -26,11 +27,7 @@ def load_parameters(paths: Iterable[str | Path]) -> Parameters:
     Raises:
         InputFileError: A file is missing, is no YAML or has another form.
     """
-    merged: Parameters = {}
-    for path in paths:
-        for node, values in _read(Path(path)).items():
-            merged.setdefault(node, {}).update(values)
-    return merged
+    return merged(*(_read(Path(path)) for path in paths))
 
 
 def _read(path: Path) -> Parameters:
@@ -83,3 +80,17 @@ def check_nodes(parameters: Parameters, known: Iterable[str]) -> None:
     for name in parameters:
         if name not in names:
             raise ConfigError(f"parameters for unknown node '{name}'; {nearest(name, names)}")
+
+
+def merged(*layers: Parameters) -> Parameters:
+    """Return parameters in which a later layer's values win."""
+    result: Parameters = {}
+    for layer in layers:
+        for node, values in layer.items():
+            result.setdefault(node, {}).update(values)
+    return result
+
+
+def shipped_parameters() -> Parameters:
+    """Return the parameters of the Arjuna robot that ship in `params/`."""
+    return load_parameters(sorted(resource("params").glob("*.yaml")))

@@ -16,13 +16,13 @@ from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import Wait
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-from tests.helpers.ros import RosBench
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.actions import GoalClient, GoalOutcome, GoalServer
 from arjuna_core.ros.node import ManagedNode
+from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
 

@@ -1,0 +1,38 @@
+"""Fixtures: a whole robot in lock-step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from bringup.lockstep import LockStep
+    from bringup.stack import Group
+
+
+@pytest.fixture
+def stack() -> Iterator[Callable[..., LockStep]]:
+    """Return a maker of lock-step robots: `stack(*groups, seed=0, parameters={})`.
+
+    The simulator runs always; the groups are brought up in order. All are closed at the end.
+    """
+    pytest.importorskip("rclpy", reason="no ROS here")
+    from bringup.lockstep import LockStep
+    from bringup.parameters import merged, shipped_parameters
+
+    with ExitStack() as opened:
+
+        def make(
+            *groups: Group, seed: int = 0, parameters: dict[str, dict[str, Any]] | None = None
+        ) -> LockStep:
+            overrides = merged(parameters or {}, {"sim": {"seed": seed}})
+            robot = LockStep(merged(shipped_parameters(), overrides))
+            opened.enter_context(closing(robot))
+            for group in groups:
+                robot.start(group)
+            return robot
+
+        yield make
