@@ -1,0 +1,1 @@
+"""Builds ROS 2 interface packages with the official generators and a C/C++ compiler."""
