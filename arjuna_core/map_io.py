@@ -143,10 +143,11 @@ def _to_occupancy(shade: NDArray[np.float64], alpha: Any, options: MapOptions) -
     if options.mode == "scale":
         span = options.occupied_thresh - options.free_thresh
         between = np.rint((occupancy - options.free_thresh) / span * OCCUPIED)
-        if alpha is not None:
-            between[alpha < 255] = UNKNOWN
     occupied, free = occupancy > options.occupied_thresh, occupancy < options.free_thresh
-    return np.select([occupied, free], [OCCUPIED, FREE], between).astype(np.int8)
+    cells = np.select([occupied, free], [OCCUPIED, FREE], between).astype(np.int8)
+    if options.mode == "scale" and alpha is not None:
+        cells[alpha < 255] = UNKNOWN
+    return cells
 
 
 def save_map(
@@ -167,12 +168,17 @@ def save_map(
         The YAML's and the image's path.
 
     Raises:
-        MapError: The format is unknown or a file cannot be written.
+        MapError: The format or an option is invalid, the map is empty, or it cannot be written.
     """
     stem = Path(stem)
     if image_format not in FORMATS:
         problem = f"image format {image_format!r} is unknown; valid: {', '.join(FORMATS)}"
         raise MapError(stem, problem)
+    _check_to_write(stem, grid, options)
+    transparent = options.mode == "scale" and bool(grid.unknown().any())
+    if transparent and image_format == "pgm":
+        raise MapError(stem, "mode 'scale' has no shade for unknown in a pgm image; valid: png")
+    written_free_thresh = min(options.free_thresh, _UNKNOWN_READS_BACK)
     image_path = stem.with_name(f"{stem.name}.{image_format}")
     yaml_path = stem.with_name(f"{stem.name}.yaml")
     origin = grid.frame.origin
@@ -183,17 +189,30 @@ def save_map(
         "origin": [origin.x, origin.y, origin.theta],
         "negate": int(options.negate),
         "occupied_thresh": options.occupied_thresh,
-        "free_thresh": min(options.free_thresh, _UNKNOWN_READS_BACK),
+        "free_thresh": written_free_thresh,
     }
     try:
         stem.parent.mkdir(parents=True, exist_ok=True)
-        image = Image.fromarray(_to_shades(grid.data, options)[::-1])
+        pixels = _to_shades(grid.data, options, written_free_thresh)
+        if transparent:
+            pixels = np.dstack((pixels, np.where(grid.unknown(), 0, 255).astype(np.uint8)))
+        image = Image.fromarray(pixels[::-1])
         _replace(image_path, lambda part: image.save(part, format=_pillow_name(image_format)))
         text = yaml.safe_dump(header, sort_keys=False, default_flow_style=None)
         _replace(yaml_path, lambda part: part.write_text(text, encoding="utf-8"))
     except OSError as error:
         raise MapError(stem, f"cannot be written: {error.strerror}") from error
     return yaml_path, image_path
+
+
+def _check_to_write(stem: Path, grid: OccupancyGrid, options: MapOptions) -> None:
+    """Refuse what could not be read back."""
+    if options.mode not in MODES:
+        raise MapError(stem, f"mode {options.mode!r} is unknown; valid: {', '.join(MODES)}")
+    if not 0.0 <= options.free_thresh < options.occupied_thresh <= 1.0:
+        raise MapError(stem, "must be 0 <= free_thresh < occupied_thresh <= 1", "thresholds")
+    if not grid.data.size:
+        raise MapError(stem, "the map is empty")
 
 
 def _pillow_name(image_format: str) -> str:
@@ -207,15 +226,18 @@ def _replace(path: Path, write: Any) -> None:
     part.replace(path)
 
 
-def _to_shades(data: NDArray[np.int8], options: MapOptions) -> NDArray[np.uint8]:
+def _to_shades(
+    data: NDArray[np.int8], options: MapOptions, written_free_thresh: float
+) -> NDArray[np.uint8]:
     """Return the grey levels map_saver writes, top row first in the caller's hands."""
     if options.mode == "raw":
         return np.where(data < 0, 255, data).astype(np.uint8)
-    levels = 254.0
-    shade = np.rint((1.0 - data / OCCUPIED) * levels)
-    if options.mode == "trinary":
+    if options.mode == "scale":  # the inverse of what the loader does, so that it reads back
+        span = options.occupied_thresh - written_free_thresh
+        darkness = written_free_thresh + np.maximum(data, 0) / OCCUPIED * span
+        shade = np.rint((1.0 - darkness) * 255.0)
+    else:
         occupied = data >= options.occupied_thresh * OCCUPIED
         free = (data >= 0) & (data <= options.free_thresh * OCCUPIED)
-        shade = np.select([occupied, free], [0.0, levels], _UNKNOWN_SHADE)
-    shade[data < 0] = _UNKNOWN_SHADE
+        shade = np.select([occupied, free], [0.0, 254.0], _UNKNOWN_SHADE)
     return (255 - shade if options.negate else shade).astype(np.uint8)

@@ -21,7 +21,9 @@ def create_node(process: Any, spec: NodeSpec, parameters: Parameters) -> Any:
     Raises:
         ConfigError: A parameter is unknown, of the wrong type or out of bounds.
     """
-    return node_class(spec)(process, for_node(parameters, spec.name), name=spec.name)
+    namespace, _, name = spec.name.rpartition("/")
+    values = for_node(parameters, spec.name)
+    return node_class(spec)(process, values, name=name, namespace=namespace)
 
 
 def check_parameters(parameters: Parameters, groups: tuple[Group, ...], known: list[str]) -> None:

@@ -21,11 +21,17 @@ from bringup.goals import Goals
 from bringup.lockstep import LockStep, LockStepError
 from bringup.log import RunLog
 from bringup.measures import distance_to_surfaces
-from bringup.parameters import Parameters
+from bringup.parameters import Parameters, merged
 from bringup.pictures import draw_map, draw_trajectory
 from bringup.progress import Progress
 from bringup.recording import Recorder
-from bringup.stack import EXPLORER_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP
+from bringup.stack import (
+    EXPLORER_GROUP,
+    LOCALIZATION_GROUP,
+    NAVIGATION_GROUP,
+    SIM_GROUP,
+    SLAM_GROUP,
+)
 
 WAYPOINTS = (
     SE2(2.0, 2.0, 0.0),
@@ -84,12 +90,14 @@ class Demo:
         Raises:
             LockStepError: A phase did not end in time.
         """
-        robot = self._robot = LockStep(self._options.parameters)
+        maps: Parameters = {"map_saver": {"maps_folder": str(self._options.out)}}
+        robot = self._robot = LockStep(merged(self._options.parameters, maps))
         robot.on_tick = self._sample
         self._goals = Goals(robot)
         self._listen()
         try:
             with Recorder(robot.process, self._options.out / "run.mcap"):
+                robot.start(SIM_GROUP)
                 self._explore()
                 self._restart_on_saved_map()
                 self._drive_waypoints()
@@ -132,8 +140,7 @@ class Demo:
     def _explore(self) -> None:
         robot = self._robot
         self._progress.phase("exploring and mapping", robot.now)
-        for group in (SLAM_GROUP, NAVIGATION_GROUP, EXPLORER_GROUP):
-            robot.start(group)
+        robot.start(SLAM_GROUP, NAVIGATION_GROUP, EXPLORER_GROUP)
         robot.run_until(
             lambda: self._exploration.startswith("done"), _EXPLORE_TIMEOUT, "exploration"
         )
@@ -148,8 +155,7 @@ class Demo:
         request = SaveMap.Request(map_topic="map", map_url=str(stem), image_format="pgm")
         if not robot.call(SaveMap, "map_saver/save_map", request).result:
             raise LockStepError(f"map_saver could not save {stem}; see its log above")
-        for group in (NAVIGATION_GROUP, SLAM_GROUP):
-            robot.stop(group)
+        robot.stop(SLAM_GROUP, NAVIGATION_GROUP)
         robot.process.transforms.clear()
         self._start_on_map(stem.with_suffix(".yaml"))
         assert last is not None
@@ -164,10 +170,9 @@ class Demo:
         self._judge = True
 
     def _start_on_map(self, map_yaml: Path) -> None:
-        values = {name: dict(node) for name, node in self._options.parameters.items()}
-        values.setdefault("map_server", {})["yaml_filename"] = str(map_yaml)
-        for group in (LOCALIZATION_GROUP, NAVIGATION_GROUP):
-            self._robot.start(group, values)
+        on_map: Parameters = {"map_server": {"yaml_filename": str(map_yaml)}}
+        values = merged(self._options.parameters, on_map)
+        self._robot.start(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=values)
 
     def _go(self, goal: SE2) -> bool:
         succeeded = self._goals.navigate(goal, _GOAL_TIMEOUT)

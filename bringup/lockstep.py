@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.lifecycle import TransitionCallbackReturn
@@ -12,7 +12,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process
 from bringup.composition import create_node
 from bringup.parameters import Parameters
-from bringup.stack import SIM_GROUP, Group
+from bringup.stack import Group
 
 
 class LockStepError(ArjunaError):
@@ -31,7 +31,6 @@ class LockStep:
     Attributes:
         process: The process of every node.
         client: A plain node for the caller's own clients and subscriptions.
-        sim: The simulator's node; its truth is for measuring only.
         nodes: Every node by name.
         on_tick: Called after each tick, to measure.
     """
@@ -43,31 +42,38 @@ class LockStep:
         self.process.executor.add_node(self.client)
         self.nodes: dict[str, Any] = {}
         self.on_tick: Callable[[], None] = lambda: None
-        self.start(SIM_GROUP)
-        self.sim = self.nodes["sim"]
+
+    @property
+    def sim(self) -> Any:
+        """The simulator's node; its truth is for measuring only."""
+        return self.nodes["sim"]
 
     @property
     def now(self) -> float:
         """Simulated time [s]."""
         return self.process.now
 
-    def start(self, group: Group, parameters: Parameters | None = None) -> None:
-        """Make a group's nodes, configure all in order, then activate all in order.
+    def start(self, *groups: Group, parameters: Parameters | None = None) -> None:
+        """Make the nodes of groups, configure all in order, then activate all in order.
+
+        Groups that talk to each other are started together: a latched message reaches those who
+        subscribe later by a thread of the middleware, at no fixed time.
 
         Raises:
             LockStepError: A node refuses a transition; its log says why.
         """
         values = self._parameters if parameters is None else parameters
-        for spec in group.nodes:
+        specs = [spec for group in groups for spec in group.nodes]
+        for spec in specs:
             self.nodes[spec.name] = create_node(self.process, spec, values)
         self.process.drain()
         for step in ("configure", "activate"):
-            for spec in group.nodes:
+            for spec in specs:
                 self._transition(spec.name, step)
 
-    def stop(self, group: Group) -> None:
-        """Deactivate, clean up and destroy a group's nodes, last first."""
-        for spec in reversed(group.nodes):
+    def stop(self, *groups: Group) -> None:
+        """Deactivate, clean up and destroy the nodes of groups, last first."""
+        for spec in reversed([spec for group in groups for spec in group.nodes]):
             for step in ("deactivate", "cleanup"):
                 self._transition(spec.name, step)
             self.process.remove(self.nodes.pop(spec.name))
@@ -129,9 +135,7 @@ class LockStep:
         self.client.destroy_client(client)
         return future.result()
 
-    def close(self, groups: Sequence[Group] = ()) -> None:
-        """Stop groups, then leave the graph."""
-        for group in groups:
-            self.stop(group)
+    def close(self) -> None:
+        """Leave the graph."""
         self.client.destroy_node()
         self.process.close()

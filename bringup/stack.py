@@ -45,6 +45,10 @@ SLAM_TOOLBOX = NodeSpec("slam_toolbox", "arjuna_slam.nodes.slam_toolbox", "SlamT
 MAP_SAVER = NodeSpec("map_saver", "arjuna_slam.nodes.map_saver", "MapSaverNode")
 MAP_SERVER = NodeSpec("map_server", "arjuna_slam.nodes.map_server", "MapServerNode")
 AMCL = NodeSpec("amcl", "arjuna_slam.nodes.amcl", "AmclNode")
+LOCAL_COSTMAP = NodeSpec("local_costmap/local_costmap", "arjuna_nav.nodes.costmap", "CostmapNode")
+GLOBAL_COSTMAP = NodeSpec(
+    "global_costmap/global_costmap", "arjuna_nav.nodes.costmap", "CostmapNode"
+)
 CONTROLLER_SERVER = NodeSpec(
     "controller_server", "arjuna_nav.nodes.controller_server", "ControllerServerNode"
 )
@@ -60,7 +64,14 @@ SLAM_GROUP = Group("slam", (SLAM_TOOLBOX, MAP_SAVER), "lifecycle_manager_slam")
 LOCALIZATION_GROUP = Group("localization", (MAP_SERVER, AMCL), "lifecycle_manager_localization")
 NAVIGATION_GROUP = Group(
     "navigation",
-    (CONTROLLER_SERVER, PLANNER_SERVER, BEHAVIOR_SERVER, BT_NAVIGATOR),
+    (
+        LOCAL_COSTMAP,
+        CONTROLLER_SERVER,
+        GLOBAL_COSTMAP,
+        PLANNER_SERVER,
+        BEHAVIOR_SERVER,
+        BT_NAVIGATOR,
+    ),
     "lifecycle_manager_navigation",
 )
 EXPLORER_GROUP = Group("explorer", (EXPLORER,), "lifecycle_manager_explorer")

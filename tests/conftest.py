@@ -17,11 +17,12 @@ if TYPE_CHECKING:
 def stack() -> Iterator[Callable[..., LockStep]]:
     """Return a maker of lock-step robots: `stack(*groups, seed=0, parameters={})`.
 
-    The simulator runs always; the groups are brought up in order. All are closed at the end.
+    The simulator runs always, with the groups beside it. All are closed at the end.
     """
     pytest.importorskip("rclpy", reason="no ROS here")
     from bringup.lockstep import LockStep
     from bringup.parameters import merged, shipped_parameters
+    from bringup.stack import SIM_GROUP
 
     with ExitStack() as opened:
 
@@ -31,8 +32,7 @@ def stack() -> Iterator[Callable[..., LockStep]]:
             overrides = merged(parameters or {}, {"sim": {"seed": seed}})
             robot = LockStep(merged(shipped_parameters(), overrides))
             opened.enter_context(closing(robot))
-            for group in groups:
-                robot.start(group)
+            robot.start(SIM_GROUP, *groups)
             return robot
 
         yield make

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
+from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.ament import add_environment_to_ament_index
 from arjuna_core.ros.convert import seconds
@@ -39,6 +40,10 @@ def _discovery(isolated: bool) -> Iterator[None]:
             del os.environ[_RANGE]
         else:
             os.environ[_RANGE] = before
+
+
+class MissingNodeError(ArjunaError):
+    """A node that must live in the same process does not."""
 
 
 class Process:
@@ -78,6 +83,17 @@ class Process:
         """Take a node into the executor and under the clock."""
         self.nodes.append(node)
         self.executor.add_node(node)
+
+    def find(self, name: str) -> Any:
+        """Return the node of a name, `namespace/name`, that lives in this process.
+
+        Raises:
+            MissingNodeError: There is none; the message lists those there are.
+        """
+        found = {node.get_fully_qualified_name().strip("/"): node for node in self.nodes}
+        if name not in found:
+            raise MissingNodeError(f"no node '{name}' in this process; {nearest(name, found)}")
+        return found[name]
 
     def remove(self, node: ManagedNode) -> None:
         """Take a node out of the executor and destroy it."""

@@ -1,1 +1,18 @@
-"""Local planners."""
+"""Local planners: controllers that follow a path."""
+
+from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus, Velocity
+from arjuna_nav.controllers.regulated_pure_pursuit import (
+    PathError,
+    RegulatedPurePursuit,
+    RegulatedPurePursuitConfig,
+)
+
+__all__ = [
+    "ControlResult",
+    "ControlStatus",
+    "Controller",
+    "PathError",
+    "RegulatedPurePursuit",
+    "RegulatedPurePursuitConfig",
+    "Velocity",
+]

@@ -1,1 +1,25 @@
-"""Layered costmaps."""
+"""Costmaps: layers, inflation and the grid planners and controllers read."""
+
+from arjuna_nav.costmap.config import CostmapConfig
+from arjuna_nav.costmap.costmap import (
+    FREE,
+    INSCRIBED,
+    LETHAL,
+    MAX_NON_OBSTACLE,
+    UNKNOWN,
+    Costmap,
+)
+from arjuna_nav.costmap.layered import LayeredCostmap
+from arjuna_nav.costmap.layers import PlacedScan
+
+__all__ = [
+    "FREE",
+    "INSCRIBED",
+    "LETHAL",
+    "MAX_NON_OBSTACLE",
+    "UNKNOWN",
+    "Costmap",
+    "CostmapConfig",
+    "LayeredCostmap",
+    "PlacedScan",
+]

@@ -1,1 +1,1 @@
-"""Adaptive Monte Carlo localization."""
+"""Adaptive Monte Carlo localization: where the robot is in a known map."""

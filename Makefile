@@ -1,0 +1,38 @@
+# `make demo` or `make test` on a fresh clone sets up first; see CONTRIBUTING.md.
+PYTHON ?= python3
+VENV := .venv/bin/python
+export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
+# These two belong to another environment, where one is active.
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONHOME
+
+.PHONY: help setup demo test check wheel lock clean
+.DEFAULT_GOAL := help
+
+help:  ## list the targets
+	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/^([a-z]+):.*## /  make \1\t/' | expand -t 16
+
+setup:  ## install everything into .venv (skips what is done)
+	@command -v $(PYTHON) >/dev/null || { echo "error: missing $(PYTHON); sudo apt-get install -y python3" >&2; exit 2; }
+	@$(PYTHON) -m scripts.setup_env
+
+demo: setup  ## drive through a world, map it and navigate: writes out/demo
+	@$(VENV) -m bringup demo --out out/demo
+
+test: setup  ## run the tests in random order
+	$(VENV) -m pytest -q $(PYTEST_ARGS)
+
+check: setup  ## style, types and the packages' layers
+	$(VENV) -m ruff check .
+	$(VENV) -m ruff format --check .
+	$(VENV) -m mypy
+	$(VENV) -m pytest -q tests/core/test_layers.py
+
+wheel: setup  ## both wheels into dist/
+	@mkdir -p dist && cp .setup/wheels/*/*.whl dist/
+	$(VENV) -m pip -q wheel --no-deps --no-build-isolation -w dist .
+
+lock:  ## make requirements.lock again from requirements.in (needs the network)
+	$(PYTHON) -m scripts.lock
+
+clean:  ## remove all that make made
+	rm -rf .venv .setup build dist out arjuna_interfaces/build ./*.egg-info arjuna_interfaces/*.egg-info

@@ -1,0 +1,135 @@
+"""Does the robot's outline, at a pose or along a motion, meet an obstacle of a costmap?"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
+from arjuna_nav.footprint import Footprint
+
+_CLEARANCE_EPSILON_CELLS = 1e-6
+
+
+def collides(costmap: Costmap, footprint: Footprint, pose: SE2) -> bool:
+    """Tell whether the robot at a pose (of the costmap's frame) touches a lethal cell.
+
+    Leaving the grid counts as a collision; unknown cells do not.
+    """
+    return first_collision(costmap, footprint, pose.array()[None, :]) is not None
+
+
+def first_collision(
+    costmap: Costmap, footprint: Footprint, poses: NDArray[np.float64]
+) -> int | None:
+    """Return the index of the first pose of a motion that collides, None where none does.
+
+    The centre's cost decides where it can: 253 and above collides, below the costmap's
+    `circumscribed_cost` nothing does. Between them a polygon's edges are traced. Where the first
+    pose already collides, as after a sensor's error, poses that lie no nearer to the nearest lethal
+    cell than the first are let pass, so that a robot can leave a place but never press on.
+
+    Args:
+        costmap: Inflated costs.
+        footprint: The robot.
+        poses: `(N, 3) float64` [m, m, rad] in the costmap's frame, the present pose first.
+    """
+    frame = costmap.frame
+    T_grid_frame = frame.origin.inverse()
+    in_grid = np.empty_like(poses)
+    in_grid[:, :2] = T_grid_frame.apply(poses[:, :2]) / frame.resolution
+    in_grid[:, 2] = poses[:, 2] + T_grid_frame.theta
+    index = _first_collision(
+        costmap.data,
+        in_grid,
+        footprint.points / frame.resolution,
+        footprint.circular,
+        costmap.circumscribed_cost,
+        footprint.circumscribed_radius / frame.resolution,
+    )
+    return int(index) if index < len(poses) else None
+
+
+@njit(cache=True)
+def _first_collision(
+    data: NDArray[np.uint8],
+    poses: NDArray[np.float64],
+    points: NDArray[np.float64],
+    circular: bool,
+    safe_cost: int,
+    reach: float,
+) -> int:
+    """Return the first colliding index, or the number of poses where none collides."""
+    allowed = math.inf
+    for i in range(len(poses)):
+        if not _collides(data, poses[i], points, circular, safe_cost):
+            allowed = math.inf if i == 0 else allowed
+            continue
+        if i == 0:
+            allowed = _clearance(data, poses[0], reach) - _CLEARANCE_EPSILON_CELLS
+        elif allowed == math.inf or _clearance(data, poses[i], reach) < allowed:
+            return i
+    if len(poses) == 1 and allowed < math.inf:
+        return 0
+    return len(poses)
+
+
+@njit(cache=True)
+def _collides(
+    data: NDArray[np.uint8],
+    pose: NDArray[np.float64],
+    points: NDArray[np.float64],
+    circular: bool,
+    safe_cost: int,
+) -> bool:
+    height, width = data.shape
+    row, column = math.floor(pose[1]), math.floor(pose[0])
+    if not (0 <= row < height and 0 <= column < width):
+        return True
+    cost = data[row, column]
+    if cost != UNKNOWN and cost >= INSCRIBED:
+        return True
+    if circular or cost < safe_cost:
+        return False
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    x0 = pose[0] + c * points[-1, 0] - s * points[-1, 1]
+    y0 = pose[1] + s * points[-1, 0] + c * points[-1, 1]
+    for i in range(len(points)):
+        x1 = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y1 = pose[1] + s * points[i, 0] + c * points[i, 1]
+        if _edge_is_blocked(data, x0, y0, x1, y1):
+            return True
+        x0, y0 = x1, y1
+    return False
+
+
+@njit(cache=True)
+def _edge_is_blocked(data: NDArray[np.uint8], x0: float, y0: float, x1: float, y1: float) -> bool:
+    """Sample an edge each half cell."""
+    height, width = data.shape
+    steps = int(2.0 * math.hypot(x1 - x0, y1 - y0)) + 1
+    for k in range(steps):
+        row = math.floor(y0 + (y1 - y0) * k / steps)
+        column = math.floor(x0 + (x1 - x0) * k / steps)
+        if not (0 <= row < height and 0 <= column < width) or data[row, column] == LETHAL:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _clearance(data: NDArray[np.uint8], pose: NDArray[np.float64], reach: float) -> float:
+    """Return the distance [cells] to the nearest lethal cell's centre, at most `reach`."""
+    height, width = data.shape
+    row, column = math.floor(pose[1]), math.floor(pose[0])
+    if not (0 <= row < height and 0 <= column < width):
+        return -1.0
+    span, best = int(reach) + 1, reach
+    for r in range(max(row - span, 0), min(row + span + 1, height)):
+        for c in range(max(column - span, 0), min(column + span + 1, width)):
+            if data[r, c] == LETHAL:
+                best = min(best, math.hypot(r + 0.5 - pose[1], c + 0.5 - pose[0]))
+    return best

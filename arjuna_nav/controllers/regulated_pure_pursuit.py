@@ -1,0 +1,248 @@
+"""Regulated pure pursuit: aim at a point ahead, slower in bends, near obstacles and at the goal."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.errors import ArjunaError
+from arjuna_core.se2 import SE2, wrap
+from arjuna_nav import path as paths
+from arjuna_nav.collision import first_collision
+from arjuna_nav.controllers.base import ControlResult, ControlStatus, Velocity
+from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
+from arjuna_nav.footprint import Footprint
+from arjuna_nav.motion import rollout
+
+_PLUGIN = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+_TURN_GAIN = 1.5  # yaw rate per angle left; stable with 0.25 s from command to motion [1/s]
+_SMALLEST_TURN = 0.1  # a skid-steer's wheels stick below this rate [rad/s]
+_SETTLED = 0.05  # angle below which sticking is welcome [rad]
+_SAME_GOAL = 0.1  # paths that end this near to each other lead to the same goal [m]
+
+
+class PathError(ArjunaError, ValueError):
+    """A path has no pose or the wrong shape."""
+
+
+@dataclass(frozen=True)
+class RegulatedPurePursuitConfig:
+    """Parameters of regulated pure pursuit, by Nav2's names."""
+
+    plugin: str = param(_PLUGIN, "type", choices=(_PLUGIN,))
+    desired_linear_vel: float = param(0.5, "greatest forward speed", unit="m/s", minimum=0.0)
+    lookahead_dist: float = param(0.6, "fixed lookahead", unit="m", minimum=0.05)
+    min_lookahead_dist: float = param(0.3, "least scaled lookahead", unit="m", minimum=0.05)
+    max_lookahead_dist: float = param(0.9, "greatest scaled lookahead", unit="m", minimum=0.05)
+    lookahead_time: float = param(1.5, "scaled lookahead per speed", unit="s", minimum=0.0)
+    use_velocity_scaled_lookahead_dist: bool = param(False, "whether lookahead grows with speed")
+    min_approach_linear_velocity: float = param(
+        0.05, "least speed towards the goal", unit="m/s", minimum=0.0
+    )
+    approach_velocity_scaling_dist: float = param(
+        0.6, "distance from the goal at which to slow down", unit="m", minimum=0.0
+    )
+    use_collision_detection: bool = param(True, "whether to stop before obstacles")
+    max_allowed_time_to_collision_up_to_carrot: float = param(
+        1.0, "how far ahead collisions are looked for", unit="s", minimum=0.0
+    )
+    use_regulated_linear_velocity_scaling: bool = param(True, "whether bends slow down")
+    use_cost_regulated_linear_velocity_scaling: bool = param(True, "whether obstacles slow down")
+    cost_scaling_dist: float = param(
+        0.6, "distance to obstacles that slows down", unit="m", minimum=0.01
+    )
+    cost_scaling_gain: float = param(1.0, "speed left per distance", minimum=0.0, maximum=1.0)
+    inflation_cost_scaling_factor: float = param(
+        3.0, "the costmap's cost_scaling_factor", unit="1/m", minimum=0.01
+    )
+    regulated_linear_scaling_min_radius: float = param(
+        0.90, "radius of bends that slow down", unit="m", minimum=0.01
+    )
+    regulated_linear_scaling_min_speed: float = param(
+        0.25, "least regulated speed", unit="m/s", minimum=0.0
+    )
+    use_rotate_to_heading: bool = param(True, "whether to turn on the spot")
+    rotate_to_heading_min_angle: float = param(
+        0.785, "heading error that starts a turn on the spot", unit="rad", minimum=0.0
+    )
+    rotate_to_heading_angular_vel: float = param(
+        1.8, "yaw rate on the spot and greatest in bends", unit="rad/s", minimum=0.05
+    )
+    max_angular_accel: float = param(3.2, "change of the yaw rate", unit="rad/s^2", minimum=0.01)
+    max_robot_pose_search_dist: float = param(
+        2.5, "how far along the path the robot is looked for", unit="m", minimum=0.1
+    )
+
+
+class RegulatedPurePursuit:
+    """Follows a path by pure pursuit with regulated speed.
+
+    Args:
+        config: Parameters.
+        footprint: The robot.
+        xy_goal_tolerance: Where the position counts as reached and only the heading is left [m].
+        period: Time between two calls [s].
+
+    Source: Macenski et al., Regulated pure pursuit for robot path tracking, 2023;
+        nav2_regulated_pure_pursuit_controller.
+    """
+
+    def __init__(
+        self,
+        config: RegulatedPurePursuitConfig,
+        footprint: Footprint,
+        xy_goal_tolerance: float = 0.25,
+        period: float = 0.05,
+    ) -> None:
+        self._config = config
+        self._footprint = footprint
+        self._xy_goal_tolerance = xy_goal_tolerance
+        self._period = period
+        self._path = np.empty((0, 3))
+        self._index = 0
+        self._arrived = False
+        self._turning = False
+        self._last_w = 0.0
+        self.speed_limit = math.inf
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """The part of the path that is still ahead, `(N, 3) float64`."""
+        return self._path[self._index :]
+
+    def set_path(self, path: NDArray[np.float64]) -> None:
+        """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached.
+
+        Raises:
+            PathError: The path is empty or not `(N, 3)`.
+        """
+        if path.ndim != 2 or path.shape[1] != 3 or not len(path):
+            raise PathError(f"a path must be (N, 3) with N > 0, got {path.shape}")
+        moved = not len(self._path) or np.hypot(*(path[-1, :2] - self._path[-1, :2])) > _SAME_GOAL
+        if moved:
+            self._arrived = self._turning = False
+        self._path, self._index = path, 0
+
+    def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
+        """Return the velocity to drive, or NO_VALID_CONTROL where it would collide."""
+        if not len(self._path):
+            return ControlResult(ControlStatus.INVALID_PATH, message="no path was set")
+        search = self._config.max_robot_pose_search_dist
+        self._index = paths.nearest(self._path, pose, self._index, search)
+        goal = SE2.from_array(self._path[-1])
+        self._arrived = self._arrived or pose.distance(goal) <= self._xy_goal_tolerance
+        if self._arrived:
+            command = Velocity(0.0, self._turn(wrap(goal.theta - pose.theta)))
+            return self._checked(command, pose, costmap, math.inf)
+        carrot = pose.inverse() @ self._carrot(pose, velocity)
+        if self._must_turn(carrot):
+            command = Velocity(0.0, self._turn(math.atan2(carrot.y, carrot.x)))
+        else:
+            command = self._pursue(carrot, pose, velocity, costmap)
+        return self._checked(command, pose, costmap, math.hypot(carrot.x, carrot.y))
+
+    def _carrot(self, pose: SE2, velocity: Velocity) -> SE2:
+        """Return the point of the path one lookahead away, between two poses where need be."""
+        config, distance = self._config, self._config.lookahead_dist
+        if config.use_velocity_scaled_lookahead_dist:
+            scaled = abs(velocity.v) * config.lookahead_time
+            distance = min(max(scaled, config.min_lookahead_dist), config.max_lookahead_dist)
+        gaps = paths.distances(self.path, pose)
+        beyond = np.flatnonzero(gaps >= distance)
+        if not len(beyond):
+            return SE2.from_array(self.path[-1])
+        i = int(beyond[0])
+        if i == 0:
+            return SE2.from_array(self.path[0])
+        before, after = (SE2.from_array(entry) for entry in self.path[i - 1 : i + 1])
+        return before.interpolate(after, _crossing(pose, before, after, distance))
+
+    def _must_turn(self, carrot: SE2) -> bool:
+        """Tell whether to turn on the spot; once begun, down to half the angle that begins it."""
+        angle = abs(math.atan2(carrot.y, carrot.x))
+        limit = self._config.rotate_to_heading_min_angle * (0.5 if self._turning else 1.0)
+        self._turning = self._config.use_rotate_to_heading and angle > limit
+        return self._turning
+
+    def _turn(self, angle: float) -> float:
+        """Return the yaw rate that turns by an angle and comes to rest there."""
+        config = self._config
+        brake = math.sqrt(config.max_angular_accel * abs(angle))  # half the limit: none overshoots
+        rate = min(config.rotate_to_heading_angular_vel, brake, _TURN_GAIN * abs(angle))
+        if abs(angle) > _SETTLED:
+            rate = max(rate, _SMALLEST_TURN)
+        target = math.copysign(rate, angle)
+        change = config.max_angular_accel * self._period
+        return min(max(target, self._last_w - change), self._last_w + change)
+
+    def _pursue(self, carrot: SE2, pose: SE2, velocity: Velocity, costmap: Costmap) -> Velocity:
+        """Return the velocity along the arc through the carrot, regulated."""
+        config = self._config
+        curvature = 2.0 * carrot.y / max(carrot.x**2 + carrot.y**2, 1e-6)
+        speed = min(config.desired_linear_vel, self.speed_limit)
+        regulated = min(self._in_bend(speed, curvature), self._near_obstacles(speed, pose, costmap))
+        floor = min(config.regulated_linear_scaling_min_speed, speed)
+        v = self._towards_goal(max(regulated, floor), pose)
+        w_max = config.rotate_to_heading_angular_vel
+        if abs(v * curvature) > w_max:
+            v = w_max / abs(curvature)
+        return Velocity(v, v * curvature)
+
+    def _in_bend(self, speed: float, curvature: float) -> float:
+        radius_min = self._config.regulated_linear_scaling_min_radius
+        if not self._config.use_regulated_linear_velocity_scaling or curvature == 0.0:
+            return speed
+        return speed * min(1.0 / abs(curvature) / radius_min, 1.0)
+
+    def _near_obstacles(self, speed: float, pose: SE2, costmap: Costmap) -> float:
+        config, cost = self._config, costmap.cost_at(pose.x, pose.y)
+        if not config.use_cost_regulated_linear_velocity_scaling or cost is None:
+            return speed
+        if not FREE < cost <= INSCRIBED:
+            return speed
+        distance = self._footprint.inscribed_radius - math.log(cost / MAX_NON_OBSTACLE) / (
+            config.inflation_cost_scaling_factor
+        )
+        return speed * min(config.cost_scaling_gain * distance / config.cost_scaling_dist, 1.0)
+
+    def _towards_goal(self, speed: float, pose: SE2) -> float:
+        config = self._config
+        beside = pose.distance(SE2.from_array(self._path[-1]))
+        left = max(paths.length(self.path), beside)
+        if left >= config.approach_velocity_scaling_dist:
+            return speed
+        slow = speed * left / config.approach_velocity_scaling_dist
+        return min(max(slow, config.min_approach_linear_velocity), speed)
+
+    def _checked(
+        self, command: Velocity, pose: SE2, costmap: Costmap, reach: float
+    ) -> ControlResult:
+        """Return the command, or NO_VALID_CONTROL where its arc collides before the carrot."""
+        config = self._config
+        duration = config.max_allowed_time_to_collision_up_to_carrot
+        if command.v > 0.0:
+            duration = min(duration, reach / command.v)
+        if config.use_collision_detection:
+            arc = rollout(pose, command, duration, costmap.frame.resolution)
+            hit = first_collision(costmap, self._footprint, arc)
+            if hit is not None:
+                self._last_w = 0.0
+                message = f"collision ahead at ({arc[hit, 0]:.2f}, {arc[hit, 1]:.2f})"
+                return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+        self._last_w = command.w
+        return ControlResult(ControlStatus.SUCCEEDED, command.v, command.w)
+
+
+def _crossing(pose: SE2, before: SE2, after: SE2, distance: float) -> float:
+    """Return where a segment leaves the circle of a radius round the robot, as a ratio 0..1."""
+    dx, dy = after.x - before.x, after.y - before.y
+    fx, fy = before.x - pose.x, before.y - pose.y
+    a, b, c = dx * dx + dy * dy, fx * dx + fy * dy, fx * fx + fy * fy - distance * distance
+    if a == 0.0:
+        return 1.0
+    root = math.sqrt(max(b * b - a * c, 0.0))
+    return min(max((root - b) / a, 0.0), 1.0)

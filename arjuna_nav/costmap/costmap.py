@@ -1,0 +1,71 @@
+"""A costmap: what it costs to have the robot's centre in each cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.grid import GridFrame
+from arjuna_core.se2 import SE2
+
+FREE = 0
+MAX_NON_OBSTACLE = 252
+INSCRIBED = 253
+LETHAL = 254
+UNKNOWN = 255
+
+
+def _occupancy_table() -> NDArray[np.int8]:
+    """Return Nav2's translation: 0 to 0, 1..252 to 1..98, 253 to 99, 254 to 100, 255 to -1."""
+    table = np.zeros(256, dtype=np.int8)
+    costs = np.arange(1, INSCRIBED)
+    table[1:INSCRIBED] = 1 + 97 * (costs - 1) // 251
+    table[INSCRIBED], table[LETHAL], table[UNKNOWN] = 99, 100, -1
+    return table
+
+
+_OCCUPANCY = _occupancy_table()
+
+
+@dataclass(frozen=True, eq=False)
+class Costmap:
+    """A snapshot of costs; it never changes, so it may be kept.
+
+    Attributes:
+        frame: Where the grid lies.
+        data: `(height, width) uint8`: 0 free, 1..252 near obstacles, 253 within the robot's
+            inscribed radius of one, 254 lethal, 255 unknown.
+        stamp: Time of the last update [s].
+        circumscribed_cost: Cost at the robot's circumscribed radius from an obstacle: below it no
+            heading collides. 0 where the inflation does not reach that far.
+    """
+
+    frame: GridFrame
+    data: NDArray[np.uint8]
+    stamp: float = 0.0
+    circumscribed_cost: int = 0
+
+    def __post_init__(self) -> None:
+        if self.data.shape != self.frame.shape:
+            raise ValueError(f"data has shape {self.data.shape}, the frame {self.frame.shape}")
+
+    def cost_at(self, x: float, y: float) -> int | None:
+        """Return the cost at a point [m] of the frame, None outside the grid."""
+        row, column = self.frame.to_cell(x, y)
+        return int(self.data[row, column]) if self.frame.contains(row, column) else None
+
+    def seen_from(self, T_other_frame: SE2) -> Costmap:
+        """Return the same costs with the grid placed in another frame; the data is shared.
+
+        Args:
+            T_other_frame: Maps coordinates of this costmap's frame into the other.
+        """
+        origin = T_other_frame @ self.frame.origin
+        return replace(self, frame=replace(self.frame, origin=origin))
+
+    def to_occupancy(self) -> NDArray[np.int8]:
+        """Return the costs as nav_msgs/OccupancyGrid has them, `(height, width) int8`."""
+        occupancy: NDArray[np.int8] = _OCCUPANCY[self.data]
+        return occupancy

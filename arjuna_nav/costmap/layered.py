@@ -1,0 +1,144 @@
+"""The costmap of layers: map, then obstacles, then inflation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.config import CostmapConfig
+from arjuna_nav.costmap.costmap import FREE, UNKNOWN, Costmap
+from arjuna_nav.costmap.inflation import Inflation, cost_at_distance
+from arjuna_nav.costmap.layers import ObstacleLayer, PlacedScan, interpret_map
+from arjuna_nav.footprint import Footprint
+
+
+class LayeredCostmap:
+    """Combines the layers into one costmap, fixed to the map or rolling with the robot.
+
+    Args:
+        config: Parameters.
+    """
+
+    def __init__(self, config: CostmapConfig) -> None:
+        self._config = config
+        self.footprint = Footprint.parse(
+            config.footprint, config.robot_radius, config.footprint_padding
+        )
+        frame = _own_frame(config)
+        self._map: NDArray[np.uint8] | None = None
+        self._obstacles = ObstacleLayer(frame, config)
+        self._inflation = self._make_inflation()
+        self._stamp = 0.0
+        self._costmap = self._compose()
+
+    @property
+    def costmap(self) -> Costmap:
+        """The costs as of the last change."""
+        return self._costmap
+
+    @property
+    def has_map(self) -> bool:
+        """Whether the map came that the static layer needs; True where there is no such layer."""
+        return self._map is not None or not self._uses("static_layer")
+
+    def set_footprint(self, footprint: Footprint) -> None:
+        """Take another outline of the robot from now on."""
+        self.footprint = footprint
+        self._inflation = self._make_inflation()
+        self._costmap = self._compose()
+
+    def set_map(self, grid: OccupancyGrid) -> None:
+        """Take a map; the costmap takes its size and place, and keeps the obstacles seen."""
+        self._map = interpret_map(grid, self._config)
+        self._obstacles.move(grid.frame)
+        self._inflation = self._make_inflation()
+        self._costmap = self._compose()
+
+    def update(self, T_global_base: SE2, now: float, scans: Sequence[PlacedScan]) -> None:
+        """Bring the costmap up to date.
+
+        Args:
+            T_global_base: Pose of the robot in the costmap's global frame.
+            now: Time of the update [s].
+            scans: What came since the last update, oldest first.
+        """
+        self._stamp = now
+        if self._config.rolling_window:
+            self._obstacles.move(_rolled(self._obstacles.frame, T_global_base))
+        if self._uses("obstacle_layer"):
+            self._obstacles.update(T_global_base, self.footprint, scans)
+        self._costmap = self._compose()
+
+    def clear_entirely(self) -> None:
+        """Forget all obstacles seen; the map stays."""
+        self._obstacles.clear()
+        self._costmap = self._compose()
+
+    def clear_around(self, T_global_base: SE2, reset_distance: float) -> None:
+        """Forget the obstacles in a square of edge `reset_distance` [m] round a pose."""
+        self._obstacles.clear(self._square(T_global_base, reset_distance))
+        self._costmap = self._compose()
+
+    def clear_except(self, T_global_base: SE2, reset_distance: float) -> None:
+        """Forget the obstacles outside a square of edge `reset_distance` [m] round a pose."""
+        self._obstacles.clear(self._square(T_global_base, reset_distance), outside=True)
+        self._costmap = self._compose()
+
+    def _compose(self) -> Costmap:
+        frame = self._obstacles.frame
+        unknown = UNKNOWN if self._config.track_unknown_space else FREE
+        if self._map is not None and self._uses("static_layer"):
+            data = self._map.copy()
+        else:
+            data = np.full(frame.shape, unknown, dtype=np.uint8)
+        if self._uses("obstacle_layer"):
+            self._obstacles.merge_into(data)
+        if self._uses("inflation_layer"):
+            self._inflation.apply(data)
+        return Costmap(frame, data, self._stamp, self._circumscribed_cost())
+
+    def _make_inflation(self) -> Inflation:
+        return Inflation(
+            self._config.inflation_layer,
+            self.footprint.inscribed_radius,
+            self._obstacles.frame.resolution,
+        )
+
+    def _circumscribed_cost(self) -> int:
+        """Return the cost below which no heading collides, 0 where inflation does not tell."""
+        inflation, radius = self._config.inflation_layer, self.footprint.circumscribed_radius
+        margin = self._obstacles.frame.resolution  # centres of cells against corners of cells
+        if not self._uses("inflation_layer") or radius + margin > inflation.inflation_radius:
+            return 0
+        inscribed = self.footprint.inscribed_radius
+        return cost_at_distance(radius + margin, inscribed, inflation.cost_scaling_factor)
+
+    def _uses(self, layer: str) -> bool:
+        return layer in self._config.plugins and bool(getattr(self._config, layer).enabled)
+
+    def _square(self, T_global_base: SE2, edge: float) -> tuple[slice, slice]:
+        frame = self._obstacles.frame
+        row, column = frame.to_cell(T_global_base.x, T_global_base.y)
+        half = int(edge / 2.0 / frame.resolution)
+        rows = slice(max(row - half, 0), max(row + half + 1, 0))
+        return rows, slice(max(column - half, 0), max(column + half + 1, 0))
+
+
+def _own_frame(config: CostmapConfig) -> GridFrame:
+    """Return the grid a costmap has before any map came."""
+    width, height = (round(edge / config.resolution) for edge in (config.width, config.height))
+    return GridFrame(config.resolution, width, height, SE2(config.origin_x, config.origin_y))
+
+
+def _rolled(frame: GridFrame, T_global_base: SE2) -> GridFrame:
+    """Return the grid centred on the robot, moved by whole cells so that no cell is resampled."""
+    half_x, half_y = frame.width * frame.resolution / 2.0, frame.height * frame.resolution / 2.0
+    columns = math.floor((T_global_base.x - half_x) / frame.resolution)
+    rows = math.floor((T_global_base.y - half_y) / frame.resolution)
+    origin = SE2(columns * frame.resolution, rows * frame.resolution)
+    return GridFrame(frame.resolution, frame.width, frame.height, origin)

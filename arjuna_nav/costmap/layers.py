@@ -1,0 +1,135 @@
+"""The layers of a costmap that hold data of their own: the map, and what the scans saw."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap import raytrace
+from arjuna_nav.costmap.config import CostmapConfig, SourceConfig
+from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
+from arjuna_nav.footprint import Footprint
+
+
+@dataclass(frozen=True)
+class PlacedScan:
+    """A scan and where the robot was when it was taken.
+
+    Attributes:
+        scan: The scan.
+        T_global_base: Pose of the base in the costmap's global frame at the scan's stamp.
+    """
+
+    scan: Scan
+    T_global_base: SE2
+
+
+def interpret_map(grid: OccupancyGrid, config: CostmapConfig) -> NDArray[np.uint8]:
+    """Return the costs a map's cells have by themselves, `(height, width) uint8`.
+
+    Source: nav2_costmap_2d, static layer: unknown, lethal from the threshold, else free or scaled.
+    """
+    threshold = config.lethal_cost_threshold
+    between = np.zeros(grid.data.shape)
+    if not config.trinary_costmap:
+        between = np.floor(grid.data.astype(np.float64) / threshold * LETHAL)
+    unknown = UNKNOWN if config.track_unknown_space else FREE
+    states = [grid.data < 0, grid.data >= threshold]
+    return np.select(states, [unknown, LETHAL], between).astype(np.uint8)
+
+
+class ObstacleLayer:
+    """Marks what scans hit and clears what their rays cross; marks stay until a ray clears them.
+
+    Args:
+        frame: Where the grid lies.
+        config: The costmap's parameters.
+
+    Source: nav2_costmap_2d, obstacle layer.
+    """
+
+    def __init__(self, frame: GridFrame, config: CostmapConfig) -> None:
+        self._untouched = UNKNOWN if config.track_unknown_space else FREE
+        self._config = config.obstacle_layer
+        self.frame = frame
+        self.data: NDArray[np.uint8] = np.full(frame.shape, self._untouched, dtype=np.uint8)
+
+    def move(self, frame: GridFrame) -> None:
+        """Continue on another grid of the same resolution; what both cover is kept."""
+        if frame == self.frame:
+            return
+        old, self.data = self.data, np.full(frame.shape, self._untouched, dtype=np.uint8)
+        shift = self.frame.origin.inverse() @ frame.origin
+        row, column = (round(v / frame.resolution) for v in (shift.y, shift.x))
+        turned = abs(shift.theta) * max(frame.width, frame.height) > 0.5
+        if frame.resolution == self.frame.resolution and not turned:
+            _copy_overlap(old, self.data, row, column)
+        self.frame = frame
+
+    def clear(self, window: tuple[slice, slice] | None = None, outside: bool = False) -> None:
+        """Forget what was seen: everywhere, in a window of cells, or outside that window."""
+        if window is None:
+            self.data.fill(self._untouched)
+            return
+        kept = self.data[window].copy() if outside else None
+        (self.data if outside else self.data[window]).fill(self._untouched)
+        if kept is not None:
+            self.data[window] = kept
+
+    def update(self, T_global_base: SE2, footprint: Footprint, scans: Iterable[PlacedScan]) -> None:
+        """Enter scans in order, then set the robot's own place free."""
+        for placed in scans:
+            self._enter(placed)
+        if self._config.footprint_clearing_enabled:
+            corners = self.frame.origin.inverse().apply(footprint.at(T_global_base))
+            raytrace.fill_polygon(self.data, corners / self.frame.resolution, FREE)
+
+    def merge_into(self, master: NDArray[np.uint8]) -> None:
+        """Take the greater cost of both; what either does not know comes from the other."""
+        known = self.data != UNKNOWN
+        take = known & ((master == UNKNOWN) | (self.data > master))
+        master[take] = self.data[take]
+
+    def _enter(self, placed: PlacedScan) -> None:
+        source, scan = self._config.scan, placed.scan
+        T_grid_sensor = self.frame.origin.inverse() @ placed.T_global_base @ scan.T_base_sensor
+        raytrace.enter_scan(
+            self.data,
+            T_grid_sensor.array() / (self.frame.resolution, self.frame.resolution, 1.0),
+            scan.ranges / self.frame.resolution,
+            scan.angles,
+            np.array(_limits(scan, source)) / self.frame.resolution,
+            source.clearing,
+            source.marking,
+        )
+
+
+def _limits(scan: Scan, source: SourceConfig) -> tuple[float, ...]:
+    """Return the ranges [m] that bound a scan's validity, clearing and marking."""
+    return (
+        scan.range_min,
+        scan.range_max,
+        source.raytrace_min_range,
+        source.raytrace_max_range if source.inf_is_valid else -1.0,
+        source.raytrace_max_range,
+        source.obstacle_min_range,
+        source.obstacle_max_range,
+    )
+
+
+def _copy_overlap(old: NDArray[np.uint8], new: NDArray[np.uint8], row: int, column: int) -> None:
+    """Copy what lies in both, where `new[0, 0]` lies at `old[row, column]`."""
+    rows = slice(max(row, 0), min(row + new.shape[0], old.shape[0]))
+    columns = slice(max(column, 0), min(column + new.shape[1], old.shape[1]))
+    if rows.start < rows.stop and columns.start < columns.stop:
+        target = (
+            slice(rows.start - row, rows.stop - row),
+            slice(columns.start - column, columns.stop - column),
+        )
+        new[target] = old[rows, columns]

@@ -1,0 +1,117 @@
+"""Inner loops of the obstacle layer: rays that clear, ends that mark, polygons that fill."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_nav.costmap.costmap import FREE, LETHAL
+
+
+@njit(cache=True)
+def enter_scan(
+    data: NDArray[np.uint8],
+    sensor: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    bearings: NDArray[np.float64],
+    limits: NDArray[np.float64],
+    clearing: bool,
+    marking: bool,
+) -> None:
+    """Clear along all beams of a scan, then mark their ends, in place.
+
+    Lengths are in cells, so that a point's cell is its coordinates' floor.
+
+    Args:
+        data: `(height, width) uint8`.
+        sensor: `(3,)` x, y, heading of the sensor in the grid.
+        ranges: `(N,)`; inf is no return, NaN invalid.
+        bearings: `(N,)` in the sensor frame [rad].
+        limits: `(7,)` range_min, range_max, raytrace_min, raytrace_max for beams without return
+            (negative for none), raytrace_max, obstacle_min, obstacle_max.
+        clearing: Whether rays clear.
+        marking: Whether ends mark.
+    """
+    range_min, range_max, trace_min, trace_inf, trace_max, mark_min, mark_max = limits
+    height, width = data.shape
+    if clearing:
+        for i in range(len(ranges)):
+            hit = range_min <= ranges[i] < range_max
+            if not hit and not ranges[i] >= range_max:
+                continue
+            length = min(ranges[i], trace_max) if hit else trace_inf
+            angle = sensor[2] + bearings[i]
+            keep_end = hit and ranges[i] <= trace_max
+            _clear_ray(data, sensor, math.cos(angle), math.sin(angle), trace_min, length, keep_end)
+    if marking:
+        for i in range(len(ranges)):
+            hit = range_min <= ranges[i] < range_max
+            if hit and mark_min <= ranges[i] <= mark_max:
+                angle = sensor[2] + bearings[i]
+                column = math.floor(sensor[0] + ranges[i] * math.cos(angle))
+                row = math.floor(sensor[1] + ranges[i] * math.sin(angle))
+                if 0 <= row < height and 0 <= column < width:
+                    data[row, column] = LETHAL
+
+
+@njit(cache=True)
+def _clear_ray(
+    data: NDArray[np.uint8],
+    sensor: NDArray[np.float64],
+    c: float,
+    s: float,
+    start: float,
+    length: float,
+    keep_end: bool,
+) -> None:
+    """Set cells along a ray free; `keep_end` spares the cell of its end. Source: Bresenham 1965."""
+    if length <= start:
+        return
+    height, width = data.shape
+    row, column = math.floor(sensor[1] + start * s), math.floor(sensor[0] + start * c)
+    row1, column1 = math.floor(sensor[1] + length * s), math.floor(sensor[0] + length * c)
+    d_row, d_column = abs(row1 - row), abs(column1 - column)
+    step_row = 1 if row1 > row else -1
+    step_column = 1 if column1 > column else -1
+    error = d_column - d_row
+    for _ in range(max(d_row, d_column) + (0 if keep_end else 1)):
+        if 0 <= row < height and 0 <= column < width:
+            data[row, column] = FREE
+        double = 2 * error
+        if double > -d_row:
+            error -= d_row
+            column += step_column
+        if double < d_column:
+            error += d_column
+            row += step_row
+
+
+@njit(cache=True)
+def fill_polygon(data: NDArray[np.uint8], corners: NDArray[np.float64], value: int) -> None:
+    """Set the cells whose centres lie in a polygon, in place.
+
+    Args:
+        data: `(height, width) uint8`.
+        corners: `(N, 2)` x, y in cells.
+        value: What to write.
+
+    Source: even-odd rule, row by row.
+    """
+    height, width = data.shape
+    row0 = max(math.floor(corners[:, 1].min()), 0)
+    row1 = min(math.floor(corners[:, 1].max()) + 1, height)
+    column0 = max(math.floor(corners[:, 0].min()), 0)
+    column1 = min(math.floor(corners[:, 0].max()) + 1, width)
+    for row in range(row0, row1):
+        for column in range(column0, column1):
+            x, y, inside = column + 0.5, row + 0.5, False
+            for i in range(len(corners)):
+                xa, ya = corners[i, 0], corners[i, 1]
+                xb, yb = corners[i - 1, 0], corners[i - 1, 1]
+                if (ya > y) != (yb > y) and x < (xb - xa) * (y - ya) / (yb - ya) + xa:
+                    inside = not inside
+            if inside:
+                data[row, column] = value

@@ -1,0 +1,127 @@
+"""Frontier exploration: where to drive next so that the map grows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from arjuna_core.config import param
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.planners.potential import NEUTRAL, spread, traversal_costs
+
+_EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.int8)
+
+
+@dataclass(frozen=True)
+class ExplorationConfig:
+    """Parameters of exploration."""
+
+    min_frontier_size: float = param(0.3, "shortest frontier of interest", unit="m", minimum=0.0)
+    view_distance: float = param(
+        1.0, "how far from a frontier it may be looked at", unit="m", minimum=0.0
+    )
+    max_cost: int = param(120, "greatest cost of a place to stand", minimum=0, maximum=252)
+    size_gain: float = param(1.0, "worth of a metre of frontier in metres of way", minimum=0.0)
+    blacklist_radius: float = param(
+        0.5, "distance to a goal tried before that rules a place out", unit="m", minimum=0.0
+    )
+
+
+def next_goal(
+    grid: OccupancyGrid,
+    costmap: Costmap,
+    T_map_base: SE2,
+    tried: Sequence[SE2],
+    config: ExplorationConfig = ExplorationConfig(),
+) -> SE2 | None:
+    """Return where to look from next, facing the frontier.
+
+    Args:
+        grid: The map as far as it is known.
+        costmap: Inflated costs of the same grid; unknown stays unknown.
+        T_map_base: Pose of the robot.
+        tried: Goals of before; none near one of them comes again, so that exploration ends.
+        config: Parameters.
+
+    Returns:
+        The goal, or None where no frontier of interest can be reached.
+
+    Raises:
+        ValueError: Grid and costmap lie differently.
+
+    Source: Yamauchi, A frontier-based approach for autonomous exploration, 1997.
+    """
+    if grid.frame != costmap.frame:
+        raise ValueError(f"grid {grid.frame} and costmap {costmap.frame} must be one frame")
+    start = grid.frame.to_cell(T_map_base.x, T_map_base.y)
+    if not grid.frame.contains(*start):
+        return None
+    costs = traversal_costs(costmap.data, allow_unknown=False)
+    costs[start] = min(costs[start], NEUTRAL)
+    travel = spread(costs, *start) / NEUTRAL * grid.frame.resolution
+    travel[costmap.data > config.max_cost] = np.inf
+    for goal in tried:
+        _rule_out(travel, grid, goal, config.blacklist_radius)
+    candidates = [_viewpoint(cells, travel, grid, config) for cells in frontiers(grid, config)]
+    best = min((entry for entry in candidates if entry is not None), default=None)
+    return None if best is None else SE2(*best[1:])
+
+
+def frontiers(
+    grid: OccupancyGrid, config: ExplorationConfig = ExplorationConfig()
+) -> list[NDArray[np.int64]]:
+    """Return the frontiers: clusters of free cells beside unknown ones, each `(N, 2) int64`.
+
+    Clusters shorter than `min_frontier_size` are left out.
+    """
+    beside_unknown = ndimage.binary_dilation(grid.unknown())  # by the four edges, not corners
+    labels, count = ndimage.label(grid.free() & beside_unknown, structure=_EIGHT_NEIGHBOURS)
+    rows, columns = np.nonzero(labels)
+    order = np.argsort(labels[rows, columns], kind="stable")
+    cells = np.column_stack((rows, columns))[order]
+    sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    clusters = np.split(cells, np.cumsum(sizes)[:-1]) if count else []
+    least = config.min_frontier_size / grid.frame.resolution
+    return [cluster for cluster in clusters if len(cluster) >= least]
+
+
+def _rule_out(travel: NDArray[np.float64], grid: OccupancyGrid, goal: SE2, radius: float) -> None:
+    """Make the cells round a goal tried before unreachable."""
+    rows, columns = np.ogrid[: grid.frame.height, : grid.frame.width]
+    row, column = grid.frame.to_cell(goal.x, goal.y)
+    travel[(rows - row) ** 2 + (columns - column) ** 2 < (radius / grid.frame.resolution) ** 2] = (
+        np.inf
+    )
+
+
+def _viewpoint(
+    cells: NDArray[np.int64],
+    travel: NDArray[np.float64],
+    grid: OccupancyGrid,
+    config: ExplorationConfig,
+) -> tuple[float, float, float, float] | None:
+    """Return `(price, x, y, yaw)` of the best place to see a frontier's middle cell from."""
+    centre = cells.mean(axis=0)
+    middle = cells[np.argmin(np.square(cells - centre).sum(axis=1))]
+    reach = math.ceil(config.view_distance / grid.frame.resolution)
+    row0, column0 = np.maximum(middle - reach, 0)
+    window = travel[row0 : middle[0] + reach + 1, column0 : middle[1] + reach + 1]
+    rows, columns = np.ogrid[: window.shape[0], : window.shape[1]]
+    gap = np.hypot(rows + row0 - middle[0], columns + column0 - middle[1])
+    score = window + gap * grid.frame.resolution  # as near as can be stood, without detours
+    score[gap > reach] = np.inf
+    row, column = np.unravel_index(np.argmin(score), score.shape)
+    if not math.isfinite(score[row, column]):
+        return None
+    x, y = grid.frame.to_point(int(row + row0), int(column + column0))
+    at_x, at_y = grid.frame.to_point(int(middle[0]), int(middle[1]))
+    size = len(cells) * grid.frame.resolution
+    price = float(score[row, column]) - config.size_gain * size
+    return price, x, y, math.atan2(at_y - y, at_x - x)

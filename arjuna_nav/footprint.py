@@ -1,0 +1,91 @@
+"""The robot's outline on the ground."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from arjuna_core.errors import ConfigError
+from arjuna_core.se2 import SE2
+
+_CIRCLE_CORNERS = 16  # what Nav2 publishes for a radius
+
+
+@dataclass(frozen=True, eq=False)
+class Footprint:
+    """A circle or a polygon round the base frame's origin, padding included.
+
+    Attributes:
+        points: Corners in the base frame, `(N, 2) float64` [m], in order.
+        inscribed_radius: Distance from the origin to the nearest edge [m].
+        circumscribed_radius: Distance from the origin to the farthest corner [m].
+        circular: Whether the outline is a circle, so that its heading does not matter.
+    """
+
+    points: NDArray[np.float64]
+    inscribed_radius: float
+    circumscribed_radius: float
+    circular: bool
+
+    @staticmethod
+    def circle(radius: float, padding: float = 0.0) -> Footprint:
+        """Return a circle of `radius + padding` [m]."""
+        total = radius + padding
+        if not total > 0.0:
+            raise ConfigError(f"robot_radius + footprint_padding must be positive, got {total}")
+        angles = np.arange(_CIRCLE_CORNERS) * (2.0 * math.pi / _CIRCLE_CORNERS)
+        points = total * np.column_stack((np.cos(angles), np.sin(angles)))
+        return Footprint(points, total, total, circular=True)
+
+    @staticmethod
+    def polygon(corners: NDArray[np.float64], padding: float = 0.0) -> Footprint:
+        """Return a polygon whose corners are moved outwards by `padding` in x and in y [m].
+
+        Raises:
+            ConfigError: There are fewer than three corners.
+        """
+        corners = np.asarray(corners, dtype=np.float64)
+        if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
+            raise ConfigError("a footprint needs at least three corners [x, y]")
+        points = corners + padding * np.sign(corners)
+        inscribed = float(_edge_distances(points).min())
+        return Footprint(points, inscribed, float(np.hypot(*points.T).max()), circular=False)
+
+    @staticmethod
+    def parse(text: str, robot_radius: float, padding: float) -> Footprint:
+        """Return what the parameters `footprint`, `robot_radius`, `footprint_padding` describe.
+
+        Args:
+            text: `"[[x, y], ...]"` [m], or `"[]"` for a circle.
+            robot_radius: Radius of the circle [m].
+            padding: What to add outwards [m].
+
+        Raises:
+            ConfigError: The text is no list of three or more corners.
+        """
+        try:
+            corners = yaml.safe_load(text) or []
+            array = np.array(corners, dtype=np.float64)
+        except (yaml.YAMLError, ValueError, TypeError) as error:
+            problem = f"footprint {text!r} is invalid; valid: '[[x, y], [x, y], [x, y], ...]'"
+            raise ConfigError(problem) from error
+        if array.size == 0:
+            return Footprint.circle(robot_radius, padding)
+        return Footprint.polygon(array, padding)
+
+    def at(self, T_frame_base: SE2) -> NDArray[np.float64]:
+        """Return the corners with the robot at a pose, `(N, 2) float64` in the pose's frame [m]."""
+        return T_frame_base.apply(self.points)
+
+
+def _edge_distances(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distance from the origin to each edge."""
+    edges = np.roll(points, -1, axis=0) - points
+    along = -np.einsum("ij,ij->i", points, edges) / np.maximum(np.square(edges).sum(axis=1), 1e-12)
+    closest = points + np.clip(along, 0.0, 1.0)[:, None] * edges
+    distances: NDArray[np.float64] = np.hypot(*closest.T)
+    return distances

@@ -1,0 +1,36 @@
+"""Where a constant velocity takes the robot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_nav.controllers.base import Velocity
+
+_TURN_STEP = 0.1  # coarsest step of a turn [rad]
+
+
+def rollout(pose: SE2, velocity: Velocity, duration: float, spacing: float) -> NDArray[np.float64]:
+    """Return the poses along the arc that a constant velocity drives.
+
+    Args:
+        pose: Start.
+        velocity: What is driven.
+        duration: For how long [s].
+        spacing: Greatest distance between two poses [m].
+
+    Returns:
+        `(N, 3) float64` [m, m, rad], the start first.
+    """
+    travel, turn = abs(velocity.v) * duration, abs(velocity.w) * duration
+    count = 1 + math.ceil(max(travel / spacing, turn / _TURN_STEP))
+    times = np.linspace(0.0, duration, count)
+    theta = pose.theta + velocity.w * times
+    middle = pose.theta + 0.5 * velocity.w * times
+    chord = velocity.v * times * np.sinc(velocity.w * times / (2.0 * math.pi))
+    return np.column_stack(
+        (pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle), theta)
+    )

@@ -1,0 +1,184 @@
+"""Node bt_navigator: navigate_to_pose and navigate_through_poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
+from nav_msgs.msg import Odometry
+
+from arjuna_core.config import param
+from arjuna_core.ros import qos
+from arjuna_core.ros.actions import GoalClient, GoalServer
+from arjuna_core.ros.convert import duration_msg, pose_stamped
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
+from arjuna_core.se2 import SE2
+from arjuna_nav.navigator import (
+    Ending,
+    Finish,
+    Navigator,
+    NavigatorConfig,
+    NavigatorState,
+)
+from arjuna_nav.nodes.frames import pose_in, robot_pose
+from arjuna_nav.nodes.navigation_clients import NavigationClients
+
+_DEFAULT_TREES = (
+    "",
+    "navigate_to_pose_w_replanning_and_recovery.xml",
+    "navigate_through_poses_w_replanning_and_recovery.xml",
+)
+_FEEDBACK_PERIOD = 0.1
+_ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
+
+
+@dataclass(frozen=True)
+class BtNavigatorConfig(NavigatorConfig):
+    """Parameters of bt_navigator."""
+
+    global_frame: str = param("map", "frame to navigate in", read_only=True)
+    robot_base_frame: str = param("base_link", "frame of the robot", read_only=True)
+    odom_topic: str = param("odom", "topic of the odometry", read_only=True)
+    transform_tolerance: float = param(0.3, "age of the transform borne", unit="s", minimum=0.0)
+    bt_loop_duration: int = param(10, "time between two ticks", unit="ms", minimum=1)
+    wait_for_service_timeout: int = param(
+        1000, "how long to wait for a costmap to be cleared", unit="ms", minimum=0
+    )
+
+
+class BtNavigatorNode(ManagedNode):
+    """Runs the navigator: tells it what happened, does what it says."""
+
+    Config = BtNavigatorConfig
+    DEFAULT_NAME = "bt_navigator"
+
+    def configure(self) -> None:
+        """Create the actions and their clients."""
+        config = self.config
+        self._navigator: Navigator | None = None
+        self._kind = ""
+        self._speed = 0.0
+        self._new_goals: tuple[SE2, ...] | None = None
+        self._feedback_at = 0.0
+        self._clients = NavigationClients(self, config)
+        self._servers: dict[str, GoalServer] = {
+            kind: self.keep(
+                GoalServer(self, action, kind, self._on_goal, partial(self._admit, kind))
+            )
+            for kind, action in _ACTIONS.items()
+        }
+        self._own = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
+        for topic in ("goal_pose", "/move_base_simple/goal"):
+            self.subscribe(PoseStamped, topic, self._on_goal_pose, qos.DEFAULT)
+        self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
+        self.every(config.bt_loop_duration / 1000.0, self._tick)
+
+    def deactivate(self) -> None:
+        """Stop the robot and abort."""
+        self._clients.stop()
+        self._navigator = None
+        for server in self._servers.values():
+            server.abort_all()
+
+    def on_time_jump(self) -> None:
+        """Abort: what was asked for belongs to another time."""
+        self.deactivate()
+
+    def _on_odometry(self, message: Any) -> None:
+        self._speed = message.twist.twist.linear.x
+
+    def _on_goal_pose(self, message: Any) -> None:
+        self._own.send(NavigateToPose.Goal(pose=message), lambda outcome: None)
+
+    def _admit(self, kind: str, goal: Any) -> str | None:
+        """Say why a goal is rejected."""
+        if goal.behavior_tree.rsplit("/", 1)[-1] not in _DEFAULT_TREES:
+            return f"behavior_tree '{goal.behavior_tree}' is not offered; valid: '' (the default)"
+        if self._navigator is not None and kind != self._kind:
+            return f"{self._kind} is running"
+        return None
+
+    def _on_goal(self) -> None:
+        """Start navigating, or go on to the newer goal."""
+        for kind, server in self._servers.items():
+            if server.preempt_requested:
+                server.accept_pending()
+            elif server.goal is None or self._navigator is not None:
+                continue
+            self._kind = kind
+            try:
+                goals = self._goals(server.goal)
+            except TransformError as error:
+                self._finish(Finish(Ending.ABORTED, 202, str(error)))
+                return
+            if self._navigator is None:
+                self._navigator = Navigator(self.config, goals, self.now)
+            else:
+                self._new_goals = goals
+        self._tick()
+
+    def _goals(self, goal: Any) -> tuple[SE2, ...]:
+        config = self.config
+        poses = [goal.pose] if self._kind == "navigate_to_pose" else goal.poses
+        if not poses:
+            raise TransformError("no poses were given")
+        frames = config.global_frame, config.robot_base_frame
+        robot_pose(self, *frames, config.transform_tolerance)
+        return tuple(pose_in(self, config.global_frame, pose) for pose in poses)
+
+    def _tick(self) -> None:
+        if self._navigator is None:
+            return
+        server = self._servers[self._kind]
+        frames = self.config.global_frame, self.config.robot_base_frame
+        state = NavigatorState(
+            now=self.now,
+            T_map_base=self.transforms.try_lookup(*frames),
+            speed=self._speed,
+            goals=self._new_goals,
+            cancel=server.cancel_requested and not server.preempt_requested,
+            **self._clients.take_outcomes(),
+        )
+        self._new_goals = None
+        command = self._navigator.tick(state)
+        self._clients.carry_out(command)
+        if command.finish is not None:
+            self._finish(command.finish)
+        else:
+            self._give_feedback(state)
+
+    def _give_feedback(self, state: NavigatorState) -> None:
+        if self._navigator is None or self.now - self._feedback_at < _FEEDBACK_PERIOD:
+            return
+        self._feedback_at = self.now
+        told = self._navigator.feedback(state)
+        message = _ACTIONS[self._kind].Feedback(
+            navigation_time=duration_msg(told.navigation_time),
+            estimated_time_remaining=duration_msg(told.estimated_time_remaining),
+            number_of_recoveries=told.number_of_recoveries,
+            distance_remaining=told.distance_remaining,
+        )
+        if state.T_map_base is not None:
+            frame = self.config.global_frame
+            message.current_pose = pose_stamped(state.T_map_base, frame, self.now)
+        if self._kind == "navigate_through_poses":
+            message.number_of_poses_remaining = told.number_of_poses_remaining
+        self._servers[self._kind].feedback(message)
+
+    def _finish(self, finish: Finish) -> None:
+        self._navigator = None
+        result = _ACTIONS[self._kind].Result(
+            error_code=finish.error_code, error_msg=finish.error_msg
+        )
+        server = self._servers[self._kind]
+        if finish.ending is Ending.CANCELED:
+            server.cancel(result)
+        elif finish.ending is Ending.SUCCEEDED:
+            server.succeed(result)
+        else:
+            self.get_logger().error(f"{self._kind} failed: {finish.error_msg}")
+            server.abort(result)

@@ -1,0 +1,155 @@
+"""Follows paths on the local costmap: follow_path."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from nav2_msgs.action import FollowPath
+from nav2_msgs.msg import SpeedLimit
+from nav_msgs.msg import Odometry, Path
+
+from arjuna_core.config import param
+from arjuna_core.ros import qos
+from arjuna_core.ros.actions import GoalServer
+from arjuna_core.ros.convert import poses_from_path
+from arjuna_core.ros.node import ManagedNode
+from arjuna_nav.controllers import ControlStatus, PathError, Velocity
+from arjuna_nav.follower import FollowerConfig, FollowResult, FollowState, PathFollower
+from arjuna_nav.nodes.costmap import CostmapNode
+from arjuna_nav.nodes.velocity_output import VelocityOutput
+
+
+@dataclass(frozen=True)
+class ControllerServerConfig(FollowerConfig):
+    """Parameters of the node `controller_server`, by Nav2's names."""
+
+    controller_plugins: tuple[str, ...] = param(
+        ("FollowPath",), "The controllers.", choices=("FollowPath",), read_only=True
+    )
+    progress_checker_plugins: tuple[str, ...] = param(
+        ("progress_checker",), "Checkers.", choices=("progress_checker",), read_only=True
+    )
+    goal_checker_plugins: tuple[str, ...] = param(
+        ("general_goal_checker",), "Checkers.", choices=("general_goal_checker",), read_only=True
+    )
+    costmap_update_timeout: float = param(0.3, "How old the costmap may be.", unit="s", minimum=0.0)
+    enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
+    odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
+    speed_limit_topic: str = param("speed_limit", "Topic of speed limits.", read_only=True)
+
+
+class ControllerServerNode(ManagedNode):
+    """Drives along the path of its goal at `controller_frequency`."""
+
+    Config = ControllerServerConfig
+    DEFAULT_NAME = "controller_server"
+
+    def configure(self) -> None:
+        """Create the follower and its interfaces."""
+        config: ControllerServerConfig = self.config
+        self._costmap: CostmapNode = self.process.find("local_costmap/local_costmap")
+        self._velocity = Velocity()
+        self._speed_limit = math.inf
+        self._frame = ""
+        self._stale_since: float | None = None
+        self._make_follower(config)
+        self._output = VelocityOutput(self, config.enable_stamped_cmd_vel)
+        self._plan_out = self.publisher(Path, "received_global_plan", qos.LATEST)
+        self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.DEFAULT)
+        self.subscribe(SpeedLimit, config.speed_limit_topic, self._on_speed_limit, qos.DEFAULT)
+        self._server = self.keep(GoalServer(self, FollowPath, "follow_path", self._on_goal))
+        self.every(1.0 / config.controller_frequency, self._control)
+
+    def deactivate(self) -> None:
+        """Stop the robot and abort what is asked for."""
+        if self._server.goal is not None:
+            self._output.stop()
+        self._server.abort_all()
+
+    def on_config(self, config: ControllerServerConfig) -> None:
+        """Follow by the new parameters from the next path on."""
+        self._make_follower(config)
+
+    def _make_follower(self, config: ControllerServerConfig) -> None:
+        self._follower = PathFollower(config, self._costmap.layered.footprint)
+        self._follower.controller.speed_limit = self._speed_limit
+
+    def _on_odometry(self, message: Any) -> None:
+        twist = message.twist.twist
+        self._velocity = Velocity(twist.linear.x, twist.angular.z)
+
+    def _on_speed_limit(self, message: Any) -> None:
+        """Take a limit, absolute [m/s] or in per cent of the desired speed; 0 lifts it."""
+        limit = message.speed_limit
+        if message.percentage:
+            limit *= self.config.FollowPath.desired_linear_vel / 100.0
+        self._speed_limit = limit if limit > 0.0 else math.inf
+        self._follower.controller.speed_limit = self._speed_limit
+
+    def _on_goal(self) -> None:
+        replaced = self._server.preempt_requested
+        goal = self._server.accept_pending() if replaced else self._server.goal
+        refusal = self._refusal(goal)
+        if refusal is not None:
+            self._end(FollowResult(FollowState.FAILED, Velocity(), *refusal))
+            return
+        self._frame = goal.path.header.frame_id.lstrip("/")
+        self._plan_out.publish(goal.path)
+        poses = poses_from_path(goal.path)
+        self._follower.change(poses) if replaced else self._follower.start(poses, self.now)
+
+    def _refusal(self, goal: Any) -> tuple[ControlStatus, str] | None:
+        """Say why a goal cannot be followed, or None."""
+        if goal.controller_id not in ("", *self.config.controller_plugins):
+            valid = ", ".join(self.config.controller_plugins)
+            message = f"controller '{goal.controller_id}' does not exist; valid: {valid}"
+            return ControlStatus.INVALID_CONTROLLER, message
+        try:
+            if not len(poses_from_path(goal.path)):
+                raise PathError("the path is empty")
+        except ValueError as error:
+            return ControlStatus.INVALID_PATH, str(error)
+        return None
+
+    def _control(self) -> None:
+        if self._server.goal is None:
+            return
+        if self._server.cancel_requested:
+            self._output.stop()
+            self._server.cancel(FollowPath.Result())
+            return
+        result = self._follow()
+        if result.state is not FollowState.RUNNING:
+            self._end(result)
+            return
+        self._output.publish(result.velocity)
+        self._server.feedback(
+            FollowPath.Feedback(distance_to_goal=result.distance, speed=self._velocity.v)
+        )
+
+    def _follow(self) -> FollowResult:
+        """Ask the follower, in the path's frame."""
+        config = self._costmap.config
+        pose = self.transforms.try_lookup(self._frame, config.robot_base_frame)
+        T_path_costmap = self.transforms.try_lookup(self._frame, config.global_frame)
+        if pose is None or T_path_costmap is None:
+            message = f"the robot's pose in '{self._frame}' is not known"
+            return FollowResult(FollowState.FAILED, Velocity(), ControlStatus.TF_ERROR, message)
+        costmap = self._costmap.current(self.config.costmap_update_timeout)
+        if costmap is None:
+            message = f"no local costmap for {self.config.costmap_update_timeout:g} s"
+            error = ControlStatus.CONTROLLER_TIMED_OUT
+            return FollowResult(FollowState.FAILED, Velocity(), error, message)
+        placed = costmap.seen_from(T_path_costmap)
+        return self._follower.tick(pose, self._velocity, placed, self.now)
+
+    def _end(self, result: FollowResult) -> None:
+        self._output.stop()
+        message = FollowPath.Result(error_code=int(result.error), error_msg=result.message)
+        if result.state is FollowState.SUCCEEDED:
+            self._server.succeed(message)
+            return
+        self.get_logger().warning(f"following failed: {result.message}")
+        self._server.abort(message)

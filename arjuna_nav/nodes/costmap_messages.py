@@ -1,0 +1,62 @@
+"""Costmaps as messages and back."""
+
+from __future__ import annotations
+
+import array
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point32, Polygon, PolygonStamped
+from nav2_msgs.msg import Costmap as CostmapMsg
+from nav2_msgs.msg import CostmapMetaData
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from numpy.typing import NDArray
+
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.ros.convert import grid_msg, header, pose_msg, se2_from_pose, seconds, time_msg
+from arjuna_nav.costmap import Costmap
+
+
+def costmap_raw_msg(costmap: Costmap, frame_id: str, now: float) -> CostmapMsg:
+    """Return the costs themselves as nav2_msgs/Costmap."""
+    metadata = CostmapMetaData(
+        update_time=time_msg(costmap.stamp),
+        layer="master",
+        resolution=costmap.frame.resolution,
+        size_x=costmap.frame.width,
+        size_y=costmap.frame.height,
+        origin=pose_msg(costmap.frame.origin),
+    )
+    data = array.array("B", costmap.data.tobytes())
+    return CostmapMsg(header=header(frame_id, now), metadata=metadata, data=data)
+
+
+def costmap_from_msg(message: Any) -> Costmap:
+    """Return a nav2_msgs/Costmap as a costmap.
+
+    Raises:
+        ValueError: The data's length contradicts the size, or the origin is no pose.
+    """
+    metadata = message.metadata
+    resolution = round(float(metadata.resolution), 6)  # float32 on the wire
+    origin = se2_from_pose(metadata.origin)
+    frame = GridFrame(resolution, metadata.size_x, metadata.size_y, origin)
+    data = np.asarray(message.data, dtype=np.uint8).reshape(frame.shape)
+    return Costmap(frame, data, seconds(message.header.stamp))
+
+
+def costmap_grid_msg(costmap: Costmap, frame_id: str, now: float) -> OccupancyGridMsg:
+    """Return a costmap as the OccupancyGrid that RViz shows."""
+    grid = OccupancyGrid(costmap.frame, costmap.to_occupancy(), costmap.stamp)
+    return grid_msg(grid, frame_id, now)
+
+
+def polygon_msg(points: NDArray[np.float64], frame_id: str, now: float) -> PolygonStamped:
+    """Return corners `(N, 2) float64` [m] as a polygon."""
+    corners = [Point32(x=float(x), y=float(y)) for x, y in points]
+    return PolygonStamped(header=header(frame_id, now), polygon=Polygon(points=corners))
+
+
+def points_from_polygon(message: Any) -> NDArray[np.float64]:
+    """Return a Polygon message's corners, `(N, 2) float64` [m]."""
+    return np.array([[p.x, p.y] for p in message.points], dtype=np.float64).reshape(-1, 2)

@@ -1,0 +1,114 @@
+"""Explores by itself: drives to frontiers of the map until none is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from nav2_msgs.action import NavigateToPose
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from std_msgs.msg import String
+
+from arjuna_core.config import param
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.ros import qos
+from arjuna_core.ros.actions import GoalClient, GoalOutcome
+from arjuna_core.ros.convert import grid_from_msg, pose_stamped
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.config import CostmapConfig
+from arjuna_nav.costmap.layered import LayeredCostmap
+from arjuna_nav.exploration import ExplorationConfig, frontiers, next_goal
+
+_STILL_THERE = 0.3  # a frontier this much beyond the view distance is still the goal's [m]
+
+
+@dataclass(frozen=True)
+class ExplorerConfig:
+    """Parameters of the node `explorer`."""
+
+    period: float = param(1.0, "Time between two looks at the map.", unit="s", minimum=0.1)
+    patience: float = param(3.0, "How long no goal must be left to be done.", unit="s", minimum=0.0)
+    map_frame: str = param("map", "Frame of the map.", read_only=True)
+    robot_base_frame: str = param("base_footprint", "Frame of the robot.", read_only=True)
+    exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
+    costmap: CostmapConfig = field(default_factory=CostmapConfig)
+
+
+class ExplorerNode(ManagedNode):
+    """Sends `navigate_to_pose` goals; says `exploring: ...` or `done: ...` on explorer/status."""
+
+    Config = ExplorerConfig
+    DEFAULT_NAME = "explorer"
+
+    def configure(self) -> None:
+        """Create the status topic, the map's subscription and the goal client."""
+        self._grid: OccupancyGrid | None = None
+        self._goal: SE2 | None = None
+        self._tried: list[SE2] = []
+        self._idle_since: float | None = None
+        self._done = False
+        self._costmap = LayeredCostmap(self.config.costmap)
+        self._status = self.publisher(String, "explorer/status", qos.LATCHED)
+        self.subscribe(OccupancyGridMsg, "map", self._on_map, qos.LATCHED, while_inactive=True)
+        self._client = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
+        self.every(self.config.period, self._look)
+
+    def deactivate(self) -> None:
+        """Stop driving."""
+        if self._goal is not None:
+            self._client.cancel()
+            self._goal = None
+
+    def _on_map(self, message: Any) -> None:
+        self._grid = grid_from_msg(message)
+
+    def _look(self) -> None:
+        """Go on, turn to a better goal, or be done."""
+        T_map_base = self.transforms.try_lookup(self.config.map_frame, self.config.robot_base_frame)
+        if self._done or self._grid is None or T_map_base is None or not self._client.ready:
+            return
+        if self._goal is not None and self._worthwhile(self._goal):
+            return
+        self._costmap.set_map(self._grid)
+        goal = next_goal(
+            self._grid, self._costmap.costmap, T_map_base, self._tried, self.config.exploration
+        )
+        if goal is not None:
+            self._go(goal)
+        elif self._goal is None:
+            self._finish_if_patient()
+
+    def _worthwhile(self, goal: SE2) -> bool:
+        """Tell whether the frontier that a goal is for is still unseen."""
+        assert self._grid is not None
+        reach = self.config.exploration.view_distance + _STILL_THERE
+        for cells in frontiers(self._grid, self.config.exploration):
+            points = self._grid.frame.to_points(cells)
+            if (np.hypot(*(points - (goal.x, goal.y)).T) < reach).any():
+                return True
+        return False
+
+    def _go(self, goal: SE2) -> None:
+        self._goal, self._idle_since = goal, None
+        request = NavigateToPose.Goal(pose=pose_stamped(goal, self.config.map_frame, self.now))
+        self._client.send(request, self._on_outcome)
+        self._say(f"exploring: to ({goal.x:.1f}, {goal.y:.1f})")
+
+    def _on_outcome(self, outcome: GoalOutcome) -> None:
+        """A place that was seen from or could not be reached is not gone to again."""
+        if self._goal is not None:
+            self._tried.append(self._goal)
+        self._goal = None
+
+    def _finish_if_patient(self) -> None:
+        if self._idle_since is None:
+            self._idle_since = self.now
+        elif self.now - self._idle_since >= self.config.patience:
+            self._done = True
+            self._say(f"done: looked from {len(self._tried)} places")
+
+    def _say(self, text: str) -> None:
+        self._status.publish(String(data=text))
+        self.get_logger().info(text)

@@ -1,0 +1,39 @@
+"""Where the robot is, and where poses of other frames lie."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from arjuna_core.ros.convert import se2_from_pose
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
+from arjuna_core.se2 import SE2
+
+
+def robot_pose(node: ManagedNode, frame: str, base: str, tolerance: float) -> SE2:
+    """Return the robot's newest pose in a frame.
+
+    Raises:
+        TransformError: It is not known, or older than the tolerance [s].
+    """
+    stamp = node.transforms.latest_common(frame, base)
+    age = node.now - stamp
+    if stamp and age > tolerance:
+        raise TransformError(
+            f"{frame} -> {base} is {age:.2f} s old, over the tolerance of {tolerance:g} s"
+        )
+    return node.transforms.lookup(frame, base)
+
+
+def pose_in(node: ManagedNode, frame: str, message: Any) -> SE2:
+    """Return a PoseStamped message's pose in a frame; an empty frame_id means that frame.
+
+    Raises:
+        TransformError: The frames are not connected, or the pose is none.
+    """
+    source = message.header.frame_id.lstrip("/") or frame
+    try:
+        pose = se2_from_pose(message.pose)
+    except ValueError as error:
+        raise TransformError(f"invalid pose: {error}") from error
+    return pose if source == frame else node.transforms.lookup(frame, source) @ pose

@@ -1,0 +1,193 @@
+"""What bt_navigator asks of the other servers, and what came of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import Point
+from nav2_msgs.action import (
+    BackUp,
+    ComputePathThroughPoses,
+    ComputePathToPose,
+    FollowPath,
+    Spin,
+    Wait,
+)
+from nav2_msgs.srv import ClearEntireCostmap, IsPathValid
+from numpy.typing import NDArray
+
+from arjuna_core.ros.actions import GoalClient, GoalOutcome
+from arjuna_core.ros.convert import duration_msg, path_msg, pose_stamped, poses_from_path
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.se2 import SE2
+from arjuna_nav.controllers.base import ControlStatus
+from arjuna_nav.navigator import GLOBAL_COSTMAP, LOCAL_COSTMAP, Command, Outcome, Recovery
+from arjuna_nav.planners.base import PlanResult, PlanStatus
+
+_ALLOWANCE = 10.0  # time_allowance of recoveries in Nav2's default tree [s]
+_UNKNOWN_BEHAVIOR = 700
+
+
+class NavigationClients:
+    """Carries out the navigator's commands and collects their outcomes.
+
+    Args:
+        node: bt_navigator; made in its `configure`.
+        config: Its parameters.
+    """
+
+    def __init__(self, node: ManagedNode, config: Any) -> None:
+        self._node = node
+        self._config = config
+        self._plan = self._action(ComputePathToPose, "compute_path_to_pose")
+        self._plan_through = self._action(ComputePathThroughPoses, "compute_path_through_poses")
+        self._follow = self._action(FollowPath, "follow_path")
+        self._recoveries = {
+            Recovery.SPIN: self._action(Spin, "spin"),
+            Recovery.WAIT: self._action(Wait, "wait"),
+            Recovery.BACK_UP: self._action(BackUp, "backup"),
+        }
+        self._clear = {
+            name: node.keep(node.create_client(ClearEntireCostmap, f"{name}/clear_entirely_{name}"))
+            for name in (GLOBAL_COSTMAP, LOCAL_COSTMAP)
+        }
+        self._check = node.keep(node.create_client(IsPathValid, "is_path_valid"))
+        self._clearing: dict[str, float] = {}
+        self._outcomes: dict[str, Any] = {}
+        self._waiting_for: dict[str, GoalClient] = {}
+
+    def _action(self, action: Any, name: str) -> GoalClient:
+        client: GoalClient = self._node.keep(GoalClient(self._node, action, name))
+        return client
+
+    def take_outcomes(self) -> dict[str, Any]:
+        """Return what has come since the last call, as NavigatorState's fields."""
+        self._give_up_on_the_dead()
+        outcomes, self._outcomes = self._outcomes, {}
+        return outcomes
+
+    def stop(self) -> None:
+        """Cancel following and recoveries; no outcome of theirs is told any more."""
+        for key in ("follow", "behavior"):
+            client = self._waiting_for.pop(key, None)
+            if client is not None:
+                client.cancel()
+            self._outcomes.pop(key, None)
+
+    def carry_out(self, command: Command) -> None:
+        """Do what the navigator says."""
+        if command.stop:
+            self.stop()
+        for name in command.clear:
+            self._send_clear(name)
+        if command.check_path is not None:
+            self._send_check(command.check_path)
+        if command.compute_path is not None:
+            self._send_plan(command.compute_path)
+        if command.follow is not None:
+            goal = FollowPath.Goal(path=self._path(command.follow))
+            self._send("follow", self._follow, goal, self._on_follow)
+        if command.recovery is not None:
+            client, goal = self._recoveries[command.recovery], self._recovery_goal(command.recovery)
+            self._send("behavior", client, goal, self._on_behavior)
+
+    def _send(self, key: str, client: GoalClient, goal: Any, on_outcome: Any) -> None:
+        self._outcomes.pop(key, None)
+        self._waiting_for[key] = client
+
+        def outcome(value: GoalOutcome) -> None:
+            if self._waiting_for.get(key) is client:
+                del self._waiting_for[key]
+                on_outcome(value)
+
+        client.send(goal, outcome)
+
+    def _send_plan(self, goals: tuple[SE2, ...]) -> None:
+        frame, now = self._config.global_frame, self._node.now
+        poses = [pose_stamped(goal, frame, now) for goal in goals]
+        if len(poses) == 1:
+            goal = ComputePathToPose.Goal(goal=poses[0])
+            self._send("plan", self._plan, goal, self._on_plan)
+        else:
+            goal = ComputePathThroughPoses.Goal(goals=poses)
+            self._send("plan", self._plan_through, goal, self._on_plan)
+
+    def _recovery_goal(self, recovery: Recovery) -> Any:
+        config, allowance = self._config, duration_msg(_ALLOWANCE)
+        if recovery is Recovery.SPIN:
+            return Spin.Goal(target_yaw=config.spin_dist, time_allowance=allowance)
+        if recovery is Recovery.WAIT:
+            return Wait.Goal(time=duration_msg(config.wait_duration))
+        return BackUp.Goal(
+            target=Point(x=config.backup_dist),
+            speed=config.backup_speed,
+            time_allowance=allowance,
+        )
+
+    def _path(self, path: NDArray[Any]) -> Any:
+        return path_msg(path, self._config.global_frame, self._node.now)
+
+    def _send_check(self, path: NDArray[Any]) -> None:
+        if not self._check.service_is_ready():
+            return
+        future = self._check.call_async(IsPathValid.Request(path=self._path(path)))
+        future.add_done_callback(self._on_check)
+
+    def _on_check(self, future: Any) -> None:
+        self._outcomes["path_valid"] = bool(future.result().is_valid)
+
+    def _send_clear(self, name: str) -> None:
+        self._clearing[name] = self._node.now
+        if self._clear[name].service_is_ready():
+            future = self._clear[name].call_async(ClearEntireCostmap.Request())
+            future.add_done_callback(lambda _: self._on_cleared(name))
+
+    def _on_cleared(self, name: str) -> None:
+        self._clearing.pop(name, None)
+        done = self._outcomes.get("cleared", frozenset())
+        self._outcomes["cleared"] = done | {name}
+
+    def _give_up_on_the_dead(self) -> None:
+        """Go on where a service does not answer or a server has gone."""
+        limit = self._config.wait_for_service_timeout / 1000.0
+        for name in [n for n, since in self._clearing.items() if self._node.now - since > limit]:
+            self._node.get_logger().warning(f"{name} was not cleared within {limit:g} s")
+            self._on_cleared(name)
+        for key, client in list(self._waiting_for.items()):
+            if not client.ready:
+                del self._waiting_for[key]
+                message = f"the action server {client.name} is not there"
+                self._outcomes[key] = _lost(key, message)
+
+    def _on_plan(self, outcome: GoalOutcome) -> None:
+        result = outcome.result
+        if outcome.succeeded and result is not None and result.path.poses:
+            path = poses_from_path(result.path)
+            self._outcomes["plan"] = PlanResult(PlanStatus.SUCCEEDED, path)
+            return
+        code = result.error_code if result is not None else 0
+        code -= 100 if code >= 300 else 0  # ComputePathThroughPoses counts from 300
+        known = code in list(PlanStatus) and code
+        status = PlanStatus(code) if known else PlanStatus.UNKNOWN
+        message = result.error_msg if result is not None else "the planner refused the goal"
+        self._outcomes["plan"] = PlanResult.failed(status, message)
+
+    def _on_follow(self, outcome: GoalOutcome) -> None:
+        self._outcomes["follow"] = _outcome(outcome, int(ControlStatus.UNKNOWN))
+
+    def _on_behavior(self, outcome: GoalOutcome) -> None:
+        self._outcomes["behavior"] = _outcome(outcome, _UNKNOWN_BEHAVIOR)
+
+
+def _outcome(outcome: GoalOutcome, unknown: int) -> Outcome:
+    if outcome.succeeded:
+        return Outcome()
+    if outcome.result is None:
+        return Outcome(unknown, "the goal was refused")
+    return Outcome(outcome.result.error_code or unknown, outcome.result.error_msg or "aborted")
+
+
+def _lost(key: str, message: str) -> Any:
+    if key == "plan":
+        return PlanResult.failed(PlanStatus.UNKNOWN, message)
+    return Outcome(int(ControlStatus.UNKNOWN) if key == "follow" else _UNKNOWN_BEHAVIOR, message)

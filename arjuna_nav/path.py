@@ -1,0 +1,49 @@
+"""Questions about a path `(N, 3) float64` of poses [m, m, rad]."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+
+
+def length(path: NDArray[np.float64]) -> float:
+    """Return the length of a path [m]."""
+    return float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
+
+
+def distances(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
+    """Return the distance of each pose of a path from the robot, `(N,) float64` [m]."""
+    result: NDArray[np.float64] = np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y)
+    return result
+
+
+def nearest(path: NDArray[np.float64], pose: SE2, first: int = 0, within: float = np.inf) -> int:
+    """Return the index of the path's pose nearest to the robot.
+
+    Args:
+        path: At least one pose.
+        pose: The robot's, in the path's frame.
+        first: Index from which to look.
+        within: How far along the path to look [m].
+    """
+    rest = path[first:]
+    along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(rest[:, :2], axis=0).T))))
+    return first + int(np.argmin(distances(rest[along <= within], pose)))
+
+
+def remaining(path: NDArray[np.float64], pose: SE2) -> float:
+    """Return the length of a path from the pose nearest to the robot [m]."""
+    return length(ahead(path, pose))
+
+
+def deviation(path: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Return how far the farthest pose of a path lies from another path [m]."""
+    gaps = path[::4, None, :2] - other[None, ::2, :2]
+    return float(np.sqrt(np.square(gaps).sum(axis=2).min(axis=1).max()))
+
+
+def ahead(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
+    """Return the part of a path from the pose nearest to the robot."""
+    return path[nearest(path, pose) :]

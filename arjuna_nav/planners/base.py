@@ -1,0 +1,74 @@
+"""What every global planner is and returns."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import Costmap
+
+
+class PlanStatus(enum.IntEnum):
+    """How planning ended; the values are nav2_msgs/action/ComputePathToPose's error codes."""
+
+    SUCCEEDED = 0
+    UNKNOWN = 200
+    INVALID_PLANNER = 201
+    TF_ERROR = 202
+    START_OUTSIDE_MAP = 203
+    GOAL_OUTSIDE_MAP = 204
+    START_OCCUPIED = 205
+    GOAL_OCCUPIED = 206
+    TIMEOUT = 207
+    NO_VALID_PATH = 208
+
+
+@dataclass(frozen=True, eq=False)
+class PlanResult:
+    """A path, or why there is none.
+
+    Attributes:
+        status: How planning ended.
+        path: `(N, 3) float64` [m, m, rad] in the costmap's frame from start to goal; empty unless
+            it succeeded.
+        message: What went wrong, with numbers; empty on success.
+    """
+
+    status: PlanStatus
+    path: NDArray[np.float64]
+    message: str = ""
+
+    @staticmethod
+    def failed(status: PlanStatus, message: str) -> PlanResult:
+        """Return a result without path."""
+        return PlanResult(status, np.empty((0, 3)), message)
+
+
+class Planner(Protocol):
+    """Finds a path on a costmap."""
+
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
+        """Plan between two poses in the costmap's frame."""
+        ...
+
+
+def plan_through(
+    planner: Planner, costmap: Costmap, start: SE2, goals: Sequence[SE2]
+) -> PlanResult:
+    """Plan through poses to the last; without any, NO_VALID_PATH."""
+    if not goals:
+        return PlanResult.failed(PlanStatus.NO_VALID_PATH, "no goals were given")
+    pieces: list[NDArray[np.float64]] = []
+    for goal in goals:
+        result = planner.plan(costmap, start, goal)
+        if result.status is not PlanStatus.SUCCEEDED:
+            return result
+        pieces.append(result.path)
+        start = SE2.from_array(result.path[-1])
+    return PlanResult(PlanStatus.SUCCEEDED, np.vstack(pieces))

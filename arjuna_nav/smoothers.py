@@ -1,0 +1,122 @@
+"""Path smoothers."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
+from arjuna_nav.planners.navfn import oriented
+
+
+class SmoothStatus(enum.IntEnum):
+    """How smoothing ended; the values are nav2_msgs/action/SmoothPath's error codes."""
+
+    SUCCEEDED = 0
+    UNKNOWN = 500
+    INVALID_SMOOTHER = 501
+    TIMEOUT = 502
+    SMOOTHED_PATH_IN_COLLISION = 503
+    FAILED_TO_SMOOTH_PATH = 504
+    INVALID_PATH = 505
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothResult:
+    """A smoothed path, or the path as it was and why.
+
+    Attributes:
+        status: How smoothing ended.
+        path: `(N, 3) float64` [m, m, rad].
+        message: What went wrong; empty on success.
+    """
+
+    status: SmoothStatus
+    path: NDArray[np.float64]
+    message: str = ""
+
+
+class Smoother(Protocol):
+    """Makes a path smoother without leaving the costmap's free space."""
+
+    def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
+        """Smooth a path `(N, 3)` of the costmap's frame."""
+        ...
+
+
+@dataclass(frozen=True)
+class SimpleSmootherConfig:
+    """Parameters of the simple smoother, by Nav2's names."""
+
+    plugin: str = param(
+        "nav2_smoother::SimpleSmoother", "type", choices=("nav2_smoother::SimpleSmoother",)
+    )
+    tolerance: float = param(1e-10, "change at which it has converged", unit="m", minimum=0.0)
+    max_its: int = param(1000, "most iterations", minimum=1)
+    w_data: float = param(0.2, "weight of the given path", minimum=0.0, maximum=1.0)
+    w_smooth: float = param(0.3, "weight of smoothness", minimum=0.0, maximum=0.49)
+    do_refinement: bool = param(True, "whether to smooth the smoothed path again")
+    refinement_num: int = param(2, "how many times again", minimum=0)
+
+
+class SimpleSmoother:
+    """Pulls each point to its neighbours' middle and to where it was; both ends stay.
+
+    Args:
+        config: Weights and limits.
+
+    Source: nav2_smoother, SimpleSmoother; Thrun, path smoothing by gradient descent.
+    """
+
+    def __init__(self, config: SimpleSmootherConfig) -> None:
+        self._config = config
+
+    def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
+        """Smooth a path; a pass that would touch an obstacle is undone and ends it."""
+        config = self._config
+        if path.ndim != 2 or path.shape[1] != 3 or not len(path):
+            message = f"a path must be (N, 3) with N > 0, got {path.shape}"
+            return SmoothResult(SmoothStatus.INVALID_PATH, path, message)
+        points = np.ascontiguousarray(path[:, :2])
+        for _ in range(1 + config.refinement_num * config.do_refinement):
+            smoothed = _relax(
+                points, config.w_data, config.w_smooth, config.tolerance, config.max_its
+            )
+            if _touches(smoothed, costmap):
+                status = SmoothStatus.FAILED_TO_SMOOTH_PATH
+                message = "smoothing would touch an obstacle; the path is as it was before"
+                return SmoothResult(status, oriented(points, float(path[-1, 2])), message)
+            points = smoothed
+        return SmoothResult(SmoothStatus.SUCCEEDED, oriented(points, float(path[-1, 2])))
+
+
+def _touches(points: NDArray[np.float64], costmap: Costmap) -> bool:
+    cells = costmap.frame.to_cells(points)
+    if not costmap.frame.inside(cells).all():
+        return True
+    costs = costmap.data[tuple(cells.T)]
+    return bool(((costs >= INSCRIBED) & (costs != UNKNOWN)).any())
+
+
+@njit(cache=True)
+def _relax(
+    given: NDArray[np.float64], w_data: float, w_smooth: float, tolerance: float, max_its: int
+) -> NDArray[np.float64]:
+    points: NDArray[np.float64] = given.copy()
+    for _ in range(max_its):
+        change = 0.0
+        for i in range(1, len(points) - 1):
+            for k in range(2):
+                old = points[i, k]
+                pull = points[i - 1, k] + points[i + 1, k] - 2.0 * old
+                points[i, k] = old + w_data * (given[i, k] - old) + w_smooth * pull
+                change += abs(points[i, k] - old)
+        if change < tolerance:
+            break
+    return points

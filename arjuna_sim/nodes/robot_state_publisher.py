@@ -1,0 +1,72 @@
+"""robot_state_publisher: the robot's description and the transforms of its joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.config import param
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.timing import Periodic
+from arjuna_sim.nodes.messages import transform3_msg
+from arjuna_sim.nodes.sim import SHIPPED_ROBOT
+from arjuna_sim.robot import load_robot
+from arjuna_sim.urdf import Urdf
+
+
+@dataclass(frozen=True)
+class RobotStatePublisherConfig:
+    """Parameters of the node `robot_state_publisher`."""
+
+    robot: str = param("", "The robot's .urdf file; empty takes the shipped one.", read_only=True)
+    publish_frequency: float = param(
+        20.0, "Greatest rate of moving joints' transforms.", unit="Hz", minimum=0.1, maximum=1000.0
+    )
+
+
+class RobotStatePublisherNode(ManagedNode):
+    """Publishes /robot_description, /tf_static and, from /joint_states, /tf."""
+
+    Config = RobotStatePublisherConfig
+    DEFAULT_NAME = "robot_state_publisher"
+
+    def configure(self) -> None:
+        """Load the robot and create the topics."""
+        self._urdf: Urdf = load_robot(self.config.robot or SHIPPED_ROBOT).urdf
+        self._description = self.publisher(String, "robot_description", qos.LATCHED)
+        self._static = self.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
+        self._moving = self.publisher(TFMessage, "/tf", qos.TF)
+        self._due = Periodic(1.0 / self.config.publish_frequency)
+        self.subscribe(JointState, "joint_states", self._on_joints, qos.DEFAULT)
+
+    def activate(self) -> None:
+        """Publish what never changes, all fixed joints in one message."""
+        self._description.publish(String(data=self._urdf.text))
+        fixed = [
+            transform3_msg(joint.T_parent_child, joint.parent, joint.child, self.now)
+            for joint in self._urdf.joints.values()
+            if joint.kind == "fixed"
+        ]
+        self._static.publish(TFMessage(transforms=fixed))
+
+    def on_config(self, config: Any) -> None:
+        """Take a new rate."""
+        self._due = Periodic(1.0 / config.publish_frequency)
+
+    def _on_joints(self, message: Any) -> None:
+        now = seconds(message.header.stamp)
+        if not self._due.due(now):
+            return
+        known = self._urdf.joints
+        moving = [
+            transform3_msg(known[name].at(position), known[name].parent, known[name].child, now)
+            for name, position in zip(message.name, message.position, strict=False)
+            if name in known
+        ]
+        self._moving.publish(TFMessage(transforms=moving))

@@ -1,0 +1,94 @@
+"""Rigid motions of space, as URDF and SDF write them: a position and a rotation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+
+
+@dataclass(frozen=True)
+class Pose3:
+    """A pose or transform of space; `T_a_c = T_a_b @ T_b_c`.
+
+    Attributes:
+        position: Translation `(x, y, z)` [m].
+        quaternion: Rotation as a unit quaternion `(w, x, y, z)`, as MuJoCo orders it.
+    """
+
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+
+    @staticmethod
+    def from_rpy(xyz: tuple[float, ...], rpy: tuple[float, ...]) -> Pose3:
+        """Build a pose from a position [m] and fixed-axis roll, pitch and yaw [rad]."""
+        (cr, sr), (cp, sp), (cy, sy) = ((math.cos(a / 2), math.sin(a / 2)) for a in rpy)
+        w = cr * cp * cy + sr * sp * sy
+        x = sr * cp * cy - cr * sp * sy
+        y = cr * sp * cy + sr * cp * sy
+        z = cr * cp * sy - sr * sp * cy
+        return Pose3((xyz[0], xyz[1], xyz[2]), (w, x, y, z))
+
+    @staticmethod
+    def from_se2(pose: SE2, z: float = 0.0) -> Pose3:
+        """Build an upright pose from a planar one, at height `z` [m]."""
+        return Pose3.from_rpy((pose.x, pose.y, z), (0.0, 0.0, pose.theta))
+
+    def __matmul__(self, other: Pose3) -> Pose3:
+        """Compose two transforms."""
+        x, y, z = self.apply(np.array([other.position]))[0]
+        return Pose3((float(x), float(y), float(z)), _product(self.quaternion, other.quaternion))
+
+    def inverse(self) -> Pose3:
+        """Return the transform that undoes this one."""
+        w, x, y, z = self.quaternion
+        turned = Pose3((0.0, 0.0, 0.0), (w, -x, -y, -z))
+        px, py, pz = -turned.apply(np.array([self.position]))[0]
+        return Pose3((float(px), float(py), float(pz)), turned.quaternion)
+
+    def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Map points `(N, 3) float64` [m] from the right-hand frame into the left-hand one."""
+        result: NDArray[np.float64] = points @ self.rotation().T + np.array(self.position)
+        return result
+
+    def rotation(self) -> NDArray[np.float64]:
+        """Return the rotation matrix, `(3, 3) float64`."""
+        w, x, y, z = self.quaternion
+        return np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+
+    def rpy(self) -> tuple[float, float, float]:
+        """Return fixed-axis roll, pitch and yaw [rad]."""
+        w, x, y, z = self.quaternion
+        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+        yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return roll, pitch, yaw
+
+    def planar(self) -> SE2:
+        """Return the pose seen from above."""
+        return SE2(self.position[0], self.position[1], self.rpy()[2])
+
+
+ORIGIN = Pose3()
+
+
+def _product(
+    a: tuple[float, float, float, float], b: tuple[float, float, float, float]
+) -> tuple[float, float, float, float]:
+    """Multiply two quaternions."""
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )

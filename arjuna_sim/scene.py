@@ -1,0 +1,142 @@
+"""Robot and world compiled into one MuJoCo model, and where to find things in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.errors import RobotError
+from arjuna_sim.camera import add_camera
+from arjuna_sim.robot import BODY_JOINT, Robot, ServoConfig, add_robot, wheel_sign
+from arjuna_sim.sdf import World
+from arjuna_sim.shapes import Group
+from arjuna_sim.world import add_world, is_ground
+
+_SOLVER_TOLERANCE = 1e-6
+_FRICTION_STIFFNESS = 0.1  # against the normal force's; see the tyres in robot.py
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A compiled model.
+
+    Attributes:
+        model: The `mujoco.MjModel`.
+        base: Address of the robot's root in qpos (7 values) and qvel (6 values).
+        joint_position: Addresses of the moving joints in qpos, in the robot's order.
+        joint_velocity: Addresses of the moving joints in qvel, in the robot's order.
+        left: Addresses of the left wheels in qpos.
+        right: Addresses of the right wheels in qpos.
+        left_sign: +1 where positive turning drives forward, else -1.
+        right_sign: As `left_sign`.
+        names: For each geom the model it belongs to, "" for the robot and the ground.
+        is_obstacle: For each geom whether it has such a name, `(G,) bool`.
+        ride_height: Height of the robot's root above the ground when it stands [m].
+    """
+
+    model: Any
+    base: tuple[int, int]
+    joint_position: NDArray[np.int64]
+    joint_velocity: NDArray[np.int64]
+    left: NDArray[np.int64]
+    right: NDArray[np.int64]
+    left_sign: NDArray[np.float64]
+    right_sign: NDArray[np.float64]
+    names: tuple[str, ...]
+    is_obstacle: NDArray[np.bool_]
+    ride_height: float
+
+
+def build_scene(robot: Robot, world: World, servo: ServoConfig, timestep: float) -> Scene:
+    """Compile a robot in a world.
+
+    Args:
+        robot: The robot.
+        world: The world.
+        servo: How the wheels are driven.
+        timestep: Of the physics [s].
+
+    Raises:
+        RobotError: MuJoCo refuses the robot or the world, with its reason.
+    """
+    spec = mujoco.MjSpec()
+    _set_physics(spec, timestep)
+    models = add_world(spec, world)
+    add_robot(spec, robot, servo)
+    if robot.settings.camera is not None:
+        add_camera(spec, robot.settings.camera)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise RobotError(robot.urdf.path, f"cannot be simulated: {reason}") from error
+    return _index(model, robot, world, models)
+
+
+def _set_physics(spec: Any, timestep: float) -> None:
+    """Choose the solver: an elliptic cone makes friction the same in all directions."""
+    spec.option.timestep = timestep
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = _FRICTION_STIFFNESS
+    spec.option.tolerance = _SOLVER_TOLERANCE
+    spec.compiler.balanceinertia = True
+
+
+def _index(model: Any, robot: Robot, world: World, models: list[str]) -> Scene:
+    def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
+        return np.array([model.joint(name).qposadr[0] for name in names], np.int64)
+
+    def signs(names: tuple[str, ...]) -> NDArray[np.float64]:
+        return np.array([wheel_sign(robot.urdf.path, robot.urdf, name) for name in names])
+
+    moving = robot.moving_joints
+    base = model.joint(BODY_JOINT)
+    names = [
+        "" if is_ground(name, body.part) else name
+        for name, body in zip(models, world.bodies, strict=True)
+    ]
+    names.extend([""] * (model.ngeom - len(names)))
+    return Scene(
+        model,
+        (int(base.qposadr[0]), int(base.dofadr[0])),
+        positions(moving),
+        np.array([model.joint(name).dofadr[0] for name in moving], np.int64),
+        positions(robot.drive.left),
+        positions(robot.drive.right),
+        signs(robot.drive.left),
+        signs(robot.drive.right),
+        tuple(names),
+        np.array([name != "" for name in names]),
+        _ride_height(model),
+    )
+
+
+def _ride_height(model: Any) -> float:
+    """Return how far the lowest point of the robot lies below its root."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    lowest = [
+        data.geom_xpos[geom][2] + _lowest(model, geom, data.geom_xmat[geom][6:9])
+        for geom in range(model.ngeom)
+        if model.geom_group[geom] == Group.ROBOT_COLLISION.value
+    ]
+    return -float(min(lowest, default=0.0))
+
+
+def _lowest(model: Any, geom: int, down: NDArray[np.float64]) -> float:
+    """Return the least of `down . point` over a geom's points in its own frame [m]."""
+    size, kind = model.geom_size[geom], model.geom_type[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        return -float(size[0])
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return -float(size[0] * np.hypot(down[0], down[1]) + size[1] * abs(down[2]))
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        return -float(np.abs(down) @ size)
+    mesh = model.geom_dataid[geom]
+    first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    return float((model.mesh_vert[first : first + count] @ down).min())

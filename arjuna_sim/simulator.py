@@ -1,0 +1,336 @@
+"""The simulator: one robot in one world, advanced tick by tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.timing import Periodic
+from arjuna_sim.camera import Camera, CameraError
+from arjuna_sim.drive import Drive, DriveConfig, Kinematics, Velocity
+from arjuna_sim.imu import Imu, ImuConfig, ImuReading
+from arjuna_sim.lidar import Lidar
+from arjuna_sim.odometry import Odometry, OdometryConfig, OdometryEstimate
+from arjuna_sim.pose3 import Pose3
+from arjuna_sim.robot import Robot, ServoConfig, load_robot
+from arjuna_sim.scene import build_scene
+from arjuna_sim.sdf import World, load_world
+from arjuna_sim.world import surfaces
+
+_NANOSECONDS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class SimulatorConfig:
+    """Everything about the simulation that is not in the robot's or the world's file."""
+
+    tick: float = param(
+        0.02, "Time that one step advances.", unit="s", minimum=0.001, maximum=0.1, read_only=True
+    )
+    physics_timestep: float = param(
+        0.004,
+        "Time step of the physics; the tick must be a whole number of them.",
+        unit="s",
+        minimum=0.0001,
+        maximum=0.01,
+        read_only=True,
+    )
+    lidar_noise: float = param(
+        -1.0,
+        "Standard deviation of a range; below 0 takes that of the URDF.",
+        unit="m",
+        minimum=-1.0,
+        maximum=1.0,
+        read_only=True,
+    )
+    drive: DriveConfig = field(default_factory=DriveConfig)
+    odometry: OdometryConfig = field(default_factory=OdometryConfig)
+    imu: ImuConfig = field(default_factory=ImuConfig)
+    servo: ServoConfig = field(default_factory=ServoConfig)
+
+
+@dataclass(frozen=True)
+class JointStates:
+    """Positions [rad or m] and velocities of the moving joints, in the URDF's order."""
+
+    names: tuple[str, ...]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Where the robot really is: what no robot knows.
+
+    Attributes:
+        pose: Of the robot's root in the world, seen from above.
+        v: Speed along the robot's x axis [m/s].
+        w: Turn rate [rad/s].
+        z: Height of the robot's root [m].
+        roll: [rad].
+        pitch: [rad].
+    """
+
+    pose: SE2
+    v: float
+    w: float
+    z: float
+    roll: float
+    pitch: float
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What one tick brought.
+
+    Attributes:
+        time: At the tick's end [s].
+        odometry: Dead reckoning.
+        joints: All joints that move.
+        imu: A reading, where one was due.
+        scan: A sweep, where one was due.
+        truth: Where the robot really is.
+        contacts: Names of the world's models that the robot touches, sorted; never the ground.
+    """
+
+    time: float
+    odometry: OdometryEstimate
+    joints: JointStates
+    imu: ImuReading | None
+    scan: Scan | None
+    truth: Truth
+    contacts: tuple[str, ...]
+
+
+class Simulator:
+    """A robot in a world. The same seed and commands give the same observations, bit by bit.
+
+    Args:
+        robot_path: A URDF file.
+        world_path: An SDF file.
+        config: Everything else.
+        rng: Where chance comes from; `reset` rewinds to its present state.
+        spawn: Where the robot starts.
+
+    Raises:
+        RobotError: The robot cannot be simulated.
+        WorldError: The world cannot be simulated.
+        ConfigError: The tick is no whole number of physics steps.
+    """
+
+    def __init__(
+        self,
+        robot_path: str | Path,
+        world_path: str | Path,
+        config: SimulatorConfig,
+        rng: np.random.Generator,
+        spawn: SE2 = IDENTITY,
+    ) -> None:
+        self.config = config
+        self.robot: Robot = load_robot(robot_path)
+        self.world: World = load_world(world_path)
+        self.spawn = spawn
+        self._substeps = _substeps(config)
+        self._scene = build_scene(self.robot, self.world, config.servo, config.physics_timestep)
+        self._data: Any = mujoco.MjData(self._scene.model)
+        self.kinematics = _kinematics(self.robot, config.drive)
+        self._drive = Drive(config.drive, self.kinematics)
+        self._odometry = Odometry(config.odometry, self.kinematics)
+        self._camera: Camera | None = None
+        self._seeds = rng.bit_generator.random_raw(2)
+        self.reset()
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the start or the last reset [s]."""
+        return self._ticks * round(self.config.tick * _NANOSECONDS) / _NANOSECONDS
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the robot's and the world's file say and the simulation leaves out."""
+        return self.robot.notes + self.world.notes
+
+    def reset(self) -> None:
+        """Return to the start: time 0, the robot at its spawn pose, chance rewound."""
+        self._ticks = 0
+        mujoco.mj_resetData(self._scene.model, self._data)
+        self._start_sensors()
+        self._odometry.reset((0.0, 0.0))
+        self.set_pose(self.spawn)
+
+    def set_pose(self, pose: SE2) -> None:
+        """Pick the robot up and put it down at rest; its odometry does not notice."""
+        placed = Pose3.from_se2(pose, self._scene.ride_height)
+        at, _ = self._scene.base
+        self._data.qpos[at : at + 3] = placed.position
+        self._data.qpos[at + 3 : at + 7] = placed.quaternion
+        self._data.qvel[:] = 0.0
+        self._data.qacc_warmstart[:] = 0.0
+        self._drive.reset()
+        self._refresh()
+        if self._imu is not None:
+            self._imu.settle()
+
+    def obstacles_at(self, pose: SE2) -> tuple[str, ...]:
+        """Return the names of the world's models that the robot would touch at a pose."""
+        positions = self._data.qpos.copy()
+        at, _ = self._scene.base
+        placed = Pose3.from_se2(pose, self._scene.ride_height)
+        self._data.qpos[at : at + 7] = (*placed.position, *placed.quaternion)
+        mujoco.mj_fwdPosition(self._scene.model, self._data)
+        touched = self._contacts()
+        self._data.qpos[:] = positions
+        mujoco.mj_fwdPosition(self._scene.model, self._data)
+        self._refresh()
+        return touched
+
+    def step(self, command: Velocity | None = None) -> Observation:
+        """Advance one tick.
+
+        Args:
+            command: A new command, or None to go on with the last until it times out.
+
+        Returns:
+            What the robot's sensors and the world say at the tick's end.
+        """
+        if command is not None:
+            self._drive.command(command, self.time)
+        self._turn_wheels()
+        mujoco.mj_step(self._scene.model, self._data, nstep=self._substeps)
+        self._ticks += 1
+        self._refresh()
+        return Observation(
+            self.time,
+            self._odometry.update(self.wheel_angles(), self.config.tick),
+            self._joint_states(),
+            self._read_imu(),
+            self._scan(),
+            self.truth(),
+            self._contacts(),
+        )
+
+    def truth(self) -> Truth:
+        """Return where the robot is now."""
+        at, rate = self._scene.base
+        x, y, z, *quaternion = self._data.qpos[at : at + 7].tolist()
+        pose = Pose3((x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))
+        forward = pose.rotation()[:, 0]
+        roll, pitch, yaw = pose.rpy()
+        v = float(forward @ self._data.qvel[rate : rate + 3])
+        return Truth(SE2(x, y, yaw), v, float(self._data.qvel[rate + 5]), z, roll, pitch)
+
+    def wheel_angles(self) -> tuple[float, float]:
+        """Return how far the left and the right wheels have turned forward, in the mean [rad]."""
+        scene, angles = self._scene, self._data.qpos
+        return (
+            float(angles[scene.left] @ scene.left_sign) / len(scene.left),
+            float(angles[scene.right] @ scene.right_sign) / len(scene.right),
+        )
+
+    def picture(self) -> NDArray[np.uint8]:
+        """Return what the camera sees now, `(height, width, 3) uint8` RGB.
+
+        Raises:
+            CameraError: The robot has no camera, or this machine cannot draw.
+        """
+        if self.robot.settings.camera is None:
+            raise CameraError(f"{self.robot.urdf.path}: has no camera sensor")
+        if self._camera is None:
+            self._camera = Camera(self._scene.model, self.robot.settings.camera)
+        return self._camera.render(self._data)
+
+    def close(self) -> None:
+        """Free what the camera holds."""
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
+
+    def surfaces(self) -> NDArray[np.float64]:
+        """Return the world's true surfaces at the lidar's height.
+
+        Returns:
+            Line segments `(N, 4) float64` of `(x0, y0, x1, y1)` [m] in the world's frame.
+        """
+        lidar = self.robot.settings.lidar
+        link = self.robot.urdf.root if lidar is None else lidar.link
+        height = self._scene.ride_height + self.robot.urdf.T_root(link).position[2]
+        return surfaces(self.world, height)
+
+    def _start_sensors(self) -> None:
+        """Build the sensors with rewound chance, each with a stream of its own."""
+        settings, model = self.robot.settings, self._scene.model
+        lidar_rng, imu_rng = (np.random.default_rng(int(seed)) for seed in self._seeds)
+        self._lidar, self._imu = None, None
+        if settings.lidar is not None:
+            given = self.config.lidar_noise
+            noise = settings.lidar.noise if given < 0.0 else given
+            T_base_sensor = self.robot.urdf.T_root(settings.lidar.link).planar()
+            self._lidar = Lidar(model, settings.lidar, T_base_sensor, noise, lidar_rng)
+            period = 1.0 / settings.lidar.rate
+            self._lidar_due = Periodic(period, phase=period)
+        if settings.imu is not None:
+            self._imu = Imu(model, settings.imu.link, self.config.imu, imu_rng)
+            self._imu_period = 1.0 / settings.imu.rate
+            self._imu_due = Periodic(self._imu_period, phase=self._imu_period)
+
+    def _turn_wheels(self) -> None:
+        left, right = self._drive.wheel_speeds(self.time, self.config.tick)
+        count = len(self._scene.left)
+        self._data.ctrl[:count] = left * self._scene.left_sign
+        self._data.ctrl[count:] = right * self._scene.right_sign
+
+    def _refresh(self) -> None:
+        """Bring places and velocities up to the end of the tick."""
+        mujoco.mj_kinematics(self._scene.model, self._data)
+        mujoco.mj_comPos(self._scene.model, self._data)
+        mujoco.mj_comVel(self._scene.model, self._data)
+
+    def _joint_states(self) -> JointStates:
+        scene = self._scene
+        return JointStates(
+            self.robot.moving_joints,
+            self._data.qpos[scene.joint_position],
+            self._data.qvel[scene.joint_velocity],
+        )
+
+    def _read_imu(self) -> ImuReading | None:
+        if self._imu is None or not self._imu_due.due(self.time):
+            return None
+        return self._imu.read(self._data, max(self._imu_period, self.config.tick))
+
+    def _scan(self) -> Scan | None:
+        if self._lidar is None or not self._lidar_due.due(self.time):
+            return None
+        return self._lidar.scan(self._data, self.time)
+
+    def _contacts(self) -> tuple[str, ...]:
+        geoms = self._data.contact.geom.ravel()
+        hit = geoms[self._scene.is_obstacle[geoms]]
+        return tuple(sorted({self._scene.names[geom] for geom in hit}))
+
+
+def _substeps(config: SimulatorConfig) -> int:
+    ratio = config.tick / config.physics_timestep
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
+        raise ConfigError(
+            f"'tick' {config.tick} s must be a whole number of 'physics_timestep'"
+            f" {config.physics_timestep} s"
+        )
+    return round(ratio)
+
+
+def _kinematics(robot: Robot, config: DriveConfig) -> Kinematics:
+    """Take what was calibrated, or else what the URDF says."""
+    return Kinematics(
+        config.effective_track_width or robot.drive.effective_track,
+        config.effective_wheel_radius or robot.drive.effective_radius,
+    )

@@ -1,0 +1,67 @@
+"""Parameters of AMCL: nav2_amcl's names and defaults, and those of the recovery from being lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from arjuna_core.config import param
+
+DIFFERENTIAL = "nav2_amcl::DifferentialMotionModel"
+OMNIDIRECTIONAL = "nav2_amcl::OmniMotionModel"
+MOTION_MODELS = (DIFFERENTIAL, OMNIDIRECTIONAL)
+SENSOR_MODELS = ("likelihood_field", "likelihood_field_prob")
+
+
+@dataclass(frozen=True)
+class AmclConfig:
+    """Parameters of the particle filter."""
+
+    alpha1: float = param(0.2, "Rotation noise from rotation.", minimum=0.0)
+    alpha2: float = param(0.2, "Rotation noise from translation.", minimum=0.0)
+    alpha3: float = param(0.2, "Translation noise from translation.", minimum=0.0)
+    alpha4: float = param(0.2, "Translation noise from rotation.", minimum=0.0)
+    alpha5: float = param(0.2, "Sideways noise from translation (omnidirectional).", minimum=0.0)
+    robot_model_type: str = param(DIFFERENTIAL, "Motion model.", choices=MOTION_MODELS)
+    min_particles: int = param(500, "Least number of particles.", minimum=1)
+    max_particles: int = param(2000, "Greatest number of particles.", minimum=1)
+    pf_err: float = param(0.05, "Error between true and estimated distribution.", minimum=1e-3)
+    pf_z: float = param(0.99, "Quantile of the normal distribution for pf_err.", minimum=0.0)
+    resample_interval: int = param(1, "Filter updates from one resampling to the next.", minimum=1)
+    update_min_d: float = param(0.25, "Translation that calls for an update.", unit="m", minimum=0)
+    update_min_a: float = param(0.2, "Rotation that calls for an update.", unit="rad", minimum=0)
+
+    laser_model_type: str = param("likelihood_field", "Sensor model.", choices=SENSOR_MODELS)
+    max_beams: int = param(60, "Beams of a scan that the filter weighs.", minimum=2)
+    laser_min_range: float = param(-1.0, "Shortest range used; -1 is the scan's own.", unit="m")
+    laser_max_range: float = param(100.0, "Longest range used; -1 is the scan's own.", unit="m")
+    laser_likelihood_max_dist: float = param(
+        2.0, "Distance to obstacles at which the likelihood stops falling.", unit="m", minimum=0.1
+    )
+    sigma_hit: float = param(0.2, "Deviation of a hit from the map.", unit="m", minimum=1e-3)
+    z_hit: float = param(0.5, "Share of beams that hit what the map has.", minimum=0.0, maximum=1.0)
+    z_rand: float = param(0.5, "Share of beams of random range.", minimum=0.0, maximum=1.0)
+    do_beamskip: bool = param(False, "Leave out beams that fit few particles (prob model).")
+    beam_skip_distance: float = param(0.5, "Distance at which a beam fits.", unit="m", minimum=0.0)
+    beam_skip_threshold: float = param(
+        0.3, "Share of particles that a beam must fit to be used.", minimum=0.0, maximum=1.0
+    )
+    beam_skip_error_threshold: float = param(
+        0.9, "Share of skipped beams above which all are used.", minimum=0.0, maximum=1.0
+    )
+
+    recovery_alpha_slow: float = param(
+        0.001, "Decay of the slow average likelihood; 0 injects no particles.", minimum=0, maximum=1
+    )
+    recovery_alpha_fast: float = param(
+        0.1, "Decay of the fast average likelihood; 0 injects no particles.", minimum=0, maximum=1
+    )
+    relocalize: bool = param(True, "Search the whole map for the scan when lost.")
+    relocalize_agreement: float = param(
+        0.7,
+        "Share of beams agreeing with the map below which the robot may be lost.",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    relocalize_patience: float = param(
+        1.0, "How long the scans must disagree before the map is searched.", unit="s", minimum=0.0
+    )

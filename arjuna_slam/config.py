@@ -1,0 +1,98 @@
+"""Parameters of SLAM: slam_toolbox's names where it has the parameter."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2
+from arjuna_slam.correlative import Window
+from arjuna_slam.loop_closure import LoopConfig
+from arjuna_slam.scan_matcher import MatcherConfig
+
+
+@dataclass(frozen=True)
+class SlamConfig(LoopConfig, MatcherConfig):
+    """Parameters of SLAM, those of matching and of loop closure among them."""
+
+    resolution: float = param(0.05, "Edge of a map cell.", unit="m", minimum=0.005, maximum=1.0)
+    max_laser_range: float = param(20.0, "Longest range used.", unit="m", minimum=0.1)
+    minimum_travel_distance: float = param(
+        0.2,
+        "Travel after which a scan is a keyframe; denser than slam_toolbox's 0.5 for its accuracy.",
+        unit="m",
+        minimum=0.0,
+    )
+    minimum_travel_heading: float = param(
+        0.2, "Turn after which a scan is a keyframe.", unit="rad", minimum=0.0
+    )
+    submap_size: int = param(40, "Keyframes in a submap.", minimum=2, maximum=10000)
+    correlation_search_space_resolution: float = param(
+        0.05, "Edge of a cell of the matching field.", unit="m", minimum=0.005, maximum=0.5
+    )
+    correlation_search_space_smear_deviation: float = param(
+        0.05,
+        "Deviation of the Gaussian around a reference point.",
+        unit="m",
+        minimum=0.005,
+        maximum=0.5,
+    )
+    correlation_search_space_dimension: float = param(
+        1.0,
+        "Width of the search window of a keyframe; 0.5 (slam_toolbox) loses slipping wheels.",
+        unit="m",
+        minimum=0.0,
+        maximum=10.0,
+    )
+    coarse_search_angle_offset: float = param(
+        0.349,
+        "Half the angle of the search window of a keyframe.",
+        unit="rad",
+        minimum=0.0,
+        maximum=3.15,
+    )
+    distance_variance_penalty: float = param(
+        0.5, "Deviation of the penalty on the distance from the odometry.", unit="m", minimum=1e-3
+    )
+    angle_variance_penalty: float = param(
+        1.0, "Deviation of the penalty on the turn from the odometry.", unit="rad", minimum=1e-3
+    )
+    minimum_distance_penalty: float = param(
+        0.8, "Least the penalty on distance may become.", minimum=0.0, maximum=1.0
+    )
+    minimum_angle_penalty: float = param(
+        0.9, "Least the penalty on the turn may become.", minimum=0.0, maximum=1.0
+    )
+    odometry_deviation: float = param(
+        0.2, "Deviation of odometry per metre and per radian.", minimum=1e-3, maximum=10.0
+    )
+    loop_robust_scale: float = param(
+        3.0, "Deviations at which a loop edge starts to be doubted.", minimum=0.1, maximum=1e6
+    )
+    optimize_every: int = param(
+        20, "Keyframes between optimisations while loop edges agree.", minimum=1, maximum=10000
+    )
+
+    @property
+    def window(self) -> Window:
+        """Where a keyframe is searched."""
+        return Window(
+            0.5 * self.correlation_search_space_dimension,
+            self.coarse_search_angle_offset,
+            3,
+            self.distance_variance_penalty**2,
+            self.angle_variance_penalty**2,
+            self.minimum_distance_penalty,
+            self.minimum_angle_penalty,
+        )
+
+    def odometry_covariance(self, delta: SE2) -> NDArray[np.float64]:
+        """Return the covariance of an odometry step, `(3, 3) float64` [m^2, m rad, rad^2]."""
+        distance, turn = math.hypot(delta.x, delta.y), abs(delta.theta)
+        position = 0.01 + self.odometry_deviation * (distance + 0.2 * turn)
+        heading = 0.005 + self.odometry_deviation * (turn + 0.5 * distance)
+        return np.diag([position**2, position**2, heading**2])

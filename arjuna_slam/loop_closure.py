@@ -1,0 +1,160 @@
+"""Loop closure: past submaps near a keyframe, the match against them and what is believed of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2
+from arjuna_slam.correlative import Window
+from arjuna_slam.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher
+from arjuna_slam.submap import Submap
+from arjuna_slam.surface import Surface
+
+_CANDIDATES_MAX = 2
+_RETRY_DISTANCE = 0.5  # a failed search is not repeated within this travel
+_SURE_POSITION, _SURE_HEADING = 0.15, 0.05  # a correction below this needs no second witness
+_AGREE_POSITION, _AGREE_HEADING = 0.1, 0.03
+_WITNESS_DISTANCE = 2.0
+
+
+@dataclass(frozen=True)
+class LoopConfig:
+    """Parameters of loop closure; slam_toolbox's names."""
+
+    do_loop_closing: bool = param(True, "Whether to close loops.")
+    loop_search_maximum_distance: float = param(
+        3.0, "Distance to a past keyframe within which its submap is tried.", unit="m", minimum=0.0
+    )
+    loop_search_space_dimension: float = param(
+        8.0, "Width of the greatest search window.", unit="m", minimum=0.1, maximum=100.0
+    )
+    loop_search_angle: float = param(
+        0.35,
+        "Half the angle of the greatest search window.",
+        unit="rad",
+        minimum=0.01,
+        maximum=3.15,
+    )
+    loop_match_minimum_response_coarse: float = param(
+        0.35, "Mean likelihood that the search must reach.", minimum=0.0, maximum=1.0
+    )
+    loop_match_minimum_response_fine: float = param(
+        0.45, "Share of points on the submap's surfaces after refinement.", minimum=0.0, maximum=1.0
+    )
+    loop_drift_per_metre: float = param(
+        0.03, "How much the search window grows with travel since the place was left.",
+        minimum=0.0, maximum=1.0,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Witness:
+    travel: float
+    correction: SE2
+    edge: Edge
+
+
+class LoopCloser:
+    """Finds loop edges for new keyframes.
+
+    Args:
+        config: The parameters.
+        matcher: The scan matcher.
+    """
+
+    def __init__(self, config: LoopConfig, matcher: ScanMatcher) -> None:
+        self._config = config
+        self._matcher = matcher
+        self._travel: list[float] = []
+        self._closed_at = 0.0
+        self._tried: dict[int, float] = {}
+        self._witnesses: list[_Witness] = []
+
+    def close(
+        self, graph: PoseGraph, node: int, travel: float, surface: Surface, submaps: list[Submap]
+    ) -> list[Edge]:
+        """Return the loop edges of a new keyframe, and those of earlier ones it confirms.
+
+        Args:
+            graph: The graph; it is not changed.
+            node: The keyframe, the newest node.
+            travel: Distance travelled when it was taken [m].
+            surface: What it saw.
+            submaps: The finished submaps.
+        """
+        self._travel.append(travel)
+        if not self._config.do_loop_closing:
+            return []
+        edges: list[Edge] = []
+        for anchor, submap, nearest in self._candidates(graph, node, submaps):
+            if travel - self._tried.get(anchor, -math.inf) < _RETRY_DISTANCE:
+                continue
+            prior = graph.pose(anchor).inverse() @ graph.pose(node)
+            match = self._match(submap, surface, prior, nearest, travel)
+            if match.status is not MatchStatus.MATCHED:
+                self._tried[anchor] = travel
+                continue
+            edges.extend(self._believe(graph, anchor, node, match, prior))
+        if edges:
+            self._closed_at = travel
+        return edges
+
+    def _candidates(
+        self, graph: PoseGraph, node: int, submaps: list[Submap]
+    ) -> list[tuple[int, Submap, int]]:
+        """Return the nearest submaps with a keyframe within reach, each with that keyframe."""
+        here = graph.poses[node, :2]
+        distance = np.hypot(*(graph.poses[:node, :2] - here).T)
+        found: list[tuple[float, int, int]] = []
+        for k, submap in enumerate(submaps):
+            d = distance[submap.nodes]
+            best = int(d.argmin())
+            if d[best] < self._config.loop_search_maximum_distance:
+                found.append((float(d[best]), k, submap.nodes[best]))
+        found.sort()
+        return [(submaps[k].anchor, submaps[k], n) for _, k, n in found[:_CANDIDATES_MAX]]
+
+    def _match(
+        self, submap: Submap, surface: Surface, prior: SE2, nearest: int, travel: float
+    ) -> Match:
+        config = self._config
+        since = min(travel - self._travel[nearest], 2.0 * (travel - self._closed_at))
+        half = min(
+            0.3 + config.loop_drift_per_metre * since, 0.5 * config.loop_search_space_dimension
+        )
+        angle = min(0.1 + config.loop_drift_per_metre * since, config.loop_search_angle)
+        window = Window(half, angle, 2 if half < 0.5 else 4)
+        match = self._matcher.match(
+            submap.field, surface, prior, window, config.loop_match_minimum_response_coarse
+        )
+        good = match.response >= config.loop_match_minimum_response_fine
+        if match.status is MatchStatus.MATCHED and not good:
+            return Match(MatchStatus.LOW_RESPONSE, prior, match.covariance, match.response)
+        return match
+
+    def _believe(
+        self, graph: PoseGraph, anchor: int, node: int, match: Match, prior: SE2
+    ) -> list[Edge]:
+        """Return the edges to add: at once if the correction is small, else once two agree."""
+        edge = Edge(anchor, node, match.T_field_base, match.information, EdgeKind.LOOP)
+        change = prior.inverse() @ match.T_field_base
+        if math.hypot(change.x, change.y) < _SURE_POSITION and abs(change.theta) < _SURE_HEADING:
+            return [edge]
+        travel = self._travel[node]
+        self._witnesses = [w for w in self._witnesses if travel - w.travel < _WITNESS_DISTANCE]
+        correction = graph.pose(anchor) @ match.T_field_base @ graph.pose(node).inverse()
+        here = graph.poses[node : node + 1, :2]
+        for witness in self._witnesses:
+            gap = witness.correction.apply(here) - correction.apply(here)
+            turn = (witness.correction.inverse() @ correction).theta
+            close = np.hypot(*gap[0]) < _AGREE_POSITION and abs(turn) < _AGREE_HEADING
+            if close and witness.edge.j != node:
+                self._witnesses.remove(witness)
+                return [witness.edge, edge]
+        self._witnesses.append(_Witness(travel, correction, edge))
+        return []

@@ -1,0 +1,240 @@
+"""amcl: where the robot is in the map, from its scans and odometry."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+from arjuna_interfaces.msg import LocalizationQuality
+from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
+from nav2_msgs.msg import Particle, ParticleCloud
+from nav2_msgs.srv import SetInitialPose
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from sensor_msgs.msg import LaserScan
+from std_srvs.srv import Empty
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import (
+    covariance_from_pose,
+    grid_from_msg,
+    header,
+    planar_covariance,
+    pose_msg,
+    se2_from_pose,
+    transform_msg,
+)
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.errors import LocalizationError, check_particle_limits
+from arjuna_slam.amcl.filter import Estimate, ParticleFilter, Status
+from arjuna_slam.nodes.amcl_config import AmclNodeConfig
+from arjuna_slam.nodes.scan_queue import ScanQueue
+
+_RETRY = 0.02  # period at which waiting scans are looked at again [s]
+_PARAMETER_COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # RViz's: half a metre, fifteen degrees
+
+
+class AmclNode(ManagedNode):
+    """Feeds scans to the particle filter and broadcasts map -> odom, as nav2_amcl does.
+
+    Besides nav2_amcl's topics it publishes `amcl/localization_quality`.
+    """
+
+    Config: ClassVar[type[Any]] = AmclNodeConfig
+    DEFAULT_NAME = "amcl"
+
+    _grid: OccupancyGrid | None = None
+    _filter: ParticleFilter | None = None
+    _estimate: Estimate | None = None
+    _given: tuple[SE2, Any] | None = None  # an initial pose that waits for the map
+
+    def configure(self) -> None:
+        """Create the interfaces; the filter comes with the first map."""
+        check_particle_limits(self.config)
+        self._rng = np.random.default_rng(self.config.seed)
+        self._scans = ScanQueue(self, self.config.odom_frame_id, self.config.base_frame_id)
+        self._update_wanted = False
+        self._covered = -math.inf  # until when map -> odom was broadcast [s]
+        self._poses = self.publisher(PoseWithCovarianceStamped, "amcl_pose", qos.LATCHED)
+        self._cloud = self.publisher(ParticleCloud, "particle_cloud", qos.SENSOR_PUBLISHER)
+        self._quality = self.publisher(
+            LocalizationQuality, "amcl/localization_quality", qos.LATCHED
+        )
+        self._tf = self.publisher(TFMessage, "/tf", qos.TF)
+        self._listen()
+
+    def _listen(self) -> None:
+        self.subscribe(
+            OccupancyGridMsg,
+            self.config.map_topic,
+            self._on_map,
+            qos.LATCHED,
+            while_inactive=True,
+        )
+        self.subscribe(LaserScan, self.config.scan_topic, self._on_scan, qos.SENSOR_SUBSCRIPTION)
+        self.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, qos.DEFAULT)
+        self.serve(Empty, "reinitialize_global_localization", self._on_globalize)
+        self.serve(Empty, "request_nomotion_update", self._on_nomotion)
+        self.serve(SetInitialPose, "set_initial_pose", self._on_set_initial_pose)
+        self.every(_RETRY, self._process_scans)
+
+    def activate(self) -> None:
+        """Start at the given pose, the last known one or anywhere."""
+        if self.config.always_reset_initial_pose:
+            self._estimate = None
+        self._begin()
+
+    def deactivate(self) -> None:
+        """Forget the scans that wait."""
+        self._scans.clear()
+
+    def cleanup(self) -> None:
+        """Forget the map and the pose."""
+        self._grid = self._filter = self._estimate = self._given = None
+
+    def on_time_jump(self) -> None:
+        """Start anew: the odometry has most likely been reset with the clock."""
+        if self.active:
+            self._covered = -math.inf
+            self._scans.clear()
+            self._estimate = None
+            self._begin()
+
+    def on_config(self, config: Any) -> None:
+        """Build the filter anew around the last estimate."""
+        self._build()
+
+    def _on_map(self, message: Any) -> None:
+        if self._grid is not None and self.config.first_map_only:
+            return
+        try:
+            self._grid = grid_from_msg(message)
+        except ValueError as error:
+            self.get_logger().error(f"map refused: {error}")
+            return
+        self._build()
+
+    def _build(self) -> None:
+        if self._grid is None:
+            return
+        try:
+            self._filter = ParticleFilter(self.config, self._grid, self._rng)
+        except LocalizationError as error:
+            self.get_logger().error(f"the filter stays as it was: {error}")
+            return
+        if self.active:
+            self._begin()
+
+    def _begin(self) -> None:
+        """Start the filter with what is known of the pose."""
+        if self._filter is None:
+            return
+        if self._given is None and self._estimate is not None:
+            self._given = (self._estimate.T_map_base, self._estimate.covariance)
+        if self._given is None and self.config.set_initial_pose:
+            start = self.config.initial_pose
+            self._given = (SE2(start.x, start.y, start.yaw), _PARAMETER_COVARIANCE)
+        if self._given is not None:
+            self._start_at(*self._given)
+        elif self.config.global_localization_at_start:
+            self._filter.globalize()
+        else:
+            self.get_logger().warning("there is no initial pose: publish one on initialpose")
+
+    def _start_at(self, pose: SE2, covariance: Any) -> None:
+        self._given = (pose, covariance)
+        if self._filter is None:
+            self.get_logger().info("initial pose kept until a map comes")
+            return
+        self._given = None
+        try:
+            self._filter.set_pose(pose, covariance)
+        except LocalizationError as error:
+            self.get_logger().error(f"initial pose refused: {error}")
+
+    def _on_initial_pose(self, message: Any) -> None:
+        frame, wanted = message.header.frame_id.lstrip("/"), self.config.global_frame_id
+        if frame != wanted:
+            self.get_logger().error(f"initial pose refused: frame '{frame}', valid: '{wanted}'")
+            return
+        try:
+            pose = se2_from_pose(message.pose.pose)
+        except ValueError as error:
+            self.get_logger().error(f"initial pose is none: {error}")
+            return
+        self._start_at(pose, covariance_from_pose(message.pose.covariance))
+
+    def _on_set_initial_pose(self, request: Any, response: Any) -> Any:
+        if self.active:
+            self._on_initial_pose(request.pose)
+        return response
+
+    def _on_globalize(self, request: Any, response: Any) -> Any:
+        if self.active and self._filter is not None:
+            self._filter.globalize()
+        return response
+
+    def _on_nomotion(self, request: Any, response: Any) -> Any:
+        self._update_wanted = True
+        return response
+
+    def _on_scan(self, message: Any) -> None:
+        self._scans.add(message)
+        self._process_scans()
+
+    def _process_scans(self) -> None:
+        if self._filter is not None:
+            for scan, T_odom_base in self._scans.ready():
+                self._take_in(self._filter, scan, T_odom_base)
+
+    def _take_in(self, belief: ParticleFilter, scan: Scan, T_odom_base: SE2) -> None:
+        try:
+            estimate = belief.update(T_odom_base, scan, self._update_wanted)
+        except LocalizationError as error:
+            self.get_logger().error(f"scan at {scan.stamp:.3f} s skipped: {error}")
+            return
+        self._update_wanted = False
+        if estimate is not None:
+            self._log_change(estimate)
+            self._estimate = estimate
+            self._publish(estimate, belief, scan.stamp)
+        if self._estimate is not None and self.config.tf_broadcast:
+            self._broadcast(self._estimate.T_map_odom, scan.stamp)
+
+    def _log_change(self, estimate: Estimate) -> None:
+        if self._estimate is not None and self._estimate.status is estimate.status:
+            return
+        if estimate.status is Status.TRACKING:
+            self.get_logger().info(f"tracking: {estimate.reason}")
+        else:
+            self.get_logger().warning(f"{estimate.status.value}: {estimate.reason}")
+
+    def _broadcast(self, T_map_odom: SE2, stamp: float) -> None:
+        c = self.config
+        dates = [stamp + c.transform_tolerance]
+        if stamp > self._covered:  # after a pause nothing covers the scan itself
+            dates.insert(0, stamp)
+        self._covered = dates[-1]
+        frames = (c.global_frame_id, c.odom_frame_id)
+        transforms = [transform_msg(T_map_odom, *frames, date) for date in dates]
+        self._tf.publish(TFMessage(transforms=transforms))
+
+    def _publish(self, estimate: Estimate, belief: ParticleFilter, stamp: float) -> None:
+        head = header(self.config.global_frame_id, stamp)
+        pose = PoseWithCovariance(
+            pose=pose_msg(estimate.T_map_base), covariance=planar_covariance(estimate.covariance)
+        )
+        self._poses.publish(PoseWithCovarianceStamped(header=head, pose=pose))
+        self._quality.publish(
+            LocalizationQuality(header=head, quality=estimate.quality, reason=estimate.reason)
+        )
+        if self._cloud.get_subscription_count():
+            rows = zip(belief.particles, belief.weights.tolist(), strict=True)
+            particles = [
+                Particle(pose=pose_msg(SE2.from_array(row)), weight=weight) for row, weight in rows
+            ]
+            self._cloud.publish(ParticleCloud(header=head, particles=particles))

@@ -1,0 +1,78 @@
+"""Scans that wait for the transform at their stamp."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from typing import Any
+
+from arjuna_core.ros.convert import scan_from_msg, seconds
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+
+_LENGTH = 10  # as nav2_amcl's message filter
+
+
+class ScanQueue:
+    """Pairs scans with the odometry at their stamp, in order; drops those it can never pair.
+
+    Args:
+        node: The node that uses the scans.
+        odom_frame: Frame of the odometry.
+        base_frame: Frame of the robot's base.
+    """
+
+    def __init__(self, node: ManagedNode, odom_frame: str, base_frame: str) -> None:
+        self._node = node
+        self._odom_frame = odom_frame
+        self._base_frame = base_frame
+        self._waiting: deque[Any] = deque()
+        self._dropped = 0
+
+    def add(self, message: Any) -> None:
+        """Take in a LaserScan message."""
+        self._waiting.append(message)
+        if len(self._waiting) > _LENGTH:
+            self._drop("its transform has not come in time")
+
+    def clear(self) -> None:
+        """Forget the scans that wait."""
+        self._waiting.clear()
+
+    def ready(self) -> Iterator[tuple[Scan, SE2]]:
+        """Yield each scan whose transforms are known, with `T_odom_base` at its stamp."""
+        while self._waiting:
+            message = self._waiting[0]
+            stamp = seconds(message.header.stamp)
+            try:
+                T_odom_base = self._lookup(self._odom_frame, self._base_frame, stamp)
+                T_base_sensor = self._lookup(self._base_frame, message.header.frame_id.lstrip("/"))
+            except TransformError as error:
+                if not self._passed(stamp):
+                    return
+                self._drop(str(error))
+                continue
+            self._waiting.popleft()
+            yield scan_from_msg(message, T_base_sensor), T_odom_base
+
+    def _lookup(self, target: str, source: str, stamp: float | None = None) -> SE2:
+        return self._node.transforms.lookup(target, source, stamp)
+
+    def _passed(self, stamp: float) -> bool:
+        """Whether odometry newer than a stamp is known, so that what lacks will not come."""
+        try:
+            newest = self._node.transforms.latest_common(self._odom_frame, self._base_frame)
+        except TransformError:
+            return False
+        return newest > stamp
+
+    def _drop(self, reason: str) -> None:
+        message = self._waiting.popleft()
+        self._dropped += 1
+        if self._dropped in (1, 10) or self._dropped % 100 == 0:
+            self._node.get_logger().warning(
+                f"{self._dropped} scans dropped so far; the last, of "
+                f"{seconds(message.header.stamp):.3f} s, at {self._node.now:.3f} s: {reason}"
+            )

@@ -1,0 +1,112 @@
+"""SLAM on recorded logs: CARMEN's format, and the error against reference relations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import IDENTITY, SE2, wrap
+from arjuna_slam.slam import Slam
+
+_RANGE_MAX = 80.0  # readings at the scanner's maximum mean no return
+
+
+def read_carmen(lines: Iterable[str], T_base_sensor: SE2 = IDENTITY) -> Iterator[tuple[Scan, SE2]]:
+    """Yield scan and odometry of each FLASER line.
+
+    Args:
+        lines: The log. A scan spans 180 degrees: 180 beams of 1 degree, or 360 or 361 of 0.5.
+        T_base_sensor: Where the scanner sits.
+
+    Raises:
+        ValueError: A FLASER line is cut short.
+    """
+    for number, line in enumerate(lines, 1):
+        if not line.startswith("FLASER "):
+            continue
+        words = line.split()
+        count = int(words[1])
+        if len(words) < count + 11:
+            raise ValueError(f"line {number}: {len(words)} words, {count + 11} are valid")
+        ranges = np.array(words[2 : 2 + count], dtype=np.float64)
+        odometry = SE2(*(float(word) for word in words[count + 5 : count + 8]))
+        increment = math.pi / (count if count % 2 == 0 else count - 1)
+        ranges[ranges >= _RANGE_MAX] = math.inf
+        stamp = float(words[count + 8])
+        scan = Scan(ranges, -0.5 * math.pi, increment, 0.02, _RANGE_MAX, stamp)
+        yield replace(scan, T_base_sensor=T_base_sensor), odometry
+
+
+def run(slam: Slam, log: Iterable[tuple[Scan, SE2]]) -> list[tuple[float, SE2]]:
+    """Feed a log and return stamp [s] and optimised pose in map of every usable scan, by stamp.
+
+    Loggers stamp some scans too early or late (the Intel log 631 of 13631): the order of the log is
+    believed and the stamps given to SLAM are raised where they would step back.
+    """
+    hung: list[tuple[float, int, SE2]] = []
+    last = -math.inf
+    for scan, T_odom_base in log:
+        last = max(scan.stamp, math.nextafter(last, math.inf))
+        update = slam.process(replace(scan, stamp=last), T_odom_base)
+        if update is not None:
+            hung.append((scan.stamp, update.node, update.T_node_base))
+    slam.optimize()
+    hung.sort(key=lambda entry: entry[0])
+    return [(stamp, slam.graph.pose(node) @ pose) for stamp, node, pose in hung]
+
+
+@dataclass(frozen=True)
+class RelationError:
+    """Error of a trajectory against relations.
+
+    Attributes:
+        translation: Mean and standard deviation [m].
+        rotation: Mean and standard deviation [rad].
+        count: Relations evaluated.
+    """
+
+    translation: tuple[float, float]
+    rotation: tuple[float, float]
+    count: int
+
+
+def evaluate(trajectory: list[tuple[float, SE2]], relations: NDArray[np.float64]) -> RelationError:
+    """Compare a trajectory with reference relations.
+
+    Args:
+        trajectory: Stamps [s], increasing, and poses; between two, poses are interpolated.
+        relations: `(R, 8) float64`: t1, t2, x, y, z, roll, pitch, yaw of the pose at t2 in that
+            at t1.
+
+    Raises:
+        ValueError: No relation lies within the trajectory.
+
+    Source: Kuemmerle et al., On measuring the accuracy of SLAM algorithms, 2009.
+    """
+    stamps = np.array([stamp for stamp, _ in trajectory])
+    times = relations[:, :2]
+    relations = relations[((times >= stamps[0]) & (times <= stamps[-1])).all(axis=1)]
+    if len(relations) == 0:
+        raise ValueError(f"no relation within {stamps[0]:.3f}..{stamps[-1]:.3f} s")
+    error = np.empty((len(relations), 2))
+    for k, row in enumerate(relations):
+        first, second = (_at(stamps, trajectory, t) for t in row[:2])
+        e = SE2(row[2], row[3], row[7]).inverse() @ (first.inverse() @ second)
+        error[k] = math.hypot(e.x, e.y), abs(wrap(e.theta))
+    mean, deviation = error.mean(axis=0), error.std(axis=0)
+    return RelationError(
+        (float(mean[0]), float(deviation[0])), (float(mean[1]), float(deviation[1])), len(error)
+    )
+
+
+def _at(stamps: NDArray[np.float64], trajectory: list[tuple[float, SE2]], stamp: float) -> SE2:
+    k = int(np.searchsorted(stamps, stamp))
+    if k == 0 or stamps[k] == stamp:
+        return trajectory[k][1]
+    ratio = (stamp - stamps[k - 1]) / (stamps[k] - stamps[k - 1])
+    return trajectory[k - 1][1].interpolate(trajectory[k][1], float(ratio))

@@ -1,0 +1,188 @@
+"""Scan to surface: end points in beam order, their links and the normals of their walls."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.scan import Scan
+
+_BREAK_ANGLE = math.radians(10.0)  # flatter than this to the beam, a surface counts as two
+_BREAK_NOISE = 0.06
+_FLATNESS = 0.1
+_SAME_WALL = 0.8
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What one scan saw, in the robot's base frame.
+
+    Attributes:
+        points: End points of the valid beams, in beam order, `(N, 2) float64` [m].
+        normals: Unit normals towards the sensor, `(N, 2) float64`; zero where there is no wall.
+        linked: `(N,) bool`, whether point i and point i + 1 lie on one surface.
+    """
+
+    points: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    linked: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.points)
+
+    def dense(self, spacing: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return points and normals with the gaps on each wall filled.
+
+        Args:
+            spacing: Longest distance left between two points of one wall [m].
+
+        Returns:
+            `(M, 2) float64` points [m] and `(M, 2) float64` normals.
+        """
+        return _densify(self.points, self.normals, self.linked, spacing)
+
+
+def extract(scan: Scan, range_max: float, reach: float = 0.2) -> Surface:
+    """Return the surface of a scan.
+
+    Args:
+        scan: The scan, of any beam count, direction and field of view.
+        range_max: Longest range used [m].
+        reach: How far along a wall its normal is fitted, to each side [m].
+
+    Source: breakpoints, Borges and Aldon, Line extraction in 2D range images, 2004; normals as
+    principal axes of the neighbours.
+    """
+    mount = scan.T_base_sensor
+    points, normals, linked = _extract(
+        np.asarray(scan.ranges, dtype=np.float64),
+        scan.angle_min,
+        scan.angle_increment,
+        scan.range_min,
+        min(scan.range_max, range_max),
+        np.array([mount.x, mount.y, mount.theta]),
+        reach,
+    )
+    return Surface(points, normals, linked)
+
+
+@njit(cache=True)
+def _extract(
+    ranges: NDArray[np.float64],
+    angle_min: float,
+    increment: float,
+    range_min: float,
+    range_max: float,
+    mount: NDArray[np.float64],
+    reach: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    count = 0
+    beam = np.empty(len(ranges), np.int64)
+    points = np.empty((len(ranges), 2))
+    for i in range(len(ranges)):
+        r = ranges[i]
+        if r >= range_min and r < range_max and r > 0.0:
+            angle = mount[2] + angle_min + increment * i
+            points[count, 0] = mount[0] + r * math.cos(angle)
+            points[count, 1] = mount[1] + r * math.sin(angle)
+            beam[count] = i
+            count += 1
+    points = points[:count]
+    linked = np.zeros(count, np.bool_)
+    step = abs(increment)
+    factor = math.sin(step) / math.sin(_BREAK_ANGLE) if step < _BREAK_ANGLE else 2.0
+    for i in range(count - 1):
+        near = min(ranges[beam[i]], ranges[beam[i + 1]])
+        gap = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
+        linked[i] = beam[i + 1] == beam[i] + 1 and gap < near * factor + _BREAK_NOISE
+    normals = np.zeros((count, 2))
+    for i in range(count):
+        _fit_normal(points, linked, i, reach, mount, normals)
+    return points, normals, linked
+
+
+@njit(cache=True)
+def _fit_normal(
+    points: NDArray[np.float64],
+    linked: NDArray[np.bool_],
+    i: int,
+    reach: float,
+    mount: NDArray[np.float64],
+    normals: NDArray[np.float64],
+) -> None:
+    """Set the normal of point i from its linked neighbours, at least one to each side."""
+    x, y = points[i, 0], points[i, 1]
+    first = last = i
+    while first > 0 and linked[first - 1]:
+        d = math.hypot(points[first - 1, 0] - x, points[first - 1, 1] - y)
+        if d > reach and first < i:
+            break
+        first -= 1
+    while last < len(points) - 1 and linked[last]:
+        d = math.hypot(points[last + 1, 0] - x, points[last + 1, 1] - y)
+        if d > reach and last > i:
+            break
+        last += 1
+    n = last - first + 1
+    if n < 3:
+        return
+    mx = my = 0.0
+    for j in range(first, last + 1):
+        mx += points[j, 0] / n
+        my += points[j, 1] / n
+    xx = xy = yy = 0.0
+    for j in range(first, last + 1):
+        dx, dy = points[j, 0] - mx, points[j, 1] - my
+        xx += dx * dx
+        xy += dx * dy
+        yy += dy * dy
+    mean, spread = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
+    if mean - spread > _FLATNESS * (mean + spread):
+        return
+    along = 0.5 * math.atan2(2.0 * xy, xx - yy)
+    nx, ny = -math.sin(along), math.cos(along)
+    if nx * (mount[0] - x) + ny * (mount[1] - y) < 0.0:
+        nx, ny = -nx, -ny
+    normals[i, 0] = nx
+    normals[i, 1] = ny
+
+
+@njit(cache=True)
+def _densify(
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    linked: NDArray[np.bool_],
+    spacing: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    count = len(points)
+    extra = np.zeros(count, np.int64)
+    total = count
+    for i in range(count - 1):
+        dot = normals[i, 0] * normals[i + 1, 0] + normals[i, 1] * normals[i + 1, 1]
+        if linked[i] and dot > _SAME_WALL:
+            gap = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
+            extra[i] = int(gap / spacing)
+            total += extra[i]
+    dense_points, dense_normals = np.empty((total, 2)), np.empty((total, 2))
+    k = 0
+    for i in range(count):
+        dense_points[k] = points[i]
+        dense_normals[k] = normals[i]
+        k += 1
+        for j in range(extra[i]):
+            ratio = (j + 1.0) / (extra[i] + 1.0)
+            for axis in range(2):
+                step = points[i + 1, axis] - points[i, axis]
+                dense_points[k, axis] = points[i, axis] + ratio * step
+                turn = normals[i + 1, axis] - normals[i, axis]
+                dense_normals[k, axis] = normals[i, axis] + ratio * turn
+            length = math.hypot(dense_normals[k, 0], dense_normals[k, 1])
+            dense_normals[k, 0] /= length
+            dense_normals[k, 1] /= length
+            k += 1
+    return dense_points, dense_normals

@@ -1,0 +1,125 @@
+"""One supervised process: its own process group, its output in lines, no life after its parent."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import select
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+_PR_SET_PDEATHSIG = 1
+_LIBC = ctypes.CDLL(None, use_errno=True)
+_CHUNK = 65536
+
+
+@dataclass(frozen=True)
+class ChildSpec:
+    """What to run.
+
+    Attributes:
+        name: Marks the lines of its output.
+        command: Program and arguments.
+    """
+
+    name: str
+    command: Sequence[str]
+
+
+class Child:
+    """A running process; its standard error joins its output.
+
+    The kernel kills it when the parent dies, however that happens, and its standard input is a
+    pipe that the parent never writes to: the end of that pipe tells the same.
+
+    Args:
+        spec: What to run.
+        write: Takes each line of its output, without the line's end.
+    """
+
+    def __init__(self, spec: ChildSpec, write: Callable[[str], None]) -> None:
+        self.spec = spec
+        self._write = write
+        self._rest = b""
+        parent = os.getpid()
+        self._process = subprocess.Popen(  # noqa: S603 - our own modules, no shell
+            list(spec.command),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env=dict(os.environ, PYTHONUNBUFFERED="1"),
+            start_new_session=True,
+            preexec_fn=lambda: _die_with(parent),  # safe: the supervisor has no threads
+        )
+        os.set_blocking(self.output, False)
+
+    @property
+    def output(self) -> int:
+        """The file descriptor of its output."""
+        assert self._process.stdout is not None
+        return self._process.stdout.fileno()
+
+    @property
+    def pid(self) -> int:
+        """Its process id, also that of its process group."""
+        return self._process.pid
+
+    def poll(self) -> int | None:
+        """Return its exit code, negative for a signal, None while it runs.
+
+        What it started and left behind is killed with it, before its id can be used again.
+        """
+        if os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None:
+            self.send(signal.SIGKILL)
+        return self._process.poll()
+
+    def send(self, number: signal.Signals) -> None:
+        """Send a signal to the process and all it started."""
+        try:
+            os.killpg(self.pid, number)
+        except ProcessLookupError:
+            return  # it ended meanwhile
+
+    def read(self) -> bool:
+        """Hand on the lines that wait; return False at the end of its output."""
+        try:
+            data = os.read(self.output, _CHUNK)
+        except BlockingIOError:
+            return True
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        for line in lines:
+            self._write(line.decode(errors="replace"))
+        return bool(data)
+
+    def close(self) -> None:
+        """Hand on what is left of its output and free the pipes."""
+        while self.read() and self._readable():
+            pass
+        if self._rest:
+            self._write(self._rest.decode(errors="replace"))
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None:
+                pipe.close()
+
+    def _readable(self) -> bool:
+        return bool(select.select([self.output], [], [], 0)[0])
+
+
+def describe_exit(code: int) -> str:
+    """Phrase an exit code: a signal's name where it is negative."""
+    if code >= 0:
+        return f"exit code {code}"
+    try:
+        return signal.Signals(-code).name
+    except ValueError:
+        return f"signal {-code}"
+
+
+def _die_with(parent: int) -> None:
+    """Runs in the child before the program: be killed when the parent dies."""
+    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it died before prctl
+        sys.exit(1)

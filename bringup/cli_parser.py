@@ -1,0 +1,119 @@
+"""The command line of `python -m bringup`; argparse only, so that `--help` is instant."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
+
+
+def parse(argv: Sequence[str] | None = None) -> argparse.Namespace:
+    """Read the command line.
+
+    Args:
+        argv: The arguments; those of the process if None.
+
+    Returns:
+        `command` and the command's options.
+    """
+    return build_parser().parse_args(argv)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of all commands."""
+    parser = argparse.ArgumentParser(
+        prog="python -m bringup", description="Run the Arjuna robot: simulation, SLAM, navigation."
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_sim(commands)
+    _add_slam(commands)
+    _add_nav(commands)
+    _add_demo(commands)
+    return parser
+
+
+def _add_sim(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    parser = _add(commands, "sim", "the simulated robot in its world, in real time")
+    _add_simulator_options(parser)
+    parser.add_argument(
+        "--rtf",
+        type=_factor,
+        metavar="FACTOR",
+        help="simulated seconds per real second, 0 for as fast as it goes (1)",
+    )
+
+
+def _add_slam(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    _add(commands, "slam", "mapping and localization of a running robot: slam_toolbox, map_saver")
+
+
+def _add_nav(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    parser = _add(commands, "nav", "AMCL and navigation of a running robot on a map")
+    parser.add_argument(
+        "--map", required=True, type=Path, metavar="FILE", help="the map's YAML file"
+    )
+    _add_seed(parser)
+
+
+def _add_demo(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    about = "explore, map, drive waypoints, be carried off and drive home, as fast as it goes"
+    parser = _add(commands, "demo", about)
+    _add_simulator_options(parser)
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("out/demo"),
+        metavar="FOLDER",
+        help="where the report, pictures, map and recording go (%(default)s)",
+    )
+
+
+def _add(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, about: str
+) -> argparse.ArgumentParser:
+    parser = commands.add_parser(name, help=about, description=f"Run {about}.")
+    parser.add_argument(
+        "--params",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="a ROS parameter file; may be given again, later files win",
+    )
+    parser.add_argument(
+        "--log-level", choices=LOG_LEVELS, default="info", help="what to log at least (info)"
+    )
+    return parser
+
+
+def _add_simulator_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--world", type=Path, metavar="FILE", help="the SDF world (worlds/arjuna_room.world)"
+    )
+    parser.add_argument("--robot", type=Path, metavar="FILE", help="the URDF (urdf/arjuna.urdf)")
+    _add_seed(parser)
+
+
+def _add_seed(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--seed", type=_seed, metavar="N", help="seed of every random choice, 0 or more (0)"
+    )
+
+
+def _seed(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) >= 2**63:
+        raise argparse.ArgumentTypeError(f"{text!r} is no seed; valid: a whole number from 0")
+    return int(text)
+
+
+def _factor(text: str) -> float:
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = -1.0
+    if not 0.0 <= factor < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no factor; valid: a number from 0")
+    return factor

@@ -1,0 +1,213 @@
+"""`make setup`: everything Arjuna needs, in `.venv`, from the lock file. Standard library only.
+
+Each step leaves a stamp that holds a hash of all it depends on, so that a second run does nothing
+and needs no network, and a run that was interrupted starts that environment anew.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import shutil
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from scripts import preflight
+from scripts.steps import Step, StepError, run, say, stopped_at_the_end
+
+ROOT = Path(__file__).resolve().parent.parent
+VENV = ROOT / ".venv"
+PYTHON = VENV / "bin" / "python"
+STATE = ROOT / ".setup"
+LOCK = ROOT / "requirements.lock"
+MESSAGES = ROOT / "arjuna_interfaces"
+UNFINISHED = VENV / "unfinished"
+"""Lies in the environment while its packages change."""
+BUILD_PREFIXES = ("ros-", "numpy=", "setuptools=", "empy=", "lark-parser=", "pyyaml=")
+"""The lock file's packages that the message packages are built with."""
+
+
+def main() -> int:
+    """Set up what is not set up yet; return the exit code, 2 where something is missing."""
+    STATE.mkdir(exist_ok=True)
+    with (STATE / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # two `make` at once take turns
+        try:
+            return set_up()
+        except StepError as error:
+            sys.stderr.write(f"error: {error}\n")
+            return 1
+        except KeyboardInterrupt:
+            sys.stderr.write("error: interrupted; run it again to go on\n")
+            return 130
+
+
+def set_up() -> int:
+    """Run the steps whose stamps do not hold."""
+    packages, messages, ours = keys()
+    if UNFINISHED.exists() or not stamp_holds("packages", packages):
+        if not passes(preflight.ALWAYS + preflight.TO_INSTALL + compile_checks(messages)):
+            return 2
+        install_packages(packages, messages)
+    if not stamp_holds("messages", messages):
+        if not passes(compile_checks(messages)):
+            return 2
+        install_messages(messages)
+    if not stamp_holds("ours", ours):
+        pip("Arjuna itself", "ours", "install", "--no-deps", "--no-build-isolation", "-e", ".")
+        write_stamp("ours", ours)
+    return 0
+
+
+def keys() -> tuple[str, str, str]:
+    """Return the hashes of what the packages, the messages and our own install depend on."""
+    python = f"{sys.version} {sys.base_prefix}"
+    lines = LOCK.read_text().splitlines()
+    packages = digest([python, *lines])
+    files = sorted(path for path in MESSAGES.rglob("*") if is_source(path))
+    contents = [f"{path.relative_to(ROOT)} {digest([path.read_bytes()])}" for path in files]
+    messages = digest([python, *build_lines(lines), *contents])
+    ours = digest([packages, str(ROOT), (ROOT / "pyproject.toml").read_bytes()])
+    return packages, messages, ours
+
+
+def is_source(path: Path) -> bool:
+    """Whether a file below `arjuna_interfaces/` decides what is built, not a build's output."""
+    parts = path.relative_to(MESSAGES).parts
+    built = any(part == "__pycache__" or part.endswith(".egg-info") for part in parts)
+    return path.is_file() and not built and parts[0] != "build"
+
+
+def build_lines(lines: Iterable[str]) -> list[str]:
+    """Return the lock file's lines that the message packages are built with."""
+    return [line for line in lines if line.startswith(BUILD_PREFIXES)]
+
+
+def passes(checks: tuple[Callable[[], preflight.Missing | None], ...]) -> bool:
+    """Print what checks miss; return whether the set-up can go on."""
+    missing = preflight.find_missing(checks)
+    for line in preflight.explain(missing):
+        sys.stderr.write(f"{line}\n")
+    return not any(item.fatal for item in missing)
+
+
+def compile_checks(messages: str) -> tuple[Callable[[], preflight.Missing | None], ...]:
+    """Return the compiler's checks, or none where the message packages are built already."""
+    return () if built_wheel(messages) else preflight.TO_COMPILE
+
+
+def install_packages(packages: str, messages: str) -> None:
+    """Make the environment and fill it, compiling the message packages beside the rest."""
+    create_environment()
+    build_only = STATE / "build-requirements.txt"
+    build_only.write_text("\n".join(build_lines(LOCK.read_text().splitlines())) + "\n")
+    pip("ROS packages", "ros", *install_from(build_only))
+    rest = pip_step("Python packages", "packages", *install_from(LOCK))
+    with stopped_at_the_end(rest), messages_step(messages) as build:
+        rest.finish()
+        write_stamp("packages", packages)
+        UNFINISHED.unlink()
+        if build:
+            build.finish()
+            keep_wheel(messages)
+
+
+def create_environment() -> None:
+    """Make `.venv`, anew where one was left half done or belongs to another Python."""
+    if VENV.exists() and not (VENV / "pyvenv.cfg").exists():
+        raise StepError(f"{VENV} is not an environment that this made; move it away")
+    if UNFINISHED.exists() or not stamp_holds("python", sys.version):
+        command = [sys.executable, "-m", "venv", "--clear", str(VENV)]
+        run(Step("environment in .venv", command, STATE / "venv.log"))
+        write_stamp("python", sys.version)
+    UNFINISHED.touch()
+
+
+def install_from(requirements: Path) -> list[str]:
+    """Return pip's arguments; the lock file is complete, so nothing is left to resolve."""
+    return ["install", "--no-deps", "--no-compile", "-r", str(requirements)]
+
+
+def install_messages(messages: str) -> None:
+    """Install the message packages, built first if no build of these sources is kept."""
+    with messages_step(messages) as build:
+        if build:
+            build.finish()
+            keep_wheel(messages)
+    wheel = str(built_wheel(messages))
+    pip("message packages", "install-messages", "install", "--no-deps", "--force-reinstall", wheel)
+    write_stamp("messages", messages)
+
+
+@contextmanager
+def messages_step(messages: str) -> Iterator[Step | None]:
+    """Start the build of the message packages, None where one of these sources is kept."""
+    if built_wheel(messages):
+        yield None
+        return
+    shutil.rmtree(MESSAGES / "build", ignore_errors=True)
+    target = wheel_folder(messages).with_suffix(".new")
+    shutil.rmtree(target, ignore_errors=True)
+    options = ["-v", "--no-deps", "--no-build-isolation", "-w", str(target)]
+    step = pip_step("compiling message packages", "messages", "wheel", *options, str(MESSAGES))
+    with stopped_at_the_end(step):
+        yield step
+
+
+def keep_wheel(messages: str) -> None:
+    """Move a finished build to where it is looked for; older builds go."""
+    folder = wheel_folder(messages)
+    new = folder.with_suffix(".new")
+    for other in folder.parent.iterdir():
+        if other != new:
+            shutil.rmtree(other)
+    new.rename(folder)
+
+
+def built_wheel(messages: str) -> Path | None:
+    """Return the kept build of these sources, None where there is none."""
+    return next(iter(wheel_folder(messages).glob("*.whl")), None)
+
+
+def wheel_folder(messages: str) -> Path:
+    """Return where a build of these sources is kept."""
+    return STATE / "wheels" / messages
+
+
+def pip_step(title: str, log: str, *arguments: str) -> Step:
+    """Start pip in the environment."""
+    return Step(title, [str(PYTHON), "-m", "pip", *arguments], STATE / f"{log}.log")
+
+
+def pip(title: str, log: str, *arguments: str) -> None:
+    """Run pip in the environment to its end."""
+    run(pip_step(title, log, *arguments))
+
+
+def stamp_holds(name: str, key: str) -> bool:
+    """Whether a step was done with all that it depends on as it is now."""
+    path = VENV / f"{name}.stamp"
+    return PYTHON.exists() and path.is_file() and path.read_text() == key
+
+
+def write_stamp(name: str, key: str) -> None:
+    """Remember that a step is done."""
+    (VENV / f"{name}.stamp").write_text(key)
+
+
+def digest(parts: Iterable[str | bytes]) -> str:
+    """Return a SHA-256 of parts, as 16 hex digits."""
+    total = hashlib.sha256()
+    for part in parts:
+        data = part.encode() if isinstance(part, str) else part
+        total.update(b"%d:" % len(data) + data)
+    return total.hexdigest()[:16]
+
+
+if __name__ == "__main__":
+    code = main()
+    if code == 0:
+        say("ready (.venv)")
+    sys.exit(code)

@@ -1,0 +1,80 @@
+"""Processes under test: their output line by line and their end, each with a deadline."""
+
+from __future__ import annotations
+
+import os
+import select
+import subprocess
+import sys
+import time
+from types import TracebackType
+
+DEADLINE = 20.0
+
+
+class Lines:
+    """A process whose output is read line by line.
+
+    Args:
+        arguments: Python's own: `-c` and a source, or `-m` and a module, and what they take.
+    """
+
+    def __init__(self, *arguments: str) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        self.seen: list[str] = []
+        self._rest = b""
+
+    def __enter__(self) -> Lines:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.process.kill()
+        self.process.wait()
+        if self.process.stdout is not None:
+            self.process.stdout.close()
+
+    def wait_for(self, text: str, count: int = 1) -> list[str]:
+        """Read until this many lines hold a text; return them."""
+        assert self.process.stdout is not None
+        descriptor, deadline = self.process.stdout.fileno(), time.monotonic() + DEADLINE
+        while len(self.matching(text)) < count:
+            left = deadline - time.monotonic()
+            ready = select.select([descriptor], [], [], max(left, 0.0))[0]
+            assert ready, f"no line with {text!r} within {DEADLINE} s; seen: {self.seen}"
+            data = os.read(descriptor, 65536)
+            assert data, f"ended without a line with {text!r}; seen: {self.seen}"
+            *lines, self._rest = (self._rest + data).split(b"\n")
+            self.seen += [line.decode() for line in lines]
+        return self.matching(text)
+
+    def matching(self, text: str) -> list[str]:
+        """Return the lines so far that hold a text."""
+        return [line for line in self.seen if text in line]
+
+    def read_to_end(self) -> int:
+        """Read what is left and return the exit code."""
+        output, _ = self.process.communicate(timeout=DEADLINE)
+        self.seen += (self._rest + output).decode().splitlines()
+        return self.process.returncode
+
+
+def ended(pid: int) -> bool:
+    """Wait until a process, not a child of this one, has ended; False where it goes on."""
+    try:
+        descriptor = os.pidfd_open(pid)
+    except ProcessLookupError:
+        return True
+    try:
+        return bool(select.select([descriptor], [], [], DEADLINE)[0])
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,67 @@
+"""The command line: what it takes, what it refuses, and how fast it answers."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bringup.cli_parser import parse
+
+COMMANDS = {"sim": [], "slam": [], "nav": ["--map", "m.yaml"], "demo": []}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_takes_parameter_files_in_order(command: str) -> None:
+    arguments = parse([command, *COMMANDS[command], "--params", "a.yaml", "--params", "b.yaml"])
+    assert arguments.params == [Path("a.yaml"), Path("b.yaml")]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        parse([command, "--help"])
+    assert "--log-level" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("argv", "problem"),
+    [
+        (["nav"], "required: --map"),
+        (["fly"], "invalid choice: 'fly'"),
+        ([], "required: COMMAND"),
+        (["sim", "--seed", "-1"], "'-1' is no seed; valid: a whole number from 0"),
+        (["sim", "--seed", "1.5"], "'1.5' is no seed"),
+        (["sim", "--seed", "9223372036854775808"], "is no seed"),
+        (["sim", "--rtf", "-0.1"], "'-0.1' is no factor; valid: a number from 0"),
+        (["sim", "--rtf", "nan"], "'nan' is no factor"),
+        (["sim", "--rtf", "inf"], "'inf' is no factor"),
+        (["sim", "--log-level", "loud"], "invalid choice: 'loud'"),
+        (["slam", "--world", "w.world"], "unrecognized arguments: --world"),
+    ],
+)
+def test_a_wrong_command_line_is_refused_with_exit_code_2(
+    argv: list[str], problem: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        parse(argv)
+    assert problem in capsys.readouterr().err
+
+
+def test_the_demo_writes_to_out_demo_unless_told_otherwise() -> None:
+    assert parse(["demo"]).out == Path("out/demo")
+    assert parse(["demo", "--out", "x"]).out == Path("x")
+
+
+def test_help_imports_neither_numpy_nor_ros() -> None:
+    source = (
+        "import sys; sys.argv = ['bringup', '--help']\n"
+        "import bringup.__main__ as m\n"
+        "try: m.main()\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'numpy', 'rclpy', 'mujoco', 'yaml'} & set(sys.modules)))"
+    )
+    run = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines()[-1] == "[]"

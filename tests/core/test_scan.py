@@ -1,0 +1,34 @@
+"""Claims: a scan's valid beams and end points follow REP 117 and the sensor's pose."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+
+
+def test_only_returns_within_the_limits_are_valid() -> None:
+    ranges = np.array([0.09, 0.1, 5.0, 9.99, 10.0, np.inf, -np.inf, np.nan, 0.0, -1.0])
+    scan = Scan(ranges, 0.0, 0.1, 0.1, 10.0)
+    assert scan.valid.tolist() == [False, True, True, True] + 6 * [False]
+    assert len(scan.points()) == 3
+
+
+def test_bearings_step_from_the_first_also_clockwise() -> None:
+    np.testing.assert_allclose(Scan(np.ones(4), -1.0, 0.5, 0.1, 9.0).angles, (-1, -0.5, 0, 0.5))
+    np.testing.assert_allclose(Scan(np.ones(3), 1.0, -0.5, 0.1, 9.0).angles, (1, 0.5, 0))
+
+
+def test_points_lie_in_the_base_frame() -> None:
+    sensor = SE2(0.2, 0.0, math.pi / 2)
+    scan = Scan(np.array([1.0, 2.0]), 0.0, math.pi / 2, 0.1, 10.0, T_base_sensor=sensor)
+    np.testing.assert_allclose(scan.points(), [[0.2, 1.0], [-1.8, 0.0]], atol=1e-12)
+
+
+def test_a_scan_without_beams_has_no_points() -> None:
+    scan = Scan(np.empty(0), 0.0, 0.1, 0.1, 10.0)
+    assert scan.points().shape == (0, 2)
+    assert scan.angles.shape == (0,)

@@ -1,0 +1,123 @@
+"""What every controller must do, driven through a simulated robot with delay and acceleration."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from arjuna_core.se2 import SE2, wrap
+from arjuna_nav.controllers import (
+    Controller,
+    ControlStatus,
+    PathError,
+    RegulatedPurePursuit,
+    RegulatedPurePursuitConfig,
+)
+from arjuna_nav.footprint import Footprint
+from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, follow, polyline
+
+XY_TOLERANCE, YAW_TOLERANCE = 0.20, 0.15
+PATHS = {
+    "straight": ([(1.0, 3.0), (4.0, 3.0)], 0.0, 0.05),
+    "corner": ([(1.0, 1.0), (3.0, 1.0), (3.0, 4.0)], math.pi / 2, 0.35),
+    "s-curve": ([(1.0, 2.0), (2.0, 3.0), (3.0, 2.0), (4.0, 3.0), (5.0, 3.0)], 0.0, 0.35),
+    "behind": ([(4.0, 3.0), (1.0, 3.0)], math.pi, 0.10),
+    "turn at the goal": ([(1.0, 3.0), (4.0, 3.0)], math.pi, 0.05),
+}
+
+
+def pure_pursuit() -> RegulatedPurePursuit:
+    config = RegulatedPurePursuitConfig(
+        desired_linear_vel=0.4, rotate_to_heading_angular_vel=0.8, max_angular_accel=1.5
+    )
+    return RegulatedPurePursuit(config, Footprint.circle(0.25), XY_TOLERANCE)
+
+
+@pytest.fixture(params=[pure_pursuit], ids=["regulated pure pursuit"])
+def controller(request: pytest.FixtureRequest) -> Controller:
+    made: Controller = request.param()
+    return made
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_follows_to_the_goal_and_stays(controller: Controller, name: str) -> None:
+    corners, final_yaw, allowed = PATHS[name]
+    costmap, path = costmap_of(empty_grid(6.0, 6.0)), polyline(corners, final_yaw)
+    robot = Unicycle(SE2(*corners[0], 0.0))
+    controller.set_path(path)
+    results = follow(controller, robot, costmap, 700)
+    goal = SE2.from_array(path[-1])
+    trace = np.array([[pose.x, pose.y] for pose in robot.trace])
+    off = np.hypot(*(trace[:, None] - path[None, :, :2]).transpose(2, 0, 1)).min(axis=1)
+    assert all(result.status is ControlStatus.SUCCEEDED for result in results)
+    assert max(abs(result.v) for result in results) <= 0.4 + 1e-9
+    assert max(abs(result.w) for result in results) <= 0.8 + 1e-9
+    assert off.max() < allowed
+    assert robot.pose.distance(goal) < XY_TOLERANCE
+    assert abs(wrap(robot.pose.theta - goal.theta)) < YAW_TOLERANCE
+    rest = [abs(wrap(pose.theta - robot.pose.theta)) for pose in robot.trace[-20:]]
+    assert max(rest) < 0.02, "it does not come to rest"
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3, 5])
+def test_settles_the_heading_without_oscillation(controller: Controller, delay: int) -> None:
+    robot = Unicycle(SE2(2.9, 3.0, 0.0), delay=delay)
+    controller.set_path(polyline([(1.0, 3.0), (3.0, 3.0)], math.pi / 2))
+    follow(controller, robot, costmap_of(empty_grid(6.0, 6.0)), 200)
+    errors = np.array([wrap(math.pi / 2 - pose.theta) for pose in robot.trace])
+    assert abs(errors[-1]) < YAW_TOLERANCE
+    assert errors.min() > -YAW_TOLERANCE, "it overshot beyond the tolerance"
+    far = np.sign(errors[np.abs(errors) > 0.02])
+    assert np.count_nonzero(np.diff(far)) <= 2
+
+
+def test_a_new_path_to_the_same_goal_does_not_undo_arrival(controller: Controller) -> None:
+    costmap = costmap_of(empty_grid(6.0, 6.0))
+    path = polyline([(1.0, 3.0), (3.0, 3.0)], math.pi / 2)
+    robot = Unicycle(SE2(2.85, 3.0, 0.0))
+    controller.set_path(path)
+    follow(controller, robot, costmap, 5)
+    drifted = SE2(2.75, 3.0, robot.pose.theta)  # localization moved it out of the tolerance
+    controller.set_path(path)
+    result = controller.compute(drifted, robot.velocity, costmap, 1.0)
+    assert (result.status, result.v) == (ControlStatus.SUCCEEDED, 0.0)
+
+
+def test_refuses_to_drive_into_an_obstacle(controller: Controller) -> None:
+    grid = empty_grid(6.0, 6.0)
+    block(grid, 3.0, 0.0, 0.2, 6.0)
+    costmap, robot = costmap_of(grid), Unicycle(SE2(1.0, 3.0, 0.0))
+    controller.set_path(polyline([(1.0, 3.0), (5.0, 3.0)], 0.0))
+    results = follow(controller, robot, costmap, 300)
+    assert results[-1].status is ControlStatus.NO_VALID_CONTROL
+    assert "collision ahead at" in results[-1].message
+    assert max(pose.x for pose in robot.trace) + 0.25 < 3.0
+
+
+def test_slows_down_near_obstacles_and_at_the_goal(controller: Controller) -> None:
+    grid = empty_grid(6.0, 6.0)
+    block(grid, 0.0, 3.4, 6.0, 0.2)
+    path = polyline([(1.0, 3.0), (5.0, 3.0)], 0.0)
+    controller.set_path(path)
+    start = SE2(1.0, 3.0, 0.0)
+    beside_wall = controller.compute(start, Unicycle(start).velocity, costmap_of(grid), 0.0)
+    in_the_open = controller.compute(
+        start, Unicycle(start).velocity, costmap_of(empty_grid(6.0, 6.0)), 0.0
+    )
+    close = SE2(4.7, 3.0, 0.0)
+    controller.set_path(path[-10:])
+    at_goal = controller.compute(
+        close, Unicycle(close).velocity, costmap_of(empty_grid(6.0, 6.0)), 0.0
+    )
+    assert beside_wall.v < in_the_open.v == pytest.approx(0.4)
+    assert 0.05 <= at_goal.v < 0.25
+
+
+def test_says_that_no_path_was_set(controller: Controller) -> None:
+    robot = Unicycle(SE2(1.0, 1.0, 0.0))
+    result = controller.compute(robot.pose, robot.velocity, costmap_of(empty_grid(2.0, 2.0)), 0.0)
+    assert result.status is ControlStatus.INVALID_PATH
+    with pytest.raises(PathError, match=r"must be \(N, 3\) with N > 0"):
+        controller.set_path(np.empty((0, 3)))

@@ -1,0 +1,140 @@
+"""Small worlds and a robot for the navigation tests."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.raycast import cast
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_nav.controllers import ControlResult, Controller, Velocity
+from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap
+from arjuna_nav.costmap.config import InflationConfig
+
+RESOLUTION = 0.05
+RADIUS = 0.25
+
+
+def empty_grid(
+    width: float, height: float, origin: SE2 = IDENTITY, resolution: float = RESOLUTION
+) -> OccupancyGrid:
+    """Return a free map of a size [m]."""
+    shape = round(height / resolution), round(width / resolution)
+    frame = GridFrame(resolution, shape[1], shape[0], origin)
+    return OccupancyGrid(frame, np.zeros(shape, dtype=np.int8))
+
+
+def block(grid: OccupancyGrid, x: float, y: float, width: float, height: float) -> None:
+    """Occupy a rectangle whose lower left corner is given in grid coordinates [m]."""
+    columns = slice(round(x / grid.frame.resolution), round((x + width) / grid.frame.resolution))
+    rows = slice(round(y / grid.frame.resolution), round((y + height) / grid.frame.resolution))
+    grid.data[rows, columns] = 100
+
+
+def room() -> OccupancyGrid:
+    """Return the 10 x 10 m room with four 0.5 m boxes, walls 0.1 m, the origin in its middle."""
+    grid = empty_grid(11.0, 11.0, SE2(-5.5, -5.5))
+    for x, y, width, height in (
+        (0.4, 0.4, 10.2, 0.1),
+        (0.4, 10.5, 10.2, 0.1),
+        (0.4, 0.4, 0.1, 10.2),
+        (10.5, 0.4, 0.1, 10.2),
+    ):
+        block(grid, x, y, width, height)
+    for x, y in ((2.5, 0.0), (-1.5, 3.0), (-2.0, -2.5), (3.0, -3.0)):
+        block(grid, x + 5.25, y + 5.25, 0.5, 0.5)
+    return grid
+
+
+def costmap_of(
+    grid: OccupancyGrid,
+    radius: float = RADIUS,
+    inflation_radius: float = 0.55,
+    track_unknown: bool = False,
+) -> Costmap:
+    """Return the inflated costmap of a map."""
+    config = CostmapConfig(
+        resolution=grid.frame.resolution,
+        robot_radius=radius,
+        footprint_padding=0.0,
+        track_unknown_space=track_unknown,
+        plugins=("static_layer", "inflation_layer"),
+        inflation_layer=InflationConfig(
+            inflation_radius=inflation_radius, cost_scaling_factor=5.0
+        ),
+    )
+    layered = LayeredCostmap(config)
+    layered.set_map(grid)
+    return layered.costmap
+
+
+def scan_from(grid: OccupancyGrid, pose: SE2, beams: int = 360, range_max: float = 12.0) -> Scan:
+    """Return the noiseless scan of a map from a pose."""
+    in_grid = grid.frame.origin.inverse() @ pose
+    increment = 2.0 * math.pi / beams
+    bearings = -math.pi + increment * np.arange(beams)
+    resolution = grid.frame.resolution
+    ranges = cast(
+        grid.occupied(), resolution, in_grid.x, in_grid.y, bearings + in_grid.theta, range_max
+    )
+    return Scan(ranges + 1e-3, -math.pi, increment, 0.12, range_max)
+
+
+@dataclass
+class Unicycle:
+    """A robot that drives what it is told after a delay, within its accelerations.
+
+    Attributes:
+        pose: Where it is.
+        delay: Time from a command to its effect, in periods.
+        trace: Every pose it had.
+    """
+
+    pose: SE2
+    velocity: Velocity = field(default_factory=Velocity)
+    period: float = 0.05
+    delay: int = 1
+    trace: list[SE2] = field(default_factory=list)
+    _queue: deque[Velocity] = field(default_factory=deque)
+
+    def drive(self, command: Velocity) -> None:
+        """Drive one period."""
+        self._queue.append(command)
+        target = self._queue.popleft() if len(self._queue) > self.delay else Velocity()
+        dv, dw = 1.0 * self.period, 1.5 * self.period
+        v = self.velocity.v + float(np.clip(target.v - self.velocity.v, -dv, dv))
+        w = self.velocity.w + float(np.clip(target.w - self.velocity.w, -dw, dw))
+        self.velocity = Velocity(v, w)
+        self.pose = self.pose @ SE2.exp(np.array([v, 0.0, w]) * self.period)
+        self.trace.append(self.pose)
+
+
+def follow(
+    controller: Controller, robot: Unicycle, costmap: Costmap, steps: int
+) -> list[ControlResult]:
+    """Drive a controller's commands for a number of periods; a failure stops the robot."""
+    results = []
+    for k in range(steps):
+        result = controller.compute(robot.pose, robot.velocity, costmap, k * robot.period)
+        results.append(result)
+        robot.drive(Velocity(result.v, result.w))
+    return results
+
+
+def polyline(corners: list[tuple[float, float]], final_yaw: float) -> NDArray[np.float64]:
+    """Return a path along corners, a pose each 5 cm."""
+    points = []
+    for (x0, y0), (x1, y1) in zip(corners[:-1], corners[1:], strict=True):
+        count = max(round(math.hypot(x1 - x0, y1 - y0) / 0.05), 1)
+        ratio = np.arange(count)[:, None] / count
+        points.append(np.array([x0, y0]) + ratio * np.array([x1 - x0, y1 - y0]))
+    array = np.vstack([*points, [corners[-1]]])
+    steps = np.diff(array, axis=0)
+    yaw = np.append(np.arctan2(steps[:, 1], steps[:, 0]), final_yaw)
+    return np.column_stack((array, yaw))

@@ -1,0 +1,218 @@
+"""Claims: map_server and map_saver serve and write maps as Nav2's do, inside one folder only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("nav2_msgs")
+
+from nav2_msgs.srv import LoadMap, SaveMap
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from nav_msgs.srv import GetMap
+from rclpy.lifecycle import TransitionCallbackReturn
+
+from arjuna_core.errors import ConfigError
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.map_io import load_map, save_map
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import grid_from_msg, grid_msg
+from arjuna_core.se2 import SE2
+from arjuna_slam.maps_folder import MapsFolderError, inside
+from arjuna_slam.nodes.map_saver import MapSaverNode
+from arjuna_slam.nodes.map_server import MapServerNode
+from tests.helpers.ros import RosBench
+
+pytestmark = pytest.mark.ros
+
+FRAME = GridFrame(0.05, 4, 3, SE2(-1.0, 2.0, 0.3))
+GRID = OccupancyGrid(FRAME, np.array([[0, 100, -1, 0], [0, 0, 0, 100], [-1, 0, 0, 0]], np.int8))
+OTHER = OccupancyGrid(GridFrame(0.1, 2, 1), np.array([[0, 100]], np.int8))
+
+
+@pytest.fixture
+def bench() -> Iterator[RosBench]:
+    bench = RosBench()
+    yield bench
+    bench.close()
+
+
+def started(bench: RosBench, cls: type[Any], **values: Any) -> Any:
+    node = cls(bench.process, values)
+    node.trigger_configure()
+    node.trigger_activate()
+    bench.process.drain()
+    return node
+
+
+@pytest.fixture
+def server(bench: RosBench, tmp_path: Path) -> Any:
+    path, _ = save_map(GRID, tmp_path / "first")
+    return started(bench, MapServerNode, yaml_filename=str(path), maps_folder=str(tmp_path))
+
+
+def latched(bench: RosBench, topic: str = "map") -> list[Any]:
+    """What a late subscriber gets; the middleware delivers history on its own thread."""
+    messages = bench.collect(OccupancyGridMsg, topic, qos.LATCHED)
+    for _ in range(200):
+        if messages:
+            break
+        bench.process.spin_once(0.01)
+    return messages
+
+
+def load(bench: RosBench, url: str) -> Any:
+    return bench.call(LoadMap, "map_server/load_map", LoadMap.Request(map_url=url))
+
+
+def assert_same(message: Any, grid: OccupancyGrid) -> None:
+    received = grid_from_msg(message)
+    np.testing.assert_array_equal(received.data, grid.data)
+    assert received.frame.origin.distance(grid.frame.origin) < 1e-9
+    assert received.frame.resolution == grid.frame.resolution
+
+
+def test_a_late_subscriber_gets_the_map(bench: RosBench, server: Any) -> None:
+    (message,) = latched(bench)
+    assert message.header.frame_id == "map"
+    assert_same(message, GRID)
+
+
+def test_the_map_service_answers_with_the_map(bench: RosBench, server: Any) -> None:
+    assert_same(bench.call(GetMap, "map_server/map", GetMap.Request()).map, GRID)
+
+
+@pytest.mark.parametrize(
+    "url", ["second.yaml", "file://{folder}/second.yaml", "{folder}/second.yaml"]
+)
+def test_load_map_replaces_the_map(bench: RosBench, server: Any, tmp_path: Path, url: str) -> None:
+    save_map(OTHER, tmp_path / "second")
+    heard = bench.collect(OccupancyGridMsg, "map", qos.LATCHED)
+    response = load(bench, url.format(folder=tmp_path))
+    assert response.result == LoadMap.Response.RESULT_SUCCESS
+    assert_same(response.map, OTHER)
+    assert_same(heard[-1], OTHER)
+
+
+@pytest.mark.parametrize(
+    ("url", "result"),
+    [
+        ("none.yaml", LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST),
+        ("broken.yaml", LoadMap.Response.RESULT_INVALID_MAP_METADATA),
+        ("../outside.yaml", LoadMap.Response.RESULT_UNDEFINED_FAILURE),
+        ("/etc/passwd", LoadMap.Response.RESULT_UNDEFINED_FAILURE),
+        ("package://maps/first.yaml", LoadMap.Response.RESULT_UNDEFINED_FAILURE),
+        ("", LoadMap.Response.RESULT_UNDEFINED_FAILURE),
+    ],
+)
+def test_load_map_refuses_with_its_code_and_keeps_the_map(
+    bench: RosBench, server: Any, tmp_path: Path, url: str, result: int
+) -> None:
+    (tmp_path / "broken.yaml").write_text("image: 3\n")
+    assert load(bench, url).result == result
+    assert_same(bench.call(GetMap, "map_server/map", GetMap.Request()).map, GRID)
+
+
+def test_without_a_map_it_waits_for_load_map(bench: RosBench, tmp_path: Path) -> None:
+    save_map(GRID, tmp_path / "first")
+    started(bench, MapServerNode, maps_folder=str(tmp_path))
+    assert bench.collect(OccupancyGridMsg, "map", qos.LATCHED) == []
+    assert load(bench, "first.yaml").result == LoadMap.Response.RESULT_SUCCESS
+    assert_same(bench.call(GetMap, "map_server/map", GetMap.Request()).map, GRID)
+
+
+def test_a_missing_map_refuses_the_configuration(bench: RosBench, tmp_path: Path) -> None:
+    node = MapServerNode(bench.process, {"yaml_filename": str(tmp_path / "none.yaml")})
+    assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
+
+
+def test_the_server_can_be_cleaned_up_and_started_again(bench: RosBench, server: Any) -> None:
+    for step in ("deactivate", "cleanup", "configure", "activate"):
+        assert getattr(server, f"trigger_{step}")() == TransitionCallbackReturn.SUCCESS
+        bench.process.drain()
+    assert_same(latched(bench)[0], GRID)
+
+
+def save(bench: RosBench, **request: Any) -> bool:
+    response = bench.call(SaveMap, "map_saver/save_map", SaveMap.Request(**request))
+    return bool(response.result)
+
+
+def test_save_map_writes_what_was_on_the_topic(bench: RosBench, tmp_path: Path) -> None:
+    started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
+    assert save(bench, map_url="sub/room", image_format="png", map_mode="trinary")
+    loaded = load_map(tmp_path / "sub" / "room.yaml")
+    np.testing.assert_array_equal(loaded.data, GRID.data)
+    assert loaded.frame.origin.distance(FRAME.origin) < 1e-9
+    assert loaded.frame.origin.theta == pytest.approx(0.3)
+    assert save(bench, map_url=str(tmp_path / "other"), map_topic="map")
+    assert (tmp_path / "other.pgm").exists()
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {"map_url": "../room"},
+        {"map_url": "/tmp/elsewhere"},
+        {"map_url": "room", "image_format": "bmp"},
+        {"map_url": "room", "map_mode": "grey"},
+        {"map_url": "room", "free_thresh": 0.9, "occupied_thresh": 0.3},
+        {"map_url": "room", "map_topic": "other_map"},
+    ],
+)
+def test_save_map_refuses_and_writes_nothing(
+    bench: RosBench, tmp_path: Path, request_: dict[str, Any]
+) -> None:
+    folder = tmp_path / "maps"
+    started(bench, MapSaverNode, maps_folder=str(folder))
+    bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
+    assert not save(bench, **request_)
+    assert not folder.exists()
+
+
+def test_save_map_without_a_map_answers_no(bench: RosBench, tmp_path: Path) -> None:
+    started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    assert not save(bench, map_url="room")
+
+
+def test_a_topic_asked_for_the_first_time_can_be_saved_the_second(
+    bench: RosBench, tmp_path: Path
+) -> None:
+    started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    assert not save(bench, map_url="local", map_topic="local_map")
+    bench.publish(OccupancyGridMsg, "local_map", grid_msg(OTHER, "map", 0.0), qos.LATCHED)
+    assert save(bench, map_url="local", map_topic="local_map")
+    np.testing.assert_array_equal(load_map(tmp_path / "local.yaml").data, OTHER.data)
+
+
+def test_the_saver_can_be_cleaned_up_and_started_again(bench: RosBench, tmp_path: Path) -> None:
+    saver = started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    for step in ("deactivate", "cleanup", "configure"):
+        assert getattr(saver, f"trigger_{step}")() == TransitionCallbackReturn.SUCCESS
+        bench.process.drain()
+    bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
+    assert not save(bench, map_url="room")  # inactive
+    saver.trigger_activate()
+    assert save(bench, map_url="room")
+
+
+def test_unknown_parameters_name_the_nearest(bench: RosBench) -> None:
+    with pytest.raises(ConfigError, match="did you mean 'yaml_filename'"):
+        MapServerNode(bench.process, {"yaml_file": "x"})
+
+
+def test_paths_stay_in_the_folder_also_through_links(tmp_path: Path) -> None:
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps" / "link").symlink_to(tmp_path)
+    assert inside(tmp_path / "maps", "a/b.yaml") == tmp_path.resolve() / "maps" / "a" / "b.yaml"
+    for url in ("link/secret.yaml", "a/../../b.yaml", ".", "file:///etc/passwd"):
+        with pytest.raises(MapsFolderError, match="lies outside the maps folder"):
+            inside(tmp_path / "maps", url)
+    with pytest.raises(MapsFolderError, match="has the scheme 'http'; valid: file"):
+        inside(tmp_path, "http://example.org/map.yaml")

@@ -1,0 +1,244 @@
+"""Claims: the slam_toolbox node speaks as slam_toolbox does and maps the test room."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("slam_toolbox")
+
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import MapMetaData
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from nav_msgs.srv import GetMap
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import LaserScan
+from slam_toolbox.srv import Clear, LoopClosure, Pause, Reset, SaveMap
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from arjuna_core.map_io import load_map
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import grid_from_msg, scan_msg, se2_from_pose, seconds, transform_msg
+from arjuna_core.se2 import SE2
+from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
+from tests.helpers.ros import RosBench
+from tests.slam.slam_room import distance_to_walls, drive, room
+
+pytestmark = pytest.mark.ros
+
+DT = 0.1
+LOG = drive(seed=8, laps=0.3)
+
+
+class Robot:
+    """The rest of the robot: transforms and scans of a drive through the room."""
+
+    def __init__(self, bench: RosBench) -> None:
+        self.bench = bench
+        self.k = 0
+        self.now = 0.0
+        self.maps = bench.collect(OccupancyGridMsg, "/map", qos.LATCHED)
+        self.metadata = bench.collect(MapMetaData, "/map_metadata", qos.LATCHED)
+        self.poses = bench.collect(PoseWithCovarianceStamped, "/pose")
+        self.transforms: list[Any] = []
+        bench.node.create_subscription(TFMessage, "/tf", self._on_tf, qos.TF)
+        mount = transform_msg(SE2(), "base_footprint", "lidar_link", 0.0)
+        bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
+
+    def _on_tf(self, message: Any) -> None:
+        self.transforms += [t for t in message.transforms if t.header.frame_id == "map"]
+
+    def drive(self, steps: int) -> None:
+        for _ in range(steps):
+            self.bench.advance(DT)
+            self.now += DT
+            scan, odometry, self.truth = LOG[self.k]
+            self.k += 1
+            transform = transform_msg(odometry, "odom", "base_footprint", self.now)
+            self.bench.publish(TFMessage, "/tf", TFMessage(transforms=[transform]), qos.TF)
+            message = scan_msg(scan, "lidar_link", DT)
+            message.header.stamp = transform.header.stamp
+            self.bench.publish(LaserScan, "/scan", message, qos.SENSOR_PUBLISHER)
+
+    def call(self, service: Any, name: str, /, **fields: Any) -> Any:
+        return self.bench.call(service, f"/slam_toolbox/{name}", service.Request(**fields))
+
+
+@pytest.fixture
+def robot() -> Iterator[Robot]:
+    bench = RosBench()
+    yield Robot(bench)
+    bench.close()
+
+
+def started(robot: Robot, **values: Any) -> SlamToolboxNode:
+    node = SlamToolboxNode(robot.bench.process, values)
+    node.trigger_configure()
+    robot.bench.process.drain()
+    node.trigger_activate()
+    robot.bench.process.drain()
+    return node
+
+
+def test_the_pose_and_the_transform_follow_the_robot(robot: Robot) -> None:
+    started(robot)
+    robot.drive(60)
+    truth = LOG[0][2].inverse() @ robot.truth
+    assert se2_from_pose(robot.poses[-1].pose.pose).distance(truth) < 0.03
+    assert robot.poses[-1].header.frame_id == "map"
+    assert robot.poses[-1].pose.covariance[0] > 0.0
+    pose = robot.bench.process.transforms.lookup("map", "base_footprint", robot.now)
+    assert pose.distance(truth) < 0.03
+
+
+def test_transforms_are_dated_past_their_scan_and_never_twice(robot: Robot) -> None:
+    started(robot, transform_timeout=0.3)
+    robot.drive(20)
+    robot.bench.advance(0.06)
+    stamps = [seconds(t.header.stamp) for t in robot.transforms]
+    assert stamps[-1] == pytest.approx(robot.now + 0.3)
+    assert len(stamps) == len(set(stamps))
+    assert {t.child_frame_id for t in robot.transforms} == {"odom"}
+
+
+def test_the_map_comes_with_the_first_scan_and_then_at_its_interval(robot: Robot) -> None:
+    started(robot, map_update_interval=2.0)
+    robot.drive(1)
+    assert len(robot.maps) == len(robot.metadata) == 1
+    robot.drive(49)
+    assert len(robot.maps) == 3
+    grid = grid_from_msg(robot.maps[-1])
+    occupied = np.argwhere(grid.occupied()).astype(np.int64)
+    points = LOG[0][2].apply(grid.frame.to_points(occupied))
+    assert len(points) > 300
+    assert distance_to_walls(room(), points).mean() < 0.03
+    assert robot.metadata[-1].width == grid.frame.width
+
+
+def test_a_robot_that_stands_still_does_not_publish_the_map_again(robot: Robot) -> None:
+    started(robot, map_update_interval=1.0)
+    robot.drive(1)
+    robot.bench.advance(5.0)
+    assert len(robot.maps) == 1
+
+
+def test_a_map_is_saved_inside_the_maps_folder_only(robot: Robot, tmp_path: Path) -> None:
+    started(robot, maps_folder=str(tmp_path))
+    no_map = SaveMap.Response.RESULT_NO_MAP_RECEIEVD
+    assert robot.call(SaveMap, "save_map", name=String(data="room")).result == no_map
+    robot.drive(30)
+    saved = robot.call(SaveMap, "save_map", name=String(data="room"))
+    assert saved.result == SaveMap.Response.RESULT_SUCCESS
+    assert (load_map(tmp_path / "room.yaml").data == 100).sum() > 300
+    outside = robot.call(SaveMap, "save_map", name=String(data="../room"))
+    assert outside.result == SaveMap.Response.RESULT_UNDEFINED_FAILURE
+    assert not (tmp_path.parent / "room.yaml").exists()
+
+
+def test_dynamic_map_is_the_map(robot: Robot) -> None:
+    started(robot)
+    assert robot.call(GetMap, "dynamic_map").map.info.width == 0
+    robot.drive(10)
+    message = robot.call(GetMap, "dynamic_map").map
+    assert message.header.frame_id == "map"
+    assert 100 in message.data
+
+
+def test_paused_it_takes_no_scan_in_and_goes_on_after(robot: Robot) -> None:
+    node = started(robot)
+    robot.drive(5)
+    assert robot.call(Pause, "pause_new_measurements").status
+    count = len(robot.poses)
+    robot.drive(10)
+    assert len(robot.poses) == count
+    assert seconds(robot.transforms[-1].header.stamp) > robot.now
+    robot.call(Pause, "pause_new_measurements")
+    robot.drive(10)
+    assert len(robot.poses) == count + 10
+    truth = LOG[0][2].inverse() @ robot.truth
+    assert se2_from_pose(robot.poses[-1].pose.pose).distance(truth) < 0.03
+    assert node.slam.skipped == 0
+
+
+def test_reset_starts_a_new_map_at_the_robot(robot: Robot) -> None:
+    node = started(robot)
+    robot.drive(40)
+    assert len(node.slam.graph) > 3
+    assert robot.call(Reset, "reset").result == Reset.Response.RESULT_SUCCESS
+    assert len(node.slam.graph) == 0
+    robot.drive(1)
+    assert se2_from_pose(robot.poses[-1].pose.pose) == SE2()
+    assert robot.call(Reset, "reset", pause_new_measurements=True).result == 0
+    robot.drive(2)
+    assert len(node.slam.graph) == 0
+
+
+def test_parameters_set_at_run_time_count_from_the_next_reset(robot: Robot) -> None:
+    node = started(robot)
+    robot.drive(10)
+    names = ("minimum_travel_distance", "minimum_travel_heading")
+    node.set_parameters([Parameter(name, value=100.0) for name in names])
+    assert len(node.slam.graph) > 1
+    robot.call(Reset, "reset")
+    robot.drive(10)
+    assert len(node.slam.graph) == 1
+
+
+def test_manual_loop_closure_and_clear_changes_answer(robot: Robot) -> None:
+    started(robot)
+    robot.call(LoopClosure, "manual_loop_closure")
+    robot.drive(20)
+    robot.call(LoopClosure, "manual_loop_closure")
+    robot.call(Clear, "clear_changes")
+
+
+def test_the_graph_is_drawn_for_who_asks(robot: Robot) -> None:
+    node = started(robot, map_update_interval=1.0)
+    drawn = robot.bench.collect(MarkerArray, "/slam_toolbox/graph_visualization")
+    robot.drive(30)
+    nodes = drawn[-1].markers[0]
+    assert 3 < len(nodes.points) <= len(node.slam.graph)
+    assert nodes.header.frame_id == "map"
+
+
+def test_a_clock_set_back_starts_a_new_map(robot: Robot) -> None:
+    node = started(robot)
+    robot.drive(20)
+    node.on_time_jump()
+    assert len(node.slam.graph) == 0
+    assert node.slam.trajectory() == []
+
+
+def test_bad_scans_do_not_stop_it(robot: Robot) -> None:
+    node = started(robot)
+    robot.drive(3)
+    scan, _, _ = LOG[3]
+    message = scan_msg(scan, "lidar_link", DT)
+    message.ranges = [math.nan] * len(message.ranges)
+    message.header.stamp = robot.poses[-1].header.stamp
+    robot.bench.publish(LaserScan, "/scan", message, qos.SENSOR_PUBLISHER)
+    assert node.slam.skipped == 1
+    robot.drive(3)
+    assert len(robot.poses) == 6
+
+
+def test_the_lifecycle_can_be_walked_twice(robot: Robot) -> None:
+    node = SlamToolboxNode(robot.bench.process)
+    for _ in range(2):
+        for step in (node.trigger_configure, node.trigger_activate):
+            assert step() == TransitionCallbackReturn.SUCCESS
+            robot.bench.process.drain()
+        robot.drive(2)
+        for step in (node.trigger_deactivate, node.trigger_cleanup):
+            assert step() == TransitionCallbackReturn.SUCCESS
+            robot.bench.process.drain()
+    assert len(robot.poses) == 4

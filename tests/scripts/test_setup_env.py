@@ -1,0 +1,123 @@
+"""What the set-up does again and what it skips; what the lock file holds."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from scripts import setup_env
+from scripts.lock import for_linux
+from scripts.steps import Step, StepError, run
+
+PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^ ;]+)( ; python_version [<>=]+ '[0-9.]+')?$")
+
+
+def locked() -> dict[str, str]:
+    """Return the lock file's packages and their last version."""
+    lines = [each for each in setup_env.LOCK.read_text().splitlines() if not each.startswith("#")]
+    matches = [PIN.match(line) for line in lines]
+    assert all(matches), [line for line, match in zip(lines, matches, strict=True) if not match]
+    return {match[1].lower(): match[2] for match in matches if match}
+
+
+def test_the_lock_file_pins_every_line_and_names_no_index() -> None:
+    assert len(locked()) > 100
+    assert "://" not in setup_env.LOCK.read_text()
+
+
+def test_every_direct_dependency_is_in_the_lock_file() -> None:
+    text = (setup_env.ROOT / "pyproject.toml").read_text()
+    section = text[text.index("dependencies = [") : text.index("[project.scripts]")]
+    names = {name.lower() for name in re.findall(r'"([A-Za-z][\w-]*)', section)}
+    assert names - set(locked()) == {"arjuna-interfaces"}
+
+
+def test_the_message_packages_are_built_with_the_locked_ros() -> None:
+    text = (setup_env.MESSAGES / "pyproject.toml").read_text()
+    pins = dict(re.findall(r'"(ros-[a-z-]+)(?:\[\w+\])?==([\w.]+)"', text))
+    assert pins
+    assert pins == {name: locked()[name] for name in pins}
+
+
+@pytest.fixture
+def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Point the set-up at a small tree of its own."""
+    messages = tmp_path / "arjuna_interfaces"
+    (messages / "nav2_msgs" / "msg").mkdir(parents=True)
+    (messages / "nav2_msgs" / "msg" / "Costmap.msg").write_text("uint8[] data\n")
+    (tmp_path / "pyproject.toml").write_text("[project]\n")
+    (tmp_path / "requirements.lock").write_text("numpy==2.4.6\nruff==0.17.6\n")
+    (tmp_path / ".venv" / "bin").mkdir(parents=True)
+    (tmp_path / ".venv" / "bin" / "python").touch()
+    monkeypatch.setattr(setup_env, "ROOT", tmp_path)
+    monkeypatch.setattr(setup_env, "MESSAGES", messages)
+    monkeypatch.setattr(setup_env, "LOCK", tmp_path / "requirements.lock")
+    monkeypatch.setattr(setup_env, "VENV", tmp_path / ".venv")
+    monkeypatch.setattr(setup_env, "PYTHON", tmp_path / ".venv" / "bin" / "python")
+    return tmp_path
+
+
+def test_a_stamp_holds_until_what_it_depends_on_changes(checkout: Path) -> None:
+    setup_env.write_stamp("packages", "a")
+    assert setup_env.stamp_holds("packages", "a")
+    assert not setup_env.stamp_holds("packages", "b")
+    assert not setup_env.stamp_holds("messages", "a")
+
+
+def test_a_stamp_without_its_python_does_not_hold(checkout: Path) -> None:
+    setup_env.write_stamp("packages", "a")
+    (checkout / ".venv" / "bin" / "python").unlink()
+    assert not setup_env.stamp_holds("packages", "a")
+
+
+def test_a_changed_definition_builds_the_messages_anew_and_nothing_else(checkout: Path) -> None:
+    packages, messages, ours = setup_env.keys()
+    (setup_env.MESSAGES / "nav2_msgs" / "msg" / "Costmap.msg").write_text("int8[] data\n")
+    assert setup_env.keys()[0] == packages
+    assert setup_env.keys()[1] != messages
+    assert setup_env.keys()[2] == ours
+
+
+def test_a_new_linter_does_not_build_the_messages_anew(checkout: Path) -> None:
+    packages, messages, _ = setup_env.keys()
+    setup_env.LOCK.write_text("numpy==2.4.6\nruff==0.17.7\n")
+    assert setup_env.keys()[0] != packages
+    assert setup_env.keys()[1] == messages
+
+
+def test_a_builds_output_does_not_count_as_a_source(checkout: Path) -> None:
+    before = setup_env.keys()
+    for folder in ("build/lib", "x.egg-info", "rosidl_build/__pycache__"):
+        (setup_env.MESSAGES / folder).mkdir(parents=True)
+        (setup_env.MESSAGES / folder / "made").touch()
+    assert setup_env.keys() == before
+
+
+def test_a_folder_that_is_no_environment_is_not_overwritten(checkout: Path) -> None:
+    with pytest.raises(StepError, match="is not an environment that this made; move it away"):
+        setup_env.create_environment()
+
+
+def test_a_step_that_fails_shows_the_end_of_its_log(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["sh", "-c", "echo no space left; exit 3"]
+    with pytest.raises(StepError, match=r"packing failed; the whole log is .*x\.log"):
+        run(Step("packing", command, tmp_path / "x.log"))
+    assert "no space left" in capsys.readouterr().out
+
+
+def test_a_short_step_says_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run(Step("nothing", ["true"], tmp_path / "x.log"))
+    assert capsys.readouterr().out == ""
+
+
+def test_a_universal_resolution_is_cut_down_to_linux() -> None:
+    text = (
+        "colorama==1 ; sys_platform == 'win32'\n"
+        "librt==2 ; platform_python_implementation != 'PyPy'\n"
+        "mypy==3 ; python_full_version < '3.11' and platform_python_implementation != 'PyPy'\n"
+    )
+    assert for_linux(text) == "librt==2\nmypy==3 ; python_version < '3.11'\n"

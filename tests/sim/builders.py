@@ -1,0 +1,43 @@
+"""Robots, worlds and simulators for the tests of arjuna_sim."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_sim.drive import Velocity
+from arjuna_sim.simulator import Observation, Simulator, SimulatorConfig
+
+ROOT = Path(__file__).resolve().parents[2]
+ROBOT = ROOT / "urdf" / "arjuna.urdf"
+ROOM = ROOT / "worlds" / "arjuna_room.world"
+EMPTY = ROOT / "worlds" / "empty.world"
+
+
+def simulator(
+    world: Path = EMPTY,
+    config: SimulatorConfig | None = None,
+    seed: int = 0,
+    spawn: SE2 = IDENTITY,
+    robot: Path = ROBOT,
+) -> Simulator:
+    """Build a simulator; noise-free and uncalibrated parts are the caller's to ask for."""
+    return Simulator(robot, world, config or SimulatorConfig(), np.random.default_rng(seed), spawn)
+
+
+def run(sim: Simulator, seconds: float, command: Velocity | None = None) -> Observation:
+    """Step for a time, repeating a command; return the last observation."""
+    for _ in range(round(seconds / sim.config.tick)):
+        last = sim.step(command)
+    return last
+
+
+def edited(source: Path, folder: Path, old: str, new: str) -> Path:
+    """Copy a text file with one passage replaced, which must be there."""
+    text = source.read_text(encoding="utf-8")
+    assert old in text
+    target = folder / source.name
+    target.write_text(text.replace(old, new, 1), encoding="utf-8")
+    return target

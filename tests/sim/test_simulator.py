@@ -1,0 +1,169 @@
+"""The simulated robot stands, drives, turns, stops, bumps, is carried off, and repeats itself."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import ConfigError
+from arjuna_core.se2 import SE2, wrap
+from arjuna_sim.drive import CommandError, Velocity
+from arjuna_sim.simulator import Observation, SimulatorConfig
+from tests.sim.builders import EMPTY, ROOM, run, simulator
+
+
+def test_idle_robot_stays_within_a_millimetre_for_ten_minutes() -> None:
+    sim = simulator(config=SimulatorConfig(tick=0.1))
+    start = sim.truth()
+    end = run(sim, 600.0).truth
+    assert start.pose.distance(end.pose) < 1e-3
+    assert abs(wrap(end.pose.theta - start.pose.theta)) < 1e-3
+    assert abs(end.z) < 1e-3
+    assert abs(end.v) < 1e-5
+
+
+@pytest.mark.parametrize("speed", [0.3, 1.0])
+def test_encoders_measure_a_straight_metre_within_two_per_cent(speed: float) -> None:
+    sim = simulator()
+    last = run(sim, 1.0 / speed, Velocity(speed, 0.0))
+    last = run(sim, 1.0, Velocity())
+    assert last.odometry.T_odom_base.x == pytest.approx(last.truth.pose.x, rel=0.02)
+    assert last.truth.pose.x == pytest.approx(1.0, rel=0.02)
+    assert abs(last.truth.pose.y) < 0.01
+
+
+@pytest.mark.parametrize("rate", [-1.0, 0.4, 1.0, 1.5])
+def test_calibrated_encoders_measure_a_quarter_turn_within_four_per_cent(rate: float) -> None:
+    sim = simulator()
+    last = run(sim, math.pi / 2 / abs(rate), Velocity(0.0, rate))
+    last = run(sim, 1.0, Velocity())
+    assert last.odometry.T_odom_base.theta == pytest.approx(last.truth.pose.theta, rel=0.04)
+    assert last.truth.pose.theta == pytest.approx(math.copysign(math.pi / 2, rate), rel=0.04)
+
+
+def test_wheels_slip_when_it_turns() -> None:
+    """Friction, not kinematics, turns the robot: by the wheel separation it would turn faster."""
+    sim = simulator()
+    start = run(sim, 2.0, Velocity(0.0, 1.0))
+    wheels = sim.wheel_angles()
+    end = run(sim, 2.0, Velocity(0.0, 1.0))
+    left, right = (b - a for a, b in zip(wheels, sim.wheel_angles(), strict=True))
+    by_separation = (right - left) * sim.robot.drive.radius / sim.robot.drive.separation
+    turned = wrap(end.truth.pose.theta - start.truth.pose.theta)
+    # Dry friction on four wheels: track^2 / (track^2 + wheelbase^2).
+    assert turned / by_separation == pytest.approx(0.34**2 / (0.34**2 + 0.30**2), abs=0.03)
+
+
+def test_turning_does_not_depend_on_the_physics_time_step() -> None:
+    turns = []
+    for timestep in (0.001, 0.004):
+        sim = simulator(config=SimulatorConfig(physics_timestep=timestep))
+        run(sim, 1.0, Velocity(0.3, 1.0))
+        turns.append(run(sim, 1.5, Velocity(0.3, 1.0)).truth.pose.theta)
+    assert turns[0] == pytest.approx(turns[1], abs=0.01)
+
+
+def test_acceleration_is_limited() -> None:
+    sim = simulator()
+    speeds = [sim.step(Velocity(1.0, 0.0)).truth.v for _ in range(50)]
+    limit = sim.config.drive.max_linear_acceleration
+    assert max(np.diff(speeds)) / sim.config.tick < 1.2 * limit
+    assert speeds[-1] == pytest.approx(1.0, abs=0.02)
+
+
+def test_robot_stops_after_the_command_timeout() -> None:
+    sim = simulator()
+    run(sim, 1.0, Velocity(0.5, 0.0))
+    assert run(sim, 0.4).truth.v == pytest.approx(0.5, abs=0.02)
+    assert abs(run(sim, 0.6).truth.v) < 0.01
+
+
+def test_command_beyond_the_limits_is_clipped() -> None:
+    assert run(simulator(), 2.0, Velocity(9.0, 0.0)).truth.v == pytest.approx(1.0, abs=0.02)
+
+
+def test_command_that_is_not_finite_is_refused() -> None:
+    with pytest.raises(CommandError, match="must be finite"):
+        Velocity(math.nan, 0.0)
+
+
+def test_driving_into_the_red_box_reports_a_contact_and_stops_the_robot() -> None:
+    sim = simulator(ROOM)
+    assert run(sim, 2.0, Velocity(0.5, 0.0)).contacts == ()
+    last = run(sim, 5.0, Velocity(0.5, 0.0))
+    assert last.contacts == ("obstacle_red",)
+    assert last.truth.pose.x == pytest.approx(2.5 - 0.25 - 0.225, abs=0.03)
+
+
+def test_kidnapped_robot_keeps_its_odometry() -> None:
+    sim = simulator(ROOM)
+    before = run(sim, 1.0, Velocity(0.3, 0.2))
+    sim.set_pose(SE2(-3.0, 3.5, 2.0))
+    after = sim.step(Velocity())
+    assert after.truth.pose.distance(SE2(-3.0, 3.5, 2.0)) < 1e-3
+    assert after.truth.pose.theta == pytest.approx(2.0, abs=1e-3)
+    assert after.odometry.T_odom_base.distance(before.odometry.T_odom_base) < 0.02
+    assert after.imu is not None
+    assert np.linalg.norm(after.imu.linear_acceleration) < 15.0  # no jolt of the journey
+
+
+def test_time_has_no_drift() -> None:
+    sim = simulator()
+    times = [sim.step().time for _ in range(1000)]
+    assert times[2] == 0.06
+    assert times[-1] == 20.0
+
+
+def test_sensors_come_at_their_rates() -> None:
+    sim = simulator()
+    observations = [sim.step() for _ in range(500)]
+    scans = [o.time for o in observations if o.scan is not None]
+    assert scans == [round(0.1 * i, 9) for i in range(1, 101)]
+    assert all(o.scan.stamp == o.time for o in observations if o.scan is not None)
+    assert sum(o.imu is not None for o in observations) == 500
+
+
+def _bytes(observation: Observation) -> bytes:
+    o = observation
+    assert o.imu is not None
+    parts = [
+        np.array([o.time, o.odometry.v, o.odometry.w, o.truth.v, o.truth.w, o.truth.z]),
+        o.odometry.T_odom_base.array(),
+        o.odometry.covariance,
+        o.truth.pose.array(),
+        o.joints.positions,
+        o.joints.velocities,
+        o.imu.angular_velocity,
+        o.imu.linear_acceleration,
+        np.array(o.imu.rpy),
+    ]
+    parts += [] if o.scan is None else [o.scan.ranges]
+    return b"".join(part.tobytes() for part in parts) + repr(o.contacts).encode()
+
+
+def _drive_about(seed: int) -> bytes:
+    sim = simulator(ROOM, seed=seed)
+    return b"".join(
+        _bytes(sim.step(Velocity(0.6, math.sin(i / 20)) if i % 3 == 0 else None))
+        for i in range(300)
+    )
+
+
+def test_same_seed_and_commands_give_the_same_bytes() -> None:
+    assert _drive_about(7) == _drive_about(7)
+    assert _drive_about(7) != _drive_about(8)
+
+
+def test_reset_repeats_the_run_byte_for_byte() -> None:
+    sim = simulator(ROOM, spawn=SE2(1.0, 1.0, 0.5))
+    first = [_bytes(sim.step(Velocity(0.5, 0.7))) for _ in range(100)]
+    sim.reset()
+    assert sim.time == 0.0
+    assert first == [_bytes(sim.step(Velocity(0.5, 0.7))) for _ in range(100)]
+
+
+def test_tick_must_be_a_whole_number_of_physics_steps() -> None:
+    with pytest.raises(ConfigError, match="whole number of 'physics_timestep'"):
+        simulator(EMPTY, SimulatorConfig(tick=0.02, physics_timestep=0.003))

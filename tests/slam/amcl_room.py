@@ -1,0 +1,131 @@
+"""A room of 9.8 m with four boxes, a map of it, and a robot that wanders there."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2, wrap
+
+WALL = 4.9
+BOXES = ((2.5, 0.0), (-1.5, 3.0), (-2.0, -2.5), (3.0, -3.0))
+HALF = 0.25
+RANGE_MAX = 12.0
+RESOLUTION = 0.05
+DT = 0.1
+ORIGIN = SE2(-5.187, -5.213, 0.0)  # aligned with nothing
+
+
+def ranges_at(pose: SE2, count: int) -> NDArray[np.float64]:
+    """True ranges [m] of `count` beams around a pose."""
+    angles = pose.theta - math.pi + np.arange(count) * 2.0 * math.pi / count
+    direction = np.column_stack((np.cos(angles), np.sin(angles)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        start = np.array([pose.x, pose.y])
+        to_walls = np.where(direction > 0, WALL - start, -WALL - start) / direction
+        nearest = np.min(np.where(direction == 0.0, np.inf, to_walls), axis=1)
+        for box in BOXES:
+            near, far = np.array(box) - HALF, np.array(box) + HALF
+            a, b = (near - start) / direction, (far - start) / direction
+            enter = np.minimum(a, b).max(axis=1)
+            leave = np.maximum(a, b).min(axis=1)
+            hit = (enter <= leave) & (enter > 0.0)
+            nearest = np.where(hit, np.minimum(nearest, enter), nearest)
+    return np.asarray(nearest)
+
+
+def scan_at(pose: SE2, stamp: float, rng: np.random.Generator, count: int = 360) -> Scan:
+    """A scan at a pose with a deviation of 1 cm."""
+    ranges = ranges_at(pose, count) + rng.normal(0.0, 0.01, count)
+    return Scan(ranges, -math.pi, 2.0 * math.pi / count, 0.1, RANGE_MAX, stamp)
+
+
+def room_map(origin: SE2 = ORIGIN, size: int = 210) -> OccupancyGrid:
+    """The map a mapper would make: one cell of surface, unknown behind it."""
+    frame = GridFrame(RESOLUTION, size, size, origin)
+    data = np.full(frame.shape, UNKNOWN, np.int8)
+    rows, columns = np.indices(frame.shape)
+    centres = frame.to_points(np.column_stack((rows.ravel(), columns.ravel())))
+    inside = (np.abs(centres) < WALL).all(axis=1)
+    for box in BOXES:
+        inside &= ~(np.abs(centres - box) < HALF).all(axis=1)
+    data.ravel()[inside] = FREE
+    along = np.arange(-WALL, WALL, 0.005)
+    surfaces = [_square(along, WALL)]
+    edge = np.arange(-HALF, HALF, 0.005)
+    surfaces += [_square(edge, HALF) + box for box in BOXES]
+    cells = frame.to_cells(np.vstack(surfaces))
+    data[cells[:, 0], cells[:, 1]] = OCCUPIED
+    return OccupancyGrid(frame, data)
+
+
+def _square(along: NDArray[np.float64], half: float) -> NDArray[np.float64]:
+    side = np.full_like(along, half)
+    pairs = ((along, side), (along, -side), (side, along), (-side, along))
+    return np.vstack([np.column_stack(pair) for pair in pairs])
+
+
+def is_clear(x: float, y: float, margin: float = 0.4) -> bool:
+    """Whether a place has `margin` [m] around it."""
+    if max(abs(x), abs(y)) > WALL - margin:
+        return False
+    return all(max(abs(x - bx), abs(y - by)) > HALF + margin for bx, by in BOXES)
+
+
+def random_pose(rng: np.random.Generator) -> SE2:
+    """A clear pose anywhere in the room."""
+    while True:
+        x, y = rng.uniform(-WALL, WALL, 2)
+        if is_clear(x, y):
+            return SE2(float(x), float(y), float(rng.uniform(-math.pi, math.pi)))
+
+
+class Robot:
+    """Wanders through the room, turning where it would hit something.
+
+    Odometry errs by 5 % in translation and 8 % in rotation: half a scale error of the whole run,
+    half chance of each step.
+    """
+
+    def __init__(self, rng: np.random.Generator, pose: SE2 | None = None) -> None:
+        self._rng = rng
+        self._scale = 1.0 + rng.choice([-1.0, 1.0], 3) * (0.05, 0.05, 0.08)
+        self._turn = 0.0
+        self.pose = pose or random_pose(rng)
+        self.odometry = SE2()
+        self.now = 0.0
+
+    def step(self, speed: float = 0.4, spin: float = 0.5) -> Scan:
+        """Advance one period and return the scan at its end."""
+        ahead = self.pose @ SE2(0.3, 0.0, 0.0)
+        if self._turn == 0.0 and is_clear(ahead.x, ahead.y, 0.3):
+            turn = float(self._rng.normal(0.0, 0.3))
+            self.move(SE2(speed * DT, 0.0, turn * DT))
+        else:
+            if self._turn == 0.0:
+                self._turn = float(self._rng.uniform(0.8, 2.5)) * float(self._rng.choice([-1, 1]))
+            step = math.copysign(min(spin * DT, abs(self._turn)), self._turn)
+            self._turn = 0.0 if abs(self._turn) < spin * DT else self._turn - step
+            self.move(SE2(0.0, 0.0, step))
+        return self.scan()
+
+    def move(self, delta: SE2) -> None:
+        """Move by a step in the robot's frame; the odometry sees it with its errors."""
+        self.pose = self.pose @ delta
+        noise = self._rng.normal(0.0, (0.05, 0.05, 0.08))
+        seen = delta.array() * (self._scale + noise)
+        self.odometry = self.odometry @ SE2.from_array(seen)
+        self.now += DT
+
+    def scan(self) -> Scan:
+        """A scan here and now."""
+        return scan_at(self.pose, self.now, self._rng)
+
+
+def error(a: SE2, b: SE2) -> tuple[float, float]:
+    """Distance [m] and difference of heading [rad] of two poses."""
+    return a.distance(b), abs(wrap(a.theta - b.theta))

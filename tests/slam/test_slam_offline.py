@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_slam.offline import evaluate, read_carmen, run
+from arjuna_slam.slam import Slam
+from tests.slam.slam_room import ranges_at, room
+
+
+def line(ranges: NDArray[np.float64], odometry: SE2, stamp: float) -> str:
+    values = " ".join(f"{r:.3f}" for r in ranges)
+    pose = f"{odometry.x} {odometry.y} {odometry.theta}"
+    return f"FLASER {len(ranges)} {values} {pose} {pose} {stamp} host {stamp}\n"
+
+
+def text() -> list[str]:
+    angles = np.radians(np.arange(180) - 90.0)
+    lines = ["# a comment\n", "ODOM 0 0 0 0 0 0 1.0 host 1.0\n"]
+    for k in range(20):
+        pose = SE2(3.0 + 0.1 * k, 5.0, 0.0)
+        stamp = 100.0 + k if k != 5 else 103.5  # logged late
+        lines.append(line(ranges_at(room(), pose, angles), pose, stamp))
+    return lines
+
+
+def test_flaser_lines_become_scans_and_odometry() -> None:
+    log = list(read_carmen(text(), SE2(0.1, 0.0, 0.0)))
+    scan, odometry = log[0]
+    assert len(log) == 20
+    assert len(scan.ranges) == 180
+    assert scan.angle_min == pytest.approx(-0.5 * math.pi)
+    assert scan.angle_increment == pytest.approx(math.radians(1.0))
+    assert scan.T_base_sensor == SE2(0.1, 0.0, 0.0)
+    assert odometry == SE2(3.0, 5.0, 0.0)
+
+
+def test_a_reading_at_the_maximum_is_no_return() -> None:
+    scan, _ = next(read_carmen([line(np.full(180, 81.83), SE2(), 1.0)]))
+    assert np.isposinf(scan.ranges).all()
+
+
+def test_a_line_cut_short_is_named() -> None:
+    with pytest.raises(ValueError, match="line 2: 20 words, 191 are valid"):
+        list(read_carmen(["# log\n", "FLASER 180 " + " ".join(["1"] * 18)]))
+
+
+def test_a_replayed_log_meets_its_relations_and_a_stamp_that_steps_back_is_used() -> None:
+    trajectory = run(Slam(), read_carmen(text()))
+    assert len(trajectory) == 20
+    relations = np.array([(100.0, 110.0, 1.0, 0, 0, 0, 0, 0), (104.0, 119.0, 1.5, 0, 0, 0, 0, 0)])
+    result = evaluate(trajectory, relations)
+    assert result.count == 2
+    assert result.translation[0] < 0.01
+    assert result.rotation[0] < 0.003
+
+
+def test_relation_errors_are_those_of_the_metric() -> None:
+    trajectory = [(0.0, SE2(0.0, 0.0, math.pi / 2)), (2.0, SE2(0.0, 2.0, math.pi / 2))]
+    relations = np.array([(0.0, 1.0, 1.0, 0.1, 0, 0, 0, 0.2), (0.0, 9.0, 0, 0, 0, 0, 0, 0)])
+    result = evaluate(trajectory, relations)
+    assert result.count == 1
+    assert result.translation[0] == pytest.approx(0.1)
+    assert result.rotation[0] == pytest.approx(0.2)
+
+
+def test_no_relation_in_time_is_an_error() -> None:
+    with pytest.raises(ValueError, match=r"no relation within 0\.000"):
+        evaluate([(0.0, SE2()), (1.0, SE2())], np.array([(5.0, 6.0, 0, 0, 0, 0, 0, 0)]))

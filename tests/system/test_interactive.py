@@ -1,0 +1,59 @@
+"""`python -m bringup sim` as a person runs it: real processes, real time."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from tests.bringup.processes import Lines, ended
+
+pytestmark = [pytest.mark.ros, pytest.mark.system]
+ACTIVE = "Managed nodes are active"
+
+
+@pytest.fixture(autouse=True)
+def _own_domain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "91")
+
+
+def _children(pid: int) -> list[int]:
+    listed = Path(f"/proc/{pid}/task/{pid}/children").read_text()
+    return [int(word) for word in listed.split()]
+
+
+def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
+    with Lines("-m", "bringup", "sim") as bringup:
+        bringup.wait_for(ACTIVE)
+        assert bringup.matching("sim active after")
+        (first,) = _children(bringup.process.pid)
+        os.kill(first, signal.SIGKILL)
+        bringup.wait_for("sim died (SIGKILL); it starts again in 1 s")
+        bringup.wait_for(ACTIVE, 2)
+        (second,) = _children(bringup.process.pid)
+        bringup.process.send_signal(signal.SIGINT)
+        assert bringup.read_to_end() == 0
+        assert ended(second)
+
+
+def test_a_killed_bringup_leaves_no_node_behind() -> None:
+    with Lines("-m", "bringup", "sim") as bringup:
+        bringup.wait_for(ACTIVE)
+        (host,) = _children(bringup.process.pid)
+        bringup.process.kill()
+        bringup.process.wait()
+        assert ended(host)
+
+
+def test_a_reader_that_goes_away_stops_the_robot() -> None:
+    with Lines("-m", "bringup", "sim", "--log-level", "debug") as bringup:
+        bringup.wait_for(ACTIVE)
+        (host,) = _children(bringup.process.pid)
+        assert bringup.process.stdout is not None
+        bringup.process.stdout.close()
+        os.kill(host, signal.SIGKILL)  # what is said of it has no reader
+        assert bringup.process.wait(timeout=20.0) == 0
