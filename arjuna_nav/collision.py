@@ -31,7 +31,8 @@ def first_collision(
     The centre's cost decides where it can: 253 and above collides, below the costmap's
     `circumscribed_cost` nothing does. Between them a polygon's edges are traced. Where the first
     pose already collides, as after a sensor's error, poses that lie no nearer to the nearest lethal
-    cell than the first are let pass, so that a robot can leave a place but never press on.
+    cell than the first are let pass until the motion is free, so that a robot can leave a place but
+    never press on.
 
     Args:
         costmap: Inflated costs.
@@ -67,7 +68,7 @@ def _first_collision(
     allowed = math.inf
     for i in range(len(poses)):
         if not _collides(data, poses[i], points, circular, safe_cost):
-            allowed = math.inf if i == 0 else allowed
+            allowed = math.inf
             continue
         if i == 0:
             allowed = _clearance(data, poses[0], reach) - _CLEARANCE_EPSILON_CELLS

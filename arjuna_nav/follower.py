@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -74,27 +75,34 @@ class PathFollower:
         config: Parameters.
         footprint: The robot.
 
+    Attributes:
+        speed_limit: Greatest forward speed from now on [m/s]; inf for none.
+
     Source: nav2_controller, ControllerServer::computeControl.
     """
 
     def __init__(self, config: FollowerConfig, footprint: Footprint) -> None:
         self._config = config
+        self._footprint = footprint
         self._progress = SimpleProgressChecker(config.progress_checker)
         self._goal = SimpleGoalChecker(config.general_goal_checker)
-        self.controller = RegulatedPurePursuit(
-            config.FollowPath,
-            footprint,
-            config.general_goal_checker.xy_goal_tolerance,
-            1.0 / config.controller_frequency,
-        )
+        self._controller = self._make_controller()
         self._end: SE2 | None = None
         self._failing_since: float | None = None
+        self.speed_limit = math.inf
+
+    def _make_controller(self) -> RegulatedPurePursuit:
+        config = self._config
+        tolerance = config.general_goal_checker.xy_goal_tolerance
+        period = 1.0 / config.controller_frequency
+        return RegulatedPurePursuit(config.FollowPath, self._footprint, tolerance, period)
 
     def start(self, path: NDArray[np.float64], now: float) -> None:
         """Follow a path from now [s] on, as a new task."""
         self._progress.reset()
         self._goal.reset()
         self._failing_since = None
+        self._controller = self._make_controller()  # the last goal's arrival is not this one's
         self.change(path)
 
     def change(self, path: NDArray[np.float64]) -> None:
@@ -103,7 +111,7 @@ class PathFollower:
         Raises:
             PathError: The path is empty or of the wrong shape.
         """
-        self.controller.set_path(path)
+        self._controller.set_path(path)
         end = SE2.from_array(path[-1])
         if self._end is not None and self._end.distance(end) > 1e-3:
             self._goal.reset()
@@ -116,8 +124,9 @@ class PathFollower:
             return _failed(ControlStatus.FAILED_TO_MAKE_PROGRESS, self._no_progress())
         if self._goal.reached(pose, self._end):
             return FollowResult(FollowState.SUCCEEDED)
-        control = self.controller.compute(pose, velocity, costmap, now)
-        distance = paths.length(self.controller.path)
+        self._controller.speed_limit = self.speed_limit
+        control = self._controller.compute(pose, velocity, costmap, now)
+        distance = paths.length(self._controller.path)
         if control.status is ControlStatus.SUCCEEDED:
             self._failing_since = None
             command = Velocity(control.v, control.w)

@@ -54,7 +54,7 @@ class LockStep:
         return self.process.now
 
     def start(self, *groups: Group, parameters: Parameters | None = None) -> None:
-        """Make the nodes of groups, configure all in order, then activate all in order.
+        """Make the nodes of groups that are not there yet, configure all, then activate all.
 
         Groups that talk to each other are started together: a latched message reaches those who
         subscribe later by a thread of the middleware, at no fixed time.
@@ -65,19 +65,18 @@ class LockStep:
         values = self._parameters if parameters is None else parameters
         specs = [spec for group in groups for spec in group.nodes]
         for spec in specs:
-            self.nodes[spec.name] = create_node(self.process, spec, values)
+            if spec.name not in self.nodes:
+                self.nodes[spec.name] = create_node(self.process, spec, values)
         self.process.drain()
         for step in ("configure", "activate"):
             for spec in specs:
                 self._transition(spec.name, step)
 
     def stop(self, *groups: Group) -> None:
-        """Deactivate, clean up and destroy the nodes of groups, last first."""
+        """Deactivate and clean up the nodes of groups, last first; `start` takes them up again."""
         for spec in reversed([spec for group in groups for spec in group.nodes]):
             for step in ("deactivate", "cleanup"):
                 self._transition(spec.name, step)
-            self.process.remove(self.nodes.pop(spec.name))
-        self.process.drain()
 
     def _transition(self, name: str, step: str) -> None:
         result = getattr(self.nodes[name], f"trigger_{step}")()

@@ -126,6 +126,10 @@ class ManagedNode(LifecycleNode):
         """Create a service that lives until cleanup."""
         self._keep(self.destroy_service, self.create_service(service_type, name, callback))
 
+    def client(self, service_type: Any, name: str) -> Any:
+        """Create a service client that lives until cleanup."""
+        return self._keep(self.destroy_client, self.create_client(service_type, name))
+
     def keep(self, entity: Any) -> Any:
         """Keep something with a `destroy()` method until cleanup and return it."""
         return self._keep(lambda item: item.destroy(), entity)

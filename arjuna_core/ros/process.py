@@ -95,12 +95,6 @@ class Process:
             raise MissingNodeError(f"no node '{name}' in this process; {nearest(name, found)}")
         return found[name]
 
-    def remove(self, node: ManagedNode) -> None:
-        """Take a node out of the executor and destroy it."""
-        self.nodes.remove(node)
-        self.executor.remove_node(node)
-        node.destroy_node()
-
     def _on_clock(self, message: Any) -> None:
         self._advance(seconds(message.clock), Time.from_msg(message.clock))
 

@@ -42,7 +42,7 @@ class Inflation:
     """
 
     def __init__(self, config: InflationConfig, inscribed_radius: float, resolution: float) -> None:
-        reach = int(config.inflation_radius / resolution)
+        reach = math.ceil(config.inflation_radius / resolution - 1e-9)  # Nav2 rounds up
         self._inflate_unknown = config.inflate_unknown
         self._stamp = np.zeros((2 * reach + 1, 2 * reach + 1), dtype=np.uint8)
         for row, column in np.ndindex(self._stamp.shape):

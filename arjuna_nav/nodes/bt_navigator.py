@@ -64,7 +64,7 @@ class BtNavigatorNode(ManagedNode):
         self._speed = 0.0
         self._new_goals: tuple[SE2, ...] | None = None
         self._feedback_at = 0.0
-        self._clients = NavigationClients(self, config)
+        self._others = NavigationClients(self, config)
         self._servers: dict[str, GoalServer] = {
             kind: self.keep(
                 GoalServer(self, action, kind, self._on_goal, partial(self._admit, kind))
@@ -79,7 +79,7 @@ class BtNavigatorNode(ManagedNode):
 
     def deactivate(self) -> None:
         """Stop the robot and abort."""
-        self._clients.stop()
+        self._others.stop()
         self._navigator = None
         for server in self._servers.values():
             server.abort_all()
@@ -141,11 +141,11 @@ class BtNavigatorNode(ManagedNode):
             speed=self._speed,
             goals=self._new_goals,
             cancel=server.cancel_requested and not server.preempt_requested,
-            **self._clients.take_outcomes(),
+            **self._others.take_outcomes(),
         )
         self._new_goals = None
         command = self._navigator.tick(state)
-        self._clients.carry_out(command)
+        self._others.carry_out(command)
         if command.finish is not None:
             self._finish(command.finish)
         else:

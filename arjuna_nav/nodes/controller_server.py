@@ -74,7 +74,7 @@ class ControllerServerNode(ManagedNode):
 
     def _make_follower(self, config: ControllerServerConfig) -> None:
         self._follower = PathFollower(config, self._costmap.layered.footprint)
-        self._follower.controller.speed_limit = self._speed_limit
+        self._follower.speed_limit = self._speed_limit
 
     def _on_odometry(self, message: Any) -> None:
         twist = message.twist.twist
@@ -86,7 +86,7 @@ class ControllerServerNode(ManagedNode):
         if message.percentage:
             limit *= self.config.FollowPath.desired_linear_vel / 100.0
         self._speed_limit = limit if limit > 0.0 else math.inf
-        self._follower.controller.speed_limit = self._speed_limit
+        self._follower.speed_limit = self._speed_limit
 
     def _on_goal(self) -> None:
         replaced = self._server.preempt_requested

@@ -48,10 +48,10 @@ class NavigationClients:
             Recovery.BACK_UP: self._action(BackUp, "backup"),
         }
         self._clear = {
-            name: node.keep(node.create_client(ClearEntireCostmap, f"{name}/clear_entirely_{name}"))
+            name: node.client(ClearEntireCostmap, f"{name}/clear_entirely_{name}")
             for name in (GLOBAL_COSTMAP, LOCAL_COSTMAP)
         }
-        self._check = node.keep(node.create_client(IsPathValid, "is_path_valid"))
+        self._check = node.client(IsPathValid, "is_path_valid")
         self._clearing: dict[str, float] = {}
         self._outcomes: dict[str, Any] = {}
         self._waiting_for: dict[str, GoalClient] = {}

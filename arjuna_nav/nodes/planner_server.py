@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from nav2_msgs.action import ComputePathToPose
+from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
 from nav2_msgs.srv import IsPathValid
 from nav_msgs.msg import Path
 
@@ -18,11 +18,13 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.collision import first_collision
+from arjuna_nav.costmap import Costmap
 from arjuna_nav.nodes.costmap import CostmapNode
 from arjuna_nav.nodes.frames import pose_in
-from arjuna_nav.planners import NavFn, NavFnConfig, PlanResult, PlanStatus
+from arjuna_nav.planners import NavFn, NavFnConfig, PlanResult, PlanStatus, plan_through
 
 _RETRY_PERIOD = 0.1
+_THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
 
 
 @dataclass(frozen=True)
@@ -48,68 +50,86 @@ class PlannerServerNode(ManagedNode):
         self._planner = NavFn(self.config.GridBased)
         self._asked_at = 0.0
         self._out = self.publisher(Path, "plan", qos.LATEST)
-        self._server = self.keep(
-            GoalServer(self, ComputePathToPose, "compute_path_to_pose", self._on_goal)
-        )
+        self._to_pose = self._offer(ComputePathToPose, "compute_path_to_pose")
+        self._through_poses = self._offer(ComputePathThroughPoses, "compute_path_through_poses")
         self.serve(IsPathValid, "is_path_valid", self._on_is_path_valid)
-        self.every(_RETRY_PERIOD, self._attempt_plan)
+        self.every(_RETRY_PERIOD, self._attempt_plans)
+
+    def _offer(self, action: Any, name: str) -> GoalServer:
+        server: GoalServer = self.keep(GoalServer(self, action, name, self._on_goal))
+        return server
 
     def deactivate(self) -> None:
         """Abort what is asked for."""
-        self._server.abort_all()
+        for server in (self._to_pose, self._through_poses):
+            server.abort_all()
 
     def on_config(self, config: PlannerServerConfig) -> None:
         """Plan by the new parameters from now on."""
         self._planner = NavFn(config.GridBased)
 
     def _on_goal(self) -> None:
-        if self._server.preempt_requested:
-            self._server.accept_pending()
+        for server in (self._to_pose, self._through_poses):
+            if server.preempt_requested:
+                server.accept_pending()
         self._asked_at = self.now
-        self._attempt_plan()
+        self._attempt_plans()
 
-    def _attempt_plan(self) -> None:
-        """Plan for the goal that waits, if the costmap allows it."""
-        goal = self._server.goal
-        if goal is None:
-            return
-        if self._server.cancel_requested:
-            self._server.cancel(ComputePathToPose.Result())
+    def _attempt_plans(self) -> None:
+        """Plan for the goals that wait, if the costmap allows it."""
+        goal = self._to_pose.goal
+        if goal is not None:
+            result = ComputePathToPose.Result()
+            self._try(self._to_pose, goal, [goal.goal], result, 0)
+        goal = self._through_poses.goal
+        if goal is not None:
+            result = ComputePathThroughPoses.Result()
+            self._try(self._through_poses, goal, goal.goals, result, _THROUGH)
+
+    def _try(
+        self, server: GoalServer, goal: Any, stops: list[Any], result: Any, offset: int
+    ) -> None:
+        """Answer a goal, unless the costmap may still become current; `offset` is of its codes."""
+        if server.cancel_requested:
+            server.cancel(result)
             return
         timeout = self.config.costmap_update_timeout
         costmap = self._costmap.current(timeout)
-        if costmap is not None:
-            self._answer(self._plan(goal, costmap))
-        elif self.now - self._asked_at > timeout:
-            message = f"the global costmap has not been updated for {timeout:g} s"
-            self._answer(PlanResult.failed(PlanStatus.TIMEOUT, message))
+        if costmap is None and self.now - self._asked_at <= timeout:
+            return
+        plan = self._plan(goal, stops, costmap)
+        if plan.status is PlanStatus.SUCCEEDED:
+            result.path = path_msg(plan.path, self._costmap.config.global_frame, self.now)
+            self._out.publish(result.path)
+            server.succeed(result)
+            return
+        self.get_logger().warning(f"no path: {plan.message}")
+        result.error_code, result.error_msg = int(plan.status) + offset, plan.message
+        if not stops:
+            result.error_code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
+        server.abort(result)
 
-    def _plan(self, goal: Any, costmap: Any) -> PlanResult:
+    def _plan(self, goal: Any, stops: list[Any], costmap: Costmap | None) -> PlanResult:
+        """Plan leg by leg through the stops."""
+        if costmap is None:
+            timeout = self.config.costmap_update_timeout
+            message = f"the global costmap has not been updated for {timeout:g} s"
+            return PlanResult.failed(PlanStatus.TIMEOUT, message)
         if goal.planner_id not in ("", *self.config.planner_plugins):
             valid = ", ".join(self.config.planner_plugins)
             message = f"planner '{goal.planner_id}' does not exist; valid: {valid}"
             return PlanResult.failed(PlanStatus.INVALID_PLANNER, message)
         try:
             frame = self._costmap.config.global_frame
-            end = pose_in(self, frame, goal.goal)
             start = pose_in(self, frame, goal.start) if goal.use_start else self._robot()
+            ends = [pose_in(self, frame, stop) for stop in stops]
         except TransformError as error:
             return PlanResult.failed(PlanStatus.TF_ERROR, str(error))
-        return self._planner.plan(costmap, start, end)
+        return plan_through(self._planner, costmap, start, ends)
 
     def _robot(self) -> SE2:
         config = self._costmap.config
         return self.transforms.lookup(config.global_frame, config.robot_base_frame)
-
-    def _answer(self, plan: PlanResult) -> None:
-        result = ComputePathToPose.Result(error_code=int(plan.status), error_msg=plan.message)
-        if plan.status is not PlanStatus.SUCCEEDED:
-            self.get_logger().warning(f"no path: {plan.message}")
-            self._server.abort(result)
-            return
-        result.path = path_msg(plan.path, self._costmap.config.global_frame, self.now)
-        self._out.publish(result.path)
-        self._server.succeed(result)
 
     def _on_is_path_valid(self, request: Any, response: Any) -> Any:
         costmap = self._costmap.current(self.config.costmap_update_timeout)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import deque
 from dataclasses import dataclass, field
@@ -13,7 +14,7 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.raycast import cast
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_nav.controllers import ControlResult, Controller, Velocity
+from arjuna_nav.controllers import Controller, ControlResult, Velocity
 from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap
 from arjuna_nav.costmap.config import InflationConfig
 
@@ -57,17 +58,17 @@ def costmap_of(
     radius: float = RADIUS,
     inflation_radius: float = 0.55,
     track_unknown: bool = False,
+    footprint: str = "[]",
 ) -> Costmap:
     """Return the inflated costmap of a map."""
     config = CostmapConfig(
         resolution=grid.frame.resolution,
         robot_radius=radius,
+        footprint=footprint,
         footprint_padding=0.0,
         track_unknown_space=track_unknown,
         plugins=("static_layer", "inflation_layer"),
-        inflation_layer=InflationConfig(
-            inflation_radius=inflation_radius, cost_scaling_factor=5.0
-        ),
+        inflation_layer=InflationConfig(inflation_radius=inflation_radius, cost_scaling_factor=5.0),
     )
     layered = LayeredCostmap(config)
     layered.set_map(grid)
@@ -130,7 +131,7 @@ def follow(
 def polyline(corners: list[tuple[float, float]], final_yaw: float) -> NDArray[np.float64]:
     """Return a path along corners, a pose each 5 cm."""
     points = []
-    for (x0, y0), (x1, y1) in zip(corners[:-1], corners[1:], strict=True):
+    for (x0, y0), (x1, y1) in itertools.pairwise(corners):
         count = max(round(math.hypot(x1 - x0, y1 - y0) / 0.05), 1)
         ratio = np.arange(count)[:, None] / count
         points.append(np.array([x0, y0]) + ratio * np.array([x1 - x0, y1 - y0]))

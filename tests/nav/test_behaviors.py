@@ -1,0 +1,128 @@
+"""Recovery behaviours, driven through a simulated robot."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from arjuna_core.se2 import SE2, wrap
+from arjuna_nav.behaviors import (
+    Behavior,
+    BehaviorConfig,
+    BehaviorResult,
+    BehaviorStatus,
+    DriveOnHeading,
+    Spin,
+    Wait,
+    back_up,
+    error_code,
+)
+from arjuna_nav.controllers import Velocity
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.footprint import Footprint
+from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid
+
+CONFIG = BehaviorConfig(max_rotational_vel=0.8, rotational_acc_lim=1.5)
+CIRCLE = Footprint.circle(0.25)
+LONG = "[[0.6, 0.15], [-0.2, 0.15], [-0.2, -0.15], [0.6, -0.15]]"
+
+
+def run(
+    behavior: Behavior, robot: Unicycle, costmap: Costmap, duration: float = 30.0
+) -> BehaviorResult:
+    """Run a behaviour at 10 Hz to its end."""
+    robot.period = 0.1
+    result = BehaviorResult(BehaviorStatus.RUNNING)
+    for k in range(round(duration / robot.period)):
+        result = behavior.tick(robot.pose, costmap, k * robot.period)
+        if result.status is not BehaviorStatus.RUNNING:
+            break
+        robot.drive(Velocity(result.v, result.w))
+    return result
+
+
+@pytest.mark.parametrize("angle", [1.57, -1.57, 2.0 * math.pi, 0.2])
+def test_spins_by_the_angle_asked_for(angle: float) -> None:
+    robot = Unicycle(SE2(2.0, 2.0, 0.4), delay=0)
+    result = run(Spin(angle, CONFIG, CIRCLE, 20.0), robot, costmap_of(empty_grid(4.0, 4.0)))
+    assert result.status is BehaviorStatus.SUCCEEDED
+    assert result.progress == pytest.approx(angle, abs=0.12)
+    assert abs(wrap(robot.pose.theta - 0.4 - angle)) < 0.12
+
+
+def test_a_spin_that_would_hit_something_is_refused() -> None:
+    grid = empty_grid(4.0, 4.0)
+    block(grid, 1.8, 2.4, 0.4, 0.1)
+    costmap = costmap_of(grid, footprint=LONG)
+    robot = Unicycle(SE2(2.0, 2.0, 0.0), delay=0)
+    footprint = Footprint.parse(LONG, 0.0, 0.0)
+    result = run(Spin(1.57, CONFIG, footprint, 20.0), robot, costmap)
+    assert result.status is BehaviorStatus.COLLISION_AHEAD
+    assert "collision ahead at" in result.message
+    assert robot.pose.theta < 0.9
+
+
+@pytest.mark.parametrize(("distance", "speed"), [(0.3, 0.15), (1.0, 0.4)])
+def test_drives_and_backs_up_the_distance(distance: float, speed: float) -> None:
+    costmap = costmap_of(empty_grid(6.0, 6.0))
+    ahead, behind = Unicycle(SE2(3.0, 3.0, 0.5), delay=0), Unicycle(SE2(3.0, 3.0, 0.5), delay=0)
+    forward = run(DriveOnHeading(distance, speed, CONFIG, CIRCLE, 10.0), ahead, costmap)
+    backward = run(back_up(distance, speed, CONFIG, CIRCLE, 10.0), behind, costmap)
+    for robot, result, sign in ((ahead, forward, 1.0), (behind, backward, -1.0)):
+        moved = SE2(3.0, 3.0, 0.5).inverse() @ robot.pose
+        assert result.status is BehaviorStatus.SUCCEEDED
+        assert moved.x == pytest.approx(sign * distance, abs=0.1 * speed + 0.01)
+        assert result.progress == pytest.approx(distance, abs=0.1 * speed + 0.01)
+
+
+def test_backing_up_stops_before_a_wall() -> None:
+    grid = empty_grid(4.0, 4.0)
+    block(grid, 1.0, 0.0, 0.1, 4.0)
+    robot = Unicycle(SE2(1.8, 2.0, 0.0), delay=0)
+    result = run(back_up(1.0, 0.15, CONFIG, CIRCLE, 20.0), robot, costmap_of(grid))
+    assert result.status is BehaviorStatus.COLLISION_AHEAD
+    assert robot.pose.x - 0.25 > 1.1
+
+
+def test_backing_up_of_nothing_or_with_two_signs_is_refused() -> None:
+    costmap = costmap_of(empty_grid(2.0, 2.0))
+    for distance, speed in ((0.3, -0.1), (-0.3, 0.1), (0.0, 0.1)):
+        behavior = DriveOnHeading(distance, speed, CONFIG, CIRCLE, 1.0)
+        result = behavior.tick(SE2(1.0, 1.0), costmap, 0.0)
+        assert result.status is BehaviorStatus.INVALID_INPUT
+        assert "must have one sign" in result.message
+
+
+def test_gives_up_when_its_time_is_over() -> None:
+    stuck = Unicycle(SE2(2.0, 2.0, 0.0))
+    stuck.drive = lambda command: None  # type: ignore[method-assign]
+    result = run(Spin(1.57, CONFIG, CIRCLE, 3.0), stuck, costmap_of(empty_grid(4.0, 4.0)))
+    assert result.status is BehaviorStatus.TIMEOUT
+    assert "3 s exceeded" in result.message
+
+
+def test_moves_nothing_without_a_costmap() -> None:
+    for behavior in (Spin(1.0, CONFIG, CIRCLE, 1.0), back_up(0.3, 0.1, CONFIG, CIRCLE, 1.0)):
+        result = behavior.tick(SE2(), None, 0.0)
+        assert (result.status, result.v, result.w) == (BehaviorStatus.UNKNOWN, 0.0, 0.0)
+
+
+def test_waits_as_long_as_asked() -> None:
+    wait = Wait(5.0)
+    assert wait.tick(SE2(), None, 10.0).progress == 5.0
+    assert wait.tick(SE2(), None, 14.9).status is BehaviorStatus.RUNNING
+    assert wait.tick(SE2(), None, 15.0).status is BehaviorStatus.SUCCEEDED
+
+
+def test_error_codes_are_nav2s() -> None:
+    codes = {
+        kind: [
+            error_code(kind, getattr(BehaviorStatus, name))
+            for name in ("SUCCEEDED", "TIMEOUT", "TF_ERROR", "COLLISION_AHEAD", "INVALID_INPUT")
+        ]
+        for kind in ("spin", "backup", "drive_on_heading")
+    }
+    assert codes["spin"][:4] == [0, 701, 702, 703]
+    assert codes["backup"] == [0, 711, 712, 714, 713]
+    assert codes["drive_on_heading"] == [0, 721, 722, 723, 724]

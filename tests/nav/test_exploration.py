@@ -1,0 +1,124 @@
+"""Frontier exploration of a synthetic room."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap import (
+    Costmap,
+    CostmapConfig,
+    LayeredCostmap,
+    PlacedScan,
+)
+from arjuna_nav.costmap.config import ObstacleConfig, SourceConfig
+from arjuna_nav.costmap.layers import ObstacleLayer
+from arjuna_nav.exploration import frontiers, next_goal
+from arjuna_nav.footprint import Footprint
+from arjuna_nav.planners import NavFn, NavFnConfig, PlanStatus
+from tests.nav.worlds import block, costmap_of, empty_grid, room, scan_from
+
+LONG_SIGHTED = ObstacleConfig(
+    footprint_clearing_enabled=False,
+    scan=SourceConfig(obstacle_max_range=12.0, raytrace_max_range=12.0),
+)
+
+
+class Explorer:
+    """Maps a known room from scans and drives where it is told, without error."""
+
+    def __init__(self, truth: OccupancyGrid, start: SE2) -> None:
+        self.truth = truth
+        self.pose = start
+        config = CostmapConfig(track_unknown_space=True, obstacle_layer=LONG_SIGHTED)
+        self._seen = ObstacleLayer(truth.frame, config)
+        self.look()
+
+    def look(self) -> None:
+        scan = scan_from(self.truth, self.pose)
+        self._seen.update(self.pose, Footprint.circle(0.25), [PlacedScan(scan, self.pose)])
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        seen = self._seen.data
+        data = np.select([seen == 255, seen == 254], [-1, 100], 0).astype(np.int8)
+        return OccupancyGrid(self.truth.frame, data)
+
+    @property
+    def costmap(self) -> Costmap:
+        return costmap_of(self.grid, radius=0.28, track_unknown=True)
+
+    def drive(self, goal: SE2) -> PlanStatus:
+        result = NavFn(NavFnConfig()).plan(self.costmap, self.pose, goal)
+        for pose in result.path[::20]:
+            self.pose = SE2.from_array(pose)
+            self.look()
+        if result.status is PlanStatus.SUCCEEDED:
+            self.pose = goal
+            self.look()
+        return result.status
+
+
+def explored(explorer: Explorer) -> float:
+    free = explorer.truth.data == 0
+    inside: NDArray[np.bool_] = np.zeros_like(free)
+    inside[10:210, 10:210] = free[10:210, 10:210]
+    return float((explorer.grid.data[inside] == 0).mean())
+
+
+@pytest.mark.parametrize("start", [SE2(), SE2(-4.0, 4.0, 1.0), SE2(4.0, 0.5, -2.0)])
+def test_explores_the_whole_room_and_ends(start: SE2) -> None:
+    explorer, tried = Explorer(room(), start), list[SE2]()
+    before = explored(explorer)
+    while (goal := next_goal(explorer.grid, explorer.costmap, explorer.pose, tried)) is not None:
+        assert len(tried) < 40, "it does not end"
+        assert (explorer.costmap.cost_at(goal.x, goal.y) or 0) <= 120
+        tried.append(goal)
+        assert explorer.drive(goal) is PlanStatus.SUCCEEDED
+    assert before < 0.9
+    assert explored(explorer) >= 0.98
+
+
+def test_a_frontier_that_cannot_be_reached_does_not_make_it_loop() -> None:
+    grid = empty_grid(4.0, 4.0)
+    grid.data[60:, :] = -1
+    block(grid, 0.0, 2.0, 4.0, 0.1)  # a wall before the frontier
+    tried: list[SE2] = []
+    for _ in range(30):
+        goal = next_goal(grid, costmap_of(grid, track_unknown=True), SE2(2.0, 1.0), tried)
+        if goal is None:
+            return
+        tried.append(goal)
+    pytest.fail("goals without end")
+
+
+def test_a_small_sliver_is_no_frontier() -> None:
+    grid = empty_grid(4.0, 4.0)
+    grid.data[40, 40:42] = -1
+    assert frontiers(grid) == []
+    grid.data[40, 40:52] = -1
+    assert len(frontiers(grid)) == 1
+
+
+def test_faces_the_frontier_and_prefers_the_nearer() -> None:
+    grid = empty_grid(8.0, 4.0)
+    grid.data[:, :2] = -1
+    grid.data[:, 150:] = -1
+    goal = next_goal(grid, costmap_of(grid, track_unknown=True), SE2(5.5, 2.0), [])
+    assert goal is not None
+    assert goal.x > 5.5
+    assert abs(goal.theta) < 0.5
+
+
+def test_nothing_is_left_in_a_known_world() -> None:
+    grid = empty_grid(4.0, 4.0)
+    assert next_goal(grid, costmap_of(grid), SE2(2.0, 2.0), []) is None
+
+
+def test_refuses_a_costmap_of_another_place() -> None:
+    layered = LayeredCostmap(CostmapConfig())
+    with pytest.raises(ValueError, match="must be one frame"):
+        next_goal(empty_grid(4.0, 4.0), layered.costmap, SE2(), [])

@@ -1,0 +1,94 @@
+"""The robot's outline, and when it collides."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import ConfigError
+from arjuna_core.se2 import SE2
+from arjuna_nav.collision import collides, first_collision
+from arjuna_nav.controllers import Velocity
+from arjuna_nav.footprint import Footprint
+from arjuna_nav.motion import rollout
+from tests.nav.worlds import block, costmap_of, empty_grid
+
+BODY = np.array([[0.225, 0.19], [-0.225, 0.19], [-0.225, -0.19], [0.225, -0.19]])
+
+
+def test_radii_of_a_polygon_with_padding() -> None:
+    footprint = Footprint.polygon(BODY, padding=0.01)
+    assert footprint.inscribed_radius == pytest.approx(0.20)
+    assert footprint.circumscribed_radius == pytest.approx(math.hypot(0.235, 0.20))
+
+
+def test_parses_nav2s_parameters() -> None:
+    circle = Footprint.parse("[]", 0.25, 0.03)
+    assert circle.circular
+    assert circle.inscribed_radius == pytest.approx(0.28)
+    square = Footprint.parse("[[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]", 9.0, 0.0)
+    assert not square.circular
+    assert square.inscribed_radius == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("text", ["[[0.1, 0.1], [0.2]]", "[[a, b]]", "[", "[[0, 0], [1, 1]]"])
+def test_refuses_what_is_no_footprint(text: str) -> None:
+    with pytest.raises(ConfigError, match=r"valid: '\[\[x, y\]|at least three corners"):
+        Footprint.parse(text, 0.25, 0.0)
+
+
+def test_refuses_a_robot_without_size() -> None:
+    with pytest.raises(ConfigError, match="must be positive, got 0"):
+        Footprint.circle(0.0)
+
+
+def test_a_polygon_fits_lengthwise_where_it_does_not_fit_across() -> None:
+    grid = empty_grid(3.0, 3.0)
+    block(grid, 0.0, 1.75, 3.0, 0.1)
+    block(grid, 0.0, 1.15, 3.0, 0.1)  # a corridor 0.5 m wide about y = 1.5
+    text = "[[0.4, 0.15], [-0.4, 0.15], [-0.4, -0.15], [0.4, -0.15]]"
+    slim, costmap = Footprint.parse(text, 0.0, 0.0), costmap_of(grid, footprint=text)
+    assert not collides(costmap, slim, SE2(1.5, 1.5, 0.0))
+    assert collides(costmap, slim, SE2(1.5, 1.5, math.pi / 2))
+
+
+@pytest.mark.parametrize("origin", [SE2(), SE2(-3.0, 2.0, 0.6)])
+def test_leaving_the_grid_collides_wherever_the_grid_lies(origin: SE2) -> None:
+    costmap = costmap_of(empty_grid(3.0, 3.0, origin))
+    footprint = Footprint.circle(0.25)
+    assert not collides(costmap, footprint, origin @ SE2(1.5, 1.5))
+    assert collides(costmap, footprint, origin @ SE2(3.2, 1.5))
+
+
+def test_a_robot_too_near_to_a_wall_may_leave_but_not_press_on() -> None:
+    grid = empty_grid(3.0, 3.0)
+    block(grid, 2.0, 0.0, 0.1, 3.0)
+    costmap, footprint = costmap_of(grid), Footprint.circle(0.25)
+    pose = SE2(1.85, 1.5, 0.0)
+    assert collides(costmap, footprint, pose)
+    back = rollout(pose, Velocity(-0.2, 0.0), 3.0, 0.05)
+    ahead = rollout(pose, Velocity(0.2, 0.0), 1.0, 0.05)
+    turn = rollout(pose, Velocity(0.0, 0.5), 3.0, 0.05)
+    assert first_collision(costmap, footprint, back) is None
+    assert first_collision(costmap, footprint, turn) is None
+    assert first_collision(costmap, footprint, ahead) == 1
+
+
+def test_a_robot_that_left_an_obstacle_may_not_come_back() -> None:
+    grid = empty_grid(4.0, 3.0)
+    block(grid, 2.0, 0.0, 0.1, 3.0)
+    block(grid, 0.2, 0.0, 0.1, 3.0)
+    costmap, footprint = costmap_of(grid), Footprint.circle(0.25)
+    through = rollout(SE2(1.85, 1.5, 0.0), Velocity(-0.5, 0.0), 4.0, 0.05)
+    hit = first_collision(costmap, footprint, through)
+    assert hit is not None
+    assert through[hit, 0] == pytest.approx(0.275 + 0.25, abs=0.06)
+
+
+def test_rollout_is_exact() -> None:
+    arc = rollout(SE2(1.0, 2.0, 0.3), Velocity(0.4, 0.5), 2.0, 0.05)
+    exact = SE2(1.0, 2.0, 0.3) @ SE2.exp(np.array([0.8, 0.0, 1.0]))
+    np.testing.assert_allclose(arc[-1], exact.array(), atol=1e-12)
+    assert np.hypot(*np.diff(arc[:, :2], axis=0).T).max() <= 0.05

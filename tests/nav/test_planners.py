@@ -1,0 +1,224 @@
+"""What every planner must do."""
+
+from __future__ import annotations
+
+import heapq
+import math
+import re
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.se2 import SE2, wrap
+from arjuna_nav import path as paths
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.planners import NavFn, NavFnConfig, Planner, PlanStatus, plan_through
+from tests.nav.worlds import block, costmap_of, empty_grid, room
+
+PLANNERS: dict[str, Callable[..., Planner]] = {
+    "navfn": lambda **values: NavFn(NavFnConfig(**values)),
+}
+ORIGINS = [SE2(), SE2(-2.0, 1.5), SE2(0.0, 0.0, math.pi / 2), SE2(3.0, -1.0, 0.7)]
+
+
+@pytest.fixture(params=PLANNERS.values(), ids=PLANNERS)
+def make(request: pytest.FixtureRequest) -> Callable[..., Planner]:
+    made: Callable[..., Planner] = request.param
+    return made
+
+
+def maze(seed: int, cells: int = 40) -> tuple[NDArray[np.bool_], Costmap]:
+    """Return walls with one gap each, every second row of blocks, and their costmap."""
+    rng = np.random.default_rng(seed)
+    blocked = np.zeros((cells, cells), dtype=np.bool_)
+    for row in range(5, cells, 6):
+        blocked[row : row + 2] = True
+        gap = int(rng.integers(0, cells - 5))
+        blocked[row : row + 2, gap : gap + 5] = False
+    speckle = rng.random(blocked.shape) < 0.03
+    blocked |= speckle
+    blocked[:3, :3] = blocked[-3:, -3:] = False
+    data = np.where(blocked, 254, 0).astype(np.uint8)
+    return blocked, Costmap(GridFrame(0.1, cells, cells), data)
+
+
+def dijkstra(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]) -> float:
+    """Return the exact 8-connected length in cells without cut corners, inf if there is none."""
+    best = {start: 0.0}
+    queue = [(0.0, start)]
+    height, width = blocked.shape
+    while queue:
+        length, (row, column) = heapq.heappop(queue)
+        if (row, column) == goal:
+            return length
+        if length > best[row, column]:
+            continue
+        for dr in (-1, 0, 1):
+            for dc in (-1, 0, 1):
+                r, c = row + dr, column + dc
+                if not (0 <= r < height and 0 <= c < width) or blocked[r, c]:
+                    continue
+                if blocked[row, c] or blocked[r, column]:
+                    continue
+                other = length + math.hypot(dr, dc)
+                if other < best.get((r, c), math.inf):
+                    best[r, c] = other
+                    heapq.heappush(queue, (other, (r, c)))
+    return math.inf
+
+
+def costs_along(costmap: Costmap, path: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the costs of all cells that a path crosses, sampled each tenth of a cell."""
+    costs = []
+    for a, b in zip(path[:-1, :2], path[1:, :2], strict=True):
+        count = max(math.ceil(float(np.hypot(*(b - a))) / costmap.frame.resolution * 10.0), 1)
+        for k in range(count + 1):
+            x, y = a + (b - a) * k / count
+            costs.append(costmap.cost_at(float(x), float(y)))
+    return np.array(costs)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_paths_through_mazes_are_near_optimal_and_free(
+    make: Callable[..., Planner], seed: int
+) -> None:
+    blocked, costmap = maze(seed)
+    start, goal = (1, 1), (38, 38)
+    exact = dijkstra(blocked, start, goal) * 0.1
+    poses = [SE2(*costmap.frame.to_point(*cell)) for cell in (start, goal)]
+    result = make(tolerance=0.0).plan(costmap, *poses)
+    if math.isinf(exact):
+        assert result.status is PlanStatus.NO_VALID_PATH
+        return
+    assert result.status is PlanStatus.SUCCEEDED
+    assert paths.length(result.path) <= 1.10 * exact
+    assert costs_along(costmap, result.path).max() < 253
+
+
+def test_the_mazes_are_worth_the_name() -> None:
+    lengths = [dijkstra(maze(seed)[0], (1, 1), (38, 38)) for seed in range(12)]
+    assert np.isfinite(lengths).sum() >= 9
+    assert np.nanmean([v for v in lengths if math.isfinite(v)]) > 1.3 * math.hypot(37, 37)
+
+
+@pytest.mark.parametrize("origin", ORIGINS)
+def test_plans_wherever_the_grid_lies(make: Callable[..., Planner], origin: SE2) -> None:
+    start, goal = SE2(1.02, 1.02, 0.2), SE2(3.02, 1.02, -0.5)  # no corners of cells
+    here, there = (costmap_of(walled(at)) for at in (SE2(), origin))
+    reference = make().plan(here, start, goal)
+    result = make().plan(there, origin @ start, origin @ goal)
+    assert result.status is PlanStatus.SUCCEEDED
+    assert costs_along(there, result.path).max() < 253
+    moved = origin.apply(reference.path[:, :2])
+    np.testing.assert_allclose(result.path[:, :2], moved, atol=1e-9)
+    np.testing.assert_allclose(result.path[-1], (origin @ goal).array())
+
+
+def walled(origin: SE2) -> OccupancyGrid:
+    """Return a grid whose two halves are joined at the top."""
+    grid = empty_grid(4.0, 4.0, origin)
+    block(grid, 1.9, 0.0, 0.2, 3.0)
+    return grid
+
+
+def test_poses_look_along_the_path_and_the_last_as_the_goal(make: Callable[..., Planner]) -> None:
+    goal = SE2(3.0, 3.2, 2.0)
+    path = make().plan(costmap_of(empty_grid(4.0, 4.0)), SE2(1.0, 1.0, 0.0), goal).path
+    heading = math.atan2(2.2, 2.0)
+    assert np.abs(wrap(path[:-1, 2] - heading)).max() < 0.35
+    assert path[-1, 2] == pytest.approx(2.0)
+    assert np.hypot(*np.diff(path[:, :2], axis=0).T).max() < 0.11
+
+
+def test_a_blocked_goal_is_replaced_by_the_nearest_reachable_place(
+    make: Callable[..., Planner],
+) -> None:
+    costmap = costmap_of(room())
+    result = make(tolerance=0.8).plan(costmap, SE2(), SE2(2.5, 0.0, 0.3))
+    end = SE2.from_array(result.path[-1])
+    assert result.status is PlanStatus.SUCCEEDED
+    assert 0.5 <= end.distance(SE2(2.5, 0.0)) <= 0.8
+    assert (costmap.cost_at(end.x, end.y) or 0) < 253
+    assert end.theta == pytest.approx(0.3)
+
+
+def closed_room() -> Costmap:
+    grid = empty_grid(6.0, 4.0)
+    block(grid, 3.0, 0.0, 0.2, 4.0)
+    return costmap_of(grid)
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "status", "text"),
+    [
+        (SE2(1.0, 1.0), SE2(9.0, 1.0), PlanStatus.GOAL_OUTSIDE_MAP, r"goal \(9.00, 1.00\) lies"),
+        (SE2(-1.0, 1.0), SE2(1.0, 1.0), PlanStatus.START_OUTSIDE_MAP, r"start \(-1.00, 1.00\)"),
+        (SE2(1.0, 1.0), SE2(3.1, 1.0), PlanStatus.GOAL_OCCUPIED, "has cost 254"),
+        (SE2(1.0, 1.0), SE2(5.0, 1.0), PlanStatus.NO_VALID_PATH, "cells can be reached"),
+        (SE2(3.1, 1.0), SE2(5.0, 1.0), PlanStatus.START_OCCUPIED, "no way out"),
+    ],
+    ids=["goal outside", "start outside", "goal occupied", "no path", "start occupied"],
+)
+def test_says_why_there_is_no_path(
+    make: Callable[..., Planner], start: SE2, goal: SE2, status: PlanStatus, text: str
+) -> None:
+    result = make(tolerance=0.1).plan(closed_room(), start, goal)
+    assert result.status is status
+    assert len(result.path) == 0
+    assert re.search(text, result.message)
+
+
+def test_statuses_are_nav2s_codes() -> None:
+    assert [status.value for status in PlanStatus] == [0, *range(200, 209)]
+
+
+def test_leads_a_robot_out_that_stands_slightly_too_near(make: Callable[..., Planner]) -> None:
+    costmap = closed_room()
+    start = SE2(2.85, 1.0)
+    assert costmap.cost_at(start.x, start.y) == 253
+    result = make().plan(costmap, start, SE2(1.0, 1.0))
+    assert result.status is PlanStatus.SUCCEEDED
+    costs = costs_along(costmap, result.path)
+    assert costs.max() == 253
+    assert np.count_nonzero(np.diff((costs >= 253).astype(int))) == 1, "it leaves once, for good"
+
+
+def test_unknown_space_is_crossed_only_where_allowed(make: Callable[..., Planner]) -> None:
+    data = np.zeros((40, 60), dtype=np.uint8)
+    data[:, 25:35] = 255
+    costmap = Costmap(GridFrame(0.1, 60, 40), data)
+    ends = SE2(1.0, 2.0), SE2(5.0, 2.0)
+    assert make(allow_unknown=True).plan(costmap, *ends).status is PlanStatus.SUCCEEDED
+    refused = make(allow_unknown=False).plan(costmap, *ends)
+    assert refused.status is PlanStatus.NO_VALID_PATH
+
+
+def test_prefers_the_middle_of_a_passage(make: Callable[..., Planner]) -> None:
+    grid = empty_grid(6.0, 3.0)
+    block(grid, 2.0, 0.0, 2.0, 0.8)
+    block(grid, 2.0, 2.2, 2.0, 0.8)  # a passage 1.4 m wide about y = 1.5
+    path = make().plan(costmap_of(grid), SE2(0.5, 0.7), SE2(5.5, 0.7)).path
+    inside = path[(path[:, 0] > 2.6) & (path[:, 0] < 3.4)]
+    assert np.abs(inside[:, 1] - 1.5).max() < 0.2
+
+
+def test_start_and_goal_may_be_one_place(make: Callable[..., Planner]) -> None:
+    costmap = costmap_of(empty_grid(2.0, 2.0))
+    result = make().plan(costmap, SE2(1.0, 1.0, 0.0), SE2(1.01, 1.0, 1.0))
+    assert result.status is PlanStatus.SUCCEEDED
+    assert len(result.path) >= 2
+    assert result.path[-1].tolist() == [1.01, 1.0, 1.0]
+
+
+def test_plans_through_poses_in_order(make: Callable[..., Planner]) -> None:
+    costmap = costmap_of(empty_grid(6.0, 6.0))
+    goals = [SE2(1.0, 5.0), SE2(5.0, 5.0), SE2(5.0, 1.0, -1.0)]
+    result = plan_through(make(), costmap, SE2(1.0, 1.0), goals)
+    assert result.status is PlanStatus.SUCCEEDED
+    at = [paths.nearest(result.path, goal) for goal in goals]
+    assert at == sorted(at)
+    assert all(paths.distances(result.path, goal).min() < 1e-9 for goal in goals)
+    assert plan_through(make(), costmap, SE2(1.0, 1.0), []).status is PlanStatus.NO_VALID_PATH
