@@ -28,7 +28,7 @@ check: setup  ## style, types and the packages' layers
 	$(VENV) -m pytest -q tests/core/test_layers.py
 
 wheel: setup  ## both wheels into dist/
-	@mkdir -p dist && cp .setup/wheels/*/*.whl dist/
+	@rm -rf build && mkdir -p dist && cp .setup/wheels/*/*.whl dist/
 	$(VENV) -m pip -q wheel --no-deps --no-build-isolation -w dist .
 
 lock:  ## make requirements.lock again from requirements.in (needs the network)

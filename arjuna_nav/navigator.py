@@ -221,9 +221,7 @@ class Navigator:
     )
     _recovery: Recovery | None = None
     _turn: int = 0
-    _failed_in_turn: int = 0
     _still_to_clear: frozenset[str] = frozenset()
-    _error: Outcome = Outcome()
     _asked_at: float = -np.inf
     _path_valid: bool | None = None
     _path_outdated: bool = False
@@ -331,7 +329,7 @@ class Navigator:
         return None
 
     def _give_up_or_recover(self, failure: Outcome, command: Command) -> None:
-        self._error, self.path = failure, None
+        self.path = None
         self._planning.reset()
         self._following.reset()
         mendable = failure.code in PLAN_ERRORS_TO_RETRY | FOLLOW_ERRORS_TO_RETRY
@@ -341,7 +339,6 @@ class Navigator:
         command.stop, command.clear = True, ()
         command.compute_path = command.check_path = command.follow = None
         self.recoveries += 1
-        self._failed_in_turn = 0
         self._next_recovery(command)
 
     def _next_recovery(self, command: Command) -> None:
@@ -363,11 +360,7 @@ class Navigator:
         elif state.behavior is not None and state.behavior.code == 0:
             self._recovery = None
         elif state.behavior is not None:
-            self._failed_in_turn += 1
-            if self._failed_in_turn >= len(Recovery):
-                self._finish(command, Ending.ABORTED, self._error)
-            else:
-                self._next_recovery(command)
+            self._next_recovery(command)  # ends: clearing never fails
 
     def _finish(self, command: Command, ending: Ending, error: Outcome) -> Command:
         command.stop, command.clear = True, ()

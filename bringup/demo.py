@@ -212,10 +212,13 @@ class Demo:
             self._judge = True
 
     def _found_itself(self, timeout: float) -> bool:
-        """Tell whether the robot says that it knows where it is, and is right."""
-        known = self._robot.run_until(lambda: self._quality >= KNOWS, timeout, required=False)
+        """Tell whether the robot says within a time [s] that it knows its pose, and is right."""
+        return self._robot.run_until(self._knows_itself, timeout, required=False)
+
+    def _knows_itself(self) -> bool:
         estimate = self._estimate()
-        return known and estimate is not None and estimate.distance(self._truth()) < REACHED_WITHIN
+        near = estimate is not None and estimate.distance(self._truth()) < REACHED_WITHIN
+        return self._quality >= KNOWS and near
 
     def _drive_home(self) -> bool:
         self._progress.phase("driving home", self._robot.now)

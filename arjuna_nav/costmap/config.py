@@ -110,15 +110,3 @@ class CostmapConfig:
         if self.rolling_window and "static_layer" in self.plugins:
             layers = ", ".join(LAYERS[1:])
             raise ConfigError(f"a rolling_window has no static_layer; valid plugins: {layers}")
-
-
-@dataclass(frozen=True)
-class LocalCostmapConfig(CostmapConfig):
-    """A costmap that rolls with the robot in odom, as a controller needs it."""
-
-    global_frame: str = param("odom", "frame of the grid", read_only=True)
-    rolling_window: bool = param(True, "whether the grid follows the robot", read_only=True)
-    width: int = param(3, "width", unit="m", minimum=1, read_only=True)
-    height: int = param(3, "height", unit="m", minimum=1, read_only=True)
-    resolution: float = param(0.05, "edge of a cell", unit="m", minimum=0.005, read_only=True)
-    plugins: tuple[str, ...] = param(LAYERS[1:], "layers in order", choices=LAYERS, read_only=True)

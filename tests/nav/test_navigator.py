@@ -196,7 +196,7 @@ def test_a_failing_recovery_gives_way_to_the_next(script: Script) -> None:
     assert script.navigator.recoveries == 2
 
 
-def test_gives_up_where_every_recovery_fails(script: Script) -> None:
+def test_where_every_motion_fails_it_comes_round_to_clearing(script: Script) -> None:
     script.tick()
     script.fail_to_plan()
     script.tick(cleared=BOTH)

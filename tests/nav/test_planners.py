@@ -24,7 +24,7 @@ PLANNERS: dict[str, Callable[..., Planner]] = {
 ORIGINS = [SE2(), SE2(-2.0, 1.5), SE2(0.0, 0.0, math.pi / 2), SE2(3.0, -1.0, 0.7)]
 
 
-@pytest.fixture(params=PLANNERS.values(), ids=PLANNERS)
+@pytest.fixture(params=list(PLANNERS.values()), ids=list(PLANNERS))
 def make(request: pytest.FixtureRequest) -> Callable[..., Planner]:
     made: Callable[..., Planner] = request.param
     return made

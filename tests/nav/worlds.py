@@ -79,7 +79,7 @@ def scan_from(grid: OccupancyGrid, pose: SE2, beams: int = 360, range_max: float
     """Return the noiseless scan of a map from a pose."""
     in_grid = grid.frame.origin.inverse() @ pose
     increment = 2.0 * math.pi / beams
-    bearings = -math.pi + increment * np.arange(beams)
+    bearings = -math.pi + increment * np.arange(beams, dtype=np.float64)
     resolution = grid.frame.resolution
     ranges = cast(
         grid.occupied(), resolution, in_grid.x, in_grid.y, bearings + in_grid.theta, range_max
