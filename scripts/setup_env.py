@@ -157,13 +157,14 @@ def messages_step(messages: str) -> Iterator[Step | None]:
 
 
 def keep_wheel(messages: str) -> None:
-    """Move a finished build to where it is looked for; older builds go."""
+    """Move a finished build to where it is looked for; older builds and its scraps go."""
     folder = wheel_folder(messages)
     new = folder.with_suffix(".new")
     for other in folder.parent.iterdir():
         if other != new:
             shutil.rmtree(other)
     new.rename(folder)
+    shutil.rmtree(MESSAGES / "build", ignore_errors=True)
 
 
 def built_wheel(messages: str) -> Path | None:

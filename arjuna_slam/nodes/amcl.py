@@ -27,12 +27,12 @@ from arjuna_core.ros.convert import (
     transform_msg,
 )
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.scan_queue import ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.errors import LocalizationError, check_particle_limits
 from arjuna_slam.amcl.filter import Estimate, ParticleFilter, Status
 from arjuna_slam.nodes.amcl_config import AmclNodeConfig
-from arjuna_slam.nodes.scan_queue import ScanQueue
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
 _PARAMETER_COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # RViz's: half a metre, fifteen degrees

@@ -19,11 +19,11 @@ from arjuna_core.map_io import save_map
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, header, planar_covariance, pose_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.scan_queue import ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.maps_folder import MapsFolderError, inside
 from arjuna_slam.nodes.graph_markers import markers
-from arjuna_slam.nodes.scan_queue import ScanQueue
 from arjuna_slam.nodes.slam_config import SlamNodeConfig
 from arjuna_slam.scan_matcher import MatchStatus
 from arjuna_slam.slam import Slam, SlamUpdate

@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-import yaml
 
 from arjuna_sim.calibration import calibrate
 from arjuna_sim.robot import load_robot
 from arjuna_sim.simulator import SimulatorConfig
-from tests.sim.builders import EMPTY, ROBOT, ROOT, edited
+from tests.sim.builders import EMPTY, ROBOT, edited
 
 
 def test_shipped_numbers_are_what_calibration_finds(tmp_path: Path) -> None:
@@ -21,11 +20,3 @@ def test_shipped_numbers_are_what_calibration_finds(tmp_path: Path) -> None:
     drive = load_robot(ROBOT).drive
     assert found.track == pytest.approx(drive.effective_track, rel=0.01)
     assert found.radius == pytest.approx(drive.effective_radius, rel=0.002)
-
-
-def test_parameter_file_agrees_with_the_robot() -> None:
-    text = (ROOT / "params" / "arjuna_robot.yaml").read_text(encoding="utf-8")
-    drive = yaml.safe_load(text)["sim"]["ros__parameters"]["drive"]
-    robot = load_robot(ROBOT).drive
-    assert drive["effective_track_width"] == robot.effective_track
-    assert drive["effective_wheel_radius"] == robot.effective_radius
