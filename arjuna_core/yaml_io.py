@@ -27,4 +27,12 @@ def read_yaml(path: Path, error: type[InputFileError] = InputFileError) -> Any:
     except UnicodeDecodeError as reason:
         raise error(path, "is no UTF-8 text") from reason
     except yaml.YAMLError as reason:
-        raise error(path, " ".join(str(reason).split()), "YAML") from reason
+        raise error(path, *_described(reason)) from reason
+
+
+def _described(reason: yaml.YAMLError) -> tuple[str, str]:
+    """Return what is wrong with a YAML text, and where."""
+    if isinstance(reason, yaml.MarkedYAMLError) and reason.problem_mark is not None:
+        mark = reason.problem_mark
+        return f"is no YAML: {reason.problem}", f"line {mark.line + 1}, column {mark.column + 1}"
+    return f"is no YAML: {' '.join(str(reason).split())}", "text"

@@ -70,17 +70,20 @@ def _demo(arguments: argparse.Namespace, parameters: Parameters) -> int:
     from rclpy.logging import LoggingSeverity, set_logger_level
 
     from bringup.demo import Demo, DemoOptions
-    from bringup.demo_report import summary
+    from bringup.demo_report import ARTIFACTS, summary
     from bringup.lockstep import LockStepError
     from bringup.progress import Progress
 
+    out = arguments.out.resolve()
     try:
-        arguments.out.mkdir(parents=True, exist_ok=True)
+        out.mkdir(parents=True, exist_ok=True)
+        for name in ARTIFACTS:  # an earlier demo's; the recorder overwrites nothing
+            (out / name).unlink(missing_ok=True)
     except OSError as error:
-        problem = f"cannot be made: {error.strerror}; valid: a folder that can be written"
+        problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
         raise InputFileError(arguments.out, problem) from error
     set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
-    options = DemoOptions(arguments.seed or 0, arguments.out, parameters)
+    options = DemoOptions(arguments.seed or 0, out, parameters)
     try:
         report = Demo(options, Progress()).run()
     except LockStepError as error:

@@ -7,6 +7,7 @@ import importlib
 from pathlib import Path
 from typing import Any
 
+from arjuna_core.errors import ConfigError, InputFileError
 from bringup.composition import check_parameters, node_class
 from bringup.parameters import Parameters, for_node, load_parameters, merged, shipped_parameters
 from bringup.stack import EXPLORER_GROUP, STACKS, Group, NodeSpec
@@ -37,14 +38,24 @@ def gather(arguments: argparse.Namespace) -> Parameters:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
     groups = groups_of(arguments.command)
-    files = load_parameters(arguments.params)
-    parameters = merged(shipped_parameters(), files, _of_options(arguments, groups))
-    known = [spec.name for group in DEMO_GROUPS for spec in group.nodes]
-    check_parameters(parameters, groups, known)
+    parameters = shipped_parameters()
+    for path in arguments.params:
+        parameters = merged(parameters, load_parameters([path]))
+        try:
+            check_parameters(parameters, groups, _known())
+        except ConfigError as error:
+            raise InputFileError(path, str(error)) from error
+    parameters = merged(parameters, _of_options(arguments, groups))
+    check_parameters(parameters, groups, _known())
     for group in groups:
         for spec in group.nodes:
             _read_files(spec, for_node(parameters, spec.name))
     return parameters
+
+
+def _known() -> list[str]:
+    """Return the names of all nodes."""
+    return [spec.name for group in DEMO_GROUPS for spec in group.nodes]
 
 
 def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Parameters:

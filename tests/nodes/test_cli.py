@@ -122,10 +122,10 @@ def test_a_bad_map_is_refused(
     assert Starts.specs == ()
 
 
-def test_a_demo_folder_that_cannot_be_made_is_refused(
+def test_a_demo_folder_that_cannot_be_written_is_refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     _write("taken", "a file")
     monkeypatch.setattr(cli, "gather", lambda arguments: {})
     assert cli.run(parse(["demo", "--out", "taken/demo"])) == 2
-    assert "taken/demo: cannot be made: Not a directory" in capsys.readouterr().err
+    assert "taken/demo: cannot be written: Not a directory" in capsys.readouterr().err
