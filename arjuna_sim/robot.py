@@ -14,7 +14,7 @@ from arjuna_core.config import param
 from arjuna_core.errors import RobotError
 from arjuna_sim.gazebo import DriveSettings, GazeboSettings, guess_drive, read_gazebo
 from arjuna_sim.pose3 import Pose3
-from arjuna_sim.shapes import Group, Kind, Part, Shape, add_geom
+from arjuna_sim.shapes import Group, Kind, Part, Shape, add_part
 from arjuna_sim.urdf import Joint, Urdf, read_urdf
 from arjuna_sim.xacro_file import expand, has_macros
 from arjuna_sim.xml_file import XmlFile, read_bytes
@@ -185,10 +185,10 @@ def _add_parts(spec: Any, body: Any, robot: Robot, name: str, T_body_link: Pose3
     link = robot.urdf.links[name]
     for part in link.visuals:
         placed = Part(part.shape, T_body_link @ part.pose, part.rgba)
-        add_geom(spec, body, placed, Group.ROBOT_VISUAL)
+        add_part(spec, body, placed, Group.ROBOT_VISUAL)
     for part in _collisions(robot, name):
         placed = Part(part.shape, T_body_link @ part.pose, part.rgba)
-        geom = add_geom(spec, body, placed, Group.ROBOT_COLLISION)
+        geom = add_part(spec, body, placed, Group.ROBOT_COLLISION)[0]
         friction = robot.settings.friction.get(name)
         if friction is None and part.shape.kind is Kind.SPHERE and not _is_wheel(robot, name):
             friction = _CASTER_FRICTION

@@ -14,7 +14,7 @@ from arjuna_sim.camera import add_camera
 from arjuna_sim.robot import BODY_JOINT, Robot, ServoConfig, add_robot, wheel_sign
 from arjuna_sim.sdf import World
 from arjuna_sim.shapes import Group
-from arjuna_sim.world import add_world, is_ground
+from arjuna_sim.world import add_world
 
 _SOLVER_TOLERANCE = 1e-6
 _FRICTION_STIFFNESS = 0.1  # against the normal force's; see the tyres in robot.py
@@ -74,7 +74,7 @@ def build_scene(robot: Robot, world: World, servo: ServoConfig, timestep: float)
     except ValueError as error:
         reason = " ".join(str(error).split())
         raise RobotError(robot.urdf.path, f"cannot be simulated: {reason}") from error
-    return _index(model, robot, world, models)
+    return _index(model, robot, models)
 
 
 def _set_physics(spec: Any, timestep: float) -> None:
@@ -87,7 +87,7 @@ def _set_physics(spec: Any, timestep: float) -> None:
     spec.compiler.balanceinertia = True
 
 
-def _index(model: Any, robot: Robot, world: World, models: list[str]) -> Scene:
+def _index(model: Any, robot: Robot, models: list[str]) -> Scene:
     def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
         return np.array([model.joint(name).qposadr[0] for name in names], np.int64)
 
@@ -96,11 +96,7 @@ def _index(model: Any, robot: Robot, world: World, models: list[str]) -> Scene:
 
     moving = robot.moving_joints
     base = model.joint(BODY_JOINT)
-    names = [
-        "" if is_ground(name, body.part) else name
-        for name, body in zip(models, world.bodies, strict=True)
-    ]
-    names.extend([""] * (model.ngeom - len(names)))
+    names = [*models, *[""] * (model.ngeom - len(models))]
     return Scene(
         model,
         (int(base.qposadr[0]), int(base.dofadr[0])),

@@ -8,9 +8,9 @@ from pathlib import Path
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import WorldError
+from arjuna_sim.mesh_shape import mesh_shape
 from arjuna_sim.pose3 import Pose3
-from arjuna_sim.shapes import GREY, MESH_SUFFIXES, Kind, Part, Shape
-from arjuna_sim.urdf import find_file
+from arjuna_sim.shapes import GREY, Kind, Part, Shape
 from arjuna_sim.xml_file import XmlFile
 
 BUILT_IN = ("sun", "ground_plane")
@@ -100,13 +100,15 @@ def _include(xml: XmlFile, element: Element, T_world: Pose3) -> list[Body]:
         return []
     if name == GROUND:
         return _ground()
-    path = find_file(xml.path, f"{uri}/model.sdf")
+    path = xml.search.find(xml.path, f"{uri}/model.sdf")
     if path is None:
-        problem = f"model '{uri}' does not exist; built in are {', '.join(BUILT_IN)}"
-        raise xml.fail("include", problem)
-    if path.resolve() == xml.path.resolve():
+        built_in = ", ".join(BUILT_IN)
+        xml.note(f"include: model '{uri}' does not exist, so it is left out; built in: {built_in}")
+        return []
+    if path.resolve() in xml.included:
         raise xml.fail("include", f"model '{uri}' includes itself")
-    inner = XmlFile(path, "sdf", WorldError)
+    inner = XmlFile(path, "sdf", WorldError, search=xml.search)
+    inner.included += xml.included
     model = inner.child(inner.root, "model", "sdf")
     model.set("name", (element.findtext("name") or model.get("name") or name).strip())
     T_world_model = T_world @ _pose(xml, element, f"include '{uri}'")
@@ -166,7 +168,8 @@ def _shape(xml: XmlFile, geometry: Element, place: str) -> Shape | None:
         raise xml.fail(place, f"<geometry> is empty; valid: {valid}")
     item = geometry[0]
     if item.tag == "mesh":
-        return _mesh(xml, item, place)
+        uri = (item.findtext("uri") or "").strip()
+        return mesh_shape(xml, uri, item.findtext("scale") or "1 1 1", place)
     if item.tag in _IGNORED:
         xml.note(f"{place}: <{item.tag}> is left out; simulated are {', '.join(_SHAPES)}, mesh")
         return None
@@ -179,21 +182,6 @@ def _shape(xml: XmlFile, geometry: Element, place: str) -> Shape | None:
         text = xml.child(item, key, place).text or ""
         size += xml.positive(text, count, f"{place} <{key}>")
     return Shape(Kind(item.tag), size)
-
-
-def _mesh(xml: XmlFile, item: Element, place: str) -> Shape | None:
-    uri = (item.findtext("uri") or "").strip()
-    path = find_file(xml.path, uri)
-    if path is None and place.endswith("visual"):
-        xml.note(f"{place}: mesh '{uri}' does not exist, so it is not drawn")
-        return None
-    if path is None:
-        raise xml.fail(place, f"mesh '{uri}' does not exist")
-    if path.suffix.lower() not in MESH_SUFFIXES:
-        xml.note(f"{place}: mesh '{uri}' left out; simulated are {', '.join(MESH_SUFFIXES)}")
-        return None
-    scale = xml.numbers(item.findtext("scale") or "1 1 1", 3, f"{place} <scale>")
-    return Shape(Kind.MESH, scale, path)
 
 
 def _colour(xml: XmlFile, element: Element, place: str) -> tuple[float, ...]:

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import RobotError, nearest
+from arjuna_sim.mesh_shape import mesh_shape
 from arjuna_sim.pose3 import Pose3
-from arjuna_sim.shapes import GREY, MESH_SUFFIXES, Kind, Part, Shape
+from arjuna_sim.shapes import GREY, Kind, Part, Shape
 from arjuna_sim.xml_file import XmlFile
 
 JOINT_KINDS = ("fixed", "continuous", "revolute", "prismatic")
@@ -196,7 +197,8 @@ def _shape(xml: XmlFile, element: Element, place: str) -> Shape | None:
         raise xml.fail(place, f"<geometry> must hold one of {', '.join([*_SHAPES, 'mesh'])}")
     item = geometry[0]
     if item.tag == "mesh":
-        return _mesh(xml, item, place)
+        name = xml.attribute(item, "filename", place)
+        return mesh_shape(xml, name, item.get("scale", "1 1 1"), place)
     if item.tag not in _SHAPES:
         raise xml.fail(place, f"<{item.tag}> is unknown; {nearest(item.tag, [*_SHAPES, 'mesh'])}")
     size: tuple[float, ...] = ()
@@ -204,38 +206,6 @@ def _shape(xml: XmlFile, element: Element, place: str) -> Shape | None:
         count = 3 if key == "size" else 1
         size += xml.positive(xml.attribute(item, key, place), count, f"{place} {key}")
     return Shape(Kind(item.tag), size)
-
-
-def _mesh(xml: XmlFile, item: Element, place: str) -> Shape | None:
-    name = xml.attribute(item, "filename", place)
-    path = find_file(xml.path, name)
-    if path is None and place.endswith("visual"):
-        xml.note(f"{place}: mesh '{name}' does not exist, so it is not drawn")
-        return None
-    if path is None:
-        raise xml.fail(place, f"mesh '{name}' does not exist")
-    if path.suffix.lower() not in MESH_SUFFIXES:
-        xml.note(f"{place}: mesh '{name}' left out; simulated are {', '.join(MESH_SUFFIXES)}")
-        return None
-    return Shape(Kind.MESH, xml.numbers(item.get("scale", "1 1 1"), 3, f"{place} scale"), path)
-
-
-def find_file(beside: Path, uri: str) -> Path | None:
-    """Resolve a path, `file://` or `package://` URI against the folders around a file.
-
-    Returns:
-        The existing file, or None.
-    """
-    scheme, _, rest = uri.rpartition("://")
-    if scheme in ("package", "model"):
-        package, _, inside = rest.partition("/")
-        parents = beside.resolve().parents
-        folders = [p for p in parents if p.name == package]
-        folders += [p / package for p in parents] + [p / "models" / package for p in parents]
-        candidates = [folder / inside for folder in folders]
-    else:
-        candidates = [beside.parent / rest]
-    return next((path for path in candidates if path.is_file()), None)
 
 
 def _joint(xml: XmlFile, element: Element, links: dict[str, Link]) -> Joint:

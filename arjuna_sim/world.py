@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -12,9 +11,8 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from arjuna_sim.sdf import GROUND, World
-from arjuna_sim.shapes import Group, Kind, Part, add_geom
+from arjuna_sim.shapes import Group, Kind, Part, add_part, circle, corners
 
-_ROUND = 64  # corners that stand for a circle
 _SKY, _HORIZON = [0.4, 0.6, 0.9], [0.9, 0.9, 0.9]
 _EMPTY = np.zeros((0, 4))
 
@@ -27,7 +25,7 @@ def add_world(spec: Any, world: World) -> list[str]:
         world: What to add.
 
     Returns:
-        For each geom added, in order, the model it belongs to.
+        For each geom added, in order, the model it belongs to; "" for the ground.
     """
     spec.worldbody.add_light(
         pos=[0.0, 0.0, 10.0],
@@ -43,12 +41,12 @@ def add_world(spec: Any, world: World) -> list[str]:
         width=64,
         height=384,
     )
-    models = []
+    names = []
     for body in world.bodies:
         group = Group.WORLD_COLLISION if body.collides else Group.WORLD_VISUAL
-        add_geom(spec, spec.worldbody, body.part, group)
-        models.append(body.model)
-    return models
+        added = add_part(spec, spec.worldbody, body.part, group)
+        names.extend(["" if is_ground(body.model, body.part) else body.model] * len(added))
+    return names
 
 
 def is_ground(model: str, part: Part) -> bool:
@@ -64,8 +62,7 @@ def surfaces(world: World, height: float) -> NDArray[np.float64]:
         height: Of the plane above the ground [m].
 
     Returns:
-        Line segments `(N, 4) float64` of `(x0, y0, x1, y1)` [m] in the world's frame. Meshes
-        count as their convex hulls, as MuJoCo's contacts take them.
+        Line segments `(N, 4) float64` of `(x0, y0, x1, y1)` [m] in the world's frame.
     """
     cuts = [
         _cut(body.part, height)
@@ -76,51 +73,39 @@ def surfaces(world: World, height: float) -> NDArray[np.float64]:
 
 
 def _cut(part: Part, height: float) -> NDArray[np.float64]:
-    """Cut one convex part: all lines between corners on either side, then their hull."""
+    """Cut one part; of a convex one all lines between corners on either side, then their hull."""
     shape, z = part.shape, part.pose.position[2]
     if shape.kind is Kind.SPHERE:
         radius = math.sqrt(max(0.0, shape.size[0] ** 2 - (height - z) ** 2))
-        return _outline(_circle(radius) + part.pose.position[:2]) if radius > 0.0 else _EMPTY
-    corners = part.pose.apply(_corners(part))
-    above = corners[:, 2] > height
+        return _outline(circle(radius) + part.pose.position[:2]) if radius > 0.0 else _EMPTY
+    if shape.kind is Kind.MESH:
+        assert shape.mesh is not None
+        points = shape.mesh.triangles.reshape(-1, 3) * np.array(shape.size)
+        return _cut_triangles(part.pose.apply(points).reshape(-1, 3, 3), height)
+    outer = part.pose.apply(corners(shape))
+    above = outer[:, 2] > height
     if above.all() or not above.any():
         return _EMPTY
-    high, low = corners[above][:, None], corners[~above][None]
+    high, low = outer[above][:, None], outer[~above][None]
     ratio = (height - low[..., 2]) / (high[..., 2] - low[..., 2])
     points = (low + ratio[..., None] * (high - low))[..., :2].reshape(-1, 2)
     return _outline(points[ConvexHull(points).vertices])
 
 
-def _corners(part: Part) -> NDArray[np.float64]:
-    """Return the corners of a convex shape in its own frame, `(N, 3)` [m]."""
-    shape = part.shape
-    if shape.kind is Kind.BOX:
-        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-        corners: NDArray[np.float64] = signs * np.array(shape.size) / 2
-        return corners
-    if shape.kind is Kind.CYLINDER:
-        ring = _circle(shape.size[0])
-        ends = [np.full((_ROUND, 1), sign * shape.size[1] / 2) for sign in (-1, 1)]
-        return np.vstack([np.hstack([ring, end]) for end in ends])
-    assert shape.mesh is not None
-    return np.asarray(_mesh_corners(shape.mesh) * np.array(shape.size), np.float64)
-
-
-def _mesh_corners(path: Path) -> NDArray[np.float64]:
-    spec = mujoco.MjSpec()
-    spec.add_mesh(name="mesh", file=str(path))
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
-    model = spec.compile()
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, model.mesh_quat[0])
-    corners = model.mesh_vert.astype(np.float64) @ turn.reshape(3, 3).T + model.mesh_pos[0]
-    return np.asarray(corners[ConvexHull(corners).vertices], np.float64)
-
-
-def _circle(radius: float) -> NDArray[np.float64]:
-    angles = np.arange(_ROUND) * 2.0 * math.pi / _ROUND
-    ring: NDArray[np.float64] = radius * np.column_stack((np.cos(angles), np.sin(angles)))
-    return ring
+def _cut_triangles(triangles: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+    """Cut faces one by one: a face that crosses the plane has one corner alone on its side."""
+    above = triangles[..., 2] > height
+    count = above.sum(axis=1)
+    crossing = (count == 1) | (count == 2)
+    faces, alone = triangles[crossing], above[crossing] == (count[crossing] == 1)[:, None]
+    tip = np.argmax(alone, axis=1)
+    rows = np.arange(len(faces))
+    a, ends = faces[rows, tip], []
+    for turn in (1, 2):
+        b = faces[rows, (tip + turn) % 3]
+        ratio = (height - a[:, 2]) / (b[:, 2] - a[:, 2])
+        ends.append((a + ratio[:, None] * (b - a))[:, :2])
+    return np.hstack(ends)
 
 
 def _outline(corners: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
 from arjuna_core.errors import InputFileError
+from arjuna_sim.resources import SearchPath
 
 _BYTES_MAX = 20_000_000
 
@@ -37,18 +38,26 @@ class XmlFile:
         tag: The tag its root must have.
         error: The exception to raise.
         text: The content, where it does not come from the file itself.
+        search: Where to look for what the file refers to; the environment's folders if None.
 
     Raises:
         InputFileError: As `error`: the file is missing, too large, broken or unsafe XML.
     """
 
     def __init__(
-        self, path: Path, tag: str, error: type[InputFileError], text: bytes | None = None
+        self,
+        path: Path,
+        tag: str,
+        error: type[InputFileError],
+        text: bytes | None = None,
+        search: SearchPath | None = None,
     ) -> None:
         self.path = path
         self.error = error
         self.text = read_bytes(path, error) if text is None else text
         self.root = self._parse(tag)
+        self.search = SearchPath.of() if search is None else search
+        self.included: tuple[Path, ...] = (path.resolve(),)
         self.notes: list[str] = []
 
     def _parse(self, tag: str) -> Element:

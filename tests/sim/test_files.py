@@ -160,16 +160,18 @@ def test_entity_bomb_with_macros_is_refused(tmp_path: Path) -> None:
         load_robot(path)
 
 
-def test_missing_collision_mesh_is_refused(tmp_path: Path) -> None:
+def test_missing_collision_mesh_is_noted_not_fatal(tmp_path: Path) -> None:
     path = edited(ROBOT, tmp_path, BODY, "<box size='1 1 1'/>")
-    with pytest.raises(RobotError, match=r"'base_link' collision: mesh 'missing\.stl' does not"):
-        load_robot(edited(path, tmp_path, BODY, MESH))
+    robot = load_robot(edited(path, tmp_path, BODY, MESH))
+    assert robot.notes == (
+        "link 'base_link' collision: mesh 'missing.stl' does not exist, so it is left out",
+    )
 
 
 def test_missing_visual_mesh_is_noted_not_fatal(tmp_path: Path) -> None:
     robot = load_robot(edited(ROBOT, tmp_path, BODY, MESH))  # the first is the visual
     assert robot.notes == (
-        "link 'base_link' visual: mesh 'missing.stl' does not exist, so it is not drawn",
+        "link 'base_link' visual: mesh 'missing.stl' does not exist, so it is left out",
     )
 
 
@@ -210,8 +212,8 @@ def test_broken_mesh_is_refused(tmp_path: Path) -> None:
     (tmp_path / "missing.stl").write_text("solid nothing\nendsolid", encoding="utf-8")
     path = edited(ROBOT, tmp_path, BODY, MESH)
     path = edited(path, tmp_path, BODY, MESH)
-    with pytest.raises(RobotError, match="cannot be simulated"):
-        Simulator(path, EMPTY, SimulatorConfig(), np.random.default_rng(0))
+    with pytest.raises(RobotError, match=r"collision: mesh 'missing\.stl' is a broken mesh"):
+        load_robot(path)
 
 
 @pytest.mark.parametrize(
@@ -220,7 +222,6 @@ def test_broken_mesh_is_refused(tmp_path: Path) -> None:
         ("2.5 0 0.3 0 0 0", "nan 0 0.3 0 0 0", "model 'obstacle_red' pose.*finite"),
         ("2.5 0 0.3 0 0 0", "2.5 0 0.3", "has 3 numbers.*valid: 6"),
         ("10.2 0.2 1.0", "10.2 -0.2 1.0", "model 'wall_north' collision <size>.*above zero"),
-        ("model://sun", "model://oak_tree", "'model://oak_tree' does not exist; built in are sun"),
         ("<size>10.2 0.2 1.0</size>", "", "<box> lacks <size>"),
         ("<world ", "<wurld ", "broken XML"),
     ],
@@ -233,15 +234,30 @@ def test_bad_world_is_refused_with_its_place(
     assert "\n" not in str(caught.value)
 
 
-def test_missing_world_and_missing_mesh_are_refused(tmp_path: Path) -> None:
+def test_missing_model_is_noted_not_fatal(tmp_path: Path) -> None:
+    world = load_world(edited(ROOM, tmp_path, "model://sun", "model://oak_tree"))
+    assert any("model 'model://oak_tree' does not exist" in note for note in world.notes)
+
+
+def test_models_that_include_each_other_are_refused(tmp_path: Path) -> None:
+    for name, other in (("a", "b"), ("b", "a")):
+        (tmp_path / name).mkdir()
+        include = f"<include><uri>model://{other}</uri></include>"
+        text = f"<sdf><model name='{name}'>{include}</model></sdf>"
+        (tmp_path / name / "model.sdf").write_text(text, encoding="utf-8")
+    with pytest.raises(WorldError, match="includes itself"):
+        load_world(tmp_path / "a" / "model.sdf")
+
+
+def test_missing_world_is_refused_and_missing_mesh_is_noted(tmp_path: Path) -> None:
     with pytest.raises(WorldError, match="No such file"):
         load_world(tmp_path / "none.world")
     mesh = "<mesh><uri>model://hall/hall.stl</uri></mesh>"
     text = "<box><size>10.2 0.2 1.0</size></box>"
     room = ROOM.read_text(encoding="utf-8").split("<geometry>")[1].split("</geometry>")[0].strip()
     assert "".join(room.split()) == "".join(text.split())
-    with pytest.raises(WorldError, match=r"mesh 'model://hall/hall\.stl' does not exist"):
-        load_world(edited(ROOM, tmp_path, room, mesh))
+    world = load_world(edited(ROOM, tmp_path, room, mesh))
+    assert any("mesh 'model://hall/hall.stl' does not exist" in note for note in world.notes)
 
 
 def test_what_is_not_simulated_becomes_a_note(tmp_path: Path) -> None:

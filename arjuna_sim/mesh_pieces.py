@@ -1,0 +1,88 @@
+"""Convex pieces of meshes: MuJoCo's contacts take every mesh as its convex hull."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, QhullError
+
+_DEPTH = 0.05  # [m] a wheel must not pass a face within one step
+_FLAT = 1e-3  # [m]
+_FILLED = 0.97  # a body that fills so much of its hull counts as convex
+_FACES_MAX = 2000
+
+
+def hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners of the convex hull of points; what is flat gets a little depth.
+
+    Args:
+        points: `(N, 3) float64` [m].
+
+    Returns:
+        `(M, 3) float64` [m], M at least 4.
+    """
+    points = np.unique(points, axis=0)
+    span = points.max(axis=0) - points.min(axis=0)
+    try:
+        if len(points) < 4 or span.min() < _FLAT:
+            raise QhullError("flat")
+        return np.asarray(points[ConvexHull(points).vertices], np.float64)
+    except QhullError:
+        low, high = points.min(axis=0), points.max(axis=0)
+        thick = np.maximum(high - low, _FLAT) / 2
+        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+        box: NDArray[np.float64] = (low + high) / 2 + signs * thick
+        return box
+
+
+def pieces(triangles: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Split a mesh into convex pieces that together are touched like it.
+
+    Connected bodies that nearly fill their hull become it; of others each triangle becomes a
+    slab behind its face. Beyond 2000 such triangles a body counts as its hull.
+
+    Args:
+        triangles: `(N, 3, 3) float64` [m].
+
+    Returns:
+        The corners of each piece, `(M, 3) float64` [m].
+    """
+    found: list[NDArray[np.float64]] = []
+    for body in _bodies(triangles):
+        corners = hull(body.reshape(-1, 3))
+        if len(body) > _FACES_MAX or _volume(body) >= _FILLED * ConvexHull(corners).volume:
+            found.append(corners)
+        else:
+            found.extend(_slabs(body))
+    return found
+
+
+def _bodies(triangles: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Group triangles that share corners, in the order of their first triangle."""
+    scale = max(float(np.abs(triangles).max()), 1e-9)
+    rounded = np.round(triangles.reshape(-1, 3) / scale, 6)
+    _, corner = np.unique(rounded, axis=0, return_inverse=True)
+    faces = corner.reshape(-1, 3)
+    rows, columns = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
+    count = int(faces.max()) + 1
+    graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    label = connected_components(graph, directed=False)[1][faces[:, 0]]
+    _, first = np.unique(label, return_index=True)
+    return [triangles[label == label[i]] for i in np.sort(first)]
+
+
+def _volume(triangles: NDArray[np.float64]) -> float:
+    """Return the volume that closed faces enclose (divergence theorem) [m^3]."""
+    local = triangles - triangles.reshape(-1, 3).mean(axis=0)
+    crossed = np.cross(local[:, 1], local[:, 2])
+    return abs(float(np.einsum("ij,ij->", local[:, 0], crossed))) / 6.0
+
+
+def _slabs(triangles: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    doubled = np.linalg.norm(normals, axis=1)
+    kept = doubled > 1e-9  # [m^2] slivers are not felt
+    depth = _DEPTH * normals[kept] / doubled[kept, None]
+    return [np.vstack([face, face - d]) for face, d in zip(triangles[kept], depth, strict=True)]
