@@ -32,7 +32,7 @@ _ORDER = (BehaviorStatus.UNKNOWN, BehaviorStatus.TIMEOUT, BehaviorStatus.TF_ERRO
 _INPUT_FIRST = (*_ORDER, BehaviorStatus.INVALID_INPUT, BehaviorStatus.COLLISION_AHEAD)
 _COLLISION_FIRST = (*_ORDER, BehaviorStatus.COLLISION_AHEAD, BehaviorStatus.INVALID_INPUT)
 _CODES = {  # BackUp and DriveOnHeading number their last two the other way round
-    "spin": (700, _COLLISION_FIRST),
+    "spin": (700, (*_ORDER, BehaviorStatus.COLLISION_AHEAD)),  # what is not there is UNKNOWN
     "backup": (710, _INPUT_FIRST),
     "drive_on_heading": (720, _COLLISION_FIRST),
     "assisted_teleop": (730, _ORDER),
@@ -112,6 +112,9 @@ class Spin:
 
     def tick(self, pose: SE2, costmap: Costmap | None, now: float) -> BehaviorResult:
         """Return the yaw rate to drive."""
+        if not math.isfinite(self._target):
+            message = f"target_yaw {self._target} is not finite"
+            return BehaviorResult(BehaviorStatus.INVALID_INPUT, message=message)
         if self._last_yaw is not None:
             self._turned += wrap(pose.theta - self._last_yaw)
         self._last_yaw = pose.theta
@@ -158,8 +161,11 @@ class DriveOnHeading:
 
     def tick(self, pose: SE2, costmap: Costmap | None, now: float) -> BehaviorResult:
         """Return the speed to drive."""
-        if not self._distance * self._speed > 0.0:
-            message = f"distance {self._distance:g} and speed {self._speed:g} must have one sign"
+        if not 0.0 < self._distance * self._speed < math.inf:
+            message = (
+                f"distance {self._distance:g} and speed {self._speed:g} "
+                "must have one sign and be finite"
+            )
             return BehaviorResult(BehaviorStatus.INVALID_INPUT, message=message)
         if self._start is None:
             self._start = pose
@@ -181,8 +187,11 @@ def back_up(
     footprint: Footprint,
     time_allowance: float,
 ) -> DriveOnHeading:
-    """Return the behaviour that drives back by a positive distance at a positive speed."""
-    return DriveOnHeading(-distance, -speed, config, footprint, time_allowance)
+    """Return the behaviour that drives back; the signs of distance and speed do not matter.
+
+    Source: nav2_behaviors, BackUp::onRun.
+    """
+    return DriveOnHeading(-abs(distance), -abs(speed), config, footprint, time_allowance)
 
 
 class Wait:

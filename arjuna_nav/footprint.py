@@ -51,6 +51,8 @@ class Footprint:
         corners = np.asarray(corners, dtype=np.float64)
         if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
             raise ConfigError("a footprint needs at least three corners [x, y]")
+        if not np.isfinite(corners).all():
+            raise ConfigError(f"a footprint's corners must be finite, got {corners.tolist()}")
         points = corners + padding * np.sign(corners)
         inscribed = float(_edge_distances(points).min())
         return Footprint(points, inscribed, float(np.hypot(*points.T).max()), circular=False)

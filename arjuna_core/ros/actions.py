@@ -39,6 +39,7 @@ class GoalServer:
         name: The action's name.
         on_goal: Called after a goal became current or pending, to act on it at once.
         admit: Given a goal, says why it is rejected, or None.
+        on_cancel: Called after a cancellation was accepted, to act on it at once.
     """
 
     def __init__(
@@ -48,12 +49,14 @@ class GoalServer:
         name: str,
         on_goal: Callable[[], None] | None = None,
         admit: Callable[[Any], str | None] | None = None,
+        on_cancel: Callable[[], None] | None = None,
     ) -> None:
         self._node = node
         self._name = name
         self._action_type = action_type
         self._on_goal = on_goal
         self._admit = admit
+        self._on_cancel = on_cancel
         self._current: ServerGoalHandle | None = None
         self._pending: ServerGoalHandle | None = None
         self._server = _DeferredActionServer(
@@ -63,13 +66,18 @@ class GoalServer:
             execute_callback=lambda handle: None,
             goal_callback=self._on_request,
             handle_accepted_callback=self._on_accepted,
-            cancel_callback=lambda handle: CancelResponse.ACCEPT,
+            cancel_callback=self._on_cancel_request,
         )
 
     @property
     def goal(self) -> Any | None:
         """The running goal, or None."""
         return self._current.request if self._current is not None else None
+
+    @property
+    def newest(self) -> Any | None:
+        """The goal that waits, or else the running one, or None."""
+        return self._pending.request if self._pending is not None else self.goal
 
     @property
     def preempt_requested(self) -> bool:
@@ -90,16 +98,29 @@ class GoalServer:
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT
 
+    def _on_cancel_request(self, handle: ServerGoalHandle) -> CancelResponse:
+        if self._on_cancel is not None:  # after this callback, when the goal's state says so
+            self._node.process.executor.create_task(self._on_cancel)
+        return CancelResponse.ACCEPT
+
     def _on_accepted(self, handle: ServerGoalHandle) -> None:
         handle.execute()
         if self._current is None:
             self._current = handle
         else:
             if self._pending is not None:
-                self._end(self._pending, self._action_type.Result(), "abort")
+                self.abort_pending(self._replaced())
             self._pending = handle
         if self._on_goal is not None:
             self._on_goal()
+
+    def explained(self, reason: str) -> Any:
+        """Return a result that says why a goal failed, with the action's code for the unknown."""
+        result = self._action_type.Result
+        return result(error_code=getattr(result, "UNKNOWN", 0), error_msg=reason)
+
+    def _replaced(self) -> Any:
+        return self.explained(f"replaced by a newer goal at {self._node.now:.2f} s")
 
     def accept_pending(self) -> Any:
         """Abort the running goal, make the pending one current and return it.
@@ -110,7 +131,7 @@ class GoalServer:
         if self._pending is None:
             raise RuntimeError("no goal is pending")
         if self._current is not None:
-            self._finish(self._action_type.Result(), "abort")
+            self._finish(self._replaced(), "canceled" if self.cancel_requested else "abort")
         self._current, self._pending = self._pending, None
         goal: Any = self._current.request
         return goal
@@ -132,12 +153,17 @@ class GoalServer:
         """End the running goal as cancelled, after the client asked for it."""
         self._finish(result, "canceled")
 
-    def abort_all(self) -> None:
-        """End the running and the pending goal as aborted: the node was deactivated."""
+    def abort_pending(self, result: Any) -> None:
+        """End the pending goal as aborted; the running one goes on."""
         if self._pending is not None:
-            self._end(self._pending, self._action_type.Result(), "abort")
-            self._pending = None
-        self._finish(self._action_type.Result(), "abort")
+            handle, self._pending = self._pending, None
+            self._end(handle, result, "abort")
+
+    def abort_all(self, reason: str = "the node was deactivated") -> None:
+        """End the running and the pending goal as aborted."""
+        result = self.explained(f"{reason} at {self._node.now:.2f} s")
+        self.abort_pending(result)
+        self._finish(result, "abort")
 
     def _finish(self, result: Any, how: str) -> None:
         if self._current is not None:

@@ -192,7 +192,9 @@ class ManagedNode(LifecycleNode):
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop and release everything, from any state."""
-        self.active = False
+        if self.active:
+            self.active = False
+            self._attempt(self.deactivate)
         self._release()
         return TransitionCallbackReturn.SUCCESS
 

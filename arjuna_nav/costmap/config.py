@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
+from arjuna_nav.footprint import Footprint
 
 LAYERS = ("static_layer", "obstacle_layer", "inflation_layer")
 
@@ -74,14 +75,17 @@ class CostmapConfig:
     """A costmap and its layers.
 
     Raises:
-        ConfigError: A layer does not exist, or the static layer is asked for in a rolling window.
+        ConfigError: A layer does not exist, the static layer is asked for in a rolling window, or
+            the footprint is none.
     """
 
     global_frame: str = param("map", "frame of the grid", read_only=True)
     robot_base_frame: str = param("base_link", "frame of the robot", read_only=True)
     map_topic: str = param("map", "topic of the map", read_only=True)
-    update_frequency: float = param(5.0, "updates a second", unit="Hz", minimum=0.1)
-    publish_frequency: float = param(1.0, "publications a second", unit="Hz", minimum=0.0)
+    update_frequency: float = param(5.0, "updates a second", unit="Hz", minimum=0.1, read_only=True)
+    publish_frequency: float = param(
+        1.0, "publications a second", unit="Hz", minimum=0.0, read_only=True
+    )
     width: int = param(5, "width without a map", unit="m", minimum=1, read_only=True)
     height: int = param(5, "height without a map", unit="m", minimum=1, read_only=True)
     resolution: float = param(0.1, "edge of a cell", unit="m", minimum=0.005, read_only=True)
@@ -110,3 +114,4 @@ class CostmapConfig:
         if self.rolling_window and "static_layer" in self.plugins:
             layers = ", ".join(LAYERS[1:])
             raise ConfigError(f"a rolling_window has no static_layer; valid plugins: {layers}")
+        Footprint.parse(self.footprint, self.robot_radius, self.footprint_padding)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from nav2_msgs.action import BackUp, DriveOnHeading, Spin, Wait
@@ -12,6 +12,8 @@ from arjuna_core.config import param
 from arjuna_core.ros.actions import GoalServer
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
+from arjuna_core.se2 import IDENTITY
 from arjuna_nav import behaviors
 from arjuna_nav.behaviors import Behavior, BehaviorConfig, BehaviorResult, BehaviorStatus
 from arjuna_nav.controllers.base import Velocity
@@ -53,51 +55,77 @@ class BehaviorServerNode(ManagedNode):
         self._running: tuple[str, Behavior, float] | None = None
         self._output = VelocityOutput(self, config.enable_stamped_cmd_vel)
         self._servers: dict[str, GoalServer] = {
-            kind: self.keep(GoalServer(self, _ACTIONS[kind], kind, self._starter(kind)))
+            kind: self.keep(
+                GoalServer(
+                    self,
+                    _ACTIONS[kind],
+                    kind,
+                    partial(self._start, kind),
+                    on_cancel=self._check_cancelled,
+                )
+            )
             for kind in config.behavior_plugins
         }
         self.every(1.0 / config.cycle_frequency, self._cycle)
 
     def deactivate(self) -> None:
         """Stop the robot and abort."""
+        self._abort("the node was deactivated")
+
+    def on_time_jump(self) -> None:
+        """Stop the robot and abort: what was asked for belongs to another time."""
+        if self.active:
+            self._abort("time was set back")
+
+    def _abort(self, reason: str) -> None:
         if self._running is not None:
             self._output.stop()
         self._running = None
         for server in self._servers.values():
-            server.abort_all()
-
-    def _starter(self, kind: str) -> Callable[[], None]:
-        return lambda: self._start(kind)
+            server.abort_all(reason)
 
     def _start(self, kind: str) -> None:
         """Begin a behaviour; whichever ran before is aborted."""
         if self._running is not None and self._running[0] != kind:
-            result = BehaviorResult(BehaviorStatus.UNKNOWN, message=f"ended by a new {kind}")
-            self._end(result)
+            message = f"ended by a new {kind} at {self.now:.2f} s"
+            self._end(BehaviorResult(BehaviorStatus.UNKNOWN, message=message))
         server = self._servers[kind]
         goal = server.accept_pending() if server.preempt_requested else server.goal
-        self._running = (kind, self._make(kind, goal), self.now)
+        problem = self._problem(kind, goal)
+        if problem is None:
+            self._running = (kind, self._make(kind, goal), self.now)
+        else:
+            self._conclude(kind, problem, self.now)
+
+    def _problem(self, kind: str, goal: Any) -> BehaviorResult | None:
+        """Say why a goal is not begun, or return None."""
+        if kind != "wait" and not self._costmap.active:
+            message = self._costmap.why_not_current()
+            return BehaviorResult(BehaviorStatus.UNKNOWN, message=message)
+        if kind in ("backup", "drive_on_heading") and (goal.target.y or goal.target.z):
+            message = (
+                f"target ({goal.target.x:g}, {goal.target.y:g}, {goal.target.z:g}) is not on x"
+            )
+            return BehaviorResult(BehaviorStatus.INVALID_INPUT, message=message)
+        return None
 
     def _make(self, kind: str, goal: Any) -> Behavior:
         """Return the behaviour that a goal asks for."""
         if kind == "wait":
             return behaviors.Wait(seconds(goal.time))
-        rest = (self.config, self._costmap.layered.footprint, seconds(goal.time_allowance))
+        footprint = self._costmap.layered.footprint
+        rest = (self.config, footprint, seconds(goal.time_allowance))
         if kind == "spin":
             return behaviors.Spin(goal.target_yaw, *rest)
         make = behaviors.back_up if kind == "backup" else behaviors.DriveOnHeading
         return make(goal.target.x, goal.speed, *rest)
 
     def _cycle(self) -> None:
+        self._check_cancelled()
         if self._running is None:
             return
-        kind = self._running[0]
-        if self._servers[kind].cancel_requested:
-            self._output.stop()
-            self._running = None
-            self._servers[kind].cancel(_ACTIONS[kind].Result())
-            return
-        result = self._tick()
+        kind, behavior, _ = self._running
+        result = self._tick(kind, behavior)
         if result.status is not BehaviorStatus.RUNNING:
             self._end(result)
             return
@@ -105,18 +133,29 @@ class BehaviorServerNode(ManagedNode):
             self._output.publish(Velocity(result.v, result.w))
         self._servers[kind].feedback(_feedback(kind, result.progress))
 
-    def _tick(self) -> BehaviorResult:
-        assert self._running is not None
-        pose = self._costmap.robot_pose()
-        if pose is None:
-            message = "the robot's pose in the local costmap is not known"
+    def _check_cancelled(self) -> None:
+        """Stop the robot at once where the goal that runs was cancelled."""
+        if self._running is None or not self._servers[self._running[0]].cancel_requested:
+            return
+        kind, _, started = self._running
+        self._running = None
+        self._output.stop()
+        elapsed = duration_msg(self.now - started)
+        self._servers[kind].cancel(_ACTIONS[kind].Result(total_elapsed_time=elapsed))
+
+    def _tick(self, kind: str, behavior: Behavior) -> BehaviorResult:
+        if kind == "wait":  # stands still: it needs to know nothing
+            return behavior.tick(IDENTITY, None, self.now)
+        try:
+            pose = self._costmap.robot_pose()
+        except TransformError as error:
+            message = f"the robot's pose is not known: {error}"
             return BehaviorResult(BehaviorStatus.TF_ERROR, message=message)
-        timeout = self.config.costmap_update_timeout
-        costmap = self._costmap.current(timeout)
+        costmap = self._costmap.current(self.config.costmap_update_timeout)
         if costmap is None:
-            message = f"no local costmap for {timeout:g} s"
+            message = self._costmap.why_not_current()
             return BehaviorResult(BehaviorStatus.UNKNOWN, message=message)
-        return self._running[1].tick(pose, costmap, self.now)
+        return behavior.tick(pose, costmap, self.now)
 
     def _end(self, result: BehaviorResult) -> None:
         assert self._running is not None
@@ -124,6 +163,10 @@ class BehaviorServerNode(ManagedNode):
         self._running = None
         if kind != "wait":
             self._output.stop()
+        self._conclude(kind, result, started)
+
+    def _conclude(self, kind: str, result: BehaviorResult, started: float) -> None:
+        """Tell the client how its goal ended."""
         answer = _ACTIONS[kind].Result(
             total_elapsed_time=duration_msg(self.now - started),
             error_code=behaviors.error_code(kind, result.status),

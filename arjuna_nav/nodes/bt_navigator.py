@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
+from nav2_msgs.action import ComputePathThroughPoses, NavigateThroughPoses, NavigateToPose
 from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
@@ -26,6 +26,7 @@ from arjuna_nav.navigator import (
 )
 from arjuna_nav.nodes.frames import pose_in, robot_pose
 from arjuna_nav.nodes.navigation_clients import NavigationClients
+from arjuna_nav.planners import PlanStatus
 
 _DEFAULT_TREES = (
     "",
@@ -67,7 +68,9 @@ class BtNavigatorNode(ManagedNode):
         self._others = NavigationClients(self, config)
         self._servers: dict[str, GoalServer] = {
             kind: self.keep(
-                GoalServer(self, action, kind, self._on_goal, partial(self._admit, kind))
+                GoalServer(
+                    self, action, kind, self._on_goal, partial(self._admit, kind), self._tick
+                )
             )
             for kind, action in _ACTIONS.items()
         }
@@ -79,14 +82,18 @@ class BtNavigatorNode(ManagedNode):
 
     def deactivate(self) -> None:
         """Stop the robot and abort."""
+        self._abort("the node was deactivated")
+
+    def on_time_jump(self) -> None:
+        """Stop the robot and abort: what was asked for belongs to another time."""
+        if self.active:
+            self._abort("time was set back")
+
+    def _abort(self, reason: str) -> None:
         self._others.stop()
         self._navigator = None
         for server in self._servers.values():
-            server.abort_all()
-
-    def on_time_jump(self) -> None:
-        """Abort: what was asked for belongs to another time."""
-        self.deactivate()
+            server.abort_all(reason)
 
     def _on_odometry(self, message: Any) -> None:
         self._speed = message.twist.twist.linear.x
@@ -103,32 +110,41 @@ class BtNavigatorNode(ManagedNode):
         return None
 
     def _on_goal(self) -> None:
-        """Start navigating, or go on to the newer goal."""
-        for kind, server in self._servers.items():
-            if server.preempt_requested:
-                server.accept_pending()
-            elif server.goal is None or self._navigator is not None:
-                continue
-            self._kind = kind
-            try:
-                goals = self._goals(server.goal)
-            except TransformError as error:
-                self._finish(Finish(Ending.ABORTED, 202, str(error)))
-                return
-            if self._navigator is None:
-                self._navigator = Navigator(self.config, goals, self.now)
-            else:
-                self._new_goals = goals
+        """Start navigating, or go on to the newer goal; one that makes no sense changes nothing."""
+        kind, server = next(
+            (kind, server)
+            for kind, server in self._servers.items()
+            if server.preempt_requested or (server.goal is not None and self._navigator is None)
+        )
+        preempts = server.preempt_requested
+        goals, refusal = self._goals(kind, server.newest)
+        if refusal is not None:
+            self.get_logger().error(f"{kind} failed: {refusal.error_msg}")
+            (server.abort_pending if preempts else server.abort)(refusal)
+            return
+        self._kind = kind
+        if preempts:
+            server.accept_pending()
+            self._new_goals = goals
+        else:
+            self._navigator = Navigator(self.config, goals, self.now)
         self._tick()
 
-    def _goals(self, goal: Any) -> tuple[SE2, ...]:
-        config = self.config
-        poses = [goal.pose] if self._kind == "navigate_to_pose" else goal.poses
+    def _goals(self, kind: str, goal: Any) -> tuple[tuple[SE2, ...], Any | None]:
+        """Return a goal's poses in the global frame, and the result that refuses it or None."""
+        config, result = self.config, _ACTIONS[kind].Result
+        poses = [goal.pose] if kind == "navigate_to_pose" else goal.poses
         if not poses:
-            raise TransformError("no poses were given")
-        frames = config.global_frame, config.robot_base_frame
-        robot_pose(self, *frames, config.transform_tolerance)
-        return tuple(pose_in(self, config.global_frame, pose) for pose in poses)
+            code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
+            message = "0 poses were given, at least 1 is needed"
+            return (), result(error_code=code, error_msg=message)
+        try:
+            frames = config.global_frame, config.robot_base_frame
+            robot_pose(self, *frames, config.transform_tolerance)
+            return tuple(pose_in(self, config.global_frame, pose) for pose in poses), None
+        except TransformError as error:
+            code = _code(kind, PlanStatus.TF_ERROR)
+            return (), result(error_code=code, error_msg=str(error))
 
     def _tick(self) -> None:
         if self._navigator is None:
@@ -172,7 +188,7 @@ class BtNavigatorNode(ManagedNode):
     def _finish(self, finish: Finish) -> None:
         self._navigator = None
         result = _ACTIONS[self._kind].Result(
-            error_code=finish.error_code, error_msg=finish.error_msg
+            error_code=_code(self._kind, finish.error_code), error_msg=finish.error_msg
         )
         server = self._servers[self._kind]
         if finish.ending is Ending.CANCELED:
@@ -182,3 +198,9 @@ class BtNavigatorNode(ManagedNode):
         else:
             self.get_logger().error(f"{self._kind} failed: {finish.error_msg}")
             server.abort(result)
+
+
+def _code(kind: str, code: int) -> int:
+    """Return an error code; planning's count from 300 where it is through poses."""
+    through = kind == "navigate_through_poses" and code in list(PlanStatus) and code
+    return code + 100 if through else code

@@ -6,15 +6,18 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from nav2_msgs.action import FollowPath
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import Odometry, Path
+from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.actions import GoalServer
 from arjuna_core.ros.convert import poses_from_path
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
 from arjuna_nav.controllers import ControlStatus, PathError, Velocity
 from arjuna_nav.follower import FollowerConfig, FollowResult, FollowState, PathFollower
 from arjuna_nav.nodes.costmap import CostmapNode
@@ -49,32 +52,39 @@ class ControllerServerNode(ManagedNode):
     def configure(self) -> None:
         """Create the follower and its interfaces."""
         config: ControllerServerConfig = self.config
+        self._follower: PathFollower | None = None
+        self._outdated = False
         self._costmap: CostmapNode = self.process.find("local_costmap/local_costmap")
         self._velocity = Velocity()
         self._speed_limit = math.inf
         self._frame = ""
-        self._stale_since: float | None = None
-        self._make_follower(config)
+        self._started = 0.0
         self._output = VelocityOutput(self, config.enable_stamped_cmd_vel)
         self._plan_out = self.publisher(Path, "received_global_plan", qos.LATEST)
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.DEFAULT)
         self.subscribe(SpeedLimit, config.speed_limit_topic, self._on_speed_limit, qos.DEFAULT)
-        self._server = self.keep(GoalServer(self, FollowPath, "follow_path", self._on_goal))
+        self._server = self.keep(
+            GoalServer(self, FollowPath, "follow_path", self._on_goal, on_cancel=self._on_cancel)
+        )
         self.every(1.0 / config.controller_frequency, self._control)
 
     def deactivate(self) -> None:
         """Stop the robot and abort what is asked for."""
+        self._abort("the node was deactivated")
+
+    def on_time_jump(self) -> None:
+        """Stop the robot and abort: what was asked for belongs to another time."""
+        if self.active:
+            self._abort("time was set back")
+
+    def _abort(self, reason: str) -> None:
         if self._server.goal is not None:
             self._output.stop()
-        self._server.abort_all()
+        self._server.abort_all(reason)
 
     def on_config(self, config: ControllerServerConfig) -> None:
         """Follow by the new parameters from the next path on."""
-        self._make_follower(config)
-
-    def _make_follower(self, config: ControllerServerConfig) -> None:
-        self._follower = PathFollower(config, self._costmap.layered.footprint)
-        self._follower.speed_limit = self._speed_limit
+        self._outdated = True
 
     def _on_odometry(self, message: Any) -> None:
         twist = message.twist.twist
@@ -86,19 +96,35 @@ class ControllerServerNode(ManagedNode):
         if message.percentage:
             limit *= self.config.FollowPath.desired_linear_vel / 100.0
         self._speed_limit = limit if limit > 0.0 else math.inf
-        self._follower.speed_limit = self._speed_limit
+        if self._follower is not None:
+            self._follower.speed_limit = self._speed_limit
 
     def _on_goal(self) -> None:
         replaced = self._server.preempt_requested
         goal = self._server.accept_pending() if replaced else self._server.goal
         refusal = self._refusal(goal)
         if refusal is not None:
-            self._end(FollowResult(FollowState.FAILED, Velocity(), *refusal))
+            self._end(_failed(*refusal))
             return
         self._frame = goal.path.header.frame_id.lstrip("/")
         self._plan_out.publish(goal.path)
-        poses = poses_from_path(goal.path)
-        self._follower.change(poses) if replaced else self._follower.start(poses, self.now)
+        self._take(poses_from_path(goal.path), replaced)
+
+    def _take(self, poses: NDArray[np.float64], replaced: bool) -> None:
+        """Follow a path; one that replaces another keeps what was reached and the progress."""
+        if replaced and self._follower is not None and not self._outdated:
+            self._follower.change(poses)
+            return
+        self._started, self._outdated = self.now, False
+        self._follower = PathFollower(self.config, self._costmap.layered.footprint)
+        self._follower.speed_limit = self._speed_limit
+        self._follower.start(poses, self.now)
+
+    def _on_cancel(self) -> None:
+        """Stop the robot at once where the goal followed was cancelled."""
+        if self._server.cancel_requested:
+            self._output.stop()
+            self._server.cancel(FollowPath.Result())
 
     def _refusal(self, goal: Any) -> tuple[ControlStatus, str] | None:
         """Say why a goal cannot be followed, or None."""
@@ -106,21 +132,27 @@ class ControllerServerNode(ManagedNode):
             valid = ", ".join(self.config.controller_plugins)
             message = f"controller '{goal.controller_id}' does not exist; valid: {valid}"
             return ControlStatus.INVALID_CONTROLLER, message
+        for kind, asked, valid in (
+            ("goal checker", goal.goal_checker_id, self.config.goal_checker_plugins),
+            ("progress checker", goal.progress_checker_id, self.config.progress_checker_plugins),
+        ):
+            if asked not in ("", *valid):
+                message = f"{kind} '{asked}' does not exist; valid: {', '.join(valid)}"
+                return ControlStatus.UNKNOWN, message
+        if not self._costmap.active:
+            return ControlStatus.CONTROLLER_TIMED_OUT, self._costmap.why_not_current()
         try:
             if not len(poses_from_path(goal.path)):
-                raise PathError("the path is empty")
+                raise PathError("the path has 0 poses, at least 1 is needed")
         except ValueError as error:
             return ControlStatus.INVALID_PATH, str(error)
         return None
 
     def _control(self) -> None:
-        if self._server.goal is None:
+        self._on_cancel()
+        if self._server.goal is None or self._follower is None:
             return
-        if self._server.cancel_requested:
-            self._output.stop()
-            self._server.cancel(FollowPath.Result())
-            return
-        result = self._follow()
+        result = self._follow(self._follower)
         if result.state is not FollowState.RUNNING:
             self._end(result)
             return
@@ -129,21 +161,22 @@ class ControllerServerNode(ManagedNode):
             FollowPath.Feedback(distance_to_goal=result.distance, speed=self._velocity.v)
         )
 
-    def _follow(self) -> FollowResult:
-        """Ask the follower, in the path's frame."""
-        config = self._costmap.config
-        pose = self.transforms.try_lookup(self._frame, config.robot_base_frame)
-        T_path_costmap = self.transforms.try_lookup(self._frame, config.global_frame)
-        if pose is None or T_path_costmap is None:
-            message = f"the robot's pose in '{self._frame}' is not known"
-            return FollowResult(FollowState.FAILED, Velocity(), ControlStatus.TF_ERROR, message)
-        costmap = self._costmap.current(self.config.costmap_update_timeout)
+    def _follow(self, follower: PathFollower) -> FollowResult:
+        """Ask the follower, in the path's frame; a costmap that has just begun is waited for."""
+        config, timeout = self._costmap.config, self.config.costmap_update_timeout
+        try:
+            self._costmap.robot_pose()  # it may be known in the path's frame and yet be old
+            pose = self.transforms.lookup(self._frame, config.robot_base_frame)
+            T_path_costmap = self.transforms.lookup(self._frame, config.global_frame)
+        except TransformError as error:
+            return _failed(ControlStatus.TF_ERROR, f"the robot's pose is not known: {error}")
+        costmap = self._costmap.current(timeout)
+        if costmap is None and self.now - self._started <= timeout:
+            return FollowResult(FollowState.RUNNING, Velocity())
         if costmap is None:
-            message = f"no local costmap for {self.config.costmap_update_timeout:g} s"
-            error = ControlStatus.CONTROLLER_TIMED_OUT
-            return FollowResult(FollowState.FAILED, Velocity(), error, message)
+            return _failed(ControlStatus.CONTROLLER_TIMED_OUT, self._costmap.why_not_current())
         placed = costmap.seen_from(T_path_costmap)
-        return self._follower.tick(pose, self._velocity, placed, self.now)
+        return follower.tick(pose, self._velocity, placed, self.now)
 
     def _end(self, result: FollowResult) -> None:
         self._output.stop()
@@ -153,3 +186,7 @@ class ControllerServerNode(ManagedNode):
             return
         self.get_logger().warning(f"following failed: {result.message}")
         self._server.abort(message)
+
+
+def _failed(error: ControlStatus, message: str) -> FollowResult:
+    return FollowResult(FollowState.FAILED, Velocity(), error, message)

@@ -7,26 +7,18 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import Polygon, PolygonStamped
 from nav2_msgs.msg import Costmap as CostmapMsg
-from nav2_msgs.srv import (
-    ClearCostmapAroundPose,
-    ClearCostmapAroundRobot,
-    ClearCostmapExceptRegion,
-    ClearEntireCostmap,
-    GetCost,
-    GetCostmap,
-)
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from sensor_msgs.msg import LaserScan
 
 from arjuna_core.errors import ConfigError
+from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import ScanQueue
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.collision import collides
-from arjuna_nav.costmap import LETHAL, Costmap, CostmapConfig, LayeredCostmap, PlacedScan
+from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedScan
 from arjuna_nav.footprint import Footprint
 from arjuna_nav.nodes.costmap_messages import (
     costmap_grid_msg,
@@ -34,7 +26,8 @@ from arjuna_nav.nodes.costmap_messages import (
     points_from_polygon,
     polygon_msg,
 )
-from arjuna_nav.nodes.frames import pose_in
+from arjuna_nav.nodes.costmap_services import CostmapServices
+from arjuna_nav.nodes.frames import robot_pose
 
 _QUEUE = 50
 
@@ -49,7 +42,9 @@ class CostmapNode(ManagedNode):
         """Create the costmap and its interfaces."""
         config: CostmapConfig = self.config
         self.layered = LayeredCostmap(config)
+        self._map: OccupancyGrid | None = None
         self._updated_at = -np.inf
+        self._problem = "it is not active"
         self._scans = ScanQueue(self, config.global_frame, config.robot_base_frame, _QUEUE)
         if "static_layer" in config.plugins:
             topic = config.static_layer.map_topic or config.map_topic
@@ -63,23 +58,10 @@ class CostmapNode(ManagedNode):
         self._raw_out = self.publisher(CostmapMsg, "costmap_raw", qos.LATCHED)
         self._footprint_out = self.publisher(PolygonStamped, "published_footprint", qos.DEFAULT)
         self.subscribe(Polygon, "footprint", self._on_footprint, qos.DEFAULT)
-        self._serve()
+        CostmapServices(self)
         self.every(1.0 / config.update_frequency, self._update)
         if config.publish_frequency > 0.0:
             self.every(1.0 / config.publish_frequency, self._publish)
-
-    def _serve(self) -> None:
-        """Offer Nav2's services, and those that nav2_simple_commander calls by other names."""
-        name = self.get_name()
-        self.serve(ClearEntireCostmap, f"clear_entirely_{name}", self._on_clear_entirely)
-        for alias in (f"clear_except_{name}", "clear_costmap_except_region"):
-            self.serve(ClearCostmapExceptRegion, alias, self._on_clear_except)
-        for alias in (f"clear_around_{name}", "clear_costmap_around_robot"):
-            self.serve(ClearCostmapAroundRobot, alias, self._on_clear_around)
-        for alias in (f"clear_around_pose_{name}", "clear_costmap_around_pose"):
-            self.serve(ClearCostmapAroundPose, alias, self._on_clear_around_pose)
-        self.serve(GetCostmap, "get_costmap", self._on_get_costmap)
-        self.serve(GetCost, f"get_cost_{name}", self._on_get_cost)
 
     def current(self, timeout: float) -> Costmap | None:
         """Return the costs, or None if they were not updated within a timeout [s]."""
@@ -87,22 +69,49 @@ class CostmapNode(ManagedNode):
             return None
         return self.layered.costmap
 
-    def robot_pose(self) -> SE2 | None:
-        """Return the robot's pose in the costmap's frame, None where it is not known."""
-        return self.transforms.try_lookup(self.config.global_frame, self.config.robot_base_frame)
+    def why_not_current(self) -> str:
+        """Say since when the costs were not updated, and why."""
+        problem = self._problem if self.active else "it is not active"
+        age = self.now - self._updated_at if self.active else np.inf
+        since = f"was last updated {age:.2f} s ago" if np.isfinite(age) else "was never updated"
+        return f"{self.get_name()} {since}, it is {self.now:.2f} s: {problem}"
+
+    def robot_pose(self) -> SE2:
+        """Return the robot's pose in the costmap's frame.
+
+        Raises:
+            TransformError: It is not known, or older than `transform_tolerance`.
+        """
+        config = self.config
+        return robot_pose(
+            self, config.global_frame, config.robot_base_frame, config.transform_tolerance
+        )
+
+    def activate(self) -> None:
+        """Start from what is seen from now on."""
+        self._scans.clear()
+        self._updated_at, self._problem = -np.inf, "no update was due yet"
 
     def on_time_jump(self) -> None:
         """Forget what was seen in another run of time."""
         if self.active:
-            self._scans.clear()
+            self.activate()
             self.layered.clear_entirely()
-            self._updated_at = -np.inf
+
+    def on_config(self, config: CostmapConfig) -> None:
+        """Build the layers anew by the new parameters; the obstacles seen are forgotten."""
+        if hasattr(self, "layered"):
+            self.layered = LayeredCostmap(config)
+            if self._map is not None:
+                self.layered.set_map(self._map)
 
     def _on_map(self, message: Any) -> None:
         try:
-            self.layered.set_map(grid_from_msg(message))
+            self._map = grid_from_msg(message)
         except ValueError as error:
             self.get_logger().error(f"map ignored: {error}")
+        else:
+            self.layered.set_map(self._map)
 
     def _on_footprint(self, message: Any) -> None:
         try:
@@ -114,61 +123,29 @@ class CostmapNode(ManagedNode):
             self.layered.set_footprint(footprint)
 
     def _update(self) -> None:
-        pose = self.robot_pose()
         scans = [PlacedScan(scan, T) for scan, T in self._scans.ready()]
-        if pose is None or not self.layered.has_map:
+        if not self.layered.has_map:
+            self._problem = "no map has come"
             return
-        self.layered.update(pose, self.now, scans)
-        self._updated_at = self.now
+        try:
+            self.layered.update(self.robot_pose(), self.now, scans)
+        except TransformError as error:
+            self._problem = str(error)
+            return
+        self._updated_at, self._problem = self.now, "no update was due yet"
 
     def _publish(self) -> None:
+        if not np.isfinite(self._updated_at):
+            return
         costmap, frame_id = self.layered.costmap, self.config.global_frame
         if self._grid_out.get_subscription_count() > 0:
             self._grid_out.publish(costmap_grid_msg(costmap, frame_id, self.now))
         if self._raw_out.get_subscription_count() > 0:
             self._raw_out.publish(costmap_raw_msg(costmap, frame_id, self.now))
-        pose = self.robot_pose()
+        pose = self.transforms.try_lookup(frame_id, self.config.robot_base_frame)
         if pose is not None and self._footprint_out.get_subscription_count() > 0:
             corners = self.layered.footprint.at(pose)
             self._footprint_out.publish(polygon_msg(corners, frame_id, self.now))
-
-    def _on_clear_entirely(self, request: Any, response: Any) -> Any:
-        self.layered.clear_entirely()
-        return response
-
-    def _on_clear_except(self, request: Any, response: Any) -> Any:
-        pose = self.robot_pose()
-        if pose is not None:
-            self.layered.clear_except(pose, request.reset_distance)
-        return response
-
-    def _on_clear_around(self, request: Any, response: Any) -> Any:
-        pose = self.robot_pose()
-        if pose is not None:
-            self.layered.clear_around(pose, request.reset_distance)
-        return response
-
-    def _on_clear_around_pose(self, request: Any, response: Any) -> Any:
-        try:
-            pose = pose_in(self, self.config.global_frame, request.pose)
-            self.layered.clear_around(pose, request.reset_distance)
-        except TransformError as error:
-            self.get_logger().error(f"nothing cleared: {error}")
-        return response
-
-    def _on_get_costmap(self, request: Any, response: Any) -> Any:
-        costmap, frame_id = self.layered.costmap, self.config.global_frame
-        response.map = costmap_raw_msg(costmap, frame_id, self.now)
-        return response
-
-    def _on_get_cost(self, request: Any, response: Any) -> Any:
-        """Answer with the cost at a point, -1 outside the grid as Nav2 has it."""
-        costmap, pose = self.layered.costmap, SE2(request.x, request.y, request.theta)
-        cost = costmap.cost_at(pose.x, pose.y)
-        if cost is not None and request.use_footprint:
-            cost = LETHAL if collides(costmap, self.layered.footprint, pose) else cost
-        response.cost = -1.0 if cost is None else float(cost)
-        return response
 
 
 def _absolute(topic: str) -> str:

@@ -62,7 +62,10 @@ class ExplorerNode(ManagedNode):
             self._goal = None
 
     def _on_map(self, message: Any) -> None:
-        self._grid = grid_from_msg(message)
+        try:
+            self._grid = grid_from_msg(message)
+        except ValueError as error:
+            self.get_logger().error(f"map ignored: {error}")
 
     def _look(self) -> None:
         """Go on, turn to a better goal, or be done."""
@@ -98,7 +101,7 @@ class ExplorerNode(ManagedNode):
 
     def _on_outcome(self, outcome: GoalOutcome) -> None:
         """A place that was seen from or could not be reached is not gone to again."""
-        if self._goal is not None:
+        if self._goal is not None and outcome.accepted:
             self._tried.append(self._goal)
         self._goal = None
 

@@ -100,7 +100,10 @@ class NavigationClients:
                 del self._waiting_for[key]
                 on_outcome(value)
 
-        client.send(goal, outcome)
+        if client.ready:  # a goal sent to nobody is never answered
+            client.send(goal, outcome)
+        else:
+            self._lose(key, client)
 
     def _send_plan(self, goals: tuple[SE2, ...]) -> None:
         frame, now = self._config.global_frame, self._node.now
@@ -155,9 +158,12 @@ class NavigationClients:
             self._on_cleared(name)
         for key, client in list(self._waiting_for.items()):
             if not client.ready:
-                del self._waiting_for[key]
-                message = f"the action server {client.name} is not there"
-                self._outcomes[key] = _lost(key, message)
+                self._lose(key, client)
+
+    def _lose(self, key: str, client: GoalClient) -> None:
+        del self._waiting_for[key]
+        message = f"the action server {client.name} is not there at {self._node.now:.2f} s"
+        self._outcomes[key] = _lost(key, message)
 
     def _on_plan(self, outcome: GoalOutcome) -> None:
         result = outcome.result

@@ -9,11 +9,12 @@ import numpy as np
 from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
 from nav2_msgs.srv import IsPathValid
 from nav_msgs.msg import Path
+from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.actions import GoalServer
-from arjuna_core.ros.convert import path_msg, poses_from_path
+from arjuna_core.ros.convert import duration_msg, path_msg, poses_from_path
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
@@ -64,6 +65,12 @@ class PlannerServerNode(ManagedNode):
         for server in (self._to_pose, self._through_poses):
             server.abort_all()
 
+    def on_time_jump(self) -> None:
+        """Abort: what was asked for belongs to another time."""
+        if self.active:
+            for server in (self._to_pose, self._through_poses):
+                server.abort_all("time was set back")
+
     def on_config(self, config: PlannerServerConfig) -> None:
         """Plan by the new parameters from now on."""
         self._planner = NavFn(config.GridBased)
@@ -95,9 +102,11 @@ class PlannerServerNode(ManagedNode):
             return
         timeout = self.config.costmap_update_timeout
         costmap = self._costmap.current(timeout)
-        if costmap is None and self.now - self._asked_at <= timeout:
+        plan = self._refusal(goal, stops)
+        if plan is None and costmap is None and self.now - self._asked_at <= timeout:
             return
-        plan = self._plan(goal, stops, costmap)
+        plan = plan or self._plan(goal, stops, costmap)
+        result.planning_time = duration_msg(self.now - self._asked_at)
         if plan.status is PlanStatus.SUCCEEDED:
             result.path = path_msg(plan.path, self._costmap.config.global_frame, self.now)
             self._out.publish(result.path)
@@ -109,40 +118,57 @@ class PlannerServerNode(ManagedNode):
             result.error_code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
         server.abort(result)
 
-    def _plan(self, goal: Any, stops: list[Any], costmap: Costmap | None) -> PlanResult:
-        """Plan leg by leg through the stops."""
-        if costmap is None:
-            timeout = self.config.costmap_update_timeout
-            message = f"the global costmap has not been updated for {timeout:g} s"
-            return PlanResult.failed(PlanStatus.TIMEOUT, message)
+    def _refusal(self, goal: Any, stops: list[Any]) -> PlanResult | None:
+        """Say why nothing is planned whatever the costmap says, or return None."""
         if goal.planner_id not in ("", *self.config.planner_plugins):
             valid = ", ".join(self.config.planner_plugins)
             message = f"planner '{goal.planner_id}' does not exist; valid: {valid}"
             return PlanResult.failed(PlanStatus.INVALID_PLANNER, message)
+        if not stops:
+            return PlanResult.failed(
+                PlanStatus.NO_VALID_PATH, "0 goals were given, at least 1 is needed"
+            )
+        return None
+
+    def _plan(self, goal: Any, stops: list[Any], costmap: Costmap | None) -> PlanResult:
+        """Plan leg by leg through the stops."""
+        if costmap is None:
+            return PlanResult.failed(PlanStatus.TIMEOUT, self._costmap.why_not_current())
         try:
             frame = self._costmap.config.global_frame
-            start = pose_in(self, frame, goal.start) if goal.use_start else self._robot()
+            start = (
+                pose_in(self, frame, goal.start) if goal.use_start else self._costmap.robot_pose()
+            )
             ends = [pose_in(self, frame, stop) for stop in stops]
         except TransformError as error:
             return PlanResult.failed(PlanStatus.TF_ERROR, str(error))
         return plan_through(self._planner, costmap, start, ends)
 
-    def _robot(self) -> SE2:
-        config = self._costmap.config
-        return self.transforms.lookup(config.global_frame, config.robot_base_frame)
-
     def _on_is_path_valid(self, request: Any, response: Any) -> Any:
+        """Answer for the part of a path that is still ahead of the robot."""
         costmap = self._costmap.current(self.config.costmap_update_timeout)
-        poses = poses_from_path(request.path)
-        if costmap is None or not len(poses):
-            response.is_valid = False
+        response.is_valid = False
+        try:
+            poses = self._ahead(request.path)
+        except (TransformError, ValueError) as error:
+            self.get_logger().warning(f"path not valid: {error}")
             return response
-        pose = self._costmap.robot_pose()
-        if pose is not None:
-            near = np.argmin(np.hypot(poses[:, 0] - pose.x, poses[:, 1] - pose.y))
-            poses = poses[near:]
+        if costmap is None or not len(poses):
+            return response
         hit = first_collision(costmap, self._costmap.layered.footprint, poses)
         response.is_valid = hit is None
         if hit is not None:
             response.invalid_pose_indices = [len(request.path.poses) - len(poses) + hit]
         return response
+
+    def _ahead(self, path: Any) -> NDArray[np.float64]:
+        """Return a path's poses from the one nearest to the robot on, in the costmap's frame."""
+        frame, poses = self._costmap.config.global_frame, poses_from_path(path)
+        source = path.header.frame_id.lstrip("/") or frame
+        pose = self._costmap.robot_pose()
+        if source != frame:
+            T_map_path = self.transforms.lookup(frame, source)
+            rows = [(T_map_path @ SE2.from_array(row)).array() for row in poses]
+            poses = np.array(rows, dtype=np.float64).reshape(-1, 3)
+        near = np.argmin(np.hypot(*(poses[:, :2] - (pose.x, pose.y)).T)) if len(poses) else 0
+        return poses[near:]
