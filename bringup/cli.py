@@ -9,6 +9,7 @@ import signal
 import sys
 
 from arjuna_core.errors import ArjunaError, InputFileError
+from bringup import bench
 from bringup.child import ChildSpec
 from bringup.inputs import gather, groups_of
 from bringup.parameters import Parameters
@@ -28,6 +29,9 @@ def run(arguments: argparse.Namespace) -> int:
     """
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     try:
+        if arguments.command == "bench":
+            bench.run(arguments.name, arguments.options)
+            return OK
         parameters = gather(arguments)
         if arguments.command == "demo":
             return _demo(arguments, parameters)

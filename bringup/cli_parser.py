@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from bringup import bench
+
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 
@@ -32,6 +34,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_slam(commands)
     _add_nav(commands)
     _add_demo(commands)
+    _add_bench(commands)
     return parser
 
 
@@ -69,6 +72,14 @@ def _add_demo(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         metavar="FOLDER",
         help="where the report, pictures, map and recording go (%(default)s)",
     )
+
+
+def _add_bench(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    about = "measure a part of the robot"
+    parser = commands.add_parser("bench", help=about, description=f"{about.capitalize()}.")
+    valid = f"one of: {', '.join(bench.names())}"
+    parser.add_argument("name", metavar="NAME", help=valid)
+    parser.add_argument("options", nargs=argparse.REMAINDER, help="its own; see NAME --help")
 
 
 def _add(

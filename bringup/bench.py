@@ -1,0 +1,58 @@
+"""Benchmarks: `python -m bringup bench NAME`, each a module of the checkout's `tests/bench/`.
+
+A benchmark has `add_arguments(parser)` and `run(arguments) -> dict`, which prints what it measured
+and returns it for `--json`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from arjuna_core.errors import InputFileError, nearest
+
+_ROOT = Path(__file__).resolve().parent.parent
+_FOLDER = _ROOT / "tests" / "bench"
+
+
+def names() -> list[str]:
+    """Return the benchmarks there are; none outside a checkout."""
+    return sorted(path.stem for path in _FOLDER.glob("[a-z]*.py"))
+
+
+def run(name: str, argv: Sequence[str]) -> None:
+    """Run a benchmark.
+
+    Args:
+        name: One of `names()`.
+        argv: Its own options.
+
+    Raises:
+        InputFileError: There is no such benchmark, or the JSON file cannot be written.
+    """
+    if name not in names():
+        known = nearest(name, names()) if names() else "they come with a checkout of Arjuna"
+        raise InputFileError(_FOLDER / f"{name}.py", f"no such benchmark; {known}")
+    sys.path.insert(0, str(_ROOT))
+    module = importlib.import_module(f"tests.bench.{name}")
+    parser = argparse.ArgumentParser(
+        prog=f"python -m bringup bench {name}", description=(module.__doc__ or "").split("\n")[0]
+    )
+    module.add_arguments(parser)
+    parser.add_argument("--json", type=Path, metavar="FILE", help="where to write the numbers")
+    arguments = parser.parse_args(argv)
+    result = module.run(arguments)
+    if arguments.json is not None:
+        _write(arguments.json, json.dumps(result, indent=2) + "\n")
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputFileError(path, f"cannot be written: {error.strerror}") from error
