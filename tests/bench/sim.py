@@ -1,0 +1,145 @@
+"""Pace of the simulator: without ROS, through ROS in lock-step, by beams and by boxes."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import math
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from arjuna_sim.drive import Velocity
+from arjuna_sim.simulator import Simulator
+from tests.sim.builders import ROBOT, ROOM, edited, simulator
+
+_BEAMS = (90, 180, 360, 720, 1440, 2880)
+_BOXES = (10, 30, 100, 300, 1000)
+_REPEATS = 3
+_SENSORS = "physics, lidar 10 Hz, IMU 50 Hz, odometry 50 Hz"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add this benchmark's options."""
+    parser.add_argument(
+        "--seconds",
+        type=float,
+        default=30.0,
+        metavar="S",
+        help="simulated time a run (%(default)s)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Measure simulated seconds per second of one core, the best of three runs each.
+
+    Returns:
+        `core_real_time_factor` and `ros_real_time_factor` (None without rclpy) of the shipped robot
+        in the shipped room, and the core's factor `by_beams` and `by_boxes`.
+    """
+    seconds = arguments.seconds
+    print(f"simulated per real second on one core; {_SENSORS}")
+    core = _core_factor(simulator(ROOM), seconds)
+    _show("without ROS", core)
+    ros = _ros_factor(seconds) if importlib.util.find_spec("rclpy") else None
+    if ros is None:
+        print("through ROS       skipped: rclpy is not installed")
+    else:
+        _show("through ROS, lock-step", ros)
+    with tempfile.TemporaryDirectory() as folder:
+        beams = {n: _core_factor(_with_beams(n, Path(folder)), seconds) for n in _BEAMS}
+        _table("beams in the shipped room", beams)
+        boxes = {n: _core_factor(_with_boxes(n, Path(folder)), seconds) for n in _BOXES}
+        _table("boxes, 360 beams", boxes)
+    return {
+        "core_real_time_factor": core,
+        "ros_real_time_factor": ros,
+        "by_beams": beams,
+        "by_boxes": boxes,
+    }
+
+
+def _core_factor(sim: Simulator, seconds: float) -> float:
+    return _best(lambda i: sim.step(_command(i)), seconds, sim.config.tick)
+
+
+def _ros_factor(seconds: float) -> float:
+    """Measure the sim's nodes, commanded each tick, with subscribers of all but the camera."""
+    from geometry_msgs.msg import Twist
+    from nav_msgs.msg import Odometry
+    from sensor_msgs.msg import Imu, JointState, LaserScan
+
+    from bringup.lockstep import LockStep
+    from bringup.stack import SIM_GROUP
+
+    lockstep = LockStep({})
+    topics = {"odom": Odometry, "scan": LaserScan, "imu/data": Imu, "joint_states": JointState}
+    for topic, kind in topics.items():
+        lockstep.client.create_subscription(kind, topic, lambda message: None, 10)
+    commands = lockstep.client.create_publisher(Twist, "cmd_vel", 1)
+
+    def step(i: int) -> None:
+        message = Twist()
+        message.linear.x, message.angular.z = _command(i).v, _command(i).w
+        commands.publish(message)
+        lockstep.step()
+
+    try:
+        lockstep.start(SIM_GROUP)
+        return _best(step, seconds, lockstep.sim.config.tick)
+    finally:
+        lockstep.close()
+
+
+def _best(step: Callable[[int], object], seconds: float, tick: float) -> float:
+    """Return simulated time per processor time of the fastest run."""
+    count = round(seconds / tick)
+    spent = math.inf
+    for _ in range(_REPEATS):
+        start = time.process_time()
+        for i in range(count):
+            step(i)
+        spent = min(spent, time.process_time() - start)
+    return count * tick / spent
+
+
+def _command(i: int) -> Velocity:
+    """Drive circles that stay in the room."""
+    return Velocity(0.4, 0.6 + 0.3 * math.sin(i / 200))
+
+
+def _with_beams(count: int, folder: Path) -> Simulator:
+    old, new = "<samples>360</samples>", f"<samples>{count}</samples>"
+    return simulator(ROOM, robot=edited(ROBOT, folder, old, new))
+
+
+def _with_boxes(count: int, folder: Path) -> Simulator:
+    """Put boxes on a square grid of 1.5 m around the start, which stays free."""
+    side = math.ceil(math.sqrt(count + 9))
+    places = [(i - side // 2, j - side // 2) for i in range(side) for j in range(side)]
+    free = [place for place in places if max(abs(place[0]), abs(place[1])) > 1][:count]
+    models = "".join(_box(i, 1.5 * x, 1.5 * y) for i, (x, y) in enumerate(free))
+    path = folder / f"{count}_boxes.world"
+    ground = "<include><uri>model://ground_plane</uri></include>"
+    path.write_text(f'<sdf version="1.6"><world name="boxes">{ground}{models}</world></sdf>')
+    return simulator(path)
+
+
+def _box(number: int, x: float, y: float) -> str:
+    geometry = "<geometry><box><size>0.5 0.5 0.6</size></box></geometry>"
+    return (
+        f'<model name="box_{number}"><static>true</static><pose>{x} {y} 0.3 0 0 0</pose>'
+        f'<link name="link"><collision name="collision">{geometry}</collision></link></model>'
+    )
+
+
+def _show(what: str, factor: float) -> None:
+    print(f"{what:<28}{factor:8.1f} x")
+
+
+def _table(what: str, factors: dict[int, float]) -> None:
+    print(f"{what}:")
+    for count, factor in factors.items():
+        _show(f"  {count}", factor)
