@@ -38,6 +38,11 @@ class RosBench:
             self._clock.publish(Clock(clock=time_msg(self._ticks * TICK)))
             self.process.drain()
 
+    def set_back(self) -> None:
+        """Set time back to its first tick, as a restarted simulator does."""
+        self._ticks = 0
+        self.advance()
+
     def publish(self, message_type: Any, topic: str, message: Any, profile: Any = qos.TF) -> None:
         """Publish a message and run what it causes."""
         if topic not in self._publishers:
