@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
+from arjuna_slam.back_end import BackEndConfig
 from arjuna_slam.correlative import Window
 from arjuna_slam.loop_closure import LoopConfig
 from arjuna_slam.scan_matcher import MatcherConfig
 
 
 @dataclass(frozen=True)
-class SlamConfig(LoopConfig, MatcherConfig):
+class SlamConfig(BackEndConfig, LoopConfig, MatcherConfig):
     """Parameters of SLAM, those of matching and of loop closure among them."""
 
     resolution: float = param(0.05, "Edge of a map cell.", unit="m", minimum=0.005, maximum=1.0)
@@ -69,12 +70,6 @@ class SlamConfig(LoopConfig, MatcherConfig):
     )
     odometry_deviation: float = param(
         0.2, "Deviation of odometry per metre and per radian.", minimum=1e-3, maximum=10.0
-    )
-    loop_robust_scale: float = param(
-        3.0, "Deviations at which a loop edge starts to be doubted.", minimum=0.1, maximum=1e6
-    )
-    optimize_every: int = param(
-        20, "Keyframes between optimisations while loop edges agree.", minimum=1, maximum=10000
     )
 
     @property

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.field import Field
 
 _ANGLE_STEP_MIN = math.radians(0.25)
@@ -82,6 +82,46 @@ def search(
         return None
     x = prior.x + column * field.resolution
     return SE2(x, prior.y + row * field.resolution, float(thetas[k])), response
+
+
+def score(
+    field: Field, points: NDArray[np.float64], prior: SE2, pose: SE2, window: Window
+) -> float:
+    """Return the response that `search` would give a pose.
+
+    Args:
+        field: The reference.
+        points: `(N, 2) float64` in the robot's base frame [m].
+        prior: Centre of the window, robot in field.
+        pose: The pose, robot in field.
+        window: Its penalties.
+    """
+    likelihood = _mean_score(field.score, points, pose.array(), field.origin, field.resolution)
+    gap = (pose.x - prior.x) ** 2 + (pose.y - prior.y) ** 2
+    distance = max(1.0 - 0.2 * gap / window.distance_penalty, window.floor_xy)
+    turn = float(wrap(pose.theta - prior.theta))
+    angle = max(1.0 - 0.2 * turn * turn / window.angle_penalty, window.floor_theta)
+    return likelihood * distance * angle
+
+
+@njit(cache=True)
+def _mean_score(
+    values: NDArray[np.uint8],
+    points: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    resolution: float,
+) -> float:
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    total = 0
+    for i in range(len(points)):
+        x = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y = pose[1] + s * points[i, 0] + c * points[i, 1]
+        column = math.floor((x - origin[0]) / resolution)
+        row = math.floor((y - origin[1]) / resolution)
+        if 0 <= row < values.shape[0] and 0 <= column < values.shape[1]:
+            total += values[row, column]
+    return total / (255.0 * len(points))
 
 
 @njit(cache=True)

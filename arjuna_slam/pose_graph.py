@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,13 +39,78 @@ class Edge:
     kind: EdgeKind
 
 
+class EdgeTable:
+    """The measurements as columns, for the optimiser."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._nodes = np.empty((64, 2), np.int64)
+        self._measured = np.empty((64, 3))
+        self._information = np.empty((64, 3, 3))
+        self._loop = np.empty(64, np.bool_)
+
+    def __len__(self) -> int:
+        """Return the number of edges."""
+        return self._count
+
+    @staticmethod
+    def of(edges: Iterable[Edge]) -> EdgeTable:
+        """Return the table of some edges."""
+        table = EdgeTable()
+        for edge in edges:
+            table.append(edge)
+        return table
+
+    def append(self, edge: Edge) -> None:
+        """Add an edge."""
+        if self._count == len(self._nodes):
+            self._nodes = np.concatenate((self._nodes, np.empty_like(self._nodes)))
+            self._measured = np.concatenate((self._measured, np.empty_like(self._measured)))
+            self._information = np.concatenate(
+                (self._information, np.empty_like(self._information))
+            )
+            self._loop = np.concatenate((self._loop, np.empty_like(self._loop)))
+        k = self._count
+        self._nodes[k] = edge.i, edge.j
+        self._measured[k] = edge.T_i_j.x, edge.T_i_j.y, edge.T_i_j.theta
+        self._information[k] = edge.information
+        self._loop[k] = edge.kind is EdgeKind.LOOP
+        self._count += 1
+
+    @property
+    def i(self) -> NDArray[np.int64]:
+        """First node of each edge, `(E,) int64`."""
+        return self._nodes[: self._count, 0]
+
+    @property
+    def j(self) -> NDArray[np.int64]:
+        """Second node of each edge, `(E,) int64`."""
+        return self._nodes[: self._count, 1]
+
+    @property
+    def measured(self) -> NDArray[np.float64]:
+        """Measured x, y, theta, `(E, 3) float64` [m, m, rad]."""
+        return self._measured[: self._count]
+
+    @property
+    def information(self) -> NDArray[np.float64]:
+        """Information of each edge, `(E, 3, 3) float64`."""
+        return self._information[: self._count]
+
+    @property
+    def loop(self) -> NDArray[np.bool_]:
+        """Which edges close loops, `(E,) bool`."""
+        return self._loop[: self._count]
+
+
 class PoseGraph:
-    """Nodes and edges, both only ever added."""
+    """Nodes and the measurements between them."""
 
     def __init__(self) -> None:
         self._poses = np.empty((64, 3))
         self._count = 0
         self.edges: list[Edge] = []
+        self.table = EdgeTable()
 
     def __len__(self) -> int:
         """Return the number of nodes."""
@@ -82,6 +148,18 @@ class PoseGraph:
                 f"edge {edge.i} -> {edge.j}: two different nodes of 0..{self._count - 1} are valid"
             )
         self.edges.append(edge)
+        self.table.append(edge)
+
+    def remove_edges(self, unwanted: NDArray[np.bool_]) -> None:
+        """Take measurements back.
+
+        Args:
+            unwanted: Which, `(E,) bool`.
+        """
+        self.edges = [
+            edge for edge, gone in zip(self.edges, unwanted.tolist(), strict=True) if not gone
+        ]
+        self.table = EdgeTable.of(self.edges)
 
     def residual(self, edge: Edge) -> NDArray[np.float64]:
         """Return `x, y, theta` of the pose of `j` in `i` less the measurement, `(3,) float64`."""

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_slam.correlative import Window, search
+from arjuna_slam.correlative import Window, score, search
 from arjuna_slam.field import Field
 from arjuna_slam.refinement import refine
 from arjuna_slam.surface import Surface
 
 _SEARCH_POINTS_MAX = 360
 _UNKNOWN_INFORMATION = np.diag([1.0, 1.0, 1.0])  # 1 m, 1 rad: what a direction never seen is worth
+_BETTER = 0.02  # what a searched pose's response must gain on the tracked one
 _FLAT = np.zeros((3, 3))
 
 
@@ -136,23 +137,33 @@ class ScanMatcher:
         least: float,
         information: NDArray[np.float64] = _FLAT,
     ) -> Match:
-        """Search a window for a pose, then refine it.
+        """Track a pose from the prior, and search a window for a better one.
 
         Args:
             field: The reference.
             surface: The scan.
             prior: Centre of the window, robot in the field's frame.
             window: Where to search.
-            least: Response (0..1) that the search must exceed.
+            least: Response (0..1) that a pose must exceed in the search.
             information: Of the prior in the refinement, `(3, 3) float64`; zero for none.
         """
         if len(surface) < self._config.match_minimum_points:
             return self._failed(MatchStatus.TOO_FEW_POINTS, prior, 0.0)
-        stride = math.ceil(len(surface) / _SEARCH_POINTS_MAX)
-        found = search(field, surface.points[::stride], prior, window, least)
+        points = surface.points[:: math.ceil(len(surface) / _SEARCH_POINTS_MAX)]
+        tracked = self._refine(field, surface, prior, prior, information)
+        if tracked.status is MatchStatus.MATCHED:
+            reached = score(field, points, prior, tracked.T_field_base, window)
+            if reached > least:
+                least = reached + _BETTER
+            else:
+                tracked = self._failed(MatchStatus.LOW_RESPONSE, prior, tracked.response)
+        found = search(field, points, prior, window, least)
         if found is None:
-            return self._failed(MatchStatus.LOW_RESPONSE, prior, 0.0)
-        return self._refine(field, surface, found[0], prior, information)
+            return tracked
+        match = self._refine(field, surface, found[0], prior, information)
+        if tracked.status is not MatchStatus.MATCHED:
+            return match
+        return match if match.response > tracked.response + _BETTER else tracked
 
     def _refine(
         self,

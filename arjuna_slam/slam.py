@@ -11,17 +11,14 @@ from numpy.typing import NDArray
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2, wrap
+from arjuna_slam.back_end import BackEnd
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.loop_closure import LoopCloser
 from arjuna_slam.mapper import Mapper
-from arjuna_slam.optimizer import optimize
 from arjuna_slam.pose_graph import Edge, EdgeKind, PoseGraph
 from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.submap import LocalMap
 from arjuna_slam.surface import Surface, extract
-
-_BETTER = 0.02  # what a searched pose's response must gain on the tracked one
-_URGENT_POSITION, _URGENT_HEADING = 0.1, 0.03  # a loop edge this far off is optimised at once
 
 
 @dataclass(frozen=True)
@@ -79,9 +76,7 @@ class Slam:
         self._T_odom_keyframe = IDENTITY
         self._stamp = -math.inf
         self._travel = 0.0
-        self._unoptimized = 0
-        self._urgent = False
-        self._since_optimize = 0
+        self._back_end = BackEnd(config, self.graph)
 
     def process(self, scan: Scan, T_odom_base: SE2) -> SlamUpdate | None:
         """Take one scan.
@@ -105,6 +100,7 @@ class Slam:
         self._T_anchor_base = match.T_field_base
         self._advance(scan.stamp, T_odom_base)
         closures = self._add_keyframe(scan, surface, match) if due else 0
+        self._back_end.advance()
         return self._update(match, due, closures)
 
     def map(self) -> OccupancyGrid | None:
@@ -117,12 +113,12 @@ class Slam:
 
     def optimize(self) -> None:
         """Optimise the graph now."""
-        result = optimize(
-            self.graph.poses, self.graph.edges, robust_scale=self._config.loop_robust_scale
-        )
-        self.graph.poses = result.poses
-        self._unoptimized = self._since_optimize = 0
-        self._urgent = False
+        self._back_end.finish()
+
+    @property
+    def undone(self) -> int:
+        """How many loop edges were taken back because the rest of the graph disagreed."""
+        return self._back_end.undone
 
     def _usable(self, scan: Scan) -> Surface | None:
         """Return the scan's surface, or None if the scan is stale or has nothing in range."""
@@ -157,19 +153,14 @@ class Slam:
     ) -> Match:
         """Track the pose; at keyframes, and when tracking fails, also search for a better one."""
         reference = self._local.reference.field
-        tracked = self._matcher.track(reference, surface, prior, information)
-        if tracked.status is MatchStatus.TOO_FEW_POINTS:
-            return tracked
-        if not search and tracked.status is MatchStatus.MATCHED:
-            return tracked
-        least = self._config.match_minimum_response
-        found = self._matcher.match(
-            reference, surface, prior, self._config.window, least, information
+        if not search:
+            tracked = self._matcher.track(reference, surface, prior, information)
+            if tracked.status in (MatchStatus.MATCHED, MatchStatus.TOO_FEW_POINTS):
+                return tracked
+        config = self._config
+        return self._matcher.match(
+            reference, surface, prior, config.window, config.match_minimum_response, information
         )
-        if found.status is not MatchStatus.MATCHED:
-            return tracked
-        lost = tracked.status is not MatchStatus.MATCHED
-        return found if lost or found.response > tracked.response + _BETTER else tracked
 
     def _advance(self, stamp: float, T_odom_base: SE2) -> None:
         self._travel += self._T_odom_base.distance(T_odom_base)
@@ -195,22 +186,8 @@ class Slam:
         self._T_odom_keyframe = self._T_odom_base
         edges = self._closer.close(self.graph, node, self._travel, surface, self._local.finished)
         self._T_anchor_base = self._local.insert(node, surface, match.T_field_base)
-        self._take_closures(edges)
+        self._back_end.add(edges)
         return len(edges)
-
-    def _take_closures(self, edges: list[Edge]) -> None:
-        """Add loop edges; optimise at once if one disagrees with the graph, else now and then."""
-        for edge in edges:
-            self.graph.add_edge(edge)
-            error = self.graph.residual(edge)
-            self._urgent |= (
-                math.hypot(error[0], error[1]) > _URGENT_POSITION or abs(error[2]) > _URGENT_HEADING
-            )
-        self._unoptimized += len(edges)
-        self._since_optimize += 1
-        late = self._since_optimize >= self._config.optimize_every
-        if self._unoptimized and (self._urgent or late):
-            self.optimize()
 
     def _update(self, match: Match, keyframe: bool, closures: int) -> SlamUpdate:
         anchor = self._local.reference.anchor

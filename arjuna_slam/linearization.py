@@ -1,0 +1,206 @@
+"""Pose-graph residuals, their derivatives and the normal equations they add up to.
+
+Residual of an edge: `[R_i^T (t_j - t_i) - t_ij, theta_j - theta_i - theta_ij]`, weighted by its
+information. Source: Grisetti et al., A tutorial on graph-based SLAM, 2010.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+_DIAGONAL_MIN = 1e-9
+
+
+@njit(cache=True)
+def residual(
+    a: NDArray[np.float64], b: NDArray[np.float64], measured: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the residual of the edge `a -> b`, `(3,) float64` [m, m, rad]."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    turn = b[2] - a[2] - measured[2]
+    result = np.empty(3)
+    result[0] = c * dx + s * dy - measured[0]
+    result[1] = -s * dx + c * dy - measured[1]
+    result[2] = (turn + math.pi) % (2.0 * math.pi) - math.pi
+    return result
+
+
+@njit(cache=True)
+def fill_jacobians(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    by_a: NDArray[np.float64],
+    by_b: NDArray[np.float64],
+) -> None:
+    """Set the residual's derivatives by pose a and by pose b, `(3, 3) float64`, zero before."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    by_b[0, 0], by_b[0, 1] = c, s
+    by_b[1, 0], by_b[1, 1] = -s, c
+    by_b[2, 2] = 1.0
+    by_a[0, 0], by_a[0, 1], by_a[0, 2] = -c, -s, -s * dx + c * dy
+    by_a[1, 0], by_a[1, 1], by_a[1, 2] = s, -c, -c * dx - s * dy
+    by_a[2, 2] = -1.0
+
+
+@njit(cache=True)
+def chi2(
+    poses: NDArray[np.float64],
+    i: NDArray[np.int64],
+    j: NDArray[np.int64],
+    measured: NDArray[np.float64],
+    information: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return each edge's squared error in deviations, `(E,) float64`."""
+    result = np.zeros(len(i))
+    for e in range(len(i)):
+        error = residual(poses[i[e]], poses[j[e]], measured[e])
+        for r in range(3):
+            for c in range(3):
+                result[e] += error[r] * information[e, r, c] * error[c]
+    return result
+
+
+@njit(cache=True)
+def robust_cost(square: NDArray[np.float64], scale: NDArray[np.float64]) -> float:
+    """Return the sum of Cauchy's cost, or of the squares where the scale is infinite."""
+    total = 0.0
+    for e in range(len(square)):
+        if np.isfinite(scale[e]):
+            total += scale[e] ** 2 * math.log1p(square[e] / scale[e] ** 2)
+        else:
+            total += square[e]
+    return total
+
+
+@njit(cache=True)
+def assemble(
+    poses: NDArray[np.float64],
+    i: NDArray[np.int64],
+    j: NDArray[np.int64],
+    measured: NDArray[np.float64],
+    information: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    place: NDArray[np.int64],
+    starts: NDArray[np.int64],
+    slots: NDArray[np.int64],
+    blocks: NDArray[np.float64],
+    corner: NDArray[np.float64],
+    g: NDArray[np.float64],
+) -> None:
+    """Fill the Hessian and the gradient; node 0 is held.
+
+    Args:
+        poses: `(N, 3) float64`.
+        i: First node of each edge.
+        j: Second node.
+        measured: `(E, 3) float64`.
+        information: `(E, 3, 3) float64`.
+        weight: Robust weight of each edge, `(E,) float64`.
+        place: Row of each node.
+        starts: First block of each column before the corner.
+        slots: Block of each edge.
+        blocks: Receives the lower triangle.
+        corner: Receives the lower right corner.
+        g: Receives the gradient, `(N, 3) float64` in the order of elimination.
+    """
+    blocks[:] = 0.0
+    corner[:] = 0.0
+    g[:] = 0.0
+    first = len(starts) - 1
+    by_i, by_j = np.zeros((3, 3)), np.zeros((3, 3))
+    left_i, left_j = np.empty((3, 3)), np.empty((3, 3))
+    for e in range(len(i)):
+        a, b = place[i[e]], place[j[e]]
+        error = residual(poses[i[e]], poses[j[e]], measured[e])
+        fill_jacobians(poses[i[e]], poses[j[e]], by_i, by_j)
+        _weigh(by_i, information[e], weight[e], left_i)
+        _weigh(by_j, information[e], weight[e], left_j)
+        if i[e] != 0:
+            _add_product(_block(a, a, first, starts[min(a, first)], blocks, corner), left_i, by_i)
+            _add_gradient(g[a], left_i, error)
+        if j[e] != 0:
+            _add_product(_block(b, b, first, starts[min(b, first)], blocks, corner), left_j, by_j)
+            _add_gradient(g[b], left_j, error)
+        if slots[e] == -2:
+            continue
+        if a > b:
+            _add_product(_block(a, b, first, slots[e], blocks, corner), left_i, by_j)
+        else:
+            _add_product(_block(b, a, first, slots[e], blocks, corner), left_j, by_i)
+    held = _block(place[0], place[0], first, starts[min(place[0], first)], blocks, corner)
+    for k in range(3):
+        held[k, k] = 1.0
+
+
+@njit(cache=True)
+def _block(
+    row: int,
+    column: int,
+    first: int,
+    slot: int,
+    blocks: NDArray[np.float64],
+    corner: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    if column < first:
+        inside: NDArray[np.float64] = blocks[slot]
+        return inside
+    r, c = 3 * (row - first), 3 * (column - first)
+    block: NDArray[np.float64] = corner[r : r + 3, c : c + 3]
+    return block
+
+
+@njit(cache=True)
+def _weigh(
+    jacobian: NDArray[np.float64],
+    information: NDArray[np.float64],
+    weight: float,
+    out: NDArray[np.float64],
+) -> None:
+    """Set out to the weighted transposed Jacobian times the information."""
+    for r in range(3):
+        for c in range(3):
+            out[r, c] = weight * (
+                jacobian[0, r] * information[0, c]
+                + jacobian[1, r] * information[1, c]
+                + jacobian[2, r] * information[2, c]
+            )
+
+
+@njit(cache=True)
+def _add_product(
+    target: NDArray[np.float64], left: NDArray[np.float64], right: NDArray[np.float64]
+) -> None:
+    for r in range(3):
+        for c in range(3):
+            target[r, c] += (
+                left[r, 0] * right[0, c] + left[r, 1] * right[1, c] + left[r, 2] * right[2, c]
+            )
+
+
+@njit(cache=True)
+def _add_gradient(
+    target: NDArray[np.float64], left: NDArray[np.float64], error: NDArray[np.float64]
+) -> None:
+    for r in range(3):
+        target[r] += left[r, 0] * error[0] + left[r, 1] * error[1] + left[r, 2] * error[2]
+
+
+@njit(cache=True)
+def damp(
+    starts: NDArray[np.int64],
+    blocks: NDArray[np.float64],
+    corner: NDArray[np.float64],
+    damping: float,
+) -> None:
+    """Enlarge the diagonal by a share of itself, as Marquardt does."""
+    for k in range(len(starts) - 1):
+        for r in range(3):
+            blocks[starts[k], r, r] += damping * blocks[starts[k], r, r] + _DIAGONAL_MIN
+    for r in range(len(corner)):
+        corner[r, r] += damping * corner[r, r] + _DIAGONAL_MIN
