@@ -8,8 +8,9 @@ from pathlib import Path
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import WorldError
+from arjuna_sim.actors import Actor, read_actor
 from arjuna_sim.mesh_shape import mesh_shape
-from arjuna_sim.pose3 import Pose3
+from arjuna_sim.pose3 import ORIGIN, Pose3
 from arjuna_sim.shapes import GREY, Kind, Part, Shape
 from arjuna_sim.xml_file import XmlFile
 
@@ -37,11 +38,13 @@ class Body:
         model: Name of the model it belongs to.
         part: Its shape, pose in the world and colour.
         collides: Whether it stops robots and rays, or is only drawn.
+        T_world_model: Where its model stands.
     """
 
     model: str
     part: Part
     collides: bool
+    T_world_model: Pose3 = ORIGIN
 
 
 @dataclass(frozen=True)
@@ -53,12 +56,14 @@ class World:
         name: The world's name.
         bodies: Its fixed parts; the ground is one with the model `ground_plane`.
         notes: What the file says and the simulation leaves out, one line each.
+        actors: What moves by itself.
     """
 
     path: Path
     name: str
     bodies: tuple[Body, ...]
     notes: tuple[str, ...]
+    actors: tuple[Actor, ...] = ()
 
 
 def load_world(path: str | Path) -> World:
@@ -67,17 +72,28 @@ def load_world(path: str | Path) -> World:
     Raises:
         WorldError: The file cannot be read, or holds values or models that cannot be simulated.
     """
-    xml = XmlFile(Path(path), "sdf", WorldError)
+    return read_world(XmlFile(Path(path), "sdf", WorldError))
+
+
+def read_world(xml: XmlFile) -> World:
+    """Read a parsed SDF file.
+
+    Raises:
+        WorldError: It holds values or models that cannot be simulated.
+    """
     found = xml.root.find("world")
     world = xml.root if found is None else found
-    if found is None and xml.root.find("model") is None:
-        raise WorldError(xml.path, "<sdf> must hold a <world> or a <model>")
+    if found is None and xml.root.find("model") is None and xml.root.find("actor") is None:
+        raise WorldError(xml.path, "<sdf> must hold a <world>, a <model> or an <actor>")
     bodies: list[Body] = []
+    actors: list[Actor] = []
     for element in world:
         if element.tag == "include":
             bodies.extend(_include(xml, element, Pose3()))
         elif element.tag == "model":
             bodies.extend(_model(xml, element, Pose3()))
+        elif element.tag == "actor":
+            actors.append(read_actor(xml, element, _pose(xml, element, "an actor")))
         elif element.tag not in _UNLIT:
             xml.note(f"<{element.tag}>: not simulated")
     for plugin in world.iter("plugin"):
@@ -85,7 +101,8 @@ def load_world(path: str | Path) -> World:
     if not any(body.part.shape.kind is Kind.PLANE and body.collides for body in bodies):
         xml.note("has no ground plane: one is put at height 0")
         bodies.extend(_ground())
-    return World(xml.path, world.get("name", "world"), tuple(bodies), tuple(xml.notes))
+    name = world.get("name", "world")
+    return World(xml.path, name, tuple(bodies), tuple(xml.notes), tuple(actors))
 
 
 def _ground() -> list[Body]:
@@ -143,7 +160,7 @@ def _model(xml: XmlFile, model: Element, T_world: Pose3, placed: bool = False) -
         T_world_link = T_world_model @ _pose(xml, link, f"{place} link")
         for tag in ("collision", "visual"):
             for element in link.findall(tag):
-                bodies.extend(_body(xml, name, element, T_world_link))
+                bodies.extend(_body(xml, name, element, T_world_link, T_world_model))
     for nested in model.findall("model"):
         bodies.extend(_model(xml, nested, T_world_model))
     for include in model.findall("include"):
@@ -151,14 +168,17 @@ def _model(xml: XmlFile, model: Element, T_world: Pose3, placed: bool = False) -
     return bodies
 
 
-def _body(xml: XmlFile, model: str, element: Element, T_world_link: Pose3) -> list[Body]:
+def _body(
+    xml: XmlFile, model: str, element: Element, T_world_link: Pose3, T_world_model: Pose3
+) -> list[Body]:
     place = f"model '{model}' {element.tag}"
     shape = _shape(xml, xml.child(element, "geometry", place), place)
     if shape is None:
         return []
     pose = T_world_link @ _pose(xml, element, place)
     collides = element.tag == "collision"
-    return [Body(model, Part(shape, pose, _colour(xml, element, place)), collides)]
+    part = Part(shape, pose, _colour(xml, element, place))
+    return [Body(model, part, collides, T_world_model)]
 
 
 def _shape(xml: XmlFile, geometry: Element, place: str) -> Shape | None:
