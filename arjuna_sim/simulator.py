@@ -12,18 +12,17 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
-from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_core.timing import Periodic
 from arjuna_sim.camera import Camera, CameraError
 from arjuna_sim.drive import Drive, DriveConfig, Kinematics, Velocity
-from arjuna_sim.imu import Imu, ImuConfig, ImuReading
-from arjuna_sim.lidar import Lidar
-from arjuna_sim.odometry import Odometry, OdometryConfig, OdometryEstimate
+from arjuna_sim.imu import ImuConfig
+from arjuna_sim.observation import JointStates, Observation, Truth
+from arjuna_sim.odometry import Odometry, OdometryConfig
 from arjuna_sim.pose3 import Pose3
 from arjuna_sim.robot import Robot, ServoConfig, load_robot
 from arjuna_sim.scene import build_scene
 from arjuna_sim.sdf import World, load_world
+from arjuna_sim.sensors import Sensors
 from arjuna_sim.world import surfaces
 
 _NANOSECONDS = 1_000_000_000
@@ -56,59 +55,6 @@ class SimulatorConfig:
     odometry: OdometryConfig = field(default_factory=OdometryConfig)
     imu: ImuConfig = field(default_factory=ImuConfig)
     servo: ServoConfig = field(default_factory=ServoConfig)
-
-
-@dataclass(frozen=True)
-class JointStates:
-    """Positions [rad or m] and velocities of the moving joints, in the URDF's order."""
-
-    names: tuple[str, ...]
-    positions: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Truth:
-    """Where the robot really is: what no robot knows.
-
-    Attributes:
-        pose: Of the robot's root in the world, seen from above.
-        v: Speed along the robot's x axis [m/s].
-        w: Turn rate [rad/s].
-        z: Height of the robot's root [m].
-        roll: [rad].
-        pitch: [rad].
-    """
-
-    pose: SE2
-    v: float
-    w: float
-    z: float
-    roll: float
-    pitch: float
-
-
-@dataclass(frozen=True)
-class Observation:
-    """What one tick brought.
-
-    Attributes:
-        time: At the tick's end [s].
-        odometry: Dead reckoning.
-        joints: All joints that move.
-        imu: A reading, where one was due.
-        scan: A sweep, where one was due.
-        truth: Where the robot really is.
-        contacts: Names of the world's models that the robot touches, sorted; never the ground.
-    """
-
-    time: float
-    odometry: OdometryEstimate
-    joints: JointStates
-    imu: ImuReading | None
-    scan: Scan | None
-    truth: Truth
-    contacts: tuple[str, ...]
 
 
 class Simulator:
@@ -163,7 +109,7 @@ class Simulator:
         """Return to the start: time 0, the robot at its spawn pose, chance rewound."""
         self._ticks = 0
         mujoco.mj_resetData(self._scene.model, self._data)
-        self._start_sensors()
+        self._sensors = self._start_sensors()
         self._odometry.reset((0.0, 0.0))
         self.set_pose(self.spawn)
 
@@ -177,8 +123,7 @@ class Simulator:
         self._data.qacc_warmstart[:] = 0.0
         self._drive.reset()
         self._refresh()
-        if self._imu is not None:
-            self._imu.settle()
+        self._sensors.settle()
 
     def obstacles_at(self, pose: SE2) -> tuple[str, ...]:
         """Return the names of the world's models that the robot would touch at a pose."""
@@ -212,8 +157,8 @@ class Simulator:
             self.time,
             self._odometry.update(self.wheel_angles(), self.config.tick),
             self._joint_states(),
-            self._read_imu(),
-            self._scan(),
+            self._sensors.imu(self._data, self.time, self.config.tick),
+            self._sensors.scan(self._data, self.time),
             self.truth(),
             self._contacts(),
         )
@@ -265,22 +210,10 @@ class Simulator:
         height = self._scene.ride_height + self.robot.urdf.T_root(link).position[2]
         return surfaces(self.world, height)
 
-    def _start_sensors(self) -> None:
-        """Build the sensors with rewound chance, each with a stream of its own."""
-        settings, model = self.robot.settings, self._scene.model
-        lidar_rng, imu_rng = (np.random.default_rng(int(seed)) for seed in self._seeds)
-        self._lidar, self._imu = None, None
-        if settings.lidar is not None:
-            given = self.config.lidar_noise
-            noise = settings.lidar.noise if given < 0.0 else given
-            T_base_sensor = self.robot.urdf.T_root(settings.lidar.link).planar()
-            self._lidar = Lidar(model, settings.lidar, T_base_sensor, noise, lidar_rng)
-            period = 1.0 / settings.lidar.rate
-            self._lidar_due = Periodic(period, phase=period)
-        if settings.imu is not None:
-            self._imu = Imu(model, settings.imu.link, self.config.imu, imu_rng)
-            self._imu_period = 1.0 / settings.imu.rate
-            self._imu_due = Periodic(self._imu_period, phase=self._imu_period)
+    def _start_sensors(self) -> Sensors:
+        """Build the sensors with rewound chance."""
+        config = self.config
+        return Sensors(self.robot, self._scene.model, config.lidar_noise, config.imu, self._seeds)
 
     def _turn_wheels(self) -> None:
         left, right = self._drive.wheel_speeds(self.time, self.config.tick)
@@ -301,16 +234,6 @@ class Simulator:
             self._data.qpos[scene.joint_position],
             self._data.qvel[scene.joint_velocity],
         )
-
-    def _read_imu(self) -> ImuReading | None:
-        if self._imu is None or not self._imu_due.due(self.time):
-            return None
-        return self._imu.read(self._data, max(self._imu_period, self.config.tick))
-
-    def _scan(self) -> Scan | None:
-        if self._lidar is None or not self._lidar_due.due(self.time):
-            return None
-        return self._lidar.scan(self._data, self.time)
 
     def _contacts(self) -> tuple[str, ...]:
         geoms = self._data.contact.geom.ravel()

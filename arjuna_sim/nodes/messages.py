@@ -13,9 +13,9 @@ from simulation_interfaces.msg import EntityState
 
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg
 from arjuna_sim.imu import ImuReading
+from arjuna_sim.observation import JointStates, Truth
 from arjuna_sim.odometry import OdometryEstimate
 from arjuna_sim.pose3 import Pose3
-from arjuna_sim.simulator import JointStates, Truth
 
 WORLD = "world"
 # The gyro's sum drifts without bound; a client must not take it for a compass.

@@ -23,8 +23,9 @@ from arjuna_sim.drive import CommandError, Velocity
 from arjuna_sim.nodes.camera import CameraTopics
 from arjuna_sim.nodes.messages import imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.services import SimulationServices
+from arjuna_sim.observation import Observation
 from arjuna_sim.pacing import Pacer
-from arjuna_sim.simulator import Observation, Simulator, SimulatorConfig
+from arjuna_sim.simulator import Simulator, SimulatorConfig
 
 SHIPPED = Path(__file__).resolve().parents[2]
 SHIPPED_ROBOT = SHIPPED / "urdf" / "arjuna.urdf"

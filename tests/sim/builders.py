@@ -8,7 +8,8 @@ import numpy as np
 
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.drive import Velocity
-from arjuna_sim.simulator import Observation, Simulator, SimulatorConfig
+from arjuna_sim.observation import Observation
+from arjuna_sim.simulator import Simulator, SimulatorConfig
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOT = ROOT / "urdf" / "arjuna.urdf"

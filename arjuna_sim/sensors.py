@@ -1,0 +1,66 @@
+"""The robot's lidar and IMU, each at its own rate and with chance of its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.scan import Scan
+from arjuna_core.timing import Periodic
+from arjuna_sim.imu import Imu, ImuConfig, ImuReading
+from arjuna_sim.lidar import Lidar
+from arjuna_sim.robot import Robot
+
+
+class Sensors:
+    """Reads what is due.
+
+    Args:
+        robot: Says which sensors there are.
+        model: The compiled `mujoco.MjModel`.
+        lidar_noise: Standard deviation of a range [m]; below 0 takes the robot's.
+        imu: The IMU's errors.
+        seeds: Two, for the lidar and the IMU.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        model: Any,
+        lidar_noise: float,
+        imu: ImuConfig,
+        seeds: NDArray[np.uint64],
+    ) -> None:
+        lidar_rng, imu_rng = (np.random.default_rng(int(seed)) for seed in seeds)
+        self._lidar: Lidar | None = None
+        self._imu: Imu | None = None
+        settings = robot.settings
+        if settings.lidar is not None:
+            noise = settings.lidar.noise if lidar_noise < 0.0 else lidar_noise
+            T_base_sensor = robot.urdf.T_root(settings.lidar.link).planar()
+            self._lidar = Lidar(model, settings.lidar, T_base_sensor, noise, lidar_rng)
+            period = 1.0 / settings.lidar.rate
+            self._lidar_due = Periodic(period, phase=period)
+        if settings.imu is not None:
+            self._imu = Imu(model, settings.imu.link, imu, imu_rng)
+            self._imu_period = 1.0 / settings.imu.rate
+            self._imu_due = Periodic(self._imu_period, phase=self._imu_period)
+
+    def settle(self) -> None:
+        """Forget motion, since the robot was lifted to another place."""
+        if self._imu is not None:
+            self._imu.settle()
+
+    def imu(self, data: Any, now: float, tick: float) -> ImuReading | None:
+        """Return the IMU's reading at a time [s], where one is due; ticks [s] may be slower."""
+        if self._imu is None or not self._imu_due.due(now):
+            return None
+        return self._imu.read(data, max(self._imu_period, tick))
+
+    def scan(self, data: Any, now: float) -> Scan | None:
+        """Return the lidar's sweep at a time [s], where one is due."""
+        if self._lidar is None or not self._lidar_due.due(now):
+            return None
+        return self._lidar.scan(data, now)
