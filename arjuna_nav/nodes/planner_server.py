@@ -49,7 +49,7 @@ class PlannerServerNode(ManagedNode):
         """Create the planner and its interfaces."""
         self._costmap: CostmapNode = self.process.find("global_costmap/global_costmap")
         self._planner = NavFn(self.config.GridBased)
-        self._asked_at = 0.0
+        self._asked_at: dict[GoalServer, float] = {}
         self._out = self.publisher(Path, "plan", qos.LATEST)
         self._to_pose = self._offer(ComputePathToPose, "compute_path_to_pose")
         self._through_poses = self._offer(ComputePathThroughPoses, "compute_path_through_poses")
@@ -57,7 +57,14 @@ class PlannerServerNode(ManagedNode):
         self.every(_RETRY_PERIOD, self._attempt_plans)
 
     def _offer(self, action: Any, name: str) -> GoalServer:
-        server: GoalServer = self.keep(GoalServer(self, action, name, self._on_goal))
+        server = GoalServer(
+            self,
+            action,
+            name,
+            lambda: self._on_goal(server),
+            on_cancel=self._attempt_plans,
+        )
+        self.keep(server)
         return server
 
     def deactivate(self) -> None:
@@ -75,11 +82,10 @@ class PlannerServerNode(ManagedNode):
         """Plan by the new parameters from now on."""
         self._planner = NavFn(config.GridBased)
 
-    def _on_goal(self) -> None:
-        for server in (self._to_pose, self._through_poses):
-            if server.preempt_requested:
-                server.accept_pending()
-        self._asked_at = self.now
+    def _on_goal(self, server: GoalServer) -> None:
+        if server.preempt_requested:
+            server.accept_pending()
+        self._asked_at[server] = self.now
         self._attempt_plans()
 
     def _attempt_plans(self) -> None:
@@ -103,10 +109,11 @@ class PlannerServerNode(ManagedNode):
         timeout = self.config.costmap_update_timeout
         costmap = self._costmap.current(timeout)
         plan = self._refusal(goal, stops)
-        if plan is None and costmap is None and self.now - self._asked_at <= timeout:
+        waited = self.now - self._asked_at[server]
+        if plan is None and costmap is None and waited <= timeout:
             return
         plan = plan or self._plan(goal, stops, costmap)
-        result.planning_time = duration_msg(self.now - self._asked_at)
+        result.planning_time = duration_msg(waited)
         if plan.status is PlanStatus.SUCCEEDED:
             result.path = path_msg(plan.path, self._costmap.config.global_frame, self.now)
             self._out.publish(result.path)

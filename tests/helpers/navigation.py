@@ -1,0 +1,206 @@
+"""A robot that tests play to the navigation nodes: transforms, odometry, scans, a map, wheels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from nav_msgs.msg import Odometry
+from rclpy.action import ActionClient
+from rclpy.lifecycle import TransitionCallbackReturn
+from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import grid_msg, scan_msg, transform_msg
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_nav.controllers import Velocity
+from bringup.composition import create_node
+from bringup.parameters import Parameters, merged, shipped_parameters
+from bringup.stack import NodeSpec
+from tests.helpers.ros import TICK, RosBench
+from tests.nav.worlds import room, scan_from
+
+SUCCEEDED = GoalStatus.STATUS_SUCCEEDED
+CANCELED = GoalStatus.STATUS_CANCELED
+ABORTED = GoalStatus.STATUS_ABORTED
+_SCAN_TICKS = 5
+
+
+class Goal:
+    """A goal that a client sent.
+
+    Attributes:
+        accepted: Whether the server took it.
+        feedback: Every feedback message.
+    """
+
+    def __init__(self, bench: RosBench, client: Any, request: Any) -> None:
+        self._bench = bench
+        self.feedback: list[Any] = []
+        sent = client.send_goal_async(
+            request, feedback_callback=lambda message: self.feedback.append(message.feedback)
+        )
+        bench.process.drain()
+        self._handle = sent.result()
+        self.accepted = bool(self._handle.accepted)
+        self._outcome = self._handle.get_result_async() if self.accepted else None
+        bench.process.drain()
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended."""
+        return self._outcome is not None and bool(self._outcome.done())
+
+    @property
+    def status(self) -> int:
+        """How it ended, a GoalStatus."""
+        assert self._outcome is not None
+        return int(self._outcome.result().status)
+
+    @property
+    def result(self) -> Any:
+        """Its result message."""
+        assert self._outcome is not None
+        return self._outcome.result().result
+
+    def cancel(self) -> None:
+        """Ask for its cancellation; time stands still."""
+        self._handle.cancel_goal_async()
+        self._bench.process.drain()
+
+
+class PlayedRobot:
+    """The rest of a robot: it drives as /cmd_vel says and sees a world through a lidar.
+
+    Args:
+        parameters: Parameters that differ from the shipped ones, by node.
+        start: Where it starts, in map.
+
+    Attributes:
+        world: What the lidar sees.
+        pose: Where the robot is, in map.
+        command: The last velocity on /cmd_vel.
+        commands: Every velocity since the last `forget`.
+        localized: Whether map -> odom and odom -> base_footprint are told.
+        sees: Whether scans come.
+        grips: Whether the wheels move the robot.
+    """
+
+    def __init__(self, parameters: Parameters | None = None, start: SE2 = IDENTITY) -> None:
+        self.bench = RosBench()
+        self.world = room()
+        self.pose = start
+        self.command = Velocity()
+        self.commands: list[Velocity] = []
+        self.localized = self.sees = self.grips = True
+        self.nodes: dict[str, Any] = {}
+        self._parameters = merged(shipped_parameters(), parameters or {})
+        self._clients: dict[str, Any] = {}
+        self._ticks = 0
+        self.bench.node.create_subscription(Twist, "cmd_vel", self._on_command, qos.DEFAULT)
+        mounts = [("base_footprint", "base_link"), ("base_link", "lidar_link")]
+        fixed = TFMessage(transforms=[transform_msg(IDENTITY, *mount, 0.0) for mount in mounts])
+        self.bench.publish(TFMessage, "/tf_static", fixed, qos.TF_STATIC)
+
+    @property
+    def now(self) -> float:
+        """Time [s]."""
+        return self.bench.process.now
+
+    def _on_command(self, message: Any) -> None:
+        self.command = Velocity(message.linear.x, message.angular.z)
+        self.commands.append(self.command)
+
+    def bring_up(self, *specs: NodeSpec) -> None:
+        """Make nodes, configure all, then activate all."""
+        for spec in specs:
+            self.nodes[spec.name] = create_node(self.bench.process, spec, self._parameters)
+        for transition in ("configure", "activate"):
+            for spec in specs:
+                self.transition(spec.name, transition)
+
+    def transition(self, name: str, transition: str) -> None:
+        """Make one transition of a node."""
+        result = getattr(self.nodes[name], f"trigger_{transition}")()
+        self.bench.process.drain()
+        assert result == TransitionCallbackReturn.SUCCESS, f"{name} did not {transition}"
+
+    def send_map(self, grid: OccupancyGrid | None = None) -> None:
+        """Publish a map, latched; the world itself if none is given.
+
+        Whoever subscribes later gets it at no fixed time: first bring up, then send.
+        """
+        message = grid_msg(grid or self.world, "map", self.now)
+        self.bench.publish(OccupancyGridMsg, "/map", message, qos.LATCHED)
+
+    def run(self, duration: float) -> None:
+        """Let time pass [s]."""
+        for _ in range(round(duration / TICK)):
+            self._tick()
+
+    def run_until_done(self, goal: Goal, timeout: float) -> None:
+        """Let time pass until a goal has ended; it must within a timeout [s]."""
+        deadline = self.now + timeout
+        while not goal.done:
+            assert self.now < deadline, f"the goal has no result after {timeout:g} s"
+            self._tick()
+
+    def _tick(self) -> None:
+        self.bench.advance()
+        motion = self.command if self.grips else Velocity()
+        self.pose = self.pose @ SE2.exp(np.array([motion.v, 0.0, motion.w]) * TICK)
+        self._ticks += 1
+        if self.localized:
+            self._tell_pose(motion)
+        if self.sees and self._ticks % _SCAN_TICKS == 0:
+            scan = scan_from(self.world, self.pose)
+            message = scan_msg(scan, "lidar_link", _SCAN_TICKS * TICK)
+            message.header.stamp = self._stamp()
+            self.bench.publish(LaserScan, "/scan", message, qos.SENSOR_PUBLISHER)
+
+    def _tell_pose(self, motion: Velocity) -> None:
+        message = TFMessage(
+            transforms=[
+                transform_msg(IDENTITY, "map", "odom", self.now),
+                transform_msg(self.pose, "odom", "base_footprint", self.now),
+            ]
+        )
+        self.bench.publish(TFMessage, "/tf", message, qos.TF)
+        odometry = Odometry()
+        odometry.header.stamp = self._stamp()
+        odometry.twist.twist.linear.x = motion.v
+        odometry.twist.twist.angular.z = motion.w
+        self.bench.publish(Odometry, "/odom", odometry, qos.DEFAULT)
+
+    def _stamp(self) -> Any:
+        return transform_msg(IDENTITY, "", "", self.now).header.stamp
+
+    def forget(self) -> None:
+        """Forget the velocities so far."""
+        self.commands.clear()
+
+    def send(self, action_type: Any, name: str, request: Any) -> Goal:
+        """Send a goal; time stands still."""
+        if name not in self._clients:
+            self._clients[name] = ActionClient(self.bench.node, action_type, name)
+            self.bench.process.drain()
+        return Goal(self.bench, self._clients[name], request)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        for client in self._clients.values():
+            client.destroy()
+        self.bench.close()
+
+
+def assert_failed(goal: Goal, code: int) -> None:
+    """Check that a goal was aborted with a code and a reason that names a number or a name."""
+    assert goal.done, "the goal has no result"
+    assert (goal.status, goal.result.error_code) == (ABORTED, code), goal.result.error_msg
+    reason = goal.result.error_msg
+    assert any(letter.isdigit() or letter == "'" for letter in reason), reason

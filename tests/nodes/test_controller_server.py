@@ -1,0 +1,272 @@
+"""controller_server: drives along paths, stops at once, and says why it does not drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from nav2_msgs.action import FollowPath
+from nav2_msgs.msg import SpeedLimit
+from nav_msgs.msg import Path
+
+from arjuna_core.ros.convert import path_msg
+from arjuna_core.se2 import SE2
+from arjuna_nav.controllers import Velocity
+from bringup.stack import CONTROLLER_SERVER, LOCAL_COSTMAP
+from tests.helpers.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.nav.worlds import block, polyline
+
+pytestmark = pytest.mark.ros
+Result = FollowPath.Result
+STILL = Velocity()
+COSTMAP = "local_costmap/local_costmap"
+CLEARANCE = 0.28
+
+
+def made(**parameters: Any) -> PlayedRobot:
+    robot = PlayedRobot({"controller_server": parameters})
+    robot.bring_up(LOCAL_COSTMAP, CONTROLLER_SERVER)
+    robot.run(0.5)
+    return robot
+
+
+@pytest.fixture
+def robot() -> Iterator[PlayedRobot]:
+    robot = made()
+    yield robot
+    robot.close()
+
+
+def path(*corners: tuple[float, float], frame: str = "map") -> Path:
+    return path_msg(polyline([(0.0, 0.0), *corners], 0.0), frame, 0.0)
+
+
+def follow(robot: PlayedRobot, route: Path, **ids: str) -> Goal:
+    return robot.send(FollowPath, "follow_path", FollowPath.Goal(path=route, **ids))
+
+
+def test_a_path_is_followed_to_its_end(robot: PlayedRobot) -> None:
+    plans = robot.bench.collect(Path, "/received_global_plan")
+    goal = follow(robot, path((1.5, 0.0), (1.5, 1.0)))
+    robot.run_until_done(goal, 20.0)
+    assert (goal.status, goal.result.error_code, goal.result.error_msg) == (SUCCEEDED, 0, "")
+    assert robot.pose.distance(SE2(1.5, 1.0)) < 0.15
+    assert abs(robot.pose.theta) < 0.15
+    assert len(plans) == 1
+    assert robot.command == STILL
+    distances = [each.distance_to_goal for each in goal.feedback]
+    assert distances[0] == pytest.approx(2.5, abs=0.1)
+    assert distances[-1] < 0.2
+    assert max(each.speed for each in goal.feedback) == pytest.approx(0.4, abs=0.01)
+
+
+def test_a_path_in_another_frame_than_the_costmap_is_followed(robot: PlayedRobot) -> None:
+    robot.bench.advance(0.1)
+    goal = follow(robot, path((0.8, 0.0), frame="odom"))
+    robot.run_until_done(goal, 10.0)
+    assert goal.status == SUCCEEDED
+    assert robot.pose.distance(SE2(0.8, 0.0)) < 0.15
+
+
+def test_a_new_path_is_taken_without_a_stop(robot: PlayedRobot) -> None:
+    older = follow(robot, path((2.0, 0.0)))
+    robot.run(2.0)
+    assert robot.command.v > 0.3
+    robot.forget()
+    newer = follow(robot, path((2.0, 0.1)))
+    assert_failed(older, Result.UNKNOWN)
+    assert "replaced" in older.result.error_msg
+    robot.run(0.5)
+    assert min(command.v for command in robot.commands) > 0.3
+    robot.run_until_done(newer, 10.0)
+    assert newer.status == SUCCEEDED
+
+
+def test_cancellation_stops_the_robot_at_once_and_for_good(robot: PlayedRobot) -> None:
+    goal = follow(robot, path((2.0, 0.0)))
+    robot.run(2.0)
+    assert robot.command.v > 0.3
+    robot.forget()
+    goal.cancel()
+    assert goal.status == CANCELED
+    assert robot.commands == [STILL]
+    robot.run(1.0)
+    assert robot.commands == [STILL]
+
+
+@pytest.mark.parametrize(
+    ("limit", "speed"),
+    [
+        (SpeedLimit(speed_limit=0.25), 0.25),
+        (SpeedLimit(speed_limit=50.0, percentage=True), 0.2),
+        (SpeedLimit(speed_limit=0.0), 0.4),
+        (SpeedLimit(speed_limit=float("nan")), 0.4),
+    ],
+)
+def test_a_speed_limit_holds_at_once(robot: PlayedRobot, limit: SpeedLimit, speed: float) -> None:
+    follow(robot, path((3.0, 0.0)))
+    robot.run(1.0)
+    robot.bench.publish(SpeedLimit, "/speed_limit", limit)
+    robot.run(0.5)
+    assert robot.command.v == pytest.approx(speed)
+
+
+def test_a_speed_limit_outlasts_the_path_and_can_be_lifted(robot: PlayedRobot) -> None:
+    robot.bench.publish(SpeedLimit, "/speed_limit", SpeedLimit(speed_limit=0.25))
+    follow(robot, path((3.0, 0.0)))
+    robot.run(1.0)
+    assert robot.command.v == pytest.approx(0.25)
+    robot.bench.publish(SpeedLimit, "/speed_limit", SpeedLimit())
+    robot.run(0.5)
+    assert robot.command.v == pytest.approx(0.4)
+
+
+def not_finite() -> Path:
+    route = path((1.0, 0.0))
+    route.poses[2].pose.position.x = math.nan
+    return route
+
+
+REFUSED: list[tuple[int, Path, dict[str, str], str]] = [
+    (Result.INVALID_CONTROLLER, path((1.0, 0.0)), {"controller_id": "Best"}, "FollowPath"),
+    (Result.UNKNOWN, path((1.0, 0.0)), {"goal_checker_id": "Best"}, "general_goal_checker"),
+    (Result.UNKNOWN, path((1.0, 0.0)), {"progress_checker_id": "Best"}, "progress_checker"),
+    (Result.INVALID_PATH, Path(), {}, "0 poses"),
+    (Result.INVALID_PATH, not_finite(), {}, "nan"),
+    (Result.TF_ERROR, path((1.0, 0.0), frame="moon"), {}, "moon"),
+]
+
+
+@pytest.mark.parametrize(("code", "route", "ids", "says"), REFUSED)
+def test_what_cannot_be_followed_fails_with_its_code(
+    robot: PlayedRobot, code: int, route: Path, ids: dict[str, str], says: str
+) -> None:
+    goal = follow(robot, route, **ids)
+    robot.run_until_done(goal, 0.2)
+    assert_failed(goal, code)
+    assert says in goal.result.error_msg
+    assert robot.command == STILL
+
+
+def test_a_bad_path_ends_the_one_before(robot: PlayedRobot) -> None:
+    older = follow(robot, path((2.0, 0.0)))
+    robot.run(2.0)
+    newer = follow(robot, Path())
+    assert_failed(older, Result.UNKNOWN)
+    assert_failed(newer, Result.INVALID_PATH)
+    assert robot.command == STILL
+    robot.forget()
+    robot.run(1.0)
+    assert not robot.commands
+
+
+def test_the_robot_stops_before_what_it_sees_and_loses_patience(robot: PlayedRobot) -> None:
+    block(robot.world, 6.5, 5.2, 0.2, 0.6)  # at x = 1, on the path
+    goal = follow(robot, path((2.0, 0.0)))
+    robot.run_until_done(goal, 15.0)
+    assert_failed(goal, Result.PATIENCE_EXCEEDED)
+    assert "collision ahead at" in goal.result.error_msg
+    assert robot.pose.x < 1.0 - CLEARANCE
+    assert robot.command == STILL
+
+
+def test_without_tolerance_the_first_failure_is_the_last() -> None:
+    robot = made(failure_tolerance=0.0)
+    block(robot.world, 6.0, 5.2, 0.2, 0.6)
+    goal = follow(robot, path((2.0, 0.0)))
+    robot.run_until_done(goal, 15.0)
+    assert_failed(goal, Result.NO_VALID_CONTROL)
+    robot.close()
+
+
+def test_an_obstacle_that_goes_in_time_is_borne(robot: PlayedRobot) -> None:
+    free = robot.world.data.copy()
+    goal = follow(robot, path((2.0, 0.0)))
+    robot.run(1.0)
+    block(robot.world, 6.1, 5.2, 0.2, 0.6)
+    while robot.command != STILL:
+        robot.run(0.02)
+    robot.world.data[:] = free
+    robot.run_until_done(goal, 20.0)
+    assert goal.status == SUCCEEDED
+
+
+def test_wheels_that_do_not_grip_are_no_progress(robot: PlayedRobot) -> None:
+    robot.grips = False
+    goal = follow(robot, path((2.0, 0.0)))
+    robot.run(9.5)
+    assert not goal.done
+    robot.run_until_done(goal, 1.0)
+    assert_failed(goal, Result.FAILED_TO_MAKE_PROGRESS)
+    assert robot.command == STILL
+
+
+def test_a_robot_that_knows_its_place_no_more_stops(robot: PlayedRobot) -> None:
+    goal = follow(robot, path((2.0, 0.0)))
+    robot.run(1.0)
+    robot.localized = False
+    robot.run_until_done(goal, 0.5)
+    assert_failed(goal, Result.TF_ERROR)
+    assert "tolerance of 0.3 s" in goal.result.error_msg
+    assert robot.command == STILL
+
+
+def test_a_costmap_that_rests_stops_the_robot(robot: PlayedRobot) -> None:
+    goal = follow(robot, path((2.0, 0.0)))
+    robot.run(1.0)
+    robot.transition(COSTMAP, "deactivate")
+    robot.run_until_done(goal, 0.5)
+    assert_failed(goal, Result.CONTROLLER_TIMED_OUT)
+    assert robot.command == STILL
+    refused = follow(robot, path((2.0, 0.0)))
+    assert_failed(refused, Result.CONTROLLER_TIMED_OUT)
+
+
+def test_a_costmap_that_has_just_begun_is_waited_for() -> None:
+    robot = PlayedRobot()
+    robot.bring_up(LOCAL_COSTMAP, CONTROLLER_SERVER)
+    for _ in range(2):
+        robot.run(0.02)
+    goal = follow(robot, path((0.5, 0.0)))
+    robot.run_until_done(goal, 5.0)
+    assert goal.status == SUCCEEDED
+    robot.close()
+
+
+def test_deactivation_stops_the_robot_and_ends_the_goal(robot: PlayedRobot) -> None:
+    goal = follow(robot, path((2.0, 0.0)))
+    robot.run(1.0)
+    robot.forget()
+    robot.transition("controller_server", "deactivate")
+    assert_failed(goal, Result.UNKNOWN)
+    assert robot.commands == [STILL]
+    assert not follow(robot, path((2.0, 0.0))).accepted
+    robot.transition("controller_server", "activate")
+    robot.run(0.1)
+    assert robot.commands == [STILL]
+    again = follow(robot, path((2.0, 0.0)))
+    robot.run_until_done(again, 10.0)
+    assert again.status == SUCCEEDED
+
+
+def test_time_set_back_stops_the_robot_and_ends_the_goal(robot: PlayedRobot) -> None:
+    goal = follow(robot, path((2.0, 0.0)))
+    robot.run(1.0)
+    robot.bench.set_back()
+    assert_failed(goal, Result.UNKNOWN)
+    assert robot.command == STILL
+
+
+def test_the_end_s_heading_is_turned_to(robot: PlayedRobot) -> None:
+    route = path_msg(polyline([(0.0, 0.0), (1.0, 0.0)], np.pi), "map", 0.0)
+    goal = follow(robot, route)
+    robot.run_until_done(goal, 20.0)
+    assert goal.status == SUCCEEDED
+    assert abs(abs(robot.pose.theta) - math.pi) < 0.15
+    assert robot.pose.distance(SE2(1.0, 0.0)) < 0.15

@@ -1,0 +1,285 @@
+"""planner_server: paths, every error code, and what it does while its costmap is not current."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
+from nav2_msgs.srv import IsPathValid
+from nav_msgs.msg import Path
+
+from arjuna_core.ros.convert import path_msg, pose_stamped, poses_from_path, seconds
+from arjuna_core.se2 import SE2
+from bringup.stack import GLOBAL_COSTMAP, PLANNER_SERVER
+from tests.helpers.navigation import (
+    ABORTED,
+    CANCELED,
+    SUCCEEDED,
+    Goal,
+    PlayedRobot,
+    assert_failed,
+)
+from tests.nav.worlds import block, empty_grid
+
+pytestmark = pytest.mark.ros
+Result = ComputePathToPose.Result
+ResultThrough = ComputePathThroughPoses.Result
+GOAL = SE2(2.0, 2.0, 1.0)
+IN_BOX = SE2(4.0, -4.0)
+IN_RING = SE2(-3.8, 3.8)
+
+
+@pytest.fixture
+def robot() -> Iterator[PlayedRobot]:
+    robot = PlayedRobot()
+    block(robot.world, 8.5, 0.5, 2.0, 2.0)  # a big box round IN_BOX
+    for x, y, width, height in ((0.5, 8.4, 2.2, 0.1), (2.6, 8.4, 0.1, 2.2)):
+        block(robot.world, x, y, width, height)  # closes off the corner of IN_RING
+    robot.bring_up(GLOBAL_COSTMAP, PLANNER_SERVER)
+    robot.send_map()
+    yield robot
+    robot.close()
+
+
+def stamped(pose: SE2, frame: str = "map") -> PoseStamped:
+    return pose_stamped(pose, frame, 0.0)
+
+
+def broken() -> PoseStamped:
+    message = stamped(GOAL)
+    message.pose.position.x = float("nan")
+    return message
+
+
+def to_pose(robot: PlayedRobot, goal: SE2 | PoseStamped = GOAL, **fields: Any) -> Goal:
+    pose = stamped(goal) if isinstance(goal, SE2) else goal
+    request = ComputePathToPose.Goal(goal=pose, **fields)
+    return robot.send(ComputePathToPose, "compute_path_to_pose", request)
+
+
+def through(robot: PlayedRobot, *goals: SE2 | PoseStamped, **fields: Any) -> Goal:
+    poses = [stamped(goal) if isinstance(goal, SE2) else goal for goal in goals]
+    request = ComputePathThroughPoses.Goal(goals=poses, **fields)
+    return robot.send(ComputePathThroughPoses, "compute_path_through_poses", request)
+
+
+def test_a_path_leads_from_the_robot_to_the_goal_and_is_published(robot: PlayedRobot) -> None:
+    published = robot.bench.collect(Path, "/plan")
+    robot.run(1.0)
+    goal = to_pose(robot)
+    assert goal.status == SUCCEEDED
+    assert (goal.result.error_code, goal.result.error_msg) == (Result.NONE, "")
+    poses = poses_from_path(goal.result.path)
+    assert poses[0, :2] == pytest.approx((0.0, 0.0))
+    assert poses[-1] == pytest.approx(GOAL.array())
+    assert goal.result.path.header.frame_id == "map"
+    assert [message.poses for message in published] == [goal.result.path.poses]
+
+
+def test_the_start_counts_only_with_use_start(robot: PlayedRobot) -> None:
+    robot.run(1.0)
+    start = stamped(SE2(-2.0, 1.0))
+    used = to_pose(robot, start=start, use_start=True)
+    unused = to_pose(robot, start=start, use_start=False)
+    assert poses_from_path(used.result.path)[0, :2] == pytest.approx((-2.0, 1.0))
+    assert poses_from_path(unused.result.path)[0, :2] == pytest.approx((0.0, 0.0))
+
+
+def test_poses_of_other_frames_are_brought_into_the_map(robot: PlayedRobot) -> None:
+    robot.pose = SE2(1.0, 0.0, np.pi / 2.0)
+    robot.run(1.0)
+    goal = to_pose(robot, stamped(SE2(1.0, 0.0), "base_link"))
+    assert poses_from_path(goal.result.path)[-1] == pytest.approx((1.0, 1.0, np.pi / 2.0))
+
+
+def test_a_path_through_poses_passes_each_in_turn(robot: PlayedRobot) -> None:
+    robot.run(1.0)
+    stops = SE2(2.0, 1.5), SE2(-2.0, 1.5), SE2(-2.0, -1.0, 0.3)
+    goal = through(robot, *stops)
+    assert goal.status == SUCCEEDED
+    poses = poses_from_path(goal.result.path)
+    nearest = [np.hypot(*(poses[:, :2] - (stop.x, stop.y)).T).argmin() for stop in stops]
+    assert nearest == sorted(nearest)
+    for stop, index in zip(stops, nearest, strict=True):
+        assert np.hypot(*(poses[index, :2] - (stop.x, stop.y))) < 0.05
+    assert poses[-1] == pytest.approx(stops[-1].array())
+
+
+FAILURES: list[tuple[int, dict[str, Any]]] = [
+    (Result.INVALID_PLANNER, {"goal": GOAL, "planner_id": "Best"}),
+    (Result.TF_ERROR, {"goal": stamped(GOAL, "moon")}),
+    (Result.TF_ERROR, {"goal": broken()}),
+    (Result.START_OUTSIDE_MAP, {"goal": GOAL, "start": stamped(SE2(9.0, 0.0)), "use_start": True}),
+    (Result.GOAL_OUTSIDE_MAP, {"goal": SE2(0.0, -7.0)}),
+    (Result.START_OCCUPIED, {"goal": GOAL, "start": stamped(IN_BOX), "use_start": True}),
+    (Result.GOAL_OCCUPIED, {"goal": IN_BOX}),
+    (Result.NO_VALID_PATH, {"goal": IN_RING}),
+]
+
+
+@pytest.mark.parametrize(("code", "request_"), FAILURES)
+def test_what_cannot_be_planned_fails_with_its_code(
+    robot: PlayedRobot, code: int, request_: dict[str, Any]
+) -> None:
+    robot.run(1.0)
+    assert_failed(to_pose(robot, **request_), code)
+    fields = dict(request_)
+    stops = (SE2(1.0, 0.0), fields.pop("goal"))
+    if fields.get("use_start"):
+        stops = (GOAL, GOAL)
+    assert_failed(through(robot, *stops, **fields), code + 100)
+
+
+def test_no_poses_to_go_through_are_an_error(robot: PlayedRobot) -> None:
+    robot.run(1.0)
+    assert_failed(through(robot), ResultThrough.NO_VIAPOINTS_GIVEN)
+
+
+@pytest.mark.parametrize(
+    ("ask", "code"), [(to_pose, Result.TIMEOUT), (through, ResultThrough.TIMEOUT)]
+)
+def test_a_costmap_that_does_not_become_current_is_a_timeout(
+    robot: PlayedRobot, ask: Any, code: int
+) -> None:
+    robot.localized = False
+    robot.run(1.0)
+    goal = ask(robot, GOAL)
+    robot.run(0.8)
+    assert not goal.done
+    robot.run(0.5)
+    assert_failed(goal, code)
+    assert "global_costmap" in goal.result.error_msg
+    assert "map" in goal.result.error_msg
+
+
+def test_a_goal_waits_for_the_costmap_to_become_current(robot: PlayedRobot) -> None:
+    goal = to_pose(robot)
+    assert not goal.done
+    robot.run_until_done(goal, 0.9)
+    assert goal.status == SUCCEEDED
+    assert 0.1 < seconds(goal.result.planning_time) < 0.9
+
+
+def test_each_action_waits_for_its_own_time(robot: PlayedRobot) -> None:
+    robot.localized = False
+    robot.run(0.2)
+    first = to_pose(robot)
+    robot.run(0.7)
+    second = through(robot, GOAL)
+    robot.run(0.5)
+    assert_failed(first, Result.TIMEOUT)
+    assert not second.done
+    robot.run(0.7)
+    assert_failed(second, ResultThrough.TIMEOUT)
+
+
+def test_a_newer_goal_replaces_one_that_waits(robot: PlayedRobot) -> None:
+    older = to_pose(robot)
+    newer = to_pose(robot)
+    robot.run_until_done(newer, 0.9)
+    assert_failed(older, Result.UNKNOWN)
+    assert newer.status == SUCCEEDED
+    older, newer = through(robot, GOAL), through(robot, GOAL)
+    assert [older.status, newer.status] == [SUCCEEDED, SUCCEEDED]
+
+
+@pytest.mark.parametrize("ask", [to_pose, through])
+def test_a_goal_that_waits_is_cancelled_at_once(robot: PlayedRobot, ask: Any) -> None:
+    goal = ask(robot, GOAL)
+    goal.cancel()
+    assert goal.done
+    assert goal.status == CANCELED
+
+
+@pytest.mark.parametrize(
+    ("ask", "code"), [(to_pose, Result.UNKNOWN), (through, ResultThrough.UNKNOWN)]
+)
+def test_deactivation_and_time_set_back_end_a_goal(robot: PlayedRobot, ask: Any, code: int) -> None:
+    goal = ask(robot, GOAL)
+    robot.transition("planner_server", "deactivate")
+    assert_failed(goal, code)
+    assert "deactivated" in goal.result.error_msg
+    assert not ask(robot, GOAL).accepted
+    robot.transition("planner_server", "activate")
+    robot.localized = False
+    goal = ask(robot, GOAL)
+    robot.bench.advance(0.1)
+    robot.bench.set_back()
+    assert_failed(goal, code)
+    assert "set back" in goal.result.error_msg
+
+
+def test_a_costmap_that_rests_is_a_timeout(robot: PlayedRobot) -> None:
+    robot.run(1.0)
+    robot.transition("global_costmap/global_costmap", "deactivate")
+    goal = to_pose(robot)
+    robot.run_until_done(goal, 1.5)
+    assert_failed(goal, Result.TIMEOUT)
+    assert "not active" in goal.result.error_msg
+
+
+def test_a_map_that_grows_is_planned_on() -> None:
+    robot = PlayedRobot()
+    robot.bring_up(GLOBAL_COSTMAP, PLANNER_SERVER)
+    goal = to_pose(robot)
+    robot.run_until_done(goal, 2.0)
+    assert_failed(goal, Result.TIMEOUT)
+    assert "no map" in goal.result.error_msg
+    robot.send_map(empty_grid(3.0, 3.0, SE2(-1.5, -1.5)))
+    robot.run(1.0)
+    assert_failed(to_pose(robot), Result.GOAL_OUTSIDE_MAP)
+    robot.send_map()
+    robot.run(1.0)
+    assert to_pose(robot).status == SUCCEEDED
+    robot.close()
+
+
+def valid(robot: PlayedRobot, path: Path) -> Any:
+    return robot.bench.call(IsPathValid, "is_path_valid", IsPathValid.Request(path=path))
+
+
+def straight(x0: float, x1: float, y: float) -> np.ndarray[Any, Any]:
+    xs = np.arange(x0, x1, 0.1)
+    return np.column_stack((xs, np.full_like(xs, y), np.zeros_like(xs)))
+
+
+def test_is_path_valid_looks_at_what_is_ahead_of_the_robot(robot: PlayedRobot) -> None:
+    robot.run(1.0)
+    assert valid(robot, path_msg(straight(-1.0, 2.0, 1.0), "map", 0.0)).is_valid
+    into_wall = valid(robot, path_msg(straight(-1.0, 6.0, 0.8), "map", 0.0))
+    assert not into_wall.is_valid
+    (index,) = into_wall.invalid_pose_indices
+    assert -1.0 + 0.1 * index == pytest.approx(4.8, abs=0.21)  # wall at 5 less the robot
+    from_wall = straight(-6.0, 2.0, 0.8)  # the wall is behind the robot
+    assert valid(robot, path_msg(from_wall, "map", 0.0)).is_valid
+
+
+def test_is_path_valid_says_no_to_what_is_no_path(robot: PlayedRobot) -> None:
+    assert not valid(robot, path_msg(straight(-1.0, 2.0, 1.0), "map", 0.0)).is_valid  # no costmap
+    robot.run(1.0)
+    assert not valid(robot, path_msg(straight(-1.0, 2.0, 1.0), "moon", 0.0)).is_valid
+    assert not valid(robot, Path()).is_valid
+    bad = path_msg(straight(-1.0, 2.0, 1.0), "map", 0.0)
+    bad.poses[3].pose.position.y = float("inf")
+    assert not valid(robot, bad).is_valid
+
+
+def test_is_path_valid_reads_the_path_in_its_own_frame(robot: PlayedRobot) -> None:
+    robot.pose = SE2(0.0, 0.0, np.pi)
+    robot.run(1.0)
+    ahead = path_msg(straight(0.0, 7.0, 0.0), "base_link", 0.0)
+    (index,) = valid(robot, ahead).invalid_pose_indices
+    assert 0.1 * index == pytest.approx(4.8, abs=0.21)
+
+
+def test_replaced_goals_are_counted_as_aborted(robot: PlayedRobot) -> None:
+    goals = [to_pose(robot) for _ in range(4)]
+    robot.run(0.9)
+    assert [goal.status for goal in goals] == [ABORTED, ABORTED, ABORTED, SUCCEEDED]
