@@ -107,3 +107,15 @@ class SE2:
 
 
 IDENTITY = SE2()
+
+
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """Return the rotation about z [rad] of a quaternion, which need not be normalised.
+
+    Raises:
+        ValueError: The quaternion is zero or not finite.
+    """
+    norm = x * x + y * y + z * z + w * w
+    if not math.isfinite(norm) or norm < 1e-12:
+        raise ValueError(f"quaternion ({x}, {y}, {z}, {w}) is no rotation")
+    return math.atan2(2.0 * (w * z + x * y), norm - 2.0 * (y * y + z * z))

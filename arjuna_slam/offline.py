@@ -1,45 +1,64 @@
-"""SLAM on recorded logs: CARMEN's format, and the error against reference relations."""
+"""SLAM on recorded logs: CARMEN's format and mcap, and the error against reference relations."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.errors import InputFileError
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import IDENTITY, SE2, wrap
+from arjuna_core.se2 import SE2, wrap
+from arjuna_slam.carmen import COMPRESSED, CarmenLog, read_carmen
+from arjuna_slam.offline_recording import Recording, RecordingTopics
 from arjuna_slam.slam import Slam
 
-_RANGE_MAX = 80.0  # readings at the scanner's maximum mean no return
+__all__ = ["RecordingTopics", "RelationError", "evaluate", "open_log", "read_carmen", "run"]
+_CARMEN = (".clf", ".log")
+_MCAP = ".mcap"
 
 
-def read_carmen(lines: Iterable[str], T_base_sensor: SE2 = IDENTITY) -> Iterator[tuple[Scan, SE2]]:
-    """Yield scan and odometry of each FLASER line.
+class Log(Protocol):
+    """Scans with the odometry at their stamps, in the order in which they were taken."""
+
+    @property
+    def problems(self) -> list[str]:
+        """What was passed over."""
+
+    @property
+    def progress(self) -> float:
+        """Share (0..1) of the log that has been read."""
+
+    def __iter__(self) -> Iterator[tuple[Scan, SE2]]:
+        """Yield scans and `T_odom_base`."""
+
+
+def open_log(path: Path, topics: RecordingTopics) -> Log:
+    """Return the log in a file: CARMEN's, or a recording.
 
     Args:
-        lines: The log. A scan spans 180 degrees: 180 beams of 1 degree, or 360 or 361 of 0.5.
-        T_base_sensor: Where the scanner sits.
+        path: `.clf` or `.log`, also compressed; `.mcap`, or a rosbag2 folder.
+        topics: What is read of a recording.
 
     Raises:
-        ValueError: A FLASER line is cut short.
+        InputFileError: It does not exist or is of another kind.
     """
-    for number, line in enumerate(lines, 1):
-        if not line.startswith("FLASER "):
-            continue
-        words = line.split()
-        count = int(words[1])
-        if len(words) < count + 11:
-            raise ValueError(f"line {number}: {len(words)} words, {count + 11} are valid")
-        ranges = np.array(words[2 : 2 + count], dtype=np.float64)
-        odometry = SE2(*(float(word) for word in words[count + 5 : count + 8]))
-        increment = math.pi / (count if count % 2 == 0 else count - 1)
-        ranges[ranges >= _RANGE_MAX] = math.inf
-        stamp = float(words[count + 8])
-        scan = Scan(ranges, -0.5 * math.pi, increment, 0.02, _RANGE_MAX, stamp)
-        yield replace(scan, T_base_sensor=T_base_sensor), odometry
+    if not path.exists():
+        raise InputFileError(path, "does not exist")
+    suffixes = [suffix.lower() for suffix in path.suffixes]
+    if path.is_dir() or suffixes[-1:] == [_MCAP]:
+        return Recording(path, topics)
+    if suffixes[-1:] and suffixes[-1] in COMPRESSED:
+        suffixes.pop()
+    if suffixes[-1:] and suffixes[-1] in _CARMEN:
+        return CarmenLog(path)
+    valid = f"{', '.join(_CARMEN)} (also with {', '.join(COMPRESSED)}), {_MCAP}, rosbag2 folders"
+    raise InputFileError(path, f"is of no kind that can be read; valid: {valid}")
 
 
 def run(slam: Slam, log: Iterable[tuple[Scan, SE2]]) -> list[tuple[float, SE2]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import os
 import signal
@@ -31,6 +32,9 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         if arguments.command == "bench":
             bench.run(arguments.name, arguments.options)
+            return OK
+        if arguments.command == "slam" and arguments.offline is not None:
+            _show(importlib.import_module("bringup.offline_slam").run(arguments))
             return OK
         parameters = gather(arguments)
         if arguments.command == "demo":

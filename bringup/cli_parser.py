@@ -50,7 +50,29 @@ def _add_sim(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 
 def _add_slam(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    _add(commands, "slam", "mapping and localization of a running robot: slam_toolbox, map_saver")
+    about = "mapping and localization of a running robot, slam_toolbox and map_saver, or of a log"
+    parser = _add(commands, "slam", about)
+    group = parser.add_argument_group("on a log")
+    group.add_argument(
+        "--offline",
+        type=Path,
+        metavar="INPUT",
+        help="a CARMEN log (.clf, .log, also .xz, .gz, .bz2), an mcap recording or rosbag2 folder",
+    )
+    group.add_argument(
+        "--out",
+        type=Path,
+        default=Path("out/slam"),
+        metavar="FOLDER",
+        help="where map, trajectory, report and picture go (%(default)s)",
+    )
+    group.add_argument("--scan-topic", metavar="TOPIC", help="of a recording (/scan)")
+    group.add_argument(
+        "--odom-topic", metavar="TOPIC", help="of a recording, instead of what /tf says"
+    )
+    group.add_argument(
+        "--relations", type=Path, metavar="FILE", help="reference relations to compare with"
+    )
 
 
 def _add_nav(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -68,3 +68,20 @@ def draw_trajectory(path: Path, grid: OccupancyGrid, log: RunLog) -> None:
         axes.arrow(x, y, 0.3 * np.cos(yaw), 0.3 * np.sin(yaw), color=colour, width=0.02)
     axes.legend(loc="upper right")
     _save(figure, path)
+
+
+def draw_path(path: Path, grid: OccupancyGrid, poses: NDArray[np.float64]) -> None:
+    """Write a picture of a map with a path on it.
+
+    Args:
+        path: The PNG to write.
+        grid: The map.
+        poses: `(N, 3) float64` of x, y, theta in the map's frame.
+    """
+    figure = Figure(figsize=(9.0, 9.0))
+    axes = _draw_map(figure, grid, "Map and trajectory")
+    axes.plot(*poses[:, :2].T, color="tab:blue", lw=0.8, label="trajectory")
+    axes.plot(*poses[0, :2], "o", color="tab:green", ms=7, label="start")
+    axes.plot(*poses[-1, :2], "s", color="tab:red", ms=7, label="end")
+    axes.legend(loc="upper right")
+    _save(figure, path)

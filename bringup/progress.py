@@ -7,6 +7,7 @@ import time
 from typing import TextIO
 
 _REWRITE_PERIOD = 0.2
+_BAR_WIDTH = 30
 
 
 class Progress:
@@ -53,6 +54,45 @@ class Progress:
     def _end_phase(self, now: float) -> None:
         if self._phase and self._live:
             self._write(f"\r\033[K{self._line(now)}: {now - self._phase_start:.1f} s\n")
+
+    def _write(self, text: str) -> None:
+        self._stream.write(text)
+        self._stream.flush()
+
+
+class Bar:
+    """How much of a known amount is done: a bar on a terminal, else a line each tenth.
+
+    Args:
+        stream: Where to write.
+    """
+
+    def __init__(self, stream: TextIO = sys.stderr) -> None:
+        self._stream = stream
+        self._live = stream.isatty()
+        self._last = time.monotonic()
+        self._tenth = 0
+
+    def show(self, share: float, detail: str) -> None:
+        """Show a share (0..1) of the work and a few words about it."""
+        if self._live:
+            wall = time.monotonic()
+            if wall - self._last >= _REWRITE_PERIOD:
+                self._last = wall
+                self._write(f"\r\033[K{self._line(share)}  {detail}")
+        elif int(10.0 * share) > self._tenth:
+            self._tenth = int(10.0 * share)
+            self._write(f"{100.0 * share:3.0f} %  {detail}\n")
+
+    def finish(self, detail: str) -> None:
+        """Show that all is done."""
+        if self._live:
+            self._write(f"\r\033[K{self._line(1.0)}  {detail}\n")
+
+    @staticmethod
+    def _line(share: float) -> str:
+        done = round(share * _BAR_WIDTH)
+        return f"[{'#' * done}{'.' * (_BAR_WIDTH - done)}] {100.0 * share:3.0f} %"
 
     def _write(self, text: str) -> None:
         self._stream.write(text)

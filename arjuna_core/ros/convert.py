@@ -17,7 +17,7 @@ from std_msgs.msg import Header
 
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 
 _NANO = 1_000_000_000
 
@@ -55,11 +55,7 @@ def yaw(rotation: Quaternion) -> float:
     Raises:
         ValueError: The quaternion is zero or not finite.
     """
-    x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
-    norm = x * x + y * y + z * z + w * w
-    if not math.isfinite(norm) or norm < 1e-12:
-        raise ValueError(f"quaternion ({x}, {y}, {z}, {w}) is no rotation")
-    return math.atan2(2.0 * (w * z + x * y), norm - 2.0 * (y * y + z * z))
+    return yaw_of(rotation.x, rotation.y, rotation.z, rotation.w)
 
 
 def pose_msg(pose: SE2) -> Pose:

@@ -1,0 +1,89 @@
+"""Recordings made by hand: messages as bytes, in an mcap file."""
+
+from __future__ import annotations
+
+import math
+import struct
+from pathlib import Path
+
+from mcap.writer import Writer
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+
+SCAN, ODOMETRY, TF = (
+    "sensor_msgs/msg/LaserScan",
+    "nav_msgs/msg/Odometry",
+    "tf2_msgs/msg/TFMessage",
+)
+
+
+class Cdr:
+    """Writes values as CDR, little or big end first."""
+
+    def __init__(self, order: str = "<") -> None:
+        self.order = order
+        self.body = b""
+
+    def put(self, code: str, *values: float) -> Cdr:
+        size = struct.calcsize(code)
+        for value in values:
+            self.body += b"\0" * (-len(self.body) % size)
+            self.body += struct.pack(self.order + code, value)
+        return self
+
+    def text(self, value: str) -> Cdr:
+        self.put("I", len(value) + 1)
+        self.body += value.encode() + b"\0"
+        return self
+
+    def header(self, stamp: float, frame: str) -> Cdr:
+        sec, nanosec = divmod(round(stamp * 1e9), 10**9)
+        return self.put("i", sec).put("I", nanosec).text(frame)
+
+    def pose(self, pose: SE2) -> Cdr:
+        turn = 0.5 * pose.theta
+        return self.put("d", pose.x, pose.y, 0.0, 0.0, 0.0, math.sin(turn), math.cos(turn))
+
+    def bytes(self) -> bytes:
+        return (b"\0\1\0\0" if self.order == "<" else b"\0\0\0\0") + self.body
+
+
+def scan_bytes(scan: Scan, frame: str = "laser", order: str = "<") -> bytes:
+    cdr = Cdr(order).header(scan.stamp, frame)
+    last = scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1)
+    cdr.put("f", scan.angle_min, last, scan.angle_increment, scan.time_increment, 0.1)
+    cdr.put("f", scan.range_min, scan.range_max)
+    cdr.put("I", len(scan.ranges)).put("f", *scan.ranges)
+    return cdr.put("I", 0).bytes()
+
+
+def odometry_bytes(pose: SE2, stamp: float) -> bytes:
+    cdr = Cdr().header(stamp, "odom").text("base_link").pose(pose)
+    return cdr.put("d", *[0.0] * 36).put("d", *[0.0] * 42).bytes()
+
+
+def transform_bytes(*transforms: tuple[str, str, SE2, float]) -> bytes:
+    cdr = Cdr().put("I", len(transforms))
+    for parent, child, pose, stamp in transforms:
+        cdr.header(stamp, parent).text(child).pose(pose)
+    return cdr.bytes()
+
+
+Entry = tuple[str, str, float, bytes]
+
+
+def write(path: Path, entries: list[Entry], encoding: str = "cdr", chunk: int = 20000) -> Path:
+    """Write topic, type, time [s] and bytes of each message."""
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=chunk)
+        writer.start(profile="ros2", library="test")
+        channels: dict[str, int] = {}
+        for topic, kind, stamp, data in entries:
+            if topic not in channels:
+                schema = writer.register_schema(kind, "ros2msg", b"")
+                channels[topic] = writer.register_channel(topic, encoding, schema)
+            now = round(stamp * 1e9)
+            writer.add_message(channels[topic], now, data, now)
+        writer.finish()
+    return path
