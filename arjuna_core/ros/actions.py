@@ -40,6 +40,7 @@ class GoalServer:
         on_goal: Called after a goal became current or pending, to act on it at once.
         admit: Given a goal, says why it is rejected, or None.
         on_cancel: Called after a cancellation was accepted, to act on it at once.
+        unknown: Error code of an unknown failure, where the action itself names none.
     """
 
     def __init__(
@@ -50,6 +51,7 @@ class GoalServer:
         on_goal: Callable[[], None] | None = None,
         admit: Callable[[Any], str | None] | None = None,
         on_cancel: Callable[[], None] | None = None,
+        unknown: int = 0,
     ) -> None:
         self._node = node
         self._name = name
@@ -57,6 +59,7 @@ class GoalServer:
         self._on_goal = on_goal
         self._admit = admit
         self._on_cancel = on_cancel
+        self._unknown = unknown
         self._current: ServerGoalHandle | None = None
         self._pending: ServerGoalHandle | None = None
         self._server = _DeferredActionServer(
@@ -117,7 +120,8 @@ class GoalServer:
     def explained(self, reason: str) -> Any:
         """Return a result that says why a goal failed, with the action's code for the unknown."""
         result = self._action_type.Result
-        return result(error_code=getattr(result, "UNKNOWN", 0), error_msg=reason)
+        code = getattr(result, "UNKNOWN", self._unknown)
+        return result(error_code=code, error_msg=reason)
 
     def _replaced(self) -> Any:
         return self.explained(f"replaced by a newer goal at {self._node.now:.2f} s")

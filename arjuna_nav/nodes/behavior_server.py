@@ -62,6 +62,7 @@ class BehaviorServerNode(ManagedNode):
                     kind,
                     partial(self._start, kind),
                     on_cancel=self._check_cancelled,
+                    unknown=behaviors.error_code(kind, BehaviorStatus.UNKNOWN),
                 )
             )
             for kind in config.behavior_plugins

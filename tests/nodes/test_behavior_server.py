@@ -1,0 +1,268 @@
+"""behavior_server: turns, drives and waits as asked, and stops at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import Point
+from nav2_msgs.action import BackUp, DriveOnHeading, Spin, Wait
+
+from arjuna_core.ros.convert import duration_msg, seconds
+from arjuna_core.se2 import SE2
+from arjuna_nav.controllers import Velocity
+from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP
+from tests.helpers.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.nav.worlds import block
+
+pytestmark = pytest.mark.ros
+STILL = Velocity()
+COSTMAP = "local_costmap/local_costmap"
+KINDS = ("spin", "backup", "drive_on_heading", "wait")
+MOVING = KINDS[:3]
+UNKNOWN = {"spin": 700, "backup": 710, "drive_on_heading": 720, "wait": 740}
+
+
+@pytest.fixture
+def robot() -> Iterator[PlayedRobot]:
+    robot = PlayedRobot()
+    robot.bring_up(LOCAL_COSTMAP, BEHAVIOR_SERVER)
+    robot.run(0.5)
+    yield robot
+    robot.close()
+
+
+def spin(robot: PlayedRobot, angle: float, allowance: float = 10.0) -> Goal:
+    request = Spin.Goal(target_yaw=angle, time_allowance=duration_msg(allowance))
+    return robot.send(Spin, "spin", request)
+
+
+def backup(
+    robot: PlayedRobot, x: float, speed: float, allowance: float = 10.0, y: float = 0.0
+) -> Goal:
+    request = BackUp.Goal(
+        target=Point(x=x, y=y), speed=speed, time_allowance=duration_msg(allowance)
+    )
+    return robot.send(BackUp, "backup", request)
+
+
+def drive(
+    robot: PlayedRobot, x: float, speed: float, allowance: float = 10.0, y: float = 0.0
+) -> Goal:
+    request = DriveOnHeading.Goal(
+        target=Point(x=x, y=y), speed=speed, time_allowance=duration_msg(allowance)
+    )
+    return robot.send(DriveOnHeading, "drive_on_heading", request)
+
+
+def wait(robot: PlayedRobot, time: float) -> Goal:
+    return robot.send(Wait, "wait", Wait.Goal(time=duration_msg(time)))
+
+
+def start(robot: PlayedRobot, kind: str, allowance: float = 10.0) -> Goal:
+    if kind == "wait":
+        return wait(robot, 3.0)
+    if kind == "spin":
+        return spin(robot, 3.0, allowance)
+    return (backup if kind == "backup" else drive)(robot, 1.0, 0.2, allowance)
+
+
+def wall_ahead(robot: PlayedRobot, x: float) -> None:
+    """Put a wall across the robot's way at a distance [m] from the origin."""
+    block(robot.world, 5.5 + x, 4.5, 0.1, 2.0)
+
+
+@pytest.mark.parametrize("angle", [1.57, -2.5, 7.0])
+def test_spin_turns_by_the_angle(robot: PlayedRobot, angle: float) -> None:
+    goal = spin(robot, angle, 20.0)
+    turned, last = 0.0, 0.0
+    while not goal.done:
+        robot.run(0.02)
+        turned += (robot.pose.theta - last + math.pi) % (2.0 * math.pi) - math.pi
+        last = robot.pose.theta
+        assert robot.now < 25.0
+    assert (goal.status, goal.result.error_code, goal.result.error_msg) == (SUCCEEDED, 0, "")
+    assert turned == pytest.approx(angle, abs=0.1)
+    assert robot.pose.distance(SE2()) < 0.01
+    assert robot.command == STILL
+    told = [each.angular_distance_traveled for each in goal.feedback]
+    assert abs(told[-1]) == pytest.approx(abs(angle), abs=0.15)
+    assert seconds(goal.result.total_elapsed_time) == pytest.approx(robot.now - 0.5, abs=0.15)
+
+
+def test_backup_drives_back_the_distance(robot: PlayedRobot) -> None:
+    goal = backup(robot, 0.3, 0.15)
+    robot.run_until_done(goal, 4.0)
+    assert goal.status == SUCCEEDED
+    assert robot.pose.x == pytest.approx(-0.3, abs=0.03)
+    assert min(command.v for command in robot.commands) == pytest.approx(-0.15)
+    assert goal.feedback[-1].distance_traveled == pytest.approx(0.3, abs=0.03)
+    assert seconds(goal.result.total_elapsed_time) == pytest.approx(2.1, abs=0.2)
+    assert robot.command == STILL
+
+
+@pytest.mark.parametrize(("distance", "speed"), [(0.5, 0.25), (-0.4, -0.2)])
+def test_drive_on_heading_drives_either_way(
+    robot: PlayedRobot, distance: float, speed: float
+) -> None:
+    goal = drive(robot, distance, speed)
+    robot.run_until_done(goal, 4.0)
+    assert goal.status == SUCCEEDED
+    assert robot.pose.x == pytest.approx(distance, abs=0.04)
+    assert robot.command == STILL
+
+
+def test_wait_stands_still_for_the_time_and_needs_nothing_else(robot: PlayedRobot) -> None:
+    robot.localized = robot.sees = False
+    robot.transition(COSTMAP, "deactivate")
+    goal = wait(robot, 2.0)
+    robot.run(1.8)
+    assert not goal.done
+    robot.run_until_done(goal, 0.4)
+    assert goal.status == SUCCEEDED
+    assert seconds(goal.feedback[0].time_left) == pytest.approx(2.0, abs=0.15)
+    assert seconds(goal.feedback[-1].time_left) < 0.2
+    assert not robot.commands
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_cancellation_stops_the_robot_at_once_and_for_good(robot: PlayedRobot, kind: str) -> None:
+    goal = start(robot, kind)
+    robot.run(1.0)
+    assert (robot.command == STILL) == (kind == "wait")
+    robot.forget()
+    goal.cancel()
+    assert goal.status == CANCELED
+    assert seconds(goal.result.total_elapsed_time) == pytest.approx(1.0, abs=0.05)
+    assert robot.command == STILL
+    robot.run(1.0)
+    assert all(command == STILL for command in robot.commands)
+
+
+@pytest.mark.parametrize("second", KINDS)
+@pytest.mark.parametrize("first", KINDS)
+def test_a_new_goal_ends_the_running_one(robot: PlayedRobot, first: str, second: str) -> None:
+    older = start(robot, first)
+    robot.run(0.5)
+    newer = start(robot, second)
+    assert_failed(older, UNKNOWN[first])
+    robot.run_until_done(newer, 10.0)
+    assert newer.status == SUCCEEDED
+    assert robot.command == STILL
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"), [("spin", 701), ("backup", 711), ("drive_on_heading", 721)]
+)
+def test_the_time_allowance_ends_a_motion(robot: PlayedRobot, kind: str, code: int) -> None:
+    goal = start(robot, kind, allowance=1.0)
+    robot.run_until_done(goal, 1.3)
+    assert_failed(goal, code)
+    assert "allowance of 1 s" in goal.result.error_msg
+    assert robot.command == STILL
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"), [("spin", 702), ("backup", 712), ("drive_on_heading", 722)]
+)
+def test_a_pose_that_is_lost_ends_a_motion(robot: PlayedRobot, kind: str, code: int) -> None:
+    goal = start(robot, kind)
+    robot.run(0.5)
+    robot.localized = False
+    robot.run_until_done(goal, 0.6)
+    assert_failed(goal, code)
+    assert robot.command == STILL
+
+
+@pytest.mark.parametrize("kind", MOVING)
+def test_nothing_moves_without_a_costmap(robot: PlayedRobot, kind: str) -> None:
+    goal = start(robot, kind)
+    robot.run(0.5)
+    robot.transition(COSTMAP, "deactivate")
+    robot.run_until_done(goal, 0.2)
+    assert_failed(goal, UNKNOWN[kind])
+    assert robot.command == STILL
+    robot.forget()
+    assert_failed(start(robot, kind), UNKNOWN[kind])
+    assert not robot.commands
+
+
+def test_driving_stops_before_what_is_ahead(robot: PlayedRobot) -> None:
+    wall_ahead(robot, 1.0)
+    robot.run(0.5)
+    goal = drive(robot, 1.5, 0.2)
+    robot.run_until_done(goal, 8.0)
+    assert_failed(goal, 723)
+    assert "collision ahead at" in goal.result.error_msg
+    assert 0.1 < robot.pose.x < 1.0 - 0.28
+    assert robot.command == STILL
+
+
+def test_backing_up_stops_before_what_is_behind(robot: PlayedRobot) -> None:
+    block(robot.world, 4.8, 4.5, 0.1, 2.0)  # at x = -0.7
+    robot.run(0.5)
+    goal = backup(robot, 1.0, 0.15)
+    robot.run_until_done(goal, 8.0)
+    assert_failed(goal, 714)
+    assert robot.pose.x > -0.6 + 0.28
+
+
+def test_spinning_stops_where_a_corner_would_hit() -> None:
+    footprint = "[[0.4, 0.1], [0.4, -0.1], [-0.4, -0.1], [-0.4, 0.1]]"
+    robot = PlayedRobot({COSTMAP: {"footprint": footprint}})
+    block(robot.world, 5.2, 5.85, 0.6, 0.1)  # 0.35 m to the left
+    robot.bring_up(LOCAL_COSTMAP, BEHAVIOR_SERVER)
+    robot.run(0.5)
+    goal = spin(robot, 1.57)
+    robot.run_until_done(goal, 4.0)
+    assert_failed(goal, 703)
+    robot.close()
+
+
+@pytest.mark.parametrize(
+    ("send", "code"),
+    [
+        (lambda robot: drive(robot, 0.5, -0.1), 724),
+        (lambda robot: drive(robot, -0.5, 0.1), 724),
+        (lambda robot: drive(robot, 0.5, 0.0), 724),
+        (lambda robot: drive(robot, 0.5, 0.1, y=0.2), 724),
+        (lambda robot: drive(robot, math.nan, 0.1), 724),
+        (lambda robot: backup(robot, 0.5, 0.0), 713),
+        (lambda robot: backup(robot, 0.5, 0.1, y=0.2), 713),
+        (lambda robot: backup(robot, math.inf, 0.1), 713),
+        (lambda robot: spin(robot, math.nan), 700),
+        (lambda robot: spin(robot, math.inf), 700),
+    ],
+)
+def test_what_makes_no_sense_is_not_begun(robot: PlayedRobot, send: Any, code: int) -> None:
+    goal = send(robot)
+    robot.run_until_done(goal, 0.2)
+    assert_failed(goal, code)
+    assert all(command == STILL for command in robot.commands)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_deactivation_stops_the_robot_and_ends_the_goal(robot: PlayedRobot, kind: str) -> None:
+    goal = start(robot, kind)
+    robot.run(0.5)
+    robot.transition("behavior_server", "deactivate")
+    assert_failed(goal, UNKNOWN[kind])
+    assert robot.command == STILL
+    assert not start(robot, kind).accepted
+    robot.transition("behavior_server", "activate")
+    robot.run(0.2)
+    assert robot.command == STILL
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_time_set_back_stops_the_robot_and_ends_the_goal(robot: PlayedRobot, kind: str) -> None:
+    goal = start(robot, kind)
+    robot.run(0.5)
+    robot.bench.set_back()
+    assert_failed(goal, UNKNOWN[kind])
+    assert robot.command == STILL
