@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.timing import Periodic
 from arjuna_sim.imu import Imu, ImuConfig, ImuReading
-from arjuna_sim.lidar import Lidar
+from arjuna_sim.lidar import Lidar, LidarConfig
 from arjuna_sim.robot import Robot
 
 
@@ -20,7 +20,7 @@ class Sensors:
     Args:
         robot: Says which sensors there are.
         model: The compiled `mujoco.MjModel`.
-        lidar_noise: Standard deviation of a range [m]; below 0 takes the robot's.
+        lidar: The lidar's errors.
         imu: The IMU's errors.
         seeds: Two, for the lidar and the IMU.
     """
@@ -29,7 +29,7 @@ class Sensors:
         self,
         robot: Robot,
         model: Any,
-        lidar_noise: float,
+        lidar: LidarConfig,
         imu: ImuConfig,
         seeds: NDArray[np.uint64],
     ) -> None:
@@ -38,9 +38,8 @@ class Sensors:
         self._imu: Imu | None = None
         settings = robot.settings
         if settings.lidar is not None:
-            noise = settings.lidar.noise if lidar_noise < 0.0 else lidar_noise
             T_base_sensor = robot.urdf.T_root(settings.lidar.link).planar()
-            self._lidar = Lidar(model, settings.lidar, T_base_sensor, noise, lidar_rng)
+            self._lidar = Lidar(model, settings.lidar, T_base_sensor, lidar, lidar_rng)
             period = 1.0 / settings.lidar.rate
             self._lidar_due = Periodic(period, phase=period)
         if settings.imu is not None:
@@ -50,6 +49,8 @@ class Sensors:
 
     def settle(self) -> None:
         """Forget motion, since the robot was lifted to another place."""
+        if self._lidar is not None:
+            self._lidar.settle()
         if self._imu is not None:
             self._imu.settle()
 
@@ -60,7 +61,8 @@ class Sensors:
         return self._imu.read(data, max(self._imu_period, tick))
 
     def scan(self, data: Any, now: float) -> Scan | None:
-        """Return the lidar's sweep at a time [s], where one is due."""
-        if self._lidar is None or not self._lidar_due.due(now):
+        """Return the lidar's sweep at a time [s], where one is due; to be called each tick."""
+        if self._lidar is None:
             return None
-        return self._lidar.scan(data, now)
+        self._lidar.follow(data, now)
+        return self._lidar.scan(data, now) if self._lidar_due.due(now) else None

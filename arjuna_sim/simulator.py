@@ -16,6 +16,7 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.camera import Camera, CameraError
 from arjuna_sim.drive import Drive, DriveConfig, Kinematics, Velocity
 from arjuna_sim.imu import ImuConfig
+from arjuna_sim.lidar import LidarConfig
 from arjuna_sim.observation import JointStates, Observation, Truth
 from arjuna_sim.odometry import Odometry, OdometryConfig
 from arjuna_sim.pose3 import Pose3
@@ -43,16 +44,9 @@ class SimulatorConfig:
         maximum=0.01,
         read_only=True,
     )
-    lidar_noise: float = param(
-        -1.0,
-        "Standard deviation of a range; below 0 takes that of the URDF.",
-        unit="m",
-        minimum=-1.0,
-        maximum=1.0,
-        read_only=True,
-    )
     drive: DriveConfig = field(default_factory=DriveConfig)
     odometry: OdometryConfig = field(default_factory=OdometryConfig)
+    lidar: LidarConfig = field(default_factory=LidarConfig)
     imu: ImuConfig = field(default_factory=ImuConfig)
     servo: ServoConfig = field(default_factory=ServoConfig)
 
@@ -213,7 +207,7 @@ class Simulator:
     def _start_sensors(self) -> Sensors:
         """Build the sensors with rewound chance."""
         config = self.config
-        return Sensors(self.robot, self._scene.model, config.lidar_noise, config.imu, self._seeds)
+        return Sensors(self.robot, self._scene.model, config.lidar, config.imu, self._seeds)
 
     def _turn_wheels(self) -> None:
         left, right = self._drive.wheel_speeds(self.time, self.config.tick)

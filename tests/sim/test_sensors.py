@@ -13,6 +13,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_sim.drive import Velocity
 from arjuna_sim.imu import ImuConfig
+from arjuna_sim.lidar import LidarConfig
 from arjuna_sim.noise import BiasedNoise
 from arjuna_sim.simulator import Simulator, SimulatorConfig
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, run, simulator
@@ -43,7 +44,7 @@ def _exact(segments: NDArray[np.float64], pose: SE2, angles: NDArray[np.float64]
 
 @pytest.mark.parametrize("pose", [SE2(0.0, 0.0, 0.0), SE2(-3.2, 1.1, 2.5), SE2(3.9, 3.7, -0.4)])
 def test_noiseless_scan_matches_exact_geometry_within_a_millimetre(pose: SE2) -> None:
-    sim = simulator(ROOM, SimulatorConfig(lidar_noise=0.0), spawn=pose)
+    sim = simulator(ROOM, SimulatorConfig(lidar=LidarConfig(noise=0.0)), spawn=pose)
     scan = _scan(sim)
     exact = np.array(_exact(sim.surfaces(), sim.truth().pose, scan.angles))
     assert len(scan.ranges) == 360
@@ -64,7 +65,7 @@ def test_robot_does_not_see_itself_and_empty_world_returns_inf() -> None:
 
 
 def test_range_noise_has_the_urdf_sigma_within_five_per_cent() -> None:
-    clean = _scan(simulator(ROOM, SimulatorConfig(lidar_noise=0.0))).ranges
+    clean = _scan(simulator(ROOM, SimulatorConfig(lidar=LidarConfig(noise=0.0)))).ranges
     noisy = simulator(ROOM)
     errors = np.concatenate([_scan(noisy).ranges - clean for _ in range(40)])
     errors = errors[np.abs(errors) < 0.1]
@@ -72,12 +73,12 @@ def test_range_noise_has_the_urdf_sigma_within_five_per_cent() -> None:
     assert abs(errors.mean()) < 0.001
 
 
-def test_range_beyond_the_maximum_is_inf_and_too_near_is_nan(tmp_path: Path) -> None:
+def test_range_beyond_the_maximum_is_plus_inf_and_too_near_is_minus_inf(tmp_path: Path) -> None:
     robot = edited(ROBOT, tmp_path, "<min>0.12</min>", "<min>3.0</min>")
     robot = edited(robot, tmp_path, "<max>12.0</max>", "<max>5.5</max>")
-    scan = _scan(simulator(ROOM, SimulatorConfig(lidar_noise=0.0), robot=robot))
+    scan = _scan(simulator(ROOM, SimulatorConfig(lidar=LidarConfig(noise=0.0)), robot=robot))
     assert scan.ranges[225] == np.inf  # the corner, 6.9 m away
-    assert np.isnan(scan.ranges[180])  # the red box, 2.25 m ahead
+    assert scan.ranges[180] == -np.inf  # the red box, 2.25 m ahead
     assert scan.ranges[90] == pytest.approx(4.9, abs=0.01)
 
 
