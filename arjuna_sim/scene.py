@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import RobotError
 from arjuna_sim.camera import add_camera
+from arjuna_sim.entities import Entity, add_entity
 from arjuna_sim.robot import BODY_JOINT, Robot, ServoConfig, add_robot, wheel_sign
 from arjuna_sim.sdf import World
 from arjuna_sim.shapes import Group
@@ -35,6 +36,7 @@ class Scene:
         right_sign: As `left_sign`.
         names: For each geom the model it belongs to, "" for the robot and the ground.
         is_obstacle: For each geom whether it has such a name, `(G,) bool`.
+        is_robot: For each geom whether it is a collision shape of the robot, `(G,) bool`.
         ride_height: Height of the robot's root above the ground when it stands [m].
     """
 
@@ -48,10 +50,17 @@ class Scene:
     right_sign: NDArray[np.float64]
     names: tuple[str, ...]
     is_obstacle: NDArray[np.bool_]
+    is_robot: NDArray[np.bool_]
     ride_height: float
 
 
-def build_scene(robot: Robot, world: World, servo: ServoConfig, timestep: float) -> Scene:
+def build_scene(
+    robot: Robot,
+    world: World,
+    servo: ServoConfig,
+    timestep: float,
+    entities: tuple[Entity, ...] = (),
+) -> Scene:
     """Compile a robot in a world.
 
     Args:
@@ -59,6 +68,7 @@ def build_scene(robot: Robot, world: World, servo: ServoConfig, timestep: float)
         world: The world.
         servo: How the wheels are driven.
         timestep: Of the physics [s].
+        entities: What moves by itself, was moved or was spawned.
 
     Raises:
         RobotError: MuJoCo refuses the robot or the world, with its reason.
@@ -69,12 +79,13 @@ def build_scene(robot: Robot, world: World, servo: ServoConfig, timestep: float)
     add_robot(spec, robot, servo)
     if robot.settings.camera is not None:
         add_camera(spec, robot.settings.camera)
+    owners = [entity.name for entity in entities for _ in range(add_entity(spec, entity))]
     try:
         model = spec.compile()
     except ValueError as error:
         reason = " ".join(str(error).split())
         raise RobotError(robot.urdf.path, f"cannot be simulated: {reason}") from error
-    return _index(model, robot, models)
+    return _index(model, robot, models, owners)
 
 
 def _set_physics(spec: Any, timestep: float) -> None:
@@ -87,7 +98,9 @@ def _set_physics(spec: Any, timestep: float) -> None:
     spec.compiler.balanceinertia = True
 
 
-def _index(model: Any, robot: Robot, models: list[str]) -> Scene:
+def _index(model: Any, robot: Robot, models: list[str], owners: list[str]) -> Scene:
+    """Find things; geoms are in the order of their bodies: the world, the robot, the entities."""
+
     def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
         return np.array([model.joint(name).qposadr[0] for name in names], np.int64)
 
@@ -96,7 +109,7 @@ def _index(model: Any, robot: Robot, models: list[str]) -> Scene:
 
     moving = robot.moving_joints
     base = model.joint(BODY_JOINT)
-    names = [*models, *[""] * (model.ngeom - len(models))]
+    names = [*models, *[""] * (model.ngeom - len(models) - len(owners)), *owners]
     return Scene(
         model,
         (int(base.qposadr[0]), int(base.dofadr[0])),
@@ -108,6 +121,7 @@ def _index(model: Any, robot: Robot, models: list[str]) -> Scene:
         signs(robot.drive.right),
         tuple(names),
         np.array([name != "" for name in names]),
+        model.geom_group == Group.ROBOT_COLLISION.value,
         _ride_height(model),
     )
 
