@@ -33,6 +33,9 @@ class SourceConfig:
     data_type: str = param("LaserScan", "type of the data", choices=("LaserScan",), read_only=True)
     marking: bool = param(True, "whether returns mark obstacles")
     clearing: bool = param(True, "whether rays clear obstacles")
+    expected_update_rate: float = param(
+        0.0, "longest silence borne, as Nav2 names it; 0 bears any", unit="s", minimum=0.0
+    )
     inf_is_valid: bool = param(True, "whether a beam without return clears its ray")
     obstacle_max_range: float = param(2.5, "longest range that marks", unit="m", minimum=0.0)
     obstacle_min_range: float = param(0.0, "shortest range that marks", unit="m", minimum=0.0)
@@ -101,10 +104,9 @@ class CostmapConfig:
     footprint: str = param("[]", "corners [[x, y], ...] of a robot that is no circle", unit="m")
     footprint_padding: float = param(0.01, "added to the footprint", unit="m", minimum=0.0)
     transform_tolerance: float = param(0.3, "age of the transform borne", unit="s", minimum=0.0)
-    initial_transform_timeout: float = param(
-        60.0, "how long activation waits for the robot's transform", unit="s", minimum=0.0
+    always_send_full_costmap: bool = param(
+        True, "whole grids are sent, no updates of them", choices=(True,)
     )
-    always_send_full_costmap: bool = param(False, "whether updates are sent as whole grids")
     plugins: tuple[str, ...] = param(LAYERS, "layers in order", choices=LAYERS, read_only=True)
     static_layer: StaticConfig = field(default_factory=StaticConfig)
     obstacle_layer: ObstacleConfig = field(default_factory=ObstacleConfig)

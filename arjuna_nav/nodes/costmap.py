@@ -43,7 +43,7 @@ class CostmapNode(ManagedNode):
         config: CostmapConfig = self.config
         self.layered = LayeredCostmap(config)
         self._map: OccupancyGrid | None = None
-        self._updated_at = -np.inf
+        self._updated_at = self._published_at = self._scanned_at = -np.inf
         self._problem = "it is not active"
         self._scans = ScanQueue(self, config.global_frame, config.robot_base_frame, _QUEUE)
         if "static_layer" in config.plugins:
@@ -90,7 +90,8 @@ class CostmapNode(ManagedNode):
     def activate(self) -> None:
         """Start from what is seen from now on."""
         self._scans.clear()
-        self._updated_at, self._problem = -np.inf, "no update was due yet"
+        self._updated_at = self._published_at = -np.inf
+        self._scanned_at, self._problem = self.now, "no update was due yet"
 
     def on_time_jump(self) -> None:
         """Forget what was seen in another run of time."""
@@ -124,6 +125,8 @@ class CostmapNode(ManagedNode):
 
     def _update(self) -> None:
         scans = [PlacedScan(scan, T) for scan, T in self._scans.ready()]
+        if scans:
+            self._scanned_at = self.now
         if not self.layered.has_map:
             self._problem = "no map has come"
             return
@@ -132,16 +135,30 @@ class CostmapNode(ManagedNode):
         except TransformError as error:
             self._problem = str(error)
             return
+        if self._is_blind():
+            self._problem = self._silence()
+            return
         self._updated_at, self._problem = self.now, "no update was due yet"
 
+    def _is_blind(self) -> bool:
+        """Whether the scanner has been silent for longer than is borne."""
+        config = self.config
+        borne = config.obstacle_layer.scan.expected_update_rate
+        used = "obstacle_layer" in config.plugins and config.obstacle_layer.enabled
+        return used and 0.0 < borne < self.now - self._scanned_at
+
+    def _silence(self) -> str:
+        topic = _absolute(self.config.obstacle_layer.scan.topic)
+        return f"no scan on {topic} for {self.now - self._scanned_at:.2f} s"
+
     def _publish(self) -> None:
-        if not np.isfinite(self._updated_at):
+        """Publish what was updated since the last time, for those too who join later."""
+        if self._updated_at <= self._published_at:
             return
+        self._published_at = self.now
         costmap, frame_id = self.layered.costmap, self.config.global_frame
-        if self._grid_out.get_subscription_count() > 0:
-            self._grid_out.publish(costmap_grid_msg(costmap, frame_id, self.now))
-        if self._raw_out.get_subscription_count() > 0:
-            self._raw_out.publish(costmap_raw_msg(costmap, frame_id, self.now))
+        self._grid_out.publish(costmap_grid_msg(costmap, frame_id, self.now))
+        self._raw_out.publish(costmap_raw_msg(costmap, frame_id, self.now))
         pose = self.transforms.try_lookup(frame_id, self.config.robot_base_frame)
         if pose is not None and self._footprint_out.get_subscription_count() > 0:
             corners = self.layered.footprint.at(pose)

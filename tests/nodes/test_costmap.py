@@ -1,0 +1,320 @@
+"""Costmap nodes: what clients see of them, what they can clear, when they are current."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import Point32, Polygon, PolygonStamped
+from nav2_msgs.msg import Costmap as CostmapMsg
+from nav2_msgs.srv import (
+    ClearCostmapAroundPose,
+    ClearCostmapAroundRobot,
+    ClearCostmapExceptRegion,
+    ClearEntireCostmap,
+    GetCost,
+    GetCostmap,
+)
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import grid_from_msg, pose_stamped, seconds
+from arjuna_core.se2 import SE2
+from arjuna_nav.nodes.costmap_messages import costmap_from_msg
+from bringup.stack import GLOBAL_COSTMAP, LOCAL_COSTMAP
+from tests.helpers.navigation import PlayedRobot
+from tests.nav.worlds import block, empty_grid
+
+pytestmark = pytest.mark.ros
+GLOBAL, LOCAL = "global_costmap", "local_costmap"
+BOX = (1.5, 0.0)  # seen, but not on the map
+LETHAL, FREE, UNKNOWN = 254.0, 0.0, 255.0
+_SPINS = 100
+
+
+@pytest.fixture
+def robot() -> Iterator[PlayedRobot]:
+    robot = PlayedRobot()
+    before = robot.world.data.copy()
+    block(robot.world, 5.5 + BOX[0] - 0.1, 5.4, 0.2, 0.2)
+    robot.bring_up(GLOBAL_COSTMAP, LOCAL_COSTMAP)
+    robot.send_map(OccupancyGrid(robot.world.frame, before))
+    robot.run(1.2)
+    yield robot
+    robot.close()
+
+
+def cost(robot: PlayedRobot, name: str, x: float, y: float, **fields: Any) -> float:
+    request = GetCost.Request(x=x, y=y, **fields)
+    return float(robot.bench.call(GetCost, f"/{name}/get_cost_{name}", request).cost)
+
+
+def box_cost(robot: PlayedRobot, name: str) -> float:
+    """Return the greatest cost on the box."""
+    response = robot.bench.call(GetCostmap, f"/{name}/get_costmap", GetCostmap.Request())
+    costmap = costmap_from_msg(response.map)
+    row, column = costmap.frame.to_cell(*BOX)
+    return float(costmap.data[row - 2 : row + 3, column - 3 : column + 3].max())
+
+
+@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
+def test_what_is_seen_is_marked_and_what_goes_is_cleared(robot: PlayedRobot, name: str) -> None:
+    assert box_cost(robot, name) == LETHAL
+    row, column = robot.world.frame.to_cell(*BOX)
+    robot.world.data[row - 2 : row + 3, column - 3 : column + 3] = 0
+    robot.run(1.2)
+    assert box_cost(robot, name) == FREE
+
+
+def everything(robot: PlayedRobot, name: str) -> None:
+    service = f"/{name}/clear_entirely_{name}"
+    robot.bench.call(ClearEntireCostmap, service, ClearEntireCostmap.Request())
+
+
+def around(service: str, distance: float = 4.0) -> Callable[[PlayedRobot, str], None]:
+    def clear(robot: PlayedRobot, name: str) -> None:
+        request = ClearCostmapAroundRobot.Request(reset_distance=distance)
+        robot.bench.call(ClearCostmapAroundRobot, service.format(name), request)
+
+    return clear
+
+
+def except_region(service: str, distance: float = 1.0) -> Callable[[PlayedRobot, str], None]:
+    def clear(robot: PlayedRobot, name: str) -> None:
+        request = ClearCostmapExceptRegion.Request(reset_distance=distance)
+        robot.bench.call(ClearCostmapExceptRegion, service.format(name), request)
+
+    return clear
+
+
+def around_pose(
+    service: str, x: float = BOX[0], frame: str = "map", distance: float = 1.0
+) -> Callable[[PlayedRobot, str], None]:
+    def clear(robot: PlayedRobot, name: str) -> None:
+        request = ClearCostmapAroundPose.Request(
+            pose=pose_stamped(SE2(x, 0.0), frame, 0.0), reset_distance=distance
+        )
+        robot.bench.call(ClearCostmapAroundPose, service.format(name), request)
+
+    return clear
+
+
+@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
+@pytest.mark.parametrize(
+    "clear",
+    [
+        everything,
+        around("/{0}/clear_around_{0}"),
+        around("/{0}/clear_costmap_around_robot"),
+        except_region("/{0}/clear_except_{0}"),
+        except_region("/{0}/clear_costmap_except_region"),
+        around_pose("/{0}/clear_around_pose_{0}"),
+        around_pose("/{0}/clear_costmap_around_pose"),
+    ],
+)
+def test_clearing_forgets_what_was_seen_but_not_the_map(
+    robot: PlayedRobot, name: str, clear: Callable[[PlayedRobot, str], None]
+) -> None:
+    assert box_cost(robot, name) == LETHAL
+    clear(robot, name)
+    assert box_cost(robot, name) == FREE
+    assert cost(robot, GLOBAL, 5.05, 3.0) == LETHAL  # a wall of the map
+    robot.run(1.2)
+    assert box_cost(robot, name) == LETHAL  # seen again
+
+
+@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
+@pytest.mark.parametrize(
+    "clear",
+    [
+        around("/{0}/clear_around_{0}", 1.0),
+        around("/{0}/clear_around_{0}", -1.0),
+        around("/{0}/clear_around_{0}", math.nan),
+        except_region("/{0}/clear_except_{0}", 4.0),
+        around_pose("/{0}/clear_around_pose_{0}", -1.0),
+        around_pose("/{0}/clear_around_pose_{0}", frame="moon"),
+    ],
+)
+def test_what_lies_elsewhere_is_kept(
+    robot: PlayedRobot, name: str, clear: Callable[[PlayedRobot, str], None]
+) -> None:
+    clear(robot, name)
+    assert box_cost(robot, name) == LETHAL
+
+
+def test_get_cost_answers_for_points_and_for_the_footprint(robot: PlayedRobot) -> None:
+    assert cost(robot, GLOBAL, 0.0, -2.0) == FREE
+    beside = cost(robot, GLOBAL, BOX[0], 0.5)
+    assert FREE < beside < 253.0
+    assert cost(robot, GLOBAL, BOX[0], 0.3, use_footprint=True) == LETHAL
+    assert cost(robot, GLOBAL, BOX[0], 0.5, use_footprint=True) == beside
+    assert cost(robot, GLOBAL, 9.0, 0.0) == -1.0
+    assert cost(robot, GLOBAL, math.nan, 0.0) == -1.0
+    assert cost(robot, LOCAL, 3.0, 0.0) == -1.0
+
+
+@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
+def test_get_costmap_is_what_is_published(robot: PlayedRobot, name: str) -> None:
+    raw = robot.bench.collect(CostmapMsg, f"/{name}/costmap_raw", qos.LATCHED)
+    grids = robot.bench.collect(OccupancyGridMsg, f"/{name}/costmap", qos.LATCHED)
+    robot.run(1.0)
+    response = robot.bench.call(GetCostmap, f"/{name}/get_costmap", GetCostmap.Request())
+    asked, told = costmap_from_msg(response.map), costmap_from_msg(raw[-1])
+    assert asked.frame == told.frame
+    assert np.array_equal(asked.data, told.data)
+    shown = grid_from_msg(grids[-1])
+    assert shown.frame == told.frame
+    assert np.array_equal(shown.data == 100, told.data == 254)
+    assert np.array_equal(shown.data == -1, told.data == 255)
+    assert response.map.header.frame_id == ("map" if name == GLOBAL else "odom")
+    assert seconds(response.map.metadata.update_time) > 0.9
+
+
+def test_the_local_costmap_follows_the_robot(robot: PlayedRobot) -> None:
+    robot.pose = SE2(-2.0, 1.0)
+    robot.run(0.5)
+    response = robot.bench.call(GetCostmap, f"/{LOCAL}/get_costmap", GetCostmap.Request())
+    frame = costmap_from_msg(response.map).frame
+    assert (frame.width, frame.height) == (60, 60)
+    assert frame.origin.x == pytest.approx(-3.5, abs=0.051)
+    assert frame.origin.y == pytest.approx(-0.5, abs=0.051)
+
+
+@pytest.mark.parametrize("topic", ["costmap", "costmap_raw"])
+@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
+def test_a_late_joiner_gets_the_costmap_though_time_stands_still(
+    robot: PlayedRobot, name: str, topic: str
+) -> None:
+    message_type = OccupancyGridMsg if topic == "costmap" else CostmapMsg
+    messages = robot.bench.collect(message_type, f"/{name}/{topic}", qos.LATCHED)
+    for _ in range(_SPINS):
+        robot.bench.process.spin_once(0.01)
+        if messages:
+            break
+    assert len(messages) == 1
+    (info,) = robot.bench.node.get_publishers_info_by_topic(f"/{name}/{topic}")
+    assert info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+
+
+def test_a_costmap_that_is_not_updated_is_not_published_as_new(robot: PlayedRobot) -> None:
+    grids = robot.bench.collect(OccupancyGridMsg, f"/{LOCAL}/costmap", qos.LATCHED)
+    robot.localized = False
+    robot.run(1.0)  # until the last transform is too old
+    grids.clear()
+    robot.run(1.0)
+    assert not grids
+
+
+def corners(message: Any) -> list[tuple[float, float]]:
+    return [(point.x, point.y) for point in message.polygon.points]
+
+
+@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
+def test_the_footprint_is_published_where_the_robot_is(robot: PlayedRobot, name: str) -> None:
+    messages = robot.bench.collect(PolygonStamped, f"/{name}/published_footprint")
+    robot.pose = SE2(1.0, -1.0, 0.5)
+    robot.run(1.2)
+    centre = np.mean(corners(messages[-1]), axis=0)
+    assert centre == pytest.approx((1.0, -1.0), abs=0.01)
+
+
+def test_a_footprint_can_be_given_while_running(robot: PlayedRobot) -> None:
+    def footprint(*points: tuple[float, float]) -> None:
+        message = Polygon(points=[Point32(x=x, y=y) for x, y in points])
+        robot.bench.publish(Polygon, f"/{GLOBAL}/footprint", message)
+
+    assert cost(robot, GLOBAL, BOX[0], 0.5, use_footprint=True) < LETHAL
+    footprint((0.6, 0.6), (-0.6, 0.6), (-0.6, -0.6), (0.6, -0.6))
+    assert cost(robot, GLOBAL, BOX[0], 0.5, use_footprint=True) == LETHAL
+    footprint((0.6, 0.6), (-0.6, 0.6))  # no area: ignored
+    footprint((math.nan, 0.6), (-0.6, 0.6), (-0.6, -0.6))
+    assert cost(robot, GLOBAL, BOX[0], 0.5, use_footprint=True) == LETHAL
+
+
+def test_parameters_change_the_layers_and_keep_the_map(robot: PlayedRobot) -> None:
+    assert FREE < cost(robot, GLOBAL, 4.5, 3.0) < LETHAL
+    parameter = Parameter("inflation_layer.inflation_radius", value=0.3).to_parameter_msg()
+    response = robot.bench.call(
+        SetParameters,
+        f"/{GLOBAL}/{GLOBAL}/set_parameters",
+        SetParameters.Request(parameters=[parameter]),
+    )
+    assert response.results[0].successful, response.results[0].reason
+    assert cost(robot, GLOBAL, 4.5, 3.0) == FREE
+    assert cost(robot, GLOBAL, 5.05, 3.0) == LETHAL
+
+
+def test_a_map_that_grows_keeps_what_was_seen(robot: PlayedRobot) -> None:
+    robot.sees = False
+    robot.send_map(empty_grid(14.0, 13.0, SE2(-7.0, -6.0)))
+    assert box_cost(robot, GLOBAL) == LETHAL
+    assert cost(robot, GLOBAL, 6.5, 6.5) == FREE
+    assert cost(robot, GLOBAL, 5.05, 3.0) == FREE  # the wall is not on the new map
+
+
+def test_a_broken_map_changes_nothing(robot: PlayedRobot) -> None:
+    message = OccupancyGridMsg(data=[0, 0, 0])
+    message.info.resolution, message.info.width, message.info.height = 0.05, 2, 2
+    robot.bench.publish(OccupancyGridMsg, "/map", message, qos.LATCHED)
+    assert cost(robot, GLOBAL, 5.05, 3.0) == LETHAL
+
+
+def test_unknown_space_of_the_map_stays_unknown(robot: PlayedRobot) -> None:
+    grid = empty_grid(11.0, 11.0, SE2(-5.5, -5.5))
+    grid.data[:, :60] = -1
+    robot.sees = False
+    robot.send_map(grid)
+    assert cost(robot, GLOBAL, -4.5, 3.0) == UNKNOWN
+
+
+def test_current_needs_activity_a_map_and_a_pose(robot: PlayedRobot) -> None:
+    node = robot.nodes[f"{GLOBAL}/{GLOBAL}"]
+    assert node.current(0.6) is node.layered.costmap
+    robot.localized = False
+    robot.run(2.0)
+    assert node.current(0.6) is None
+    assert "over the tolerance of 0.3 s" in node.why_not_current()
+    robot.localized = True
+    robot.run(0.6)
+    assert node.current(0.6) is not None
+    robot.transition(f"{GLOBAL}/{GLOBAL}", "deactivate")
+    assert node.current(0.6) is None
+    assert "not active" in node.why_not_current()
+
+
+def test_time_set_back_forgets_what_was_seen(robot: PlayedRobot) -> None:
+    assert box_cost(robot, GLOBAL) == LETHAL
+    robot.bench.set_back()
+    assert box_cost(robot, GLOBAL) == FREE
+    robot.run(1.2)
+    assert box_cost(robot, GLOBAL) == LETHAL
+
+
+def test_a_scanner_that_falls_silent_makes_the_costmap_outdated() -> None:
+    silence = {"obstacle_layer.scan.expected_update_rate": 0.5}
+    robot = PlayedRobot({f"{LOCAL}/{LOCAL}": silence})
+    robot.bring_up(LOCAL_COSTMAP)
+    robot.run(1.0)
+    node = robot.nodes[f"{LOCAL}/{LOCAL}"]
+    assert node.current(0.3) is not None
+    robot.sees = False
+    robot.run(0.4)
+    assert node.current(0.3) is not None
+    robot.run(0.6)
+    assert node.current(0.3) is None
+    assert "no scan on /scan for" in node.why_not_current()
+    robot.sees = True
+    robot.run(0.3)
+    assert node.current(0.3) is not None
+    robot.close()
