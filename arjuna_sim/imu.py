@@ -70,6 +70,7 @@ class Imu:
 
     def __init__(self, model: Any, link: str, config: ImuConfig, rng: np.random.Generator) -> None:
         self._model = model
+        self._link = link
         self._site = model.site(link).id
         self._config = config
         self._rng = rng
@@ -77,6 +78,11 @@ class Imu:
         self._accel = BiasedNoise(rng, 3, config.accel_noise, config.accel_bias_walk)
         self._yaw = 0.0
         self._last: NDArray[np.float64] | None = None
+
+    def rebind(self, model: Any) -> None:
+        """Go on with another model, in which the robot is the same."""
+        self._model = model
+        self._site = model.site(self._link).id
 
     def settle(self) -> None:
         """Forget the last velocity, since the robot was lifted to another place."""

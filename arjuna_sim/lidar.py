@@ -85,6 +85,11 @@ class Lidar:
         self._ages = self._time_increment * np.arange(settings.samples - 1, -1, -1)
         self._trail: list[tuple[float, NDArray[np.float64]]] = []
 
+    def rebind(self, model: Any) -> None:
+        """Go on with another model, in which the robot is the same."""
+        self._model = model
+        self._site = model.site(self._settings.link).id
+
     def settle(self) -> None:
         """Forget the path, since the robot was lifted to another place."""
         self._trail.clear()

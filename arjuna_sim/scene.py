@@ -28,6 +28,7 @@ class Scene:
     Attributes:
         model: The `mujoco.MjModel`.
         base: Address of the robot's root in qpos (7 values) and qvel (6 values).
+        rates: How many values of qvel are the robot's; they are the first.
         joint_position: Addresses of the moving joints in qpos, in the robot's order.
         joint_velocity: Addresses of the moving joints in qvel, in the robot's order.
         left: Addresses of the left wheels in qpos.
@@ -42,6 +43,7 @@ class Scene:
 
     model: Any
     base: tuple[int, int]
+    rates: int
     joint_position: NDArray[np.int64]
     joint_velocity: NDArray[np.int64]
     left: NDArray[np.int64]
@@ -113,6 +115,7 @@ def _index(model: Any, robot: Robot, models: list[str], owners: list[str]) -> Sc
     return Scene(
         model,
         (int(base.qposadr[0]), int(base.dofadr[0])),
+        int(np.isin(model.body_rootid[model.dof_bodyid], base.bodyid).sum()),
         positions(moving),
         np.array([model.joint(name).dofadr[0] for name in moving], np.int64),
         positions(robot.drive.left),

@@ -47,6 +47,13 @@ class Sensors:
             self._imu_period = 1.0 / settings.imu.rate
             self._imu_due = Periodic(self._imu_period, phase=self._imu_period)
 
+    def rebind(self, model: Any) -> None:
+        """Go on with another model, in which the robot is the same."""
+        if self._lidar is not None:
+            self._lidar.rebind(model)
+        if self._imu is not None:
+            self._imu.rebind(model)
+
     def settle(self) -> None:
         """Forget motion, since the robot was lifted to another place."""
         if self._lidar is not None:

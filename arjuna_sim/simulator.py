@@ -21,9 +21,10 @@ from arjuna_sim.observation import JointStates, Observation, Truth
 from arjuna_sim.odometry import Odometry, OdometryConfig
 from arjuna_sim.pose3 import Pose3
 from arjuna_sim.robot import Robot, ServoConfig, load_robot
-from arjuna_sim.scene import build_scene
+from arjuna_sim.scene import Scene
 from arjuna_sim.sdf import World, load_world
 from arjuna_sim.sensors import Sensors
+from arjuna_sim.stage import Stage
 from arjuna_sim.world import surfaces
 
 _NANOSECONDS = 1_000_000_000
@@ -77,11 +78,12 @@ class Simulator:
     ) -> None:
         self.config = config
         self.robot: Robot = load_robot(robot_path)
-        self.world: World = load_world(world_path)
         self.spawn = spawn
         self._substeps = _substeps(config)
-        self._scene = build_scene(self.robot, self.world, config.servo, config.physics_timestep)
-        self._data: Any = mujoco.MjData(self._scene.model)
+        self.stage = Stage(
+            self.robot, load_world(world_path), config.servo, config.physics_timestep
+        )
+        self.stage.on_rebuild = self._on_rebuild
         self.kinematics = _kinematics(self.robot, config.drive)
         self._drive = Drive(config.drive, self.kinematics)
         self._odometry = Odometry(config.odometry, self.kinematics)
@@ -95,17 +97,49 @@ class Simulator:
         return self._ticks * round(self.config.tick * _NANOSECONDS) / _NANOSECONDS
 
     @property
+    def world(self) -> World:
+        """The world as it was read."""
+        return self.stage.world
+
+    @property
+    def _scene(self) -> Scene:
+        return self.stage.scene
+
+    @property
+    def _data(self) -> Any:
+        return self.stage.data
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What the robot's and the world's file say and the simulation leaves out."""
         return self.robot.notes + self.world.notes
 
     def reset(self) -> None:
-        """Return to the start: time 0, the robot at its spawn pose, chance rewound."""
+        """Return to the start: time 0, the world as it was read, chance rewound."""
         self._ticks = 0
-        mujoco.mj_resetData(self._scene.model, self._data)
+        self.stage.restore()
         self._sensors = self._start_sensors()
         self._odometry.reset((0.0, 0.0))
         self.set_pose(self.spawn)
+
+    def reset_time(self) -> None:
+        """Set the time to 0, and leave everything where it is."""
+        self._ticks = 0
+
+    def reset_state(self) -> None:
+        """Put the robot and all entities that are there to their starts; time goes on."""
+        self.stage.rewind()
+        self._odometry.reset((0.0, 0.0))
+        self.set_pose(self.spawn)
+
+    def load_world(self, world: World) -> None:
+        """Replace the world and return to the start.
+
+        Raises:
+            RobotError: MuJoCo refuses the world; nothing has changed.
+        """
+        self.stage.load(world)
+        self.reset()
 
     def set_pose(self, pose: SE2) -> None:
         """Pick the robot up and put it down at rest; its odometry does not notice."""
@@ -113,8 +147,8 @@ class Simulator:
         at, _ = self._scene.base
         self._data.qpos[at : at + 3] = placed.position
         self._data.qpos[at + 3 : at + 7] = placed.quaternion
-        self._data.qvel[:] = 0.0
-        self._data.qacc_warmstart[:] = 0.0
+        self._data.qvel[: self._scene.rates] = 0.0
+        self._data.qacc_warmstart[: self._scene.rates] = 0.0
         self._drive.reset()
         self._refresh()
         self._sensors.settle()
@@ -126,7 +160,7 @@ class Simulator:
         placed = Pose3.from_se2(pose, self._scene.ride_height)
         self._data.qpos[at : at + 7] = (*placed.position, *placed.quaternion)
         mujoco.mj_fwdPosition(self._scene.model, self._data)
-        touched = self._contacts()
+        touched = self.stage.contacts()
         self._data.qpos[:] = positions
         mujoco.mj_fwdPosition(self._scene.model, self._data)
         self._refresh()
@@ -142,9 +176,9 @@ class Simulator:
             What the robot's sensors and the world say at the tick's end.
         """
         if command is not None:
-            self._drive.command(command, self.time)
+            self._drive.command(command, self.stage.elapsed)
         self._turn_wheels()
-        mujoco.mj_step(self._scene.model, self._data, nstep=self._substeps)
+        self.stage.advance(self._substeps)
         self._ticks += 1
         self._refresh()
         return Observation(
@@ -154,7 +188,7 @@ class Simulator:
             self._sensors.imu(self._data, self.time, self.config.tick),
             self._sensors.scan(self._data, self.time),
             self.truth(),
-            self._contacts(),
+            self.stage.contacts(),
         )
 
     def truth(self) -> Truth:
@@ -209,8 +243,13 @@ class Simulator:
         config = self.config
         return Sensors(self.robot, self._scene.model, config.lidar, config.imu, self._seeds)
 
+    def _on_rebuild(self) -> None:
+        """Go on with the stage's new model."""
+        self.close()
+        self._sensors.rebind(self._scene.model)
+
     def _turn_wheels(self) -> None:
-        left, right = self._drive.wheel_speeds(self.time, self.config.tick)
+        left, right = self._drive.wheel_speeds(self.stage.elapsed, self.config.tick)
         count = len(self._scene.left)
         self._data.ctrl[:count] = left * self._scene.left_sign
         self._data.ctrl[count:] = right * self._scene.right_sign
@@ -228,11 +267,6 @@ class Simulator:
             self._data.qpos[scene.joint_position],
             self._data.qvel[scene.joint_velocity],
         )
-
-    def _contacts(self) -> tuple[str, ...]:
-        geoms = self._data.contact.geom.ravel()
-        hit = geoms[self._scene.is_obstacle[geoms]]
-        return tuple(sorted({self._scene.names[geom] for geom in hit}))
 
 
 def _substeps(config: SimulatorConfig) -> int:
