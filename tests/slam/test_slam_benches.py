@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from tests.bench import posegraph, scanmatch, slam
+from tests.slam.test_slam_offline import text
+
+SQUARE = """\
+VERTEX_SE2 0 0 0 0
+VERTEX_SE2 1 1.1 0 1.5
+VERTEX_SE2 2 1 0.9 3.2
+VERTEX_SE2 3 0 1 4.8
+EDGE_SE2 0 1 1 0 1.5707963267948966 1 0 0 1 0 1
+EDGE_SE2 1 2 1 0 1.5707963267948966 1 0 0 1 0 1
+EDGE_SE2 2 3 1 0 1.5707963267948966 1 0 0 1 0 1
+EDGE_SE2 3 0 1 0 1.5707963267948966 1 0 0 1 0 1
+"""
+
+
+def run(module: ModuleType, *argv: str) -> dict[str, Any]:
+    parser = argparse.ArgumentParser()
+    module.add_arguments(parser)
+    result: dict[str, Any] = module.run(parser.parse_args(argv))
+    return result
+
+
+def test_a_consistent_graph_is_solved_to_nothing(tmp_path: Path) -> None:
+    (tmp_path / "square.g2o").write_text(SQUARE, encoding="utf-8")
+    result = run(posegraph, "--g2o", str(tmp_path / "square.g2o"))
+    assert result["start_chi2"] > 0.01
+    assert result["chi2"] < 1e-9
+    assert result["time_s"] > 0.0
+
+
+def test_made_scans_are_matched_to_millimetres() -> None:
+    result = run(scanmatch, "--count", "3")
+    assert result["position_m"] < 0.005
+    assert result["failed"] == 0.0
+
+
+def test_a_log_is_measured_against_its_relations(tmp_path: Path) -> None:
+    (tmp_path / "drive.clf").write_text("".join(text()), encoding="utf-8")
+    (tmp_path / "drive.relations").write_text("100 110 1 0 0 0 0 0\n", encoding="utf-8")
+    log, relations = str(tmp_path / "drive.clf"), str(tmp_path / "drive.relations")
+    result = run(slam, "--log", log, "--relations", relations)
+    assert result["scans"] == 20
+    assert result["translation_m"] < 0.01
+    assert result["realtime_factor"] == pytest.approx(result["log_s"] / result["time_s"])
+    assert result["callback_worst_ms"] >= result["callback_p99_ms"] >= result["callback_p50_ms"]
+    assert run(slam, "--log", log)["translation_m"] is None
