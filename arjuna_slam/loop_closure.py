@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
@@ -74,6 +75,20 @@ class LoopCloser:
         self._closed_at = 0.0
         self._tried: dict[int, float] = {}
         self._witnesses: list[_Witness] = []
+
+    @property
+    def travel(self) -> tuple[float, ...]:
+        """Distance travelled when each keyframe was taken [m]."""
+        return tuple(self._travel)
+
+    def resume(self, travel: NDArray[np.float64]) -> None:
+        """Take over the keyframes of another session.
+
+        Args:
+            travel: Distance travelled when each was taken, `(N,) float64` [m].
+        """
+        self._travel = travel.tolist()
+        self._closed_at = self._travel[-1]
 
     def close(
         self, graph: PoseGraph, node: int, travel: float, surface: Surface, submaps: list[Submap]

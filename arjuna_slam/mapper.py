@@ -44,6 +44,11 @@ class Mapper:
         """Add a scan; it is traced when a grid is next asked for."""
         self._scans.append(scan)
 
+    @property
+    def scans(self) -> tuple[Scan, ...]:
+        """The scans added."""
+        return tuple(self._scans)
+
     def grid(self, poses: NDArray[np.float64]) -> OccupancyGrid | None:
         """Return the map, tracing what is new or has moved.
 

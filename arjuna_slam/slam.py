@@ -16,9 +16,15 @@ from arjuna_slam.config import SlamConfig
 from arjuna_slam.loop_closure import LoopCloser
 from arjuna_slam.mapper import Mapper
 from arjuna_slam.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.reference_map import ReferenceMap
+from arjuna_slam.scan_filter import ScanFilter, Skip
 from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher, invert
+from arjuna_slam.session import Session, Start, StartKind
 from arjuna_slam.submap import LocalMap
 from arjuna_slam.surface import Surface, extract
+
+_AT_START = Match(MatchStatus.MATCHED, IDENTITY, np.zeros((3, 3)), 1.0)
+_VAGUE = np.diag([4.0, 4.0, 10.0])  # information of a start that no scan confirms: 0.5 m, 0.3 rad
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,8 @@ class Slam:
         """Forget everything; the next scan defines the map's frame."""
         config = self._config
         self.graph = PoseGraph()
-        self.skipped = 0
+        self.scans = ScanFilter(config.max_laser_range)
+        self._resumed: tuple[ReferenceMap, Start] | None = None
         self._matcher = ScanMatcher(config)
         self._local = LocalMap(
             config.correlation_search_space_resolution,
@@ -74,7 +81,6 @@ class Slam:
         self._T_anchor_base = IDENTITY
         self._T_odom_base = IDENTITY
         self._T_odom_keyframe = IDENTITY
-        self._stamp = -math.inf
         self._travel = 0.0
         self._back_end = BackEnd(config, self.graph)
 
@@ -88,17 +94,16 @@ class Slam:
         Returns:
             The update, or None for a scan that cannot be used (`skipped` counts them).
         """
-        surface = self._usable(scan)
+        surface = self.scans.take(scan)
         if surface is None:
-            self.skipped += 1
             return None
-        if not self._stamps:
+        if not self._local.active:
             return self._start(scan, surface, T_odom_base)
         prior, information = self._predict(T_odom_base)
         due = self._keyframe_due(T_odom_base)
         match = self._localize(surface, prior, information, due)
         self._T_anchor_base = match.T_field_base
-        self._advance(scan.stamp, T_odom_base)
+        self._advance(T_odom_base)
         closures = self._add_keyframe(scan, surface, match) if due else 0
         self._back_end.advance()
         return self._update(match, due, closures)
@@ -116,24 +121,87 @@ class Slam:
         self._back_end.finish()
 
     @property
+    def skipped(self) -> int:
+        """How many scans could not be used."""
+        return self.scans.skipped
+
+    @property
     def undone(self) -> int:
         """How many loop edges were taken back because the rest of the graph disagreed."""
         return self._back_end.undone
 
-    def _usable(self, scan: Scan) -> Surface | None:
-        """Return the scan's surface, or None if the scan is stale or has nothing in range."""
-        if not math.isfinite(scan.stamp) or scan.stamp <= self._stamp:
+    def session(self) -> Session | None:
+        """Return what another session needs to go on, or None before the first scan."""
+        if not self._stamps:
             return None
-        surface = extract(scan, self._config.max_laser_range)
-        return surface if len(surface) > 0 else None
+        submaps = self._local.finished + self._local.active
+        return Session(
+            self._mapper.scans,
+            self.graph.poses.copy(),
+            np.array(self._closer.travel),
+            tuple(self.graph.edges),
+            tuple(tuple(submap.nodes) for submap in submaps),
+        )
 
-    def _start(self, scan: Scan, surface: Surface, T_odom_base: SE2) -> SlamUpdate:
+    def resume(self, session: Session, start: Start) -> None:
+        """Go on from another session's graph; the next scan is placed on its map.
+
+        Args:
+            session: The session.
+            start: What is known of the robot's pose.
+        """
+        self.reset()
+        self._adopt(session)
+        surfaces = [extract(scan, self._config.max_laser_range) for scan in session.scans]
+        poses = [SE2.from_array(pose) for pose in session.poses]
+        for nodes in session.submaps:
+            self._local.restore(nodes, surfaces, poses)
+        self._travel = float(session.travel[-1])
+        self._resumed = ReferenceMap(self._config, session), start
+
+    def _adopt(self, session: Session) -> None:
+        """Take over a session's keyframes and edges."""
+        for scan, pose in zip(session.scans, session.poses, strict=True):
+            self._add_node(scan, SE2.from_array(pose))
+        for edge in session.edges:
+            self.graph.add_edge(edge)
+        self._closer.resume(session.travel)
+
+    def _start(self, scan: Scan, surface: Surface, T_odom_base: SE2) -> SlamUpdate | None:
+        """Begin the local map: at the map's origin, or where the scan lies on a session's map."""
+        found = self._place(surface)
+        if found is None:
+            return None
         self._T_odom_base = self._T_odom_keyframe = T_odom_base
-        self._advance(scan.stamp, T_odom_base)
-        node = self._add_node(scan, IDENTITY)
-        self._local.insert(node, surface, IDENTITY)
-        self._closer.close(self.graph, node, 0.0, surface, [])
-        return self._update(Match(MatchStatus.MATCHED, IDENTITY, np.zeros((3, 3)), 1.0), True, 0)
+        nearest = self._nearest(found.T_field_base)
+        node = self._add_node(scan, found.T_field_base)
+        if nearest is not None:
+            matched = found.status is MatchStatus.MATCHED
+            T_i_j = self.graph.pose(nearest).inverse() @ found.T_field_base
+            information = found.information if matched else _VAGUE
+            self.graph.add_edge(Edge(nearest, node, T_i_j, information, EdgeKind.MATCH))
+        self._T_anchor_base = self._local.insert(node, surface, IDENTITY)
+        self._closer.close(self.graph, node, self._travel, surface, [])
+        covariance = np.zeros((3, 3)) if nearest is None else found.covariance
+        return self._update(Match(found.status, IDENTITY, covariance, found.response), True, 0)
+
+    def _place(self, surface: Surface) -> Match | None:
+        """Return where the first scan lies in map, or None if it has to be looked for further."""
+        if self._resumed is None:
+            return _AT_START
+        reference, start = self._resumed
+        found = reference.find(surface, start)
+        if found.status is not MatchStatus.MATCHED and start.kind is StartKind.ANYWHERE:
+            self.scans.skip(Skip.LOST)
+            return None
+        self._resumed = None
+        return found
+
+    def _nearest(self, pose: SE2) -> int | None:
+        """Return the keyframe nearest to a pose in map."""
+        if len(self.graph) == 0:
+            return None
+        return int(np.hypot(*(self.graph.poses[:, :2] - (pose.x, pose.y)).T).argmin())
 
     def _predict(self, T_odom_base: SE2) -> tuple[SE2, NDArray[np.float64]]:
         """Return the pose that odometry predicts, in the reference's frame, and its information."""
@@ -162,10 +230,9 @@ class Slam:
             reference, surface, prior, config.window, config.match_minimum_response, information
         )
 
-    def _advance(self, stamp: float, T_odom_base: SE2) -> None:
+    def _advance(self, T_odom_base: SE2) -> None:
         self._travel += self._T_odom_base.distance(T_odom_base)
         self._T_odom_base = T_odom_base
-        self._stamp = stamp
 
     def _add_node(self, scan: Scan, pose: SE2) -> int:
         self._stamps.append(scan.stamp)

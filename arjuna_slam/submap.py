@@ -60,6 +60,21 @@ class LocalMap:
         """The submap to match against."""
         return self.active[0]
 
+    def restore(self, nodes: tuple[int, ...], surfaces: list[Surface], poses: list[SE2]) -> None:
+        """Add a finished submap of another session.
+
+        Args:
+            nodes: Its keyframes.
+            surfaces: What every keyframe saw.
+            poses: Where every keyframe lies in map.
+        """
+        submap = Submap(Field(self._resolution, self._sigma))
+        T_anchor_map = poses[nodes[0]].inverse()
+        for node in nodes:
+            submap.insert(node, surfaces[node], T_anchor_map @ poses[node])
+        submap.field.trim()
+        self.finished.append(submap)
+
     def insert(self, node: int, surface: Surface, T_anchor_base: SE2) -> SE2:
         """Add a keyframe; start a submap when the newest is half full, finish the full one.
 

@@ -1,0 +1,42 @@
+"""Files that are there whole or not at all, whatever happens while they are written."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+
+def write_atomically(
+    path: Path, data: bytes, check: Callable[[Path], None] = lambda part: None
+) -> None:
+    """Write a file so that its path holds the old content or the new, never half of it.
+
+    The data go to a file beside it, are forced to disk and checked, and only then take the name.
+
+    Args:
+        path: Where the data shall be; its folder is made if need be.
+        data: The data.
+        check: Reads the written file back and raises what forbids to keep it.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.part")
+    with part.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    check(part)
+    part.replace(path)
+    _force_folder(path.parent)
+
+
+def _force_folder(folder: Path) -> None:
+    """Force the new name to disk, as well as its file."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
