@@ -17,6 +17,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.field import Field
 
 _ANGLE_STEP_MIN = math.radians(0.25)
+_RUN = 16  # points between two looks at whether a block can still win
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,8 @@ def search(
     """
     if len(points) == 0 or field.score.size == 0:
         return None
-    reach = float(np.quantile(np.hypot(points[:, 0], points[:, 1]), 0.9))
+    far = int(0.9 * (len(points) - 1))
+    reach = float(np.partition(np.hypot(points[:, 0], points[:, 1]), far)[far])
     step = max(field.resolution / max(reach, field.resolution), _ANGLE_STEP_MIN)
     half_steps = math.ceil(window.theta / step)
     steps = np.arange(-half_steps, half_steps + 1, dtype=np.float64)
@@ -76,7 +78,8 @@ def search(
         ]
     )
     k, row, column, response = _branch_and_bound(
-        pyramid, levels, points / field.resolution, xy, thetas, half_cells, penalty, least
+        field.score, pyramid, levels, points / field.resolution, xy, thetas, half_cells, penalty,
+        least,
     )  # fmt: skip
     if k < 0:
         return None
@@ -126,22 +129,39 @@ def _mean_score(
 
 @njit(cache=True)
 def _bound(
+    score: NDArray[np.uint8],
     pyramid: NDArray[np.uint8],
     levels: NDArray[np.int64],
     h: int,
     cells: NDArray[np.int32],
     row: int,
     column: int,
+    least: float,
 ) -> float:
-    """Mean upper bound (0..1) over the points for the block of offsets at (row, column)."""
+    """Mean upper bound (0..1) over the points for the block of offsets at (row, column).
+
+    Points are no longer looked at once the bound cannot exceed `least`.
+    """
     start, height, width = levels[h]
-    total = 0
-    for i in range(len(cells)):
-        r = ((cells[i, 0] + row) >> h) + 1
-        c = ((cells[i, 1] + column) >> h) + 1
-        if r >= 0 and r < height and c >= 0 and c < width:
-            total += pyramid[start + r * width + c]
-    return float(total) / (255.0 * len(cells))
+    total, most = 0, 255 * len(cells)
+    needed = least * most
+    for first in range(0, len(cells), _RUN):
+        last = min(first + _RUN, len(cells))
+        most -= 255 * (last - first)
+        if h == 0:
+            for i in range(first, last):
+                r, c = cells[i, 0] + row, cells[i, 1] + column
+                if r >= 0 and r < height and c >= 0 and c < width:
+                    total += score[r, c]
+        else:
+            for i in range(first, last):
+                r = ((cells[i, 0] + row) >> h) + 1
+                c = ((cells[i, 1] + column) >> h) + 1
+                if r >= 0 and r < height and c >= 0 and c < width:
+                    total += pyramid[start + r * width + c]
+        if total + most <= needed:
+            break
+    return float(total + most) / (255.0 * len(cells))
 
 
 @njit(cache=True)
@@ -169,6 +189,7 @@ def _offsets(
 
 @njit(cache=True)
 def _descend(
+    score: NDArray[np.uint8],
     pyramid: NDArray[np.uint8],
     levels: NDArray[np.int64],
     cells: NDArray[np.int32],
@@ -197,8 +218,10 @@ def _descend(
         child, first = 1 << (h - 1), top
         for q in range(4):
             r, c = row + (q // 2) * child, column + (q % 2) * child
-            value = _penalty(r, c, child, turn, penalty)
-            value *= _bound(pyramid, levels, h - 1, cells, r, c)
+            factor = _penalty(r, c, child, turn, penalty)
+            value = factor * _bound(
+                score, pyramid, levels, h - 1, cells, r, c, best / max(factor, 1e-9)
+            )
             if value <= best:
                 continue
             place = top
@@ -214,6 +237,7 @@ def _descend(
 
 @njit(cache=True)
 def _branch_and_bound(
+    score: NDArray[np.uint8],
     pyramid: NDArray[np.uint8],
     levels: NDArray[np.int64],
     points: NDArray[np.float64],
@@ -234,7 +258,9 @@ def _branch_and_bound(
         k, b = t // (blocks * blocks), t % (blocks * blocks)
         row, column = -half + (b // blocks) * size, -half + (b % blocks) * size
         factor = _penalty(row, column, size, thetas[k] - middle, penalty)
-        tops[t] = factor * _bound(pyramid, levels, depth, cells[k], row, column)
+        tops[t] = factor * _bound(
+            score, pyramid, levels, depth, cells[k], row, column, least / max(factor, 1e-9)
+        )
     best_k, best_row, best_column, best = -1, 0, 0, least
     for t in np.argsort(-tops):
         if tops[t] <= best:
@@ -242,7 +268,7 @@ def _branch_and_bound(
         k, b = t // (blocks * blocks), t % (blocks * blocks)
         block = (-half + (b // blocks) * size, -half + (b % blocks) * size, depth)
         found, row, column, response = _descend(
-            pyramid, levels, cells[k], block, tops[t], thetas[k] - middle, penalty, best
+            score, pyramid, levels, cells[k], block, tops[t], thetas[k] - middle, penalty, best
         )
         if found:
             best_k, best_row, best_column, best = k, row, column, response

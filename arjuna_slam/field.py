@@ -26,6 +26,12 @@ class Field:
     Args:
         resolution: Edge of a cell [m].
         sigma: Deviation of the Gaussian around each reference point [m].
+
+    Attributes:
+        origin: Outer corner of cell (0, 0), `(2,) float64` [m].
+        score: Likelihood of each cell, `(H, W) uint8`.
+        index: Row of each cell in `planes`, `(H, W) int32`; 0 where there is no surface.
+        planes: Sums of the surface: w, w nx, w ny, w n (p - centre), `(K, 4) float32`.
     """
 
     def __init__(self, resolution: float, sigma: float) -> None:
@@ -33,7 +39,9 @@ class Field:
         self.sigma = sigma
         self.origin = np.zeros(2)
         self.score = np.zeros((0, 0), np.uint8)
-        self.planes = np.zeros((0, 0, 4), np.float32)
+        self.index = np.zeros((0, 0), np.int32)
+        self.planes = np.zeros((1, 4), np.float32)
+        self._count = 1
         self._radius = math.ceil(3.0 * sigma / resolution)
         self._pyramid: tuple[NDArray[np.uint8], NDArray[np.int64]] | None = None
 
@@ -47,23 +55,31 @@ class Field:
         if len(points) == 0:
             return
         self._cover(points.min(axis=0), points.max(axis=0))
-        _stamp(
-            self.score, self.planes, self.resolution, self.origin,
+        self._reserve(len(points) * (2 * self._radius + 1) ** 2)
+        self._count = _stamp(
+            self.score, self.index, self.planes, self._count, self.resolution, self.origin,
             points, normals, self.sigma, self._radius,
         )  # fmt: skip
         self._pyramid = None
+
+    def _reserve(self, extra: int) -> None:
+        """Make room for planes."""
+        needed = min(self._count + extra, self.index.size + 1)
+        if needed > len(self.planes):
+            more = np.zeros((max(needed, 2 * len(self.planes)) - len(self.planes), 4), np.float32)
+            self.planes = np.concatenate((self.planes, more))
 
     def pyramid(self, depth: int) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
         """Return upper bounds of the score over growing blocks, for branch and bound.
 
         Level h, cell X bounds the scores of rows `2^h (X - 1)` to `2^h (X + 1) - 1`, columns alike,
-        so it holds for every offset within 2^h cells. Level 0 is the score itself.
+        so it holds for every offset within 2^h cells.
 
         Args:
             depth: Highest level.
 
         Returns:
-            All levels as `(K,) uint8`, and `(depth + 1, 3) int64` of start, rows and columns.
+            Levels from 1 as `(K,) uint8`; start, rows and columns of each, `(depth + 1, 3) int64`.
         """
         if self._pyramid is None or len(self._pyramid[1]) != depth + 1:
             self._pyramid = _build_pyramid(self.score, depth)
@@ -79,7 +95,8 @@ class Field:
             return
         along, across = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
         self.score = self.score[along, across].copy()
-        self.planes = self.planes[along, across].copy()
+        self.index = self.index[along, across].copy()
+        self.planes = self.planes[: self._count].copy()
         self.origin = self.origin + self.resolution * np.array([columns[0], rows[0]])
         self._pyramid = None
 
@@ -97,21 +114,24 @@ class Field:
         after = np.where(last > shape, last - shape + _MARGIN_CELLS, 0)
         pad = ((before[1], after[1]), (before[0], after[0]))
         self.score = np.pad(self.score, pad)
-        self.planes = np.pad(self.planes, (*pad, (0, 0)))
+        self.index = np.pad(self.index, pad)
         self.origin = self.origin - before * self.resolution
 
 
 @njit(cache=True)
 def _stamp(
     score: NDArray[np.uint8],
+    index: NDArray[np.int32],
     planes: NDArray[np.float32],
+    count: int,
     resolution: float,
     origin: NDArray[np.float64],
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
     sigma: float,
     radius: int,
-) -> None:
+) -> int:
+    """Add points; return how many planes there are now."""
     scale = 0.5 / (sigma * sigma)
     wx, wy = np.empty(2 * radius + 1), np.empty(2 * radius + 1)
     for i in range(len(points)):
@@ -134,41 +154,43 @@ def _stamp(
                 if level > score[r, c]:
                     score[r, c] = level
                 if flat and level > 1:
+                    k = index[r, c]
+                    if k == 0:
+                        k = index[r, c] = count
+                        count += 1
                     dx = (gx - c - 0.5) * resolution
-                    planes[r, c, 0] += w
-                    planes[r, c, 1] += w * nx
-                    planes[r, c, 2] += w * ny
-                    planes[r, c, 3] += w * (nx * dx + ny * dy)
+                    planes[k, 0] += w
+                    planes[k, 1] += w * nx
+                    planes[k, 2] += w * ny
+                    planes[k, 3] += w * (nx * dx + ny * dy)
+    return count
 
 
-@njit(cache=True)
 def _build_pyramid(
     score: NDArray[np.uint8], depth: int
 ) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
-    levels = np.empty((depth + 1, 3), np.int64)
-    total = 0
-    rows, columns = score.shape
-    for h in range(depth + 1):
-        levels[h] = (total, rows + 1, columns + 1)
-        total += (rows + 1) * (columns + 1)
-        rows, columns = (rows + 1) // 2, (columns + 1) // 2
-    pyramid = np.zeros(total, np.uint8)
-    block = score
-    for h in range(depth + 1):
-        start, _, width = levels[h]
-        rows, columns = block.shape
-        for r in range(rows):
-            for c in range(columns):
-                v = block[r, c]
-                here = start + (r + 1) * width + c + 1
-                pyramid[here] = max(pyramid[here], v)
-                if h > 0:  # each block also counts for the one before it
-                    pyramid[here - 1] = max(pyramid[here - 1], v)
-                    pyramid[here - width] = max(pyramid[here - width], v)
-                    pyramid[here - width - 1] = max(pyramid[here - width - 1], v)
-        half = np.zeros(((rows + 1) // 2, (columns + 1) // 2), np.uint8)
-        for r in range(rows):
-            for c in range(columns):
-                half[r // 2, c // 2] = max(half[r // 2, c // 2], block[r, c])
-        block = half
-    return pyramid, levels
+    levels = np.zeros((depth + 1, 3), np.int64)
+    levels[0, 1:] = score.shape
+    parts: list[NDArray[np.uint8]] = [np.empty(0, np.uint8)]
+    blocks, start = score, 0
+    for h in range(1, depth + 1):
+        blocks = _halve(blocks)
+        rows = np.zeros((blocks.shape[0] + 1, blocks.shape[1]), np.uint8)
+        rows[:-1] = blocks
+        np.maximum(rows[1:], blocks, out=rows[1:])
+        part = np.zeros((rows.shape[0], rows.shape[1] + 1), np.uint8)
+        part[:, :-1] = rows
+        np.maximum(part[:, 1:], rows, out=part[:, 1:])
+        levels[h] = (start, *part.shape)
+        parts.append(part.ravel())
+        start += part.size
+    return np.concatenate(parts), levels
+
+
+def _halve(blocks: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the maxima of blocks of 2 x 2 cells."""
+    odd = (blocks.shape[0] % 2, blocks.shape[1] % 2)
+    if any(odd):
+        blocks = np.pad(blocks, ((0, odd[0]), (0, odd[1])))
+    rows = np.maximum(blocks[0::2], blocks[1::2])
+    return np.maximum(rows[:, 0::2], rows[:, 1::2])

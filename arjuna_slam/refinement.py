@@ -29,19 +29,24 @@ def _ramp(value: float, low: float, high: float) -> float:
 
 @njit(cache=True)
 def sample(
-    planes: NDArray[np.float32], gx: float, gy: float, resolution: float
+    index: NDArray[np.int32],
+    planes: NDArray[np.float32],
+    gx: float,
+    gy: float,
+    resolution: float,
 ) -> tuple[float, float, float, float]:
     """Return signed distance [m], normal and trust (0..1) of the surface near a point.
 
     The trust falls to 0 continuously where the reference thins out or its sides disagree.
 
     Args:
-        planes: The field's `(H, W, 4) float32`.
+        index: The field's `(H, W) int32`.
+        planes: The field's `(K, 4) float32`.
         gx: The point in cells from the field's origin.
         gy: As `gx`.
         resolution: Edge of a cell [m].
     """
-    height, width, _ = planes.shape
+    height, width = index.shape
     fx, fy = gx - 0.5, gy - 0.5
     column, row = math.floor(fx), math.floor(fy)
     if row < 0 or column < 0 or row + 1 >= height or column + 1 >= width:
@@ -50,7 +55,10 @@ def sample(
     for q in range(4):
         r, c = row + q // 2, column + q % 2
         weight = (1.0 - abs(fx - c)) * (1.0 - abs(fy - r))
-        pa, px, py, pd = planes[r, c]
+        k = index[r, c]
+        if k == 0:
+            continue
+        pa, px, py, pd = planes[k]
         a += weight * pa
         bx += weight * px
         by += weight * py
@@ -64,6 +72,7 @@ def sample(
 
 @njit(cache=True)
 def _linearize(
+    index: NDArray[np.int32],
     planes: NDArray[np.float32],
     resolution: float,
     origin: NDArray[np.float64],
@@ -84,7 +93,7 @@ def _linearize(
         ry = s * points[i, 0] + c * points[i, 1]
         gx = (rx + pose[0] - origin[0]) / resolution
         gy = (ry + pose[1] - origin[1]) / resolution
-        d, nx, ny, trust = sample(planes, gx, gy, resolution)
+        d, nx, ny, trust = sample(index, planes, gx, gy, resolution)
         if trust == 0.0:
             continue
         ratio = d / sigma
@@ -105,6 +114,7 @@ def _linearize(
 
 @njit(cache=True)
 def refine(
+    index: NDArray[np.int32],
     planes: NDArray[np.float32],
     resolution: float,
     origin: NDArray[np.float64],
@@ -120,7 +130,8 @@ def refine(
     """Return the refined pose and how well it fits.
 
     Args:
-        planes: The field's `(H, W, 4) float32`.
+        index: The field's `(H, W) int32`.
+        planes: The field's `(K, 4) float32`.
         resolution: Edge of a cell [m].
         origin: The field's `(2,) float64` [m].
         points: `(N, 2) float64` in the robot's base frame [m].
@@ -140,7 +151,9 @@ def refine(
     total = square = 0.0
     step, done = math.inf, 0
     while done < iterations and step >= _STEP_DONE:
-        total, square = _linearize(planes, resolution, origin, points, normals, pose, sigma, h, g)
+        total, square = _linearize(
+            index, planes, resolution, origin, points, normals, pose, sigma, h, g
+        )
         h /= sigma_range * sigma_range
         g /= sigma_range * sigma_range
         error = pose - prior

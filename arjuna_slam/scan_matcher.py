@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
@@ -31,9 +32,21 @@ class MatchStatus(enum.Enum):
     NOT_CONVERGED = "not converged"
 
 
+@njit(cache=True)
 def invert(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the inverse of a covariance or information matrix, `(3, 3) float64`."""
-    return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
+    a, b, c = matrix[0]
+    d, e = matrix[1, 1], matrix[1, 2]
+    f = matrix[2, 2]
+    result = np.empty((3, 3))
+    result[0, 0] = d * f - e * e
+    result[0, 1] = result[1, 0] = c * e - b * f
+    result[0, 2] = result[2, 0] = b * e - c * d
+    result[1, 1] = a * f - c * c
+    result[1, 2] = result[2, 1] = b * c - a * e
+    result[2, 2] = a * d - b * b
+    result /= a * result[0, 0] + b * result[0, 1] + c * result[0, 2]
+    return result
 
 
 @dataclass(frozen=True)
@@ -175,7 +188,8 @@ class ScanMatcher:
     ) -> Match:
         config = self._config
         pose, h, total, square, steps = refine(
-            field.planes, field.resolution, field.origin, surface.points, surface.normals,
+            field.index, field.planes, field.resolution, field.origin, surface.points,
+            surface.normals,
             start.array(), prior.array(), information + 1e-6 * _UNKNOWN_INFORMATION,
             config.match_robust_scale, config.range_deviation, config.match_iterations,
         )  # fmt: skip
