@@ -15,6 +15,7 @@ from arjuna_sim.actors import Actor, Trajectory
 from arjuna_sim.pose3 import ORIGIN, Pose3
 from arjuna_sim.sdf import GROUND, World
 from arjuna_sim.shapes import Group, Kind, Part, add_part, corners
+from arjuna_sim.urdf import Urdf
 
 _PREFIX = "entity:"
 _THIN = 1e-3  # least extent that inertia is computed with [m]
@@ -77,6 +78,12 @@ class Entity:
         """Return the least and the greatest corner of what is solid, in its own frame [m]."""
         return bounds(self.solid or self.drawn)
 
+    def corners(self, pose: Pose3) -> NDArray[np.float64]:
+        """Return the corners of its bounding box where it stands, `(8, 3) float64` [m]."""
+        sides = np.stack(self.bounds())
+        picks = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+        return pose.apply(np.take_along_axis(sides, np.array(picks), axis=0))
+
 
 @dataclass(frozen=True)
 class EntityMotion:
@@ -131,6 +138,25 @@ def entity_of_actor(actor: Actor) -> Entity:
         trajectory=actor.trajectory,
         category=Category.HUMAN,
         description="an actor",
+    )
+
+
+def entity_of_robot(urdf: Urdf) -> Entity:
+    """Return a robot, all its joints at 0, as one rigid entity."""
+    solid, drawn, mass = [], [], 0.0
+    for name, link in urdf.links.items():
+        T_root = urdf.T_root(name)
+        solid += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.collisions]
+        drawn += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.visuals]
+        mass += 0.0 if link.inertial is None else link.inertial.mass
+    about = f"the robot of {urdf.path.name}"
+    return Entity(
+        urdf.name,
+        tuple(solid),
+        tuple(drawn),
+        mass=mass,
+        category=Category.ROBOT,
+        description=about,
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from arjuna_core.errors import InputFileError, RobotError, WorldError
 from arjuna_sim.actors import person
-from arjuna_sim.entities import Category, Entity, entity_of_actor
+from arjuna_sim.entities import Category, Entity, entity_of_actor, entity_of_robot
 from arjuna_sim.library import Fault, Library, ResourceError
 from arjuna_sim.pose3 import Pose3
 from arjuna_sim.sdf import GROUND, Body, World, read_world
@@ -150,16 +150,11 @@ def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:
     xml = XmlFile(path, "robot", RobotError, text, library.search)
     urdf = read_urdf(xml)
     check_assets(tuple(xml.notes))
-    solid, drawn, mass = [], [], 0.0
-    for name, link in urdf.links.items():
-        T_root = urdf.T_root(name)
-        solid += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.collisions]
-        drawn += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.visuals]
-        mass += 0.0 if link.inertial is None else link.inertial.mass
-    if not solid and not drawn:
+    robot = entity_of_robot(urdf)
+    if not robot.solid and not robot.drawn:
         raise xml.fail(f"robot '{urdf.name}'", "has neither <collision> nor <visual>")
     static = any((e.findtext("static") or "").strip() == "true" for e in xml.root.iter("gazebo"))
-    return _entity(urdf.name, tuple(solid), tuple(drawn), 0.0 if static else mass)
+    return _entity(urdf.name, robot.solid, robot.drawn, 0.0 if static else robot.mass)
 
 
 def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: float) -> Entity:

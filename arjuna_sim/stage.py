@@ -111,6 +111,9 @@ class Stage:
             PlaceTakenError: It would stand in the robot; nothing has changed.
             RobotError: MuJoCo refuses it; nothing has changed.
         """
+        if entity.trajectory is not None:
+            start = Pose3.from_se2(entity.trajectory.pose(0.0))
+            entity = dataclasses.replace(entity, start=start)
         self._change({**self._entities, entity.name: entity}, self._taken, entity)
         self._began[entity.name] = self._steps
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import array
+import math
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Quaternion, Transform, TransformStamped
+from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
-from simulation_interfaces.msg import EntityState
+from simulation_interfaces.msg import Bounds, EntityState
 
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg
+from arjuna_sim.entities import EntityMotion
 from arjuna_sim.imu import ImuReading
 from arjuna_sim.observation import JointStates, Truth
 from arjuna_sim.odometry import OdometryEstimate
@@ -20,6 +22,7 @@ from arjuna_sim.pose3 import Pose3
 WORLD = "world"
 # The gyro's sum drifts without bound; a client must not take it for a compass.
 _YAW_VARIANCE = 0.1
+_FARTHEST = 10_000.0  # [m] beyond it single precision tears meshes apart
 
 
 def transform3_msg(T: Pose3, parent: str, child: str, now: float) -> TransformStamped:
@@ -51,16 +54,53 @@ def truth_msg(truth: Truth, child: str, now: float) -> Odometry:
 
 
 def entity_state(truth: Truth, now: float) -> EntityState:
-    """Return the true pose and motion at a time [s] as an EntityState message."""
-    message = EntityState(header=header(WORLD, now))
-    w, x, y, z = Pose3.from_rpy(
-        (0.0, 0.0, 0.0), (truth.roll, truth.pitch, truth.pose.theta)
-    ).quaternion
-    message.pose.position.x, message.pose.position.y = truth.pose.x, truth.pose.y
-    message.pose.position.z = truth.z
-    message.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
+    """Return the robot's true pose and motion at a time [s] as an EntityState message."""
+    pose = Pose3.from_rpy(
+        (truth.pose.x, truth.pose.y, truth.z), (truth.roll, truth.pitch, truth.pose.theta)
+    )
+    message = EntityState(header=header(WORLD, now), pose=pose3_msg(pose))
     message.twist.linear.x, message.twist.angular.z = truth.v, truth.w
     return message
+
+
+def motion_msg(motion: EntityMotion, now: float) -> EntityState:
+    """Return an entity's pose and motion at a time [s] as an EntityState message."""
+    message = EntityState(header=header(WORLD, now), pose=pose3_msg(motion.pose))
+    _set(message.twist.linear, motion.linear)
+    _set(message.twist.angular, motion.angular)
+    return message
+
+
+def pose3_msg(pose: Pose3) -> Pose:
+    """Return a pose of space as a Pose message."""
+    w, x, y, z = pose.quaternion
+    px, py, pz = pose.position
+    return Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w))
+
+
+def pose3_from_msg(message: Pose) -> Pose3:
+    """Return a Pose message as a pose of space; its quaternion need not be normalised.
+
+    Raises:
+        ValueError: A value is not finite or too far away, or the quaternion is no rotation.
+    """
+    p, q = message.position, message.orientation
+    if not all(math.isfinite(value) for value in (p.x, p.y, p.z)):
+        raise ValueError(f"position ({p.x}, {p.y}, {p.z}) is not finite")
+    if max(abs(p.x), abs(p.y), abs(p.z)) > _FARTHEST:
+        raise ValueError(f"position ({p.x}, {p.y}, {p.z}) is farther than {_FARTHEST:g} m")
+    norm = math.sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)
+    if not math.isfinite(norm) or norm < 1e-6:
+        raise ValueError(f"quaternion ({q.x}, {q.y}, {q.z}, {q.w}) is no rotation")
+    return Pose3((p.x, p.y, p.z), (q.w / norm, q.x / norm, q.y / norm, q.z / norm))
+
+
+def box_msg(low: Any, high: Any) -> Bounds:
+    """Return the least and greatest corner of a box as a Bounds message, the upper one first."""
+    points = [Vector3(), Vector3()]
+    _set(points[0], high)
+    _set(points[1], low)
+    return Bounds(type=Bounds.TYPE_BOX, points=points)
 
 
 def joint_state_msg(joints: JointStates, now: float) -> JointState:

@@ -1,40 +1,65 @@
-"""simulation_interfaces: what a client may ask of the simulator, and do to it."""
+"""simulation_interfaces: state, time and steps of the simulation, and what it can do."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from simulation_interfaces.action import SimulateSteps
 from simulation_interfaces.msg import Result, SimulationState, SimulatorFeatures
 from simulation_interfaces.srv import (
-    GetEntities,
-    GetEntityState,
     GetSimulationState,
     GetSimulatorFeatures,
     ResetSimulation,
-    SetEntityState,
     SetSimulationState,
     StepSimulation,
 )
 
-from arjuna_core.ros.convert import se2_from_pose
-from arjuna_sim.nodes.messages import WORLD, entity_state
+from arjuna_core.ros.actions import GoalServer
+from arjuna_sim.entity_files import FORMATS
+from arjuna_sim.nodes.entity_services import EntityServices
+from arjuna_sim.nodes.results import OK, refusal
+from arjuna_sim.nodes.world_services import WorldServices
 
 if TYPE_CHECKING:
     from arjuna_sim.nodes.sim import SimNode
 
-ALIAS = "robot"
 _STEPS_MAX = 1000
+_ACTION_STEPS_MAX = 1_000_000
 _FEATURES = (
+    SimulatorFeatures.SPAWNING,
+    SimulatorFeatures.DELETING,
+    SimulatorFeatures.ENTITY_TAGS,
+    SimulatorFeatures.ENTITY_BOUNDS,
+    SimulatorFeatures.ENTITY_BOUNDS_BOX,
+    SimulatorFeatures.ENTITY_CATEGORIES,
+    SimulatorFeatures.SPAWNING_RESOURCE_STRING,
     SimulatorFeatures.ENTITY_STATE_GETTING,
     SimulatorFeatures.ENTITY_STATE_SETTING,
+    SimulatorFeatures.ENTITY_INFO_GETTING,
+    SimulatorFeatures.ENTITY_INFO_SETTING,
+    SimulatorFeatures.SPAWNABLES,
     SimulatorFeatures.SIMULATION_RESET,
+    SimulatorFeatures.SIMULATION_RESET_TIME,
     SimulatorFeatures.SIMULATION_RESET_STATE,
+    SimulatorFeatures.SIMULATION_RESET_SPAWNED,
     SimulatorFeatures.SIMULATION_STATE_GETTING,
     SimulatorFeatures.SIMULATION_STATE_SETTING,
     SimulatorFeatures.SIMULATION_STATE_PAUSE,
     SimulatorFeatures.STEP_SIMULATION_SINGLE,
     SimulatorFeatures.STEP_SIMULATION_MULTIPLE,
+    SimulatorFeatures.STEP_SIMULATION_ACTION,
+    SimulatorFeatures.WORLD_LOADING,
+    SimulatorFeatures.WORLD_RESOURCE_STRING,
+    SimulatorFeatures.WORLD_UNLOADING,
+    SimulatorFeatures.WORLD_INFO_GETTING,
+    SimulatorFeatures.AVAILABLE_WORLDS,
+    SimulatorFeatures.SPAWNING_ENTITIES,
 )
+_STATES = {
+    SimulationState.STATE_STOPPED: "stopped",
+    SimulationState.STATE_PLAYING: "playing",
+    SimulationState.STATE_PAUSED: "paused",
+}
 
 
 class SimulationServices:
@@ -47,109 +72,154 @@ class SimulationServices:
     def __init__(self, node: SimNode) -> None:
         self._node = node
         node.serve(GetSimulatorFeatures, "get_simulator_features", self._get_features)
-        node.serve(GetEntities, "get_entities", self._get_entities)
-        node.serve(GetEntityState, "get_entity_state", self._get_entity_state)
-        node.serve(SetEntityState, "set_entity_state", self._set_entity_state)
         node.serve(ResetSimulation, "reset_simulation", self._reset)
         node.serve(GetSimulationState, "get_simulation_state", self._get_state)
         node.serve(SetSimulationState, "set_simulation_state", self._set_state)
         node.serve(StepSimulation, "step_simulation", self._step)
+        self._entities = EntityServices(node)
+        WorldServices(node, self._entities.reset)
+        self._steps = StepAction(node)
 
     @property
-    def _name(self) -> str:
-        name: str = self._node.simulator.robot.urdf.name
-        return name
+    def stepping(self) -> bool:
+        """Whether the action simulate_steps wants the next tick."""
+        return self._steps.goal is not None
 
-    def _unknown(self, entity: str) -> Result | None:
-        if entity.strip("/") in (self._name, ALIAS):
-            return None
-        problem = f"entity '{entity}' does not exist; valid: {self._name}, {ALIAS}"
-        return Result(result=Result.RESULT_NOT_FOUND, error_message=problem)
+    def after_tick(self) -> None:
+        """Tell a client of simulate_steps that a tick is done."""
+        self._steps.count()
+
+    def abort(self) -> None:
+        """End what runs, since the node stops."""
+        self._steps.abort_all()
 
     def _get_features(self, request: Any, response: Any) -> Any:
         response.features.features = list(_FEATURES)
+        response.features.spawn_formats = list(FORMATS)
         response.features.custom_info = "Arjuna on MuJoCo"
         return response
 
-    def _get_entities(self, request: Any, response: Any) -> Any:
-        response.entities = [self._name]
-        response.result.result = Result.RESULT_OK
-        return response
-
-    def _get_entity_state(self, request: Any, response: Any) -> Any:
-        response.result = self._unknown(request.entity) or Result(result=Result.RESULT_OK)
-        if response.result.result == Result.RESULT_OK:
-            simulator = self._node.simulator
-            response.state = entity_state(simulator.truth(), simulator.time)
-        return response
-
-    def _set_entity_state(self, request: Any, response: Any) -> Any:
-        response.result = self._unknown(request.entity) or self._move(request)
-        return response
-
-    def _move(self, request: Any) -> Result:
-        frame = request.state.header.frame_id.lstrip("/")
-        if request.set_twist or request.set_acceleration or not request.set_pose:
-            problem = "only the pose can be set: set_pose true, set_twist, set_acceleration false"
-            return Result(result=Result.RESULT_FEATURE_UNSUPPORTED, error_message=problem)
-        if frame not in ("", WORLD):
-            problem = f"frame '{frame}' is unknown; valid: {WORLD}"
-            return Result(result=SetEntityState.Response.INVALID_POSE, error_message=problem)
-        try:
-            pose = se2_from_pose(request.state.pose)
-        except ValueError as error:
-            return Result(result=SetEntityState.Response.INVALID_POSE, error_message=str(error))
-        touched = self._node.simulator.obstacles_at(pose)
-        if touched:
-            problem = f"the place is taken by {', '.join(touched)}"
-            return Result(result=SetEntityState.Response.INVALID_POSE, error_message=problem)
-        self._node.simulator.set_pose(pose)
-        return Result(result=Result.RESULT_OK)
-
     def _reset(self, request: Any, response: Any) -> Any:
-        kind = ResetSimulation.Request
-        both = kind.SCOPE_TIME | kind.SCOPE_STATE
-        response.result.result = Result.RESULT_OK
-        if request.scope == kind.SCOPE_DEFAULT or request.scope & both == both:
-            self._node.simulator.reset()
-        elif request.scope & kind.SCOPE_STATE:
-            self._node.simulator.set_pose(self._node.simulator.spawn)
-        elif request.scope & kind.SCOPE_TIME:
-            response.result.result = Result.RESULT_FEATURE_UNSUPPORTED
-            response.result.error_message = "time is reset only together with the state"
+        response.result = self._no_world() or self._reset_scope(request.scope)
         return response
+
+    def _reset_scope(self, scope: int) -> Result:
+        kind = ResetSimulation.Request
+        simulator = self._node.simulator
+        known = kind.SCOPE_TIME | kind.SCOPE_STATE | kind.SCOPE_SPAWNED
+        if scope in (kind.SCOPE_DEFAULT, kind.SCOPE_ALL):
+            self._reset_all()
+            return OK
+        if scope & ~known:
+            problem = f"scope {scope} is unknown; valid: 0, 255, or a sum of 1, 2 and 4"
+            return refusal(Result.RESULT_FEATURE_UNSUPPORTED, problem)
+        if scope & kind.SCOPE_SPAWNED:
+            simulator.stage.clear_spawned()
+        if scope & kind.SCOPE_STATE:
+            simulator.reset_state()
+        if scope & kind.SCOPE_TIME:
+            simulator.reset_time()
+            self._node.tell_time()
+        return OK
+
+    def _reset_all(self) -> None:
+        self._node.simulator.reset()
+        self._node.contacts.log.reset()
+        self._entities.reset()
+        self._node.tell_time()
+
+    def _no_world(self) -> Result | None:
+        if self._node.state != SimulationState.STATE_NO_WORLD:
+            return None
+        return refusal(Result.RESULT_INCORRECT_STATE, "no world is loaded; load one first")
 
     def _get_state(self, request: Any, response: Any) -> Any:
-        paused = self._node.paused
-        response.state.state = (
-            SimulationState.STATE_PAUSED if paused else SimulationState.STATE_PLAYING
-        )
-        response.result.result = Result.RESULT_OK
+        response.state.state = self._node.state
+        response.result = OK
         return response
 
     def _set_state(self, request: Any, response: Any) -> Any:
-        wanted = {SimulationState.STATE_PAUSED: True, SimulationState.STATE_PLAYING: False}
-        paused = wanted.get(request.state.state)
-        if paused is None:
-            response.result.result = Result.RESULT_FEATURE_UNSUPPORTED
-            response.result.error_message = "valid states: playing, paused"
-        elif paused == self._node.paused:
-            response.result.result = SetSimulationState.Response.ALREADY_IN_TARGET_STATE
-            response.result.error_message = "it is in this state already"
-        else:
-            self._node.paused = paused
-            response.result.result = Result.RESULT_OK
+        response.result = self._no_world() or self._enter(request.state.state)
         return response
 
+    def _enter(self, state: int) -> Result:
+        if state not in _STATES:
+            problem = f"state {state} cannot be entered; valid: {_listed(_STATES)}"
+            return refusal(Result.RESULT_FEATURE_UNSUPPORTED, problem)
+        if state == self._node.state:
+            problem = f"it is {_STATES[state]} already"
+            return refusal(SetSimulationState.Response.ALREADY_IN_TARGET_STATE, problem)
+        if self.stepping:
+            problem = "steps are being simulated; cancel them first"
+            return refusal(SetSimulationState.Response.STATE_TRANSITION_ERROR, problem)
+        if state == SimulationState.STATE_STOPPED:
+            self._reset_all()
+        self._node.state = state
+        return OK
+
     def _step(self, request: Any, response: Any) -> Any:
-        if not self._node.paused:
-            response.result.result = Result.RESULT_INCORRECT_STATE
-            response.result.error_message = "steps are for a paused simulation; pause it first"
-        elif not 1 <= request.steps <= _STEPS_MAX:
-            response.result.result = Result.RESULT_OPERATION_FAILED
-            response.result.error_message = f"steps is {request.steps}; valid: 1 to {_STEPS_MAX}"
-        else:
+        response.result = refuse_steps(self._node, request.steps, _STEPS_MAX) or OK
+        if response.result is OK:
             for _ in range(request.steps):
                 self._node.advance()
-            response.result.result = Result.RESULT_OK
         return response
+
+
+def refuse_steps(node: SimNode, steps: int, most: int) -> Result | None:
+    """Return why a number of steps cannot be simulated, or None."""
+    if node.state != SimulationState.STATE_PAUSED:
+        problem = "steps are for a paused simulation; pause it first"
+        return refusal(Result.RESULT_INCORRECT_STATE, problem)
+    if not 1 <= steps <= most:
+        problem = f"steps is {steps}; valid: 1 to {most}"
+        return refusal(Result.RESULT_OPERATION_FAILED, problem)
+    return None
+
+
+class StepAction(GoalServer):
+    """The action simulate_steps: a tick at a time, with progress.
+
+    Args:
+        node: The node, being configured.
+    """
+
+    def __init__(self, node: SimNode) -> None:
+        super().__init__(
+            node, SimulateSteps, "simulate_steps", self._begin, on_cancel=self._on_cancel_steps
+        )
+        self._sim = node
+        self._done = 0
+        node.keep(self)
+
+    def explained(self, reason: str) -> Any:
+        """Return a result that says why a goal failed."""
+        return SimulateSteps.Result(result=refusal(Result.RESULT_OPERATION_FAILED, reason))
+
+    def _begin(self) -> None:
+        if self.preempt_requested:
+            self.abort_pending(self.explained("other steps are being simulated"))
+            return
+        self._done = 0
+        goal: Any = self.goal
+        refused = refuse_steps(self._sim, goal.steps, _ACTION_STEPS_MAX)
+        if refused is not None:
+            self.abort(SimulateSteps.Result(result=refused))
+
+    def count(self) -> None:
+        """Take note of a tick."""
+        goal = self.goal
+        if goal is None:
+            return
+        self._done += 1
+        left = goal.steps - self._done
+        self.feedback(SimulateSteps.Feedback(completed_steps=self._done, remaining_steps=left))
+        if left == 0:
+            self.succeed(SimulateSteps.Result(result=OK))
+
+    def _on_cancel_steps(self) -> None:
+        if self.cancel_requested:
+            self.cancel(self.explained(f"cancelled after {self._done} steps"))
+
+
+def _listed(names: dict[int, str]) -> str:
+    return ", ".join(f"{number} ({name})" for number, name in names.items())

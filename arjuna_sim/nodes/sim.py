@@ -12,6 +12,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState, LaserScan
+from simulation_interfaces.msg import SimulationState
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import param
@@ -20,11 +21,14 @@ from arjuna_core.ros.convert import scan_msg, time_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_sim.drive import CommandError, Velocity
+from arjuna_sim.library import Library
 from arjuna_sim.nodes.camera import CameraTopics
+from arjuna_sim.nodes.contacts import ContactTopic
 from arjuna_sim.nodes.messages import imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.services import SimulationServices
 from arjuna_sim.observation import Observation
 from arjuna_sim.pacing import Pacer
+from arjuna_sim.resources import SearchPath
 from arjuna_sim.simulator import Simulator, SimulatorConfig
 
 SHIPPED = Path(__file__).resolve().parents[2]
@@ -60,6 +64,12 @@ class SimConfig(SimulatorConfig):
     publish_ground_truth: bool = param(
         True, "Whether ground_truth/odom is published.", read_only=True
     )
+    resource_folder: str = param(
+        ".",
+        "Folder that spawn_entity and load_world may read files below, beside the shipped worlds"
+        " and robots, packages and models; the working folder if '.'.",
+        read_only=True,
+    )
     initial_pose: InitialPose = field(default_factory=InitialPose)
 
 
@@ -72,7 +82,9 @@ class SimNode(ManagedNode):
     Attributes:
         simulator: The core.
         last: What the last tick brought.
-        paused: Whether simulated time stands still.
+        state: A SimulationState constant: whether simulated time runs.
+        library: What clients may name.
+        contacts: Counts what the robot touches.
     """
 
     Config = SimConfig
@@ -92,7 +104,8 @@ class SimNode(ManagedNode):
         for note in self.simulator.notes:
             self.get_logger().warning(note)
         self.last: Observation | None = None
-        self.paused = False
+        self.state = SimulationState.STATE_PLAYING
+        self.library = Library(config.resource_folder, SearchPath.of())
         self._command: Velocity | None = None
         self._warned = False
         self._wall = 0.0
@@ -111,6 +124,7 @@ class SimNode(ManagedNode):
         camera = self.simulator.robot.settings.camera
         self._camera = None if camera is None else CameraTopics(self, camera)
         self._truth_out = self.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
+        self.contacts = ContactTopic(self)
         if self.config.enable_stamped_cmd_vel:
             self.subscribe(
                 TwistStamped, "cmd_vel", lambda msg: self._on_twist(msg.twist), qos.LATEST
@@ -122,6 +136,15 @@ class SimNode(ManagedNode):
     def activate(self) -> None:
         """Begin pacing anew."""
         self._pacer.restart()
+
+    def deactivate(self) -> None:
+        """End what clients wait for."""
+        self._server.abort()
+
+    @property
+    def paused(self) -> bool:
+        """Whether simulated time stands still."""
+        return bool(self.state != SimulationState.STATE_PLAYING)
 
     def cleanup(self) -> None:
         """Drop the simulation."""
@@ -135,8 +158,9 @@ class SimNode(ManagedNode):
 
     def tick(self) -> None:
         """Advance one tick, unless inactive or paused, and publish what it brought."""
-        if self.active and not self.paused:
+        if self.active and (not self.paused or self._server.stepping):
             self.advance()
+            self._server.after_tick()
 
     def advance(self) -> None:
         """Advance one tick and publish what it brought: time first, transforms before sensors."""
@@ -155,6 +179,11 @@ class SimNode(ManagedNode):
             self._camera.publish(now)
         if self.config.publish_ground_truth and self._truth_out.get_subscription_count() > 0:
             self._truth_out.publish(truth_msg(observation.truth, base, now))
+        self.contacts.update(observation.contacts, now)
+
+    def tell_time(self) -> None:
+        """Publish the time now, where it was set back."""
+        self._clock_out.publish(Clock(clock=time_msg(self.simulator.time)))
 
     def _publish_sensors(self, observation: Observation) -> None:
         settings = self.simulator.robot.settings
@@ -175,6 +204,8 @@ class SimNode(ManagedNode):
         Returns:
             Real time to wait [s]; 0 or less means now, inf that no tick will come of itself.
         """
+        if self.active and self._server.stepping:
+            return 0.0
         if not self.active or self.paused:
             self._pacer.restart()
             return math.inf

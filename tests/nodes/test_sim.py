@@ -178,7 +178,7 @@ def test_kidnap_by_set_entity_state_shows_in_truth_and_scan_only(bench: RosBench
 @pytest.mark.parametrize(
     ("entity", "x", "flags", "code", "words"),
     [
-        ("nobody", 0.0, {"set_pose": True}, Result.RESULT_NOT_FOUND, "valid: arjuna, robot"),
+        ("nobody", 0.0, {"set_pose": True}, Result.RESULT_NOT_FOUND, "valid: arjuna, obstacle_blue"),
         ("arjuna", 2.5, {"set_pose": True}, 101, "taken by obstacle_red"),
         ("arjuna", math.nan, {"set_pose": True}, 101, "not finite"),
         ("arjuna", 1.0, {"set_twist": True}, Result.RESULT_FEATURE_UNSUPPORTED, "only the pose"),

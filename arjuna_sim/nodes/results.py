@@ -1,0 +1,28 @@
+"""How a request to the simulator ended, as simulation_interfaces says it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from simulation_interfaces.msg import Result
+
+from arjuna_sim.library import ResourceError
+
+OK = Result(result=Result.RESULT_OK)
+
+
+def refusal(code: int, problem: str) -> Result:
+    """Return a result that says what is wrong."""
+    return Result(result=code, error_message=problem)
+
+
+def resource_refusal(response_type: Any, error: ResourceError) -> Result:
+    """Return the result for a resource that cannot be used, by a service's own codes.
+
+    Args:
+        response_type: The service's response, which has the codes.
+        error: What is wrong with the resource.
+    """
+    name = error.fault.value
+    holder = Result if name.startswith("RESULT_") else response_type
+    return refusal(getattr(holder, name), str(error))
