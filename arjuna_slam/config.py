@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.back_end import BackEndConfig
 from arjuna_slam.correlative import Window
 from arjuna_slam.loop_closure import LoopConfig
@@ -72,6 +72,10 @@ class SlamConfig(BackEndConfig, LoopConfig, MatcherConfig):
         0.2, "Deviation of odometry per metre and per radian.", minimum=1e-3, maximum=10.0
     )
 
+    lifelong: bool = param(
+        False, "Whether keyframes that newer ones cover are forgotten, so that memory is bounded."
+    )
+
     @property
     def window(self) -> Window:
         """Where a keyframe is searched."""
@@ -83,6 +87,13 @@ class SlamConfig(BackEndConfig, LoopConfig, MatcherConfig):
             self.angle_variance_penalty**2,
             self.minimum_distance_penalty,
             self.minimum_angle_penalty,
+        )
+
+    def keyframe_due(self, delta: SE2) -> bool:
+        """Tell whether the robot has moved enough since the last keyframe for another."""
+        return (
+            math.hypot(delta.x, delta.y) >= self.minimum_travel_distance
+            or abs(wrap(delta.theta)) >= self.minimum_travel_heading
         )
 
     def odometry_covariance(self, delta: SE2) -> NDArray[np.float64]:

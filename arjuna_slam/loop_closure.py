@@ -89,6 +89,8 @@ class LoopCloser:
         """
         self._travel = travel.tolist()
         self._closed_at = self._travel[-1]
+        self._tried.clear()
+        self._witnesses.clear()
 
     def close(
         self, graph: PoseGraph, node: int, travel: float, surface: Surface, submaps: list[Submap]

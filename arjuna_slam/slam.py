@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,18 +9,20 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import IDENTITY, SE2, wrap
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.back_end import BackEnd
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.loop_closure import LoopCloser
 from arjuna_slam.mapper import Mapper
 from arjuna_slam.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.pruning import prune, redundant_submap
 from arjuna_slam.reference_map import ReferenceMap
 from arjuna_slam.scan_filter import ScanFilter, Skip
 from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.session import Session, Start, StartKind
 from arjuna_slam.submap import LocalMap
 from arjuna_slam.surface import Surface, extract
+from arjuna_slam.tracking import Tracker
 
 _AT_START = Match(MatchStatus.MATCHED, IDENTITY, np.zeros((3, 3)), 1.0)
 _VAGUE = np.diag([4.0, 4.0, 10.0])  # information of a start that no scan confirms: 0.5 m, 0.3 rad
@@ -66,22 +67,28 @@ class Slam:
     def reset(self) -> None:
         """Forget everything; the next scan defines the map's frame."""
         config = self._config
-        self.graph = PoseGraph()
         self.scans = ScanFilter(config.max_laser_range)
         self._resumed: tuple[ReferenceMap, Start] | None = None
         self._matcher = ScanMatcher(config)
+        self._tracker = Tracker(config, self._matcher)
         self._local = LocalMap(
             config.correlation_search_space_resolution,
             config.correlation_search_space_smear_deviation,
             config.submap_size,
         )
         self._closer = LoopCloser(config, self._matcher)
-        self._mapper = Mapper(config.resolution, config.max_laser_range)
-        self._stamps: list[float] = []
+        self._begin_graph()
         self._T_anchor_base = IDENTITY
         self._T_odom_base = IDENTITY
         self._T_odom_keyframe = IDENTITY
         self._travel = 0.0
+
+    def _begin_graph(self) -> None:
+        """Start without keyframes."""
+        config = self._config
+        self.graph = PoseGraph()
+        self._mapper = Mapper(config.resolution, config.max_laser_range)
+        self._stamps: list[float] = []
         self._back_end = BackEnd(config, self.graph)
 
     def process(self, scan: Scan, T_odom_base: SE2) -> SlamUpdate | None:
@@ -100,8 +107,9 @@ class Slam:
         if not self._local.active:
             return self._start(scan, surface, T_odom_base)
         prior, information = self._predict(T_odom_base)
-        due = self._keyframe_due(T_odom_base)
-        match = self._localize(surface, prior, information, due)
+        due = self._config.keyframe_due(self._T_odom_keyframe.inverse() @ T_odom_base)
+        reference = self._local.reference.field
+        match = self._tracker.locate(reference, surface, prior, information, due)
         self._T_anchor_base = match.T_field_base
         self._advance(T_odom_base)
         closures = self._add_keyframe(scan, surface, match) if due else 0
@@ -208,28 +216,6 @@ class Slam:
         delta = self._T_odom_base.inverse() @ T_odom_base
         return self._T_anchor_base @ delta, invert(self._config.odometry_covariance(delta))
 
-    def _keyframe_due(self, T_odom_base: SE2) -> bool:
-        delta = self._T_odom_keyframe.inverse() @ T_odom_base
-        config = self._config
-        return (
-            math.hypot(delta.x, delta.y) >= config.minimum_travel_distance
-            or abs(wrap(delta.theta)) >= config.minimum_travel_heading
-        )
-
-    def _localize(
-        self, surface: Surface, prior: SE2, information: NDArray[np.float64], search: bool
-    ) -> Match:
-        """Track the pose; at keyframes, and when tracking fails, also search for a better one."""
-        reference = self._local.reference.field
-        if not search:
-            tracked = self._matcher.track(reference, surface, prior, information)
-            if tracked.status in (MatchStatus.MATCHED, MatchStatus.TOO_FEW_POINTS):
-                return tracked
-        config = self._config
-        return self._matcher.match(
-            reference, surface, prior, config.window, config.match_minimum_response, information
-        )
-
     def _advance(self, T_odom_base: SE2) -> None:
         self._travel += self._T_odom_base.distance(T_odom_base)
         self._T_odom_base = T_odom_base
@@ -254,7 +240,26 @@ class Slam:
         edges = self._closer.close(self.graph, node, self._travel, surface, self._local.finished)
         self._T_anchor_base = self._local.insert(node, surface, match.T_field_base)
         self._back_end.add(edges)
+        if self._config.lifelong:
+            self._forget()
         return len(edges)
+
+    def _forget(self) -> None:
+        """Forget a submap that newer keyframes cover, with the keyframes that only it has."""
+        submaps = [submap.nodes for submap in self._local.finished]
+        found = redundant_submap(self.graph.poses, submaps)
+        session = self.session()
+        if found is None or session is None:
+            return
+        others = {node for k, nodes in enumerate(session.submaps) if k != found for node in nodes}
+        keep = np.array([k in others for k in range(len(self.graph))])
+        keep[session.submaps[found][0]] = False  # the anchor goes, and with it the submap
+        pruned, index = prune(session, keep)
+        self._local.renumber(index)
+        undone = self._back_end.undone
+        self._begin_graph()
+        self._back_end.undone = undone
+        self._adopt(pruned)
 
     def _update(self, match: Match, keyframe: bool, closures: int) -> SlamUpdate:
         anchor = self._local.reference.anchor

@@ -5,6 +5,9 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.field import Field
 from arjuna_slam.surface import Surface
@@ -99,6 +102,16 @@ class LocalMap:
         self.finished.append(self.active.pop(0))
         self.finished[-1].field.trim()
         return self.reference.T_previous_anchor.inverse() @ T_anchor_base
+
+    def renumber(self, index: NDArray[np.int64]) -> None:
+        """Follow keyframes that were forgotten; finished submaps go with their anchor.
+
+        Args:
+            index: The new number of each keyframe, -1 for those gone, `(N,) int64`.
+        """
+        self.finished = [submap for submap in self.finished if index[submap.anchor] >= 0]
+        for submap in self.finished + self.active:
+            submap.nodes = [int(index[node]) for node in submap.nodes if index[node] >= 0]
 
     def poses(self, T_anchor_base: SE2) -> list[tuple[int, SE2]]:
         """Return the anchor of each active submap and the pose in its frame."""
