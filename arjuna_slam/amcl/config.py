@@ -8,8 +8,9 @@ from arjuna_core.config import param
 
 DIFFERENTIAL = "nav2_amcl::DifferentialMotionModel"
 OMNIDIRECTIONAL = "nav2_amcl::OmniMotionModel"
-MOTION_MODELS = (DIFFERENTIAL, OMNIDIRECTIONAL)
-SENSOR_MODELS = ("likelihood_field", "likelihood_field_prob")
+SKID_STEER = "arjuna::SkidSteerMotionModel"
+MOTION_MODELS = (DIFFERENTIAL, OMNIDIRECTIONAL, SKID_STEER)
+SENSOR_MODELS = ("likelihood_field", "likelihood_field_prob", "beam")
 
 
 @dataclass(frozen=True)
@@ -20,13 +21,23 @@ class AmclConfig:
     alpha2: float = param(0.2, "Rotation noise from translation.", minimum=0.0)
     alpha3: float = param(0.2, "Translation noise from translation.", minimum=0.0)
     alpha4: float = param(0.2, "Translation noise from rotation.", minimum=0.0)
-    alpha5: float = param(0.2, "Sideways noise from translation (omnidirectional).", minimum=0.0)
+    alpha5: float = param(
+        0.2,
+        "Sideways noise: from translation (omnidirectional) or turning (skid-steer).",
+        minimum=0.0,
+    )
     robot_model_type: str = param(DIFFERENTIAL, "Motion model.", choices=MOTION_MODELS)
     min_particles: int = param(500, "Least number of particles.", minimum=1)
     max_particles: int = param(2000, "Greatest number of particles.", minimum=1)
     pf_err: float = param(0.05, "Error between true and estimated distribution.", minimum=1e-3)
     pf_z: float = param(0.99, "Quantile of the normal distribution for pf_err.", minimum=0.0)
     resample_interval: int = param(1, "Filter updates from one resampling to the next.", minimum=1)
+    selective_resampling: bool = param(
+        False, "Resample only when fewer than half of the particles carry the weight."
+    )
+    freespace_downsampling: bool = param(
+        False, "Draw particles from anywhere in each second free cell only; saves memory."
+    )
     update_min_d: float = param(0.25, "Translation that calls for an update.", unit="m", minimum=0)
     update_min_a: float = param(0.2, "Rotation that calls for an update.", unit="rad", minimum=0)
 
@@ -40,6 +51,15 @@ class AmclConfig:
     sigma_hit: float = param(0.2, "Deviation of a hit from the map.", unit="m", minimum=1e-3)
     z_hit: float = param(0.5, "Share of beams that hit what the map has.", minimum=0.0, maximum=1.0)
     z_rand: float = param(0.5, "Share of beams of random range.", minimum=0.0, maximum=1.0)
+    z_short: float = param(
+        0.05, "Share of beams that something unmapped stops (beam model).", minimum=0.0, maximum=1.0
+    )
+    z_max: float = param(
+        0.05, "Share of beams that do not return (beam model).", minimum=0.0, maximum=1.0
+    )
+    lambda_short: float = param(
+        0.1, "Decay of what unmapped things stop (beam model).", unit="1/m", minimum=0.0
+    )
     do_beamskip: bool = param(False, "Leave out beams that fit few particles (prob model).")
     beam_skip_distance: float = param(0.5, "Distance at which a beam fits.", unit="m", minimum=0.0)
     beam_skip_threshold: float = param(

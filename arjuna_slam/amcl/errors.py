@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,7 +51,7 @@ def check_finite(pose: SE2, name: str) -> None:
     Raises:
         LocalizationError: A coordinate is NaN or infinite.
     """
-    if not np.isfinite(pose.array()).all():
+    if not all(map(math.isfinite, (pose.x, pose.y, pose.theta))):
         raise LocalizationError(f"{name} must be finite, got {pose}")
 
 

@@ -1,18 +1,16 @@
-"""The estimate: what the particles amount to, and how far it can be trusted."""
+"""The estimate: what the filter concludes, and how far it can be trusted."""
 
 from __future__ import annotations
 
 import enum
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from arjuna_core.se2 import SE2, wrap
-from arjuna_slam.amcl.resample import bin_codes, decode, encode
+from arjuna_core.se2 import SE2
+
+_SURE = 0.75  # share of the weight above which the heaviest cluster is the answer
 
 
 class Status(enum.Enum):
@@ -46,82 +44,43 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Cluster:
-    """Particles that lie together.
+class Answer:
+    """The hypothesis that wins.
 
     Attributes:
-        share: Of the whole weight, 0..1.
-        mean: `(3,) float64` [m, m, rad].
+        pose: `(3,) float64` in the map frame [m, m, rad].
         covariance: `(3, 3) float64`.
-        members: Indices of its particles, `(M,) int64`.
+        agreement: Share of beams that agree with the map there, 0..1; None if too few returned.
+        share: Its probability among the hypotheses, 0..1.
     """
 
-    share: float
-    mean: NDArray[np.float64]
+    pose: NDArray[np.float64]
     covariance: NDArray[np.float64]
-    members: NDArray[np.int64]
+    agreement: float | None
+    share: float
 
 
-def find_clusters(
-    particles: NDArray[np.float64], weights: NDArray[np.float64], least: float, limit: int
-) -> list[Cluster]:
-    """Return the heaviest clusters, heaviest first.
-
-    Particles belong together when their histogram bins touch, headings wrapping around.
+def conclude(answer: Answer, T_odom_base: SE2, least: float) -> Estimate:
+    """Say what an answer amounts to.
 
     Args:
-        particles: `(N, 3) float64` [m, m, rad].
-        weights: `(N,) float64` that sum to 1.
-        least: Share of the weight, 0..1, below which only the heaviest is returned.
-        limit: Greatest number of clusters returned.
-
-    Source: nav2_amcl (pf_kdtree_cluster).
+        answer: The hypothesis that wins.
+        T_odom_base: Odometry at its time.
+        least: Agreement below which the robot is lost, 0..1.
     """
-    codes, bin_of_particle = np.unique(bin_codes(particles), return_inverse=True)
-    labels = _touching(codes)[bin_of_particle]
-    shares = np.bincount(labels, weights)
-    heaviest = np.argsort(-shares, kind="stable")[:limit]
-    heaviest = heaviest[shares[heaviest] >= min(least, shares.max())]
-    return [_summary(particles, weights, np.flatnonzero(labels == label)) for label in heaviest]
+    T_map_base = SE2.from_array(answer.pose)
+    T_map_odom = T_map_base @ T_odom_base.inverse()
+    status, reason = _judge(answer, least)
+    quality = (answer.agreement or 0.0) * answer.share
+    return Estimate(T_map_base, T_map_odom, answer.covariance, quality, reason, status)
 
 
-def _touching(codes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Label sorted bins `(K,)` by connected component."""
-    if len(codes) == 1:
-        return np.zeros(1, np.int64)
-    x, y, heading = decode(codes)
-    rows, columns = [], []
-    for dx, dy, dh in _HALF_NEIGHBOURHOOD:
-        neighbours = encode(x + dx, y + dy, heading + dh)
-        found = np.minimum(np.searchsorted(codes, neighbours), len(codes) - 1)
-        hit = np.flatnonzero(codes[found] == neighbours)
-        rows.append(hit)
-        columns.append(found[hit])
-    row, column = np.concatenate(rows), np.concatenate(columns)
-    edges = coo_array((np.ones(len(row), np.int8), (row, column)), shape=(len(codes),) * 2)
-    labels: NDArray[np.int64] = connected_components(edges, directed=False)[1].astype(np.int64)
-    return labels
-
-
-_HALF_NEIGHBOURHOOD = [
-    (dx, dy, dh)
-    for dx in (-1, 0, 1)
-    for dy in (-1, 0, 1)
-    for dh in (-1, 0, 1)
-    if (dx, dy, dh) > (0, 0, 0)
-]
-
-
-def _summary(
-    particles: NDArray[np.float64], weights: NDArray[np.float64], members: NDArray[np.int64]
-) -> Cluster:
-    own, share = particles[members], float(weights[members].sum())
-    if share > 0.0:
-        relative = weights[members] / share
-    else:
-        relative = np.full(len(members), 1.0 / len(members))
-    heading = math.atan2(relative @ np.sin(own[:, 2]), relative @ np.cos(own[:, 2]))
-    mean = np.array([relative @ own[:, 0], relative @ own[:, 1], heading])
-    errors = own - mean
-    errors[:, 2] = wrap(errors[:, 2])
-    return Cluster(share, mean, (errors * relative[:, np.newaxis]).T @ errors, members)
+def _judge(answer: Answer, least: float) -> tuple[Status, str]:
+    if answer.agreement is None:
+        return Status.BLIND, "hardly a beam returned; odometry alone"
+    agree = f"{answer.agreement:.0%} of the beams agree with the map"
+    if answer.agreement < least:
+        return Status.LOST, f"only {agree}"
+    if answer.share < _SURE:
+        return Status.AMBIGUOUS, f"{agree}, but other places explain {1 - answer.share:.0%}"
+    return Status.TRACKING, agree

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2, wrap
-from arjuna_slam.amcl.config import DIFFERENTIAL, AmclConfig
+from arjuna_slam.amcl.config import DIFFERENTIAL, SKID_STEER, AmclConfig
 
 _TURN_ONLY_BELOW = 0.01  # shorter moves have no direction worth trusting [m]
 
@@ -26,6 +26,9 @@ class MotionModel(Protocol):
             particles: `(N, 3) float64` [m, m, rad].
             delta: Motion since the last step in the robot's frame before it.
             rng: Source of chance.
+
+        Returns:
+            `(N, 3) float64`, columns contiguous.
         """
 
 
@@ -48,23 +51,15 @@ class DifferentialMotion:
         turn1 = math.atan2(delta.y, delta.x) if length >= _TURN_ONLY_BELOW else 0.0
         turn2 = wrap(delta.theta - turn1)
         noise1, noise2 = _turn_or_reverse(turn1), _turn_or_reverse(turn2)
-        deviations = np.sqrt(
-            [
-                a.alpha1 * noise1**2 + a.alpha2 * length**2,
-                a.alpha3 * length**2 + a.alpha4 * (noise1**2 + noise2**2),
-                a.alpha1 * noise2**2 + a.alpha2 * length**2,
-            ]
+        variances = (
+            a.alpha1 * noise1**2 + a.alpha2 * length**2,
+            a.alpha3 * length**2 + a.alpha4 * (noise1**2 + noise2**2),
+            a.alpha1 * noise2**2 + a.alpha2 * length**2,
         )
-        means = np.array([turn1, length, turn2])
-        first, drive, second = (means + deviations * rng.standard_normal((len(particles), 3))).T
+        first, drive, second = _draws((turn1, length, turn2), variances, len(particles), rng)
         heading = particles[:, 2] + first
-        return np.column_stack(
-            (
-                particles[:, 0] + drive * np.cos(heading),
-                particles[:, 1] + drive * np.sin(heading),
-                wrap(heading + second),
-            )
-        )
+        ahead, left = drive * np.cos(heading), drive * np.sin(heading)
+        return _moved(particles, ahead, left, heading + second)
 
 
 class OmnidirectionalMotion:
@@ -79,31 +74,87 @@ class OmnidirectionalMotion:
         """See `MotionModel.sample`."""
         a = self._config
         length, turn = math.hypot(delta.x, delta.y), wrap(delta.theta)
-        deviations = np.sqrt(
-            [
-                a.alpha3 * length**2 + a.alpha1 * turn**2,
-                a.alpha5 * length**2 + a.alpha1 * turn**2,
-                a.alpha4 * turn**2 + a.alpha2 * length**2,
-            ]
+        variances = (
+            a.alpha3 * length**2 + a.alpha1 * turn**2,
+            a.alpha5 * length**2 + a.alpha1 * turn**2,
+            a.alpha4 * turn**2 + a.alpha2 * length**2,
         )
-        means = np.array([length, 0.0, turn])
-        ahead, left, rotation = (means + deviations * rng.standard_normal((len(particles), 3))).T
+        along, across, turned = _draws((length, 0.0, turn), variances, len(particles), rng)
         bearing = particles[:, 2] + math.atan2(delta.y, delta.x)
-        c, s = np.cos(bearing), np.sin(bearing)
-        return np.column_stack(
-            (
-                particles[:, 0] + ahead * c - left * s,
-                particles[:, 1] + ahead * s + left * c,
-                wrap(particles[:, 2] + rotation),
-            )
+        return _moved(particles, *_turned(along, across, bearing), particles[:, 2] + turned)
+
+
+class SkidSteerMotion:
+    """Drive an arc while the wheels slip: turning errs most, and shifts the base sideways.
+
+    The centre about which a skid-steer robot turns lies somewhere ahead of or behind the middle of
+    its wheels, so that a turn moves the base across in proportion. A turn is one draw, not two as
+    in the differential model.
+
+    Source: Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007.
+    """
+
+    def __init__(self, config: AmclConfig) -> None:
+        self._config = config
+
+    def sample(
+        self, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
+    ) -> NDArray[np.float64]:
+        """See `MotionModel.sample`."""
+        a = self._config
+        length, turn = math.hypot(delta.x, delta.y), wrap(delta.theta)
+        variances = (
+            a.alpha3 * length**2 + a.alpha4 * turn**2,
+            a.alpha5 * turn**2,
+            a.alpha1 * turn**2 + a.alpha2 * length**2,
         )
+        along, across, turned = _draws((delta.x, delta.y, turn), variances, len(particles), rng)
+        heading = particles[:, 2]
+        return _moved(particles, *_turned(along, across, heading), heading + turned)
 
 
 def make_motion(config: AmclConfig) -> MotionModel:
     """Return the motion model that the configuration names."""
     if config.robot_model_type == DIFFERENTIAL:
         return DifferentialMotion(config)
+    if config.robot_model_type == SKID_STEER:
+        return SkidSteerMotion(config)
     return OmnidirectionalMotion(config)
+
+
+def _draws(
+    means: tuple[float, float, float],
+    variances: tuple[float, float, float],
+    count: int,
+    rng: np.random.Generator,
+) -> NDArray[np.float64]:
+    """Return independent normal draws, `(3, count)`."""
+    draws = rng.standard_normal((3, count))
+    draws *= np.sqrt(variances)[:, np.newaxis]
+    draws += np.array(means)[:, np.newaxis]
+    return draws
+
+
+def _turned(
+    x: NDArray[np.float64], y: NDArray[np.float64], angle: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return vectors turned by angles, all `(N,)`."""
+    c, s = np.cos(angle), np.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
+def _moved(
+    particles: NDArray[np.float64],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    heading: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return particles shifted by x and y, with new headings."""
+    result = np.empty(particles.shape, order="F")
+    np.add(particles[:, 0], x, out=result[:, 0])
+    np.add(particles[:, 1], y, out=result[:, 1])
+    result[:, 2] = heading - 2.0 * math.pi * np.floor(heading / (2.0 * math.pi) + 0.5)
+    return result
 
 
 def _turn_or_reverse(angle: float) -> float:

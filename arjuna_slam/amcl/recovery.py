@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_slam.amcl.agreement import Rays, agreement
+from arjuna_slam.amcl.agreement import agreement
 from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.observation import Observation
 from arjuna_slam.amcl.refine import refine
 from arjuna_slam.amcl.search import GlobalSearch, distinct
 
@@ -109,8 +110,7 @@ class Hypothesis:
 def propose(
     search: GlobalSearch,
     field: DistanceField,
-    endpoints: NDArray[np.float64],
-    rays: Rays,
+    seen: Observation,
     present: NDArray[np.float64],
 ) -> list[Hypothesis]:
     """Return the places that explain a scan about equally well, best first.
@@ -118,13 +118,12 @@ def propose(
     Args:
         search: Of the map.
         field: The map's distances.
-        endpoints: Of all beams, `(M, 2) float64` in the base frame [m].
-        rays: The scan.
+        seen: The scan.
         present: Poses that compete with those found, `(K, 3) float64` [m, m, rad].
     """
-    found = np.vstack((present, search.find(endpoints, _PROPOSALS)))
-    poses = np.array([refine(field, pose, endpoints) for pose in found])
-    scores = np.array([agreement(field, pose, rays) for pose in poses])
+    found = np.vstack((present, search.find(seen.all.endpoints, _PROPOSALS)))
+    poses = np.array([refine(field, pose, seen.all.endpoints) for pose in found])
+    scores = np.array([agreement(field, pose, seen) for pose in poses])
     keep = distinct(poses, scores, _HYPOTHESES)
     keep = keep[scores[keep] >= scores[keep[0]] - _MARGIN]
     shares = np.exp(EVIDENCE * (scores[keep] - scores[keep[0]]))

@@ -8,42 +8,95 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.se2 import wrap
 from arjuna_slam.amcl.field import DistanceField
 
-_SIGMAS = (0.3, 0.3, 0.2, 0.1, 0.1, 0.1, 0.1)  # widths of the robust kernel, coarse to fine [m]
-_DAMPING = 1e-6
+_SIGMAS = np.array((0.3, 0.3, 0.2, 0.1, 0.1, 0.1, 0.1))  # of the robust kernel, coarse to fine [m]
+_BEAM = 0.05  # deviation of a beam's end from the map, its neighbours' likeness included [m]
+_SETTLED = 1e-3  # a shorter last step ends it [cells, rad]
+ANYWHERE = np.array((1.0, 1.0, 1.0))
+_REFINED_WITHIN = np.array((0.5, 0.5, math.radians(15.0)))
 
 
 def refine(
-    field: DistanceField, pose: NDArray[np.float64], endpoints: NDArray[np.float64]
+    field: DistanceField,
+    pose: NDArray[np.float64],
+    endpoints: NDArray[np.float64],
+    deviations: NDArray[np.float64] = ANYWHERE,
 ) -> NDArray[np.float64]:
     """Return the pose at which beams end nearest to obstacles, near a given one.
 
     Gauss-Newton on the bilinearly interpolated distance field, with Welsch weights whose width
-    shrinks so that the basin is wide and the end unmoved by what the map does not have.
+    shrinks so that the basin is wide and the end unmoved by what the map does not have. The given
+    pose is a prior: along a bare corridor, where the scan says nothing, it stays.
 
     Args:
         field: The map's distances.
         pose: `(3,) float64` in the map frame [m, m, rad].
         endpoints: `(M, 2) float64` in the base frame [m].
+        deviations: How far the pose may be off, `(3,) float64` [m, m, rad].
 
     Returns:
-        `(3,) float64` in the map frame; the given pose where no better one was found.
+        `(3,) float64` in the map frame; the given pose where no better one was found near it.
 
     Source: Hess et al., Real-time loop closure in 2D lidar SLAM, 2016, section IV (scan to map).
     """
     resolution = field.frame.resolution
     start = field.to_grid(pose[np.newaxis])[0]
-    cells = endpoints / resolution
-    outside = field.max_distance
-    best = start
-    for sigma in _SIGMAS:
-        hessian, gradient, _ = _normal_equations(field.distances, outside, sigma, best, cells)
-        damping = _DAMPING * (1.0 + np.trace(hessian))
-        best = best - np.linalg.solve(hessian + damping * np.eye(3), gradient)
-    before = _normal_equations(field.distances, outside, _SIGMAS[-1], start, cells)[2]
-    after = _normal_equations(field.distances, outside, _SIGMAS[-1], best, cells)[2]
-    return field.to_map(best).array() if after > before else pose
+    metres = np.maximum(deviations, 1e-3)
+    prior = (_BEAM / metres) ** 2 * (resolution**2, resolution**2, 1.0)
+    best, gained = _descend(
+        field.distances, field.max_distance, _SIGMAS, start, endpoints / resolution, prior
+    )
+    if not gained:
+        return pose
+    found = field.to_map(best).array()
+    change = found - pose
+    change[2] = wrap(change[2])
+    return found if (np.abs(change) <= _REFINED_WITHIN).all() else pose
+
+
+@njit(cache=True)
+def _descend(
+    distances: NDArray[np.float32],
+    outside: float,
+    sigmas: NDArray[np.float64],
+    start: NDArray[np.float64],
+    endpoints: NDArray[np.float64],
+    prior: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], bool]:
+    """Return the end of one Gauss-Newton step per width, and whether it is better; in cells."""
+    best = start.copy()
+    a, g = np.empty((3, 3)), np.empty(3)
+    for sigma in sigmas:
+        _normal_equations(distances, outside, sigma, best, endpoints, a, g)
+        for k in range(3):
+            a[k, k] += prior[k]
+            g[k] += prior[k] * (best[k] - start[k])
+        step = _solve(a, g)
+        best -= step
+        if sigma == sigmas[-1] and np.abs(step).max() < _SETTLED:
+            break
+    before = _normal_equations(distances, outside, sigmas[-1], start, endpoints, a, g)
+    after = _normal_equations(distances, outside, sigmas[-1], best, endpoints, a, g)
+    return best, after > before
+
+
+@njit(cache=True)
+def _solve(a: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Solve a positive definite system of three equations by Cramer's rule."""
+    c00 = a[1, 1] * a[2, 2] - a[1, 2] * a[1, 2]
+    c01 = a[0, 2] * a[1, 2] - a[0, 1] * a[2, 2]
+    c02 = a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1]
+    c11 = a[0, 0] * a[2, 2] - a[0, 2] * a[0, 2]
+    c12 = a[0, 1] * a[0, 2] - a[0, 0] * a[1, 2]
+    c22 = a[0, 0] * a[1, 1] - a[0, 1] * a[0, 1]
+    determinant = a[0, 0] * c00 + a[0, 1] * c01 + a[0, 2] * c02
+    x = np.empty(3)
+    x[0] = (c00 * g[0] + c01 * g[1] + c02 * g[2]) / determinant
+    x[1] = (c01 * g[0] + c11 * g[1] + c12 * g[2]) / determinant
+    x[2] = (c02 * g[0] + c12 * g[1] + c22 * g[2]) / determinant
+    return x
 
 
 @njit(cache=True)
@@ -53,35 +106,45 @@ def _normal_equations(
     sigma: float,
     pose: NDArray[np.float64],
     endpoints: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Return the weighted `J.T J`, `J.T r` and the sum of weights; pose and endpoints in cells."""
+    hessian: NDArray[np.float64],
+    gradient: NDArray[np.float64],
+) -> float:
+    """Fill in the weighted `J.T J` and `J.T r`, return the sum of weights; places in cells."""
     height, width = distances.shape
-    hessian = np.zeros((3, 3))
-    gradient = np.zeros(3)
-    score = 0.0
-    jacobian = np.empty(3)
+    xx = xy = xt = yy = yt = tt = gx = gy = gt = score = 0.0
     c, s = math.cos(pose[2]), math.sin(pose[2])
+    sharpness = -0.5 / (sigma * sigma)
     for j in range(len(endpoints)):
-        ex, ey = endpoints[j, 0], endpoints[j, 1]
-        x = pose[0] + c * ex - s * ey - 0.5
-        y = pose[1] + s * ex + c * ey - 0.5
-        column, row = math.floor(x), math.floor(y)
-        if not (0 <= column < width - 1 and 0 <= row < height - 1):
+        ex = c * endpoints[j, 0] - s * endpoints[j, 1]
+        ey = s * endpoints[j, 0] + c * endpoints[j, 1]
+        x, y = pose[0] + ex - 0.5, pose[1] + ey - 0.5
+        if not (0.0 <= x < width - 1 and 0.0 <= y < height - 1):
             continue
+        column, row = np.uint32(x), np.uint32(y)
         u, v = x - column, y - row
-        d00, d01 = distances[row, column], distances[row, column + 1]
-        d10, d11 = distances[row + 1, column], distances[row + 1, column + 1]
+        d00, d01 = distances[row, column], distances[row, column + np.uint32(1)]
+        row += np.uint32(1)
+        d10, d11 = distances[row, column], distances[row, column + np.uint32(1)]
         low, high = d00 + u * (d01 - d00), d10 + u * (d11 - d10)
         residual = low + v * (high - low)
         if residual >= outside:
             continue
-        weight = math.exp(-residual * residual / (2.0 * sigma * sigma))
-        jacobian[0] = (1.0 - v) * (d01 - d00) + v * (d11 - d10)
-        jacobian[1] = high - low
-        jacobian[2] = jacobian[0] * (-s * ex - c * ey) + jacobian[1] * (c * ex - s * ey)
+        weight = math.exp(sharpness * residual * residual)
+        jx, jy = (1.0 - v) * (d01 - d00) + v * (d11 - d10), high - low
+        jt = jy * ex - jx * ey
         score += weight
-        for a in range(3):
-            gradient[a] += weight * jacobian[a] * residual
-            for b in range(3):
-                hessian[a, b] += weight * jacobian[a] * jacobian[b]
-    return hessian, gradient, score
+        wx, wy, wt = weight * jx, weight * jy, weight * jt
+        xx += wx * jx
+        xy += wx * jy
+        xt += wx * jt
+        yy += wy * jy
+        yt += wy * jt
+        tt += wt * jt
+        gx += wx * residual
+        gy += wy * residual
+        gt += wt * residual
+    hessian[0, 0], hessian[0, 1], hessian[0, 2] = xx, xy, xt
+    hessian[1, 0], hessian[1, 1], hessian[1, 2] = xy, yy, yt
+    hessian[2, 0], hessian[2, 1], hessian[2, 2] = xt, yt, tt
+    gradient[0], gradient[1], gradient[2] = gx, gy, gt
+    return score

@@ -5,37 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-
-from arjuna_core.se2 import wrap
-
-BIN_SIZE = np.array([0.5, 0.5, math.radians(10.0)])
-HEADING_BINS = 36
-_OFFSET = 1 << 20  # keeps bin indices positive up to 500 km from the origin
-
-
-def bin_codes(particles: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the histogram bin of each particle `(N, 3)` as one number, `(N,) int64`.
-
-    Bins measure 0.5 m x 0.5 m x 10 degrees, as nav2_amcl's.
-    """
-    bins = np.floor(particles / BIN_SIZE).astype(np.int64)
-    headings = np.floor((wrap(particles[:, 2]) + math.pi) / BIN_SIZE[2]).astype(np.int64)
-    return encode(bins[:, 0], bins[:, 1], headings)
-
-
-def encode(
-    x: NDArray[np.int64], y: NDArray[np.int64], heading: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Pack bin indices, each `(N,) int64`, into one number a bin; headings are taken modulo 36."""
-    return ((x + _OFFSET) << 30) + ((y + _OFFSET) << 6) + heading % HEADING_BINS
-
-
-def decode(
-    codes: NDArray[np.int64],
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Undo `encode`."""
-    return (codes >> 30) - _OFFSET, ((codes >> 6) & 0xFFFFFF) - _OFFSET, codes & 0x3F
 
 
 def kld_count(bins: int, error: float, z: float, minimum: int, maximum: int) -> int:
@@ -64,36 +35,61 @@ def low_variance_indices(
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 4.4.
     """
-    total = np.cumsum(weights)
-    positions = (rng.random() + np.arange(count)) * (total[-1] / count)
-    found = np.searchsorted(total, positions, side="right")
-    indices: NDArray[np.int64] = np.minimum(found, len(weights) - 1)
-    return indices
+    return _walk(weights, float(weights.sum()), count, rng.random())
 
 
-def kld_resample(
-    particles: NDArray[np.float64],
+def kld_indices(
     weights: NDArray[np.float64],
+    bin_of: NDArray[np.int32],
     limits: tuple[float, float, int, int],
     rng: np.random.Generator,
-) -> NDArray[np.float64]:
+) -> NDArray[np.int64]:
     """Draw as many particles as the belief's spread needs.
 
     A full-size draw finds the bins that matter, then one of the size they call for is made, so
     that the low-variance property holds for what is kept.
 
     Args:
-        particles: `(N, 3) float64` [m, m, rad].
         weights: `(N,) float64`, not all zero.
+        bin_of: Each particle's bin, `(N,) int32`.
         limits: `error, z, minimum, maximum` of `kld_count`.
         rng: Source of chance.
 
     Returns:
-        `(M, 3) float64`.
+        Indices of what is kept, ascending, `(M,) int64`.
     """
     error, z, minimum, maximum = limits
     trial = low_variance_indices(weights, maximum, rng)
-    survivors = trial[np.diff(trial, prepend=-1) > 0]  # indices come in order
-    bins = len(np.unique(bin_codes(particles[survivors])))
-    count = kld_count(bins, error, z, minimum, maximum)
-    return particles[low_variance_indices(weights, count, rng)]
+    drawn = np.zeros(int(bin_of.max()) + 1, bool)
+    drawn[bin_of[trial]] = True
+    count = kld_count(int(drawn.sum()), error, z, minimum, maximum)
+    return trial if count == maximum else low_variance_indices(weights, count, rng)
+
+
+def effective_count(weights: NDArray[np.float64]) -> float:
+    """Return how many particles of equal weight would carry as much, 1 to N.
+
+    Source: Grisetti et al., Improved techniques for grid mapping with Rao-Blackwellized particle
+    filters, 2007, section IV-B.
+    """
+    return float(weights.sum() ** 2 / (weights @ weights))
+
+
+@njit(cache=True)
+def _walk(
+    weights: NDArray[np.float64], total: float, count: int, offset: float
+) -> NDArray[np.int64]:
+    """Return at which particle each of `count` even steps through the weights ends."""
+    indices = np.empty(count, np.int64)
+    step = total / count
+    last = len(weights) - 1
+    while last > 0 and weights[last] == 0.0:  # rounding must not end on one without weight
+        last -= 1
+    i, reached = 0, weights[0]
+    for k in range(count):
+        position = (k + offset) * step
+        while reached <= position and i < last:
+            i += 1
+            reached += weights[i]
+        indices[k] = i
+    return indices

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import wrap
-from arjuna_slam.amcl.field import DistanceField, sum_at_endpoints
+from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.lookup import bordered, sum_at_endpoints
 
 _SIGMA = 0.2  # how far a beam may end from an obstacle and still count [m]
 _LEAF = 0.1  # finest step of position [m]
@@ -44,12 +45,13 @@ class GlobalSearch:
         scores = np.exp(-(field.distances.astype(np.float64) ** 2) / (2.0 * _SIGMA**2))
         scores = np.pad(scores.astype(np.float32), self._pad)
         free = np.pad(field.free, self._pad)
-        self._scores = scores
-        self._best = [_pool(scores, self._leaf)]
+        self._scores = bordered(scores, 0.0)
+        best = [_pool(scores, self._leaf)]
         self._free = [_pool(free, self._leaf)]
         for level in range(levels):
-            self._best.append(_pool_twice(self._best[-1], self._leaf << level))
+            best.append(_pool_twice(best[-1], self._leaf << level))
             self._free.append(_pool_twice(self._free[-1], self._leaf << level))
+        self._best = [bordered(table, 0.0) for table in best]
 
     def find(self, endpoints: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
         """Return the most promising distinct poses for a scan, best first.
@@ -66,12 +68,12 @@ class GlobalSearch:
         blocks = self._roots()
         kept = max(_KEPT_MIN, int(_KEPT_SHARE * len(blocks)))
         for level in range(len(self._best) - 1, -1, -1):
-            scores = sum_at_endpoints(self._best[level], 0.0, blocks, cells)
+            scores = sum_at_endpoints(self._best[level], blocks, cells)
             blocks = blocks[_largest(scores, kept)]
             if level > 0:
                 blocks = self._split(blocks, level)
         poses = blocks + np.array([0.5 * self._leaf, 0.5 * self._leaf, 0.0])
-        scores = sum_at_endpoints(self._scores, 0.0, poses, cells)
+        scores = sum_at_endpoints(self._scores, poses, cells)
         poses[:, :2] -= self._pad
         origin, resolution = self._field.frame.origin, self._field.frame.resolution
         poses[:, :2] = origin.apply(poses[:, :2] * resolution)
@@ -99,7 +101,7 @@ class GlobalSearch:
         offsets = np.array([[0, 0, 0], [half, 0, 0], [0, half, 0], [half, half, 0]])
         quarters = (blocks[:, np.newaxis, :] + offsets).reshape(-1, 3)
         columns, rows = quarters[:, 0].astype(np.int64), quarters[:, 1].astype(np.int64)
-        height, width = self._scores.shape
+        height, width = self._free[0].shape
         inside = (columns < width) & (rows < height)
         inside[inside] = self._free[level - 1][rows[inside], columns[inside]]
         free: NDArray[np.float64] = quarters[inside]
@@ -107,7 +109,7 @@ class GlobalSearch:
 
 
 def distinct(
-    poses: NDArray[np.float64], scores: NDArray[np.float64], limit: int
+    poses: NDArray[np.float64], scores: NDArray[np.floating], limit: int
 ) -> NDArray[np.int64]:
     """Return indices of the best poses `(N, 3)` of which no two are alike, best first."""
     scores = scores.copy()
@@ -123,7 +125,7 @@ def distinct(
     return np.array(chosen, dtype=np.int64)
 
 
-def _largest(scores: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+def _largest(scores: NDArray[np.float32], count: int) -> NDArray[np.int64]:
     if len(scores) <= count:
         return np.arange(len(scores))
     largest: NDArray[np.int64] = np.sort(np.argpartition(-scores, count)[:count])

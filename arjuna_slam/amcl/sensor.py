@@ -1,4 +1,4 @@
-"""Sensor models: how likely a scan is at each particle, on the likelihood field."""
+"""Sensor models on the likelihood field: how likely a scan is at each particle."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.scan import Scan
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.field import DistanceField, count_near, sum_at_endpoints
+from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.lookup import bordered, count_near, sum_at_endpoints
+from arjuna_slam.amcl.observation import Observation
 
 
 @dataclass(frozen=True)
@@ -30,75 +31,41 @@ class Likelihood:
 class SensorModel(Protocol):
     """Weighs particles by a scan."""
 
-    def weigh(
-        self, particles: NDArray[np.float64], endpoints: NDArray[np.float64], range_max: float
-    ) -> Likelihood:
-        """Return the likelihood of beams at particles.
+    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
+        """Return the likelihood of a scan's few beams at particles.
 
         Args:
             particles: `(N, 3) float64` in the map frame [m, m, rad].
-            endpoints: Where beams end in the base frame, `(B, 2) float64` [m], at least one.
-            range_max: The lidar's longest range [m].
+            seen: The scan, with at least one beam.
         """
 
 
-def select_endpoints(scan: Scan, config: AmclConfig) -> NDArray[np.float64]:
-    """Return the end points `(B, 2)` [m] in the base frame of at most `max_beams` usable beams.
+class _Density:
+    """The density of a beam's end at each cell, tabulated once for each `range_max` seen.
 
-    Beams are taken at even steps over the sweep, as nav2_amcl does; those without a return or out
-    of the configured ranges are then left out.
+    Where the map is unknown nothing can be expected: there the density is at least that of a
+    uniform reading.
     """
-    low, high = range_limits(scan, config)
-    step = max(1, (len(scan.ranges) - 1) // (config.max_beams - 1))
-    ranges, angles = scan.ranges[::step], scan.angles[::step]
-    with np.errstate(invalid="ignore"):
-        usable = (ranges >= low) & (ranges < high)
-    return _endpoints(scan, ranges[usable], angles[usable])
-
-
-def all_endpoints(scan: Scan, config: AmclConfig) -> NDArray[np.float64]:
-    """Return the end points `(M, 2)` [m] in the base frame of all usable beams."""
-    low, high = range_limits(scan, config)
-    with np.errstate(invalid="ignore"):
-        usable = (scan.ranges >= low) & (scan.ranges < high)
-    return _endpoints(scan, scan.ranges[usable], scan.angles[usable])
-
-
-def range_limits(scan: Scan, config: AmclConfig) -> tuple[float, float]:
-    """Return the shortest and longest range [m] that the configuration lets be used."""
-    low = scan.range_min if config.laser_min_range < 0.0 else config.laser_min_range
-    high = scan.range_max if config.laser_max_range < 0.0 else config.laser_max_range
-    return max(low, scan.range_min), min(high, scan.range_max)
-
-
-def _endpoints(
-    scan: Scan, ranges: NDArray[np.float64], angles: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    local = np.column_stack((ranges * np.cos(angles), ranges * np.sin(angles)))
-    return scan.T_base_sensor.apply(local)
-
-
-class _Table:
-    """A function of the distance field, tabulated once for each `range_max` seen."""
 
     def __init__(self, field: DistanceField, config: AmclConfig) -> None:
         self.field = field
         self._config = config
         self._range_max = -1.0
-        self.density: NDArray[np.float32] = field.distances
+        self.table: NDArray[np.float64] = np.empty((0, 0))
         self.outside = 0.0
 
     def build(self, range_max: float) -> bool:
-        """Tabulate the density of a hit; return whether the table changed."""
+        """Tabulate; return whether the table changed."""
         if range_max == self._range_max:
             return False
         self._range_max = range_max
-        self.density = self._density(self.field.distances, range_max).astype(np.float32)
-        far = np.array([self.field.max_distance])
-        self.outside = float(self._density(far, range_max)[0])
+        self.table = self._hit(self.field.distances, range_max)
+        unknown = self.field.unknown
+        self.table[unknown] = np.maximum(self.table[unknown], 1.0 / range_max)
+        self.outside = float(self._hit(np.array([self.field.max_distance]), range_max)[0])
         return True
 
-    def _density(self, distances: NDArray[np.floating], range_max: float) -> NDArray[np.float64]:
+    def _hit(self, distances: NDArray[np.floating], range_max: float) -> NDArray[np.float64]:
         c = self._config
         hit = c.z_hit * np.exp(-(distances.astype(np.float64) ** 2) / (2.0 * c.sigma_hit**2))
         return np.asarray(hit + c.z_rand / range_max)
@@ -112,18 +79,16 @@ class LikelihoodField:
     """
 
     def __init__(self, field: DistanceField, config: AmclConfig) -> None:
-        self._table = _Table(field, config)
+        self._density = _Density(field, config)
         self._cubed: NDArray[np.float32] = field.distances
 
-    def weigh(
-        self, particles: NDArray[np.float64], endpoints: NDArray[np.float64], range_max: float
-    ) -> Likelihood:
+    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
         """See `SensorModel.weigh`."""
-        table = self._table
-        if table.build(range_max):
-            self._cubed = table.density**3
-        poses, cells = _in_cells(table.field, particles, endpoints)
-        factors = 1.0 + sum_at_endpoints(self._cubed, table.outside**3, poses, cells)
+        density = self._density
+        if density.build(seen.range_max):
+            self._cubed = bordered(density.table**3, density.outside**3)
+        sums = sum_at_endpoints(self._cubed, *_in_cells(density.field, particles, seen))
+        factors = 1.0 + sums.astype(np.float64)
         return Likelihood(factors, factors)
 
 
@@ -134,40 +99,32 @@ class LikelihoodFieldProb:
     """
 
     def __init__(self, field: DistanceField, config: AmclConfig) -> None:
-        self._table = _Table(field, config)
+        self._density = _Density(field, config)
         self._config = config
-        self._logs: NDArray[np.float32] = field.distances
+        self._distances = bordered(field.distances, field.max_distance)
+        self._logs: NDArray[np.float32] = self._distances
 
-    def weigh(
-        self, particles: NDArray[np.float64], endpoints: NDArray[np.float64], range_max: float
-    ) -> Likelihood:
+    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
         """See `SensorModel.weigh`."""
-        table = self._table
-        if table.build(range_max):
-            self._logs = np.log(table.density)
-        poses, cells = _in_cells(table.field, particles, endpoints)
+        density = self._density
+        if density.build(seen.range_max):
+            self._logs = bordered(np.log(density.table), math.log(density.outside))
+        poses, cells = _in_cells(density.field, particles, seen)
         if self._config.do_beamskip:
             cells = self._skip(poses, cells)
-        sums = sum_at_endpoints(self._logs, math.log(table.outside), poses, cells)
-        return Likelihood(np.exp(sums - sums.max()), np.exp(sums / len(cells)))
+        sums = sum_at_endpoints(self._logs, poses, cells).astype(np.float64)
+        return Likelihood(np.exp(sums - sums.max()), np.exp(sums / max(1, len(cells))))
 
     def _skip(self, poses: NDArray[np.float64], cells: NDArray[np.float64]) -> NDArray[np.float64]:
         """Leave out beams that fit too few particles, unless that would be nearly all."""
         c = self._config
-        fits = count_near(self._table.field.distances, c.beam_skip_distance, poses, cells)
+        fits = count_near(self._distances, c.beam_skip_distance, poses, cells)
         keep = fits > c.beam_skip_threshold * len(poses)
         skipped = 1.0 - keep.mean()
         return cells if skipped >= c.beam_skip_error_threshold else cells[keep]
 
 
 def _in_cells(
-    field: DistanceField, particles: NDArray[np.float64], endpoints: NDArray[np.float64]
+    field: DistanceField, particles: NDArray[np.float64], seen: Observation
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    return field.to_grid(particles), endpoints / field.frame.resolution
-
-
-def make_sensor(field: DistanceField, config: AmclConfig) -> SensorModel:
-    """Return the sensor model that the configuration names."""
-    if config.laser_model_type == "likelihood_field":
-        return LikelihoodField(field, config)
-    return LikelihoodFieldProb(field, config)
+    return field.to_grid(particles), seen.few.endpoints / field.frame.resolution

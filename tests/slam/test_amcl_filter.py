@@ -12,7 +12,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.amcl.config import DIFFERENTIAL, OMNIDIRECTIONAL, SENSOR_MODELS
+from arjuna_slam.amcl.config import MOTION_MODELS, SENSOR_MODELS
 from arjuna_slam.amcl.filter import AmclConfig, Estimate, LocalizationError, ParticleFilter, Status
 from tests.slam.amcl_room import BOXES, WALL, Robot, error, random_pose, room_map
 
@@ -59,7 +59,7 @@ def tracked(seed: int, config: AmclConfig = DEFAULTS) -> Run:
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("motion", [DIFFERENTIAL, OMNIDIRECTIONAL])
+@pytest.mark.parametrize("motion", MOTION_MODELS)
 @pytest.mark.parametrize("sensor", SENSOR_MODELS)
 def test_tracking_error_is_below_3_cm(seed: int, motion: str, sensor: str) -> None:
     run = Run(seed, AmclConfig(robot_model_type=motion, laser_model_type=sensor))
@@ -134,16 +134,26 @@ def test_symmetric_places_are_all_kept_and_the_estimate_says_so() -> None:
         assert near.mean() > 0.1
 
 
-def test_nothing_is_due_until_the_robot_has_moved_enough() -> None:
+def test_a_robot_that_stands_is_told_nothing_new() -> None:
     run = tracked(1)
     run.feed(run.robot.scan(), force=True)
-    assert run.feed(run.robot.scan()) is None
+    for _ in range(5):
+        assert run.feed(run.robot.scan()) is None
+
+
+def test_particles_wait_until_the_robot_has_moved_enough_and_the_pose_does_not() -> None:
+    run = tracked(1)
+    run.feed(run.robot.scan(), force=True)
+    before = run.filter.particles.copy()
     run.robot.odometry = run.robot.odometry @ SE2(0.0, 0.0, 0.19)
-    run.robot.pose = run.robot.pose @ SE2(0.0, 0.0, 0.19)
-    assert run.feed(run.robot.scan()) is None
+    run.robot.pose = run.robot.pose @ SE2(0.0, 0.0, 0.16)  # the wheels slip
+    assert run.feed(run.robot.scan()) is not None
+    np.testing.assert_array_equal(run.filter.particles, before)
+    assert run.error[1] < 0.01
     run.robot.odometry = run.robot.odometry @ SE2(0.0, 0.0, 0.02)
     run.robot.pose = run.robot.pose @ SE2(0.0, 0.0, 0.02)
     assert run.feed(run.robot.scan()) is not None
+    assert len(run.filter.particles) != len(before) or (run.filter.particles != before).any()
 
 
 def test_small_steps_do_not_add_up_to_an_error() -> None:

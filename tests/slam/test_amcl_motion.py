@@ -9,7 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2, wrap
-from arjuna_slam.amcl.config import DIFFERENTIAL, MOTION_MODELS, OMNIDIRECTIONAL, AmclConfig
+from arjuna_slam.amcl.config import (
+    DIFFERENTIAL,
+    MOTION_MODELS,
+    OMNIDIRECTIONAL,
+    SKID_STEER,
+    AmclConfig,
+)
 from arjuna_slam.amcl.motion import DifferentialMotion, OmnidirectionalMotion, make_motion
 
 COUNT = 100_000
@@ -63,6 +69,15 @@ def test_omnidirectional_motion_sideways(turn: float) -> None:
     assert_distributed(moved[:, 1], 0.5, math.sqrt(A3 * 0.25 + A1 * turn**2))
     assert_distributed(moved[:, 0], 0.0, math.sqrt(A5 * 0.25 + A1 * turn**2))
     assert_distributed(moved[:, 2], turn, math.sqrt(A4 * turn**2 + A2 * 0.25))
+
+
+def test_skid_steer_errs_across_when_it_turns_and_not_when_it_drives() -> None:
+    moved = draws(SKID_STEER, SE2(0.5, 0.0, 0.6))
+    assert_distributed(moved[:, 0], 0.5, math.sqrt(A3 * 0.25 + A4 * 0.36))
+    assert_distributed(moved[:, 1], 0.0, math.sqrt(A5) * 0.6)
+    assert_distributed(moved[:, 2], 0.6, math.sqrt(A1 * 0.36 + A2 * 0.25))
+    straight = draws(SKID_STEER, SE2(0.5, 0.0, 0.0))
+    assert np.abs(straight[:, 1]).max() < 1e-9
 
 
 @pytest.mark.parametrize("name", MOTION_MODELS)

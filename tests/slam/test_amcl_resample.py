@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from arjuna_slam.amcl.estimate import find_clusters
+from arjuna_slam.amcl.bins import bin_centres, connect, to_bins
+from arjuna_slam.amcl.clusters import find_clusters
 from arjuna_slam.amcl.resample import (
-    bin_codes,
-    decode,
-    encode,
+    effective_count,
     kld_count,
-    kld_resample,
+    kld_indices,
     low_variance_indices,
 )
 
@@ -48,15 +47,30 @@ def test_low_variance_draws_never_take_a_weight_of_zero() -> None:
 
 def test_bins_are_half_a_metre_and_ten_degrees() -> None:
     base = np.array([[0.1, 0.1, 0.01], [0.4, 0.4, 0.16], [0.6, 0.1, 0.01], [0.1, 0.1, 0.18]])
-    codes = bin_codes(base)
-    assert codes[0] == codes[1]
-    assert len(set(codes.tolist())) == 3
+    bin_of, bins = to_bins(base)
+    assert bin_of.tolist() == [0, 0, 1, 2]
+    assert bins.tolist() == [[0, 0, 18], [1, 0, 18], [0, 0, 19]]
+    np.testing.assert_allclose(bin_centres(bins)[0], (0.25, 0.25, math.radians(5.0)))
 
 
-def test_bin_codes_can_be_undone() -> None:
-    x, y, heading = np.array([-4000, 0, 7]), np.array([3, -1, -9000]), np.array([0, 35, 17])
-    for given, back in zip((x, y, heading), decode(encode(x, y, heading)), strict=True):
-        np.testing.assert_array_equal(given, back)
+@pytest.mark.parametrize("far", [0.0, 1e6])
+def test_bins_are_the_same_whether_tabulated_or_sorted(far: float) -> None:
+    rng = np.random.default_rng(6)
+    spread = rng.uniform((-20.0, -9.0, -math.pi), (7.0, 30.0, math.pi), (3000, 3))
+    particles = np.vstack((spread, [[far, -far, 0.0]]))  # far off: no table is large enough
+    bin_of, bins = to_bins(np.asfortranarray(particles))
+    expected = np.floor(particles[:, :2] / 0.5).astype(np.int64)
+    np.testing.assert_array_equal(bins[bin_of][:, :2], expected)
+    assert len({tuple(row) for row in bins.tolist()}) == len(bins)
+    assert (np.abs(bin_centres(bins)[bin_of][:, 2] - particles[:, 2]) < math.radians(5.01)).all()
+
+
+def test_bins_touch_across_the_wrap_of_headings_and_not_across_rows() -> None:
+    bins = np.array([[0, 0, 0], [1, 1, 35], [3, 0, 0], [0, 9, 5], [1, -9, 5], [3, 1, 1]])
+    labels = connect(bins).tolist()
+    assert labels[0] == labels[1]
+    assert labels[2] == labels[5]
+    assert len(set(labels)) == 4
 
 
 def test_a_wide_belief_keeps_more_particles_than_a_narrow_one() -> None:
@@ -65,8 +79,13 @@ def test_a_wide_belief_keeps_more_particles_than_a_narrow_one() -> None:
     weights = np.full(2000, 1 / 2000)
     narrow = rng.normal(0.0, 0.05, (2000, 3))
     wide = np.column_stack((rng.uniform(-5, 5, (2000, 2)), rng.uniform(-3, 3, 2000)))
-    assert len(kld_resample(narrow, weights, limits, rng)) < 250
-    assert len(kld_resample(wide, weights, limits, rng)) == 2000
+    assert len(kld_indices(weights, to_bins(narrow)[0], limits, rng)) < 250
+    assert len(kld_indices(weights, to_bins(wide)[0], limits, rng)) == 2000
+
+
+def test_the_effective_count_is_that_of_equal_weights() -> None:
+    assert effective_count(np.full(40, 0.025)) == pytest.approx(40.0)
+    assert effective_count(np.array([0.5, 0.0, 0.5, 0.0])) == pytest.approx(2.0)
 
 
 def test_clusters_are_what_touches_with_headings_wrapped() -> None:
@@ -74,10 +93,10 @@ def test_clusters_are_what_touches_with_headings_wrapped() -> None:
     first = rng.normal((1.0, 1.0, math.pi), (0.1, 0.1, 0.05), (300, 3))
     second = rng.normal((4.0, 1.0, 0.0), 0.05, (100, 3))
     particles = np.vstack((first, second))
-    clusters = find_clusters(particles, np.full(400, 1 / 400), 0.02, 6)
+    clusters, rank = find_clusters(particles, np.full(400, 1 / 400), 0.02, 6)
     assert [round(cluster.share, 6) for cluster in clusters] == [0.75, 0.25]
     np.testing.assert_allclose(clusters[0].mean[:2], (1.0, 1.0), atol=0.03)
     assert abs(abs(clusters[0].mean[2]) - math.pi) < 0.02
     deviations = np.sqrt(np.diag(clusters[0].covariance))
     np.testing.assert_allclose(deviations, (0.1, 0.1, 0.05), rtol=0.15)
-    np.testing.assert_array_equal(np.sort(clusters[1].members), np.arange(300, 400))
+    np.testing.assert_array_equal(rank, np.repeat((0, 1), (300, 100)))

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
-from arjuna_slam.amcl.agreement import Rays, agreement
+from arjuna_slam.amcl.agreement import agreement
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.errors import LocalizationError
 from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.observation import Observation
 from arjuna_slam.amcl.recovery import LikelihoodAverages, LostDetector, propose
 from arjuna_slam.amcl.refine import refine
 from arjuna_slam.amcl.search import GlobalSearch
@@ -53,18 +54,20 @@ def test_refinement_without_anything_to_match_returns_the_given_pose() -> None:
 def test_agreement_is_high_at_the_truth_and_low_elsewhere(seed: int) -> None:
     rng = np.random.default_rng(seed)
     truth, other = random_pose(rng), random_pose(rng)
-    rays = Rays.of(scan_at(truth, 0.0, rng), CONFIG)
-    assert agreement(FIELD, truth.array(), rays) > 0.95
-    assert agreement(FIELD, other.array(), rays) < 0.7
+    seen = Observation.of(scan_at(truth, 0.0, rng), CONFIG)
+    assert agreement(FIELD, truth.array(), seen) > 0.95
+    assert agreement(FIELD, other.array(), seen) < 0.7
 
 
 def test_a_beam_without_return_speaks_only_where_the_map_has_an_obstacle() -> None:
     rng = np.random.default_rng(1)
     scan = scan_at(SE2(), 0.0, rng)
     silent = replace(scan, ranges=np.where(np.arange(360) < 90, np.inf, scan.ranges))
-    assert agreement(FIELD, np.zeros(3), Rays.of(silent, CONFIG)) == pytest.approx(0.75, abs=0.02)
+    assert agreement(FIELD, np.zeros(3), Observation.of(silent, CONFIG)) == pytest.approx(
+        0.75, abs=0.02
+    )
     short = replace(silent, range_max=3.0, ranges=np.where(scan.ranges < 3.0, scan.ranges, np.inf))
-    assert agreement(FIELD, np.zeros(3), Rays.of(short, CONFIG)) > 0.9
+    assert agreement(FIELD, np.zeros(3), Observation.of(short, CONFIG)) > 0.9
 
 
 @pytest.mark.parametrize("origin", [SE2(-5.187, -5.213, 0.0), SE2(-0.9, -10.2, 0.7)])
@@ -76,7 +79,7 @@ def test_search_finds_the_pose_anywhere(origin: SE2) -> None:
         truth = random_pose(rng)
         scan = scan_at(truth, 0.0, rng)
         none = np.empty((0, 3))
-        found = propose(search, field, scan.points(), Rays.of(scan, CONFIG), none)
+        found = propose(search, field, Observation.of(scan, CONFIG), none)
         off, turned = error(SE2.from_array(found[0].pose), truth)
         assert off < 0.05
         assert turned < math.radians(1.5)

@@ -1,0 +1,78 @@
+"""Observation: what one scan says, in the form that the filter's parts use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.config import AmclConfig
+
+_BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
+
+
+@dataclass(frozen=True)
+class Beams:
+    """Beams of a scan that say something: NaN and too short ones do not.
+
+    Attributes:
+        directions: Unit vectors in the base frame, `(B, 2) float64`.
+        ranges: `(B,) float64` [m]; a beam without return carries the longest range.
+        returned: Which beams returned, `(B,) bool`.
+        endpoints: Of the beams that returned, `(M, 2) float64` in the base frame [m].
+    """
+
+    directions: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+    returned: NDArray[np.bool_]
+    endpoints: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One scan.
+
+    Attributes:
+        stamp: [s].
+        range_max: The longest range used [m].
+        T_base_sensor: Pose of the sensor in the base frame.
+        all: All beams, for scan matching.
+        few: At most `max_beams` of them, for the particles.
+    """
+
+    stamp: float
+    range_max: float
+    T_base_sensor: SE2
+    all: Beams
+    few: Beams
+
+    @staticmethod
+    def of(scan: Scan, config: AmclConfig) -> Observation:
+        """Read a scan; few beams are taken at even steps over the sweep, as nav2_amcl does."""
+        low = max(config.laser_min_range, scan.range_min)
+        high = scan.range_max
+        if config.laser_max_range >= 0.0:
+            high = min(config.laser_max_range, high)
+        ranges = np.minimum(scan.ranges, high)
+        mount = scan.T_base_sensor
+        bearings = scan.angles + mount.theta
+        directions = np.column_stack((np.cos(bearings), np.sin(bearings)))
+        telling = np.flatnonzero(ranges >= low)  # NaN is not
+        step = max(1, (len(ranges) - 1) // (config.max_beams - 1))
+
+        def beams(of: NDArray[np.int64]) -> Beams:
+            returned = ranges[of] < high
+            ends = directions[of[returned]] * ranges[of[returned], np.newaxis]
+            ends += (mount.x, mount.y)
+            return Beams(directions[of], ranges[of], returned, ends)
+
+        few = beams(telling[telling % step == 0])
+        return Observation(scan.stamp, scan.range_max, mount, beams(telling), few)
+
+    @property
+    def blind(self) -> bool:
+        """Whether too few beams returned to tell where the robot is."""
+        return len(self.all.endpoints) < _BEAMS_MIN
