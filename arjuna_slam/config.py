@@ -13,6 +13,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.back_end import BackEndConfig
 from arjuna_slam.correlative import Window
 from arjuna_slam.loop_closure import LoopConfig
+from arjuna_slam.mapper import Mapper
 from arjuna_slam.scan_matcher import MatcherConfig
 
 
@@ -32,10 +33,10 @@ class SlamConfig(BackEndConfig, LoopConfig, MatcherConfig):
         0.2, "Turn after which a scan is a keyframe.", unit="rad", minimum=0.0
     )
     submap_size: int = param(40, "Keyframes in a submap.", minimum=2, maximum=10000)
-    correlation_search_space_resolution: float = param(
+    field_resolution: float = param(
         0.05, "Edge of a cell of the matching field.", unit="m", minimum=0.005, maximum=0.5
     )
-    correlation_search_space_smear_deviation: float = param(
+    field_deviation: float = param(
         0.05,
         "Deviation of the Gaussian around a reference point.",
         unit="m",
@@ -72,9 +73,25 @@ class SlamConfig(BackEndConfig, LoopConfig, MatcherConfig):
         0.2, "Deviation of odometry per metre and per radian.", minimum=1e-3, maximum=10.0
     )
 
+    use_scan_matching: bool = param(
+        True, "Whether scans correct the odometry; without, it is believed."
+    )
+    min_pass_through: int = param(
+        2, "A cell of the map is known where more beams came.", minimum=0, maximum=1000
+    )
+    occupancy_threshold: float = param(
+        0.1, "A known cell is occupied where more than this share of beams ended.",
+        minimum=0.0, maximum=1.0,
+    )  # fmt: skip
     lifelong: bool = param(
         False, "Whether keyframes that newer ones cover are forgotten, so that memory is bounded."
     )
+
+    def mapper(self) -> Mapper:
+        """Return a mapper without scans."""
+        return Mapper(
+            self.resolution, self.max_laser_range, self.min_pass_through, self.occupancy_threshold
+        )
 
     @property
     def window(self) -> Window:

@@ -6,7 +6,6 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.mapper import Mapper
 from arjuna_slam.pose_graph import PoseGraph
 from arjuna_slam.reference_map import ReferenceMap
 from arjuna_slam.scan_filter import ScanFilter, Skip
@@ -37,7 +36,7 @@ class Localizer:
         self._start: Start | None = start
         self._T_map_base = self._T_odom_base = self._T_odom_searched = IDENTITY
         self.graph = PoseGraph()
-        self._mapper = Mapper(config.resolution, config.max_laser_range)
+        self._mapper = config.mapper()
         for scan, pose in zip(session.scans, session.poses, strict=True):
             self.graph.add_node(SE2.from_array(pose))
             self._mapper.add(scan)

@@ -21,6 +21,7 @@ _RETRY_DISTANCE = 0.5  # a failed search is not repeated within this travel
 _SURE_POSITION, _SURE_HEADING = 0.15, 0.05  # a correction below this needs no second witness
 _AGREE_POSITION, _AGREE_HEADING = 0.1, 0.03
 _WITNESS_DISTANCE = 2.0
+_BY_HAND = Window(0.75, 0.35, 3)
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,33 @@ class LoopCloser:
         if edges:
             self._closed_at = travel
         return edges
+
+    def close_by_hand(
+        self, graph: PoseGraph, node: int, pose: SE2, surface: Surface, submaps: list[Submap]
+    ) -> Edge | None:
+        """Return the loop edge of a keyframe that a person has put somewhere, or None.
+
+        Args:
+            graph: The graph; it is not changed.
+            node: The keyframe.
+            pose: Where it was put, in map.
+            surface: What it saw.
+            submaps: The finished submaps; those with the keyframe in them are left out.
+        """
+        best: tuple[float, Edge] | None = None
+        reach = self._config.loop_search_maximum_distance
+        for submap in submaps:
+            gaps = np.hypot(*(graph.poses[submap.nodes, :2] - (pose.x, pose.y)).T)
+            if node in submap.nodes or gaps.min() > reach:
+                continue
+            prior = graph.pose(submap.anchor).inverse() @ pose
+            least = self._config.loop_match_minimum_response_coarse
+            match = self._matcher.match(submap.field, surface, prior, _BY_HAND, least)
+            if match.status is MatchStatus.MATCHED and (best is None or match.response > best[0]):
+                information = match.information
+                edge = Edge(submap.anchor, node, match.T_field_base, information, EdgeKind.LOOP)
+                best = match.response, edge
+        return None if best is None else best[1]
 
     def _candidates(
         self, graph: PoseGraph, node: int, submaps: list[Submap]

@@ -16,8 +16,6 @@ from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
-_PASSES_MIN = 2
-_HIT_SHARE = 0.1
 _MARGIN_CELLS = 40
 _MOVED_POSITION_CELLS = 0.5
 _MOVED_HEADING = 0.005
@@ -29,9 +27,19 @@ class Mapper:
     Args:
         resolution: Edge of a cell [m].
         range_max: Longest range traced [m]; beams without return clear up to it.
+        min_pass_through: Beams that must come to a cell for it to be known, and one more.
+        occupancy_threshold: Share of them that must end there for it to be occupied.
     """
 
-    def __init__(self, resolution: float, range_max: float) -> None:
+    def __init__(
+        self,
+        resolution: float,
+        range_max: float,
+        min_pass_through: int = 2,
+        occupancy_threshold: float = 0.1,
+    ) -> None:
+        self._passes_min = min_pass_through
+        self._hit_share = occupancy_threshold
         self._resolution = resolution
         self._range_max = range_max
         self._scans: list[Scan] = []
@@ -123,9 +131,9 @@ class Mapper:
         across, along = slice(columns[0], columns[-1] + 1), slice(rows[0], rows[-1] + 1)
         passes, hits = self._passes[along, across], self._hits[along, across]
         data: NDArray[np.int8] = np.full(passes.shape, UNKNOWN, np.int8)
-        known = passes > _PASSES_MIN
+        known = passes > self._passes_min
         data[known] = FREE
-        data[known & (hits > _HIT_SHARE * passes)] = OCCUPIED
+        data[known & (hits > self._hit_share * passes)] = OCCUPIED
         x = float(self._corner[0] + columns[0]) * self._resolution
         y = float(self._corner[1] + rows[0]) * self._resolution
         frame = GridFrame(self._resolution, data.shape[1], data.shape[0], SE2(x, y))

@@ -31,8 +31,8 @@ class ReferenceMap:
         self._config = config
         self._matcher = ScanMatcher(config)
         self._first = SE2.from_array(session.poses[0])
-        resolution = config.correlation_search_space_resolution
-        self.field = Field(resolution, config.correlation_search_space_smear_deviation)
+        resolution = config.field_resolution
+        self.field = Field(resolution, config.field_deviation)
         for scan, row in zip(session.scans, session.poses, strict=True):
             pose = SE2.from_array(row)
             points, normals = extract(scan, config.max_laser_range).dense(resolution)

@@ -14,7 +14,7 @@ class Skip(enum.Enum):
 
     STAMP = "its stamp is no number"
     STALE = "it is no newer than the one before"
-    GEOMETRY = "its angles or range limits are no numbers"
+    GEOMETRY = "its angles or range limits are not valid"
     EMPTY = "it has nothing in range"
     LOST = "it lies nowhere on the map"
 
@@ -64,6 +64,7 @@ class ScanFilter:
         if scan.stamp <= self._stamp:
             return Skip.STALE
         numbers = scan.angle_min, scan.angle_increment, scan.range_min
-        if not all(map(math.isfinite, numbers)) or math.isnan(scan.range_max):
+        fan = scan.angle_increment != 0.0 or len(scan.ranges) < 2
+        if not (all(map(math.isfinite, numbers)) and fan) or math.isnan(scan.range_max):
             return Skip.GEOMETRY
         return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,6 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.back_end import BackEnd
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.loop_closure import LoopCloser
-from arjuna_slam.mapper import Mapper
 from arjuna_slam.pose_graph import Edge, EdgeKind, PoseGraph
 from arjuna_slam.pruning import prune, redundant_submap
 from arjuna_slam.reference_map import ReferenceMap
@@ -72,8 +72,8 @@ class Slam:
         self._matcher = ScanMatcher(config)
         self._tracker = Tracker(config, self._matcher)
         self._local = LocalMap(
-            config.correlation_search_space_resolution,
-            config.correlation_search_space_smear_deviation,
+            config.field_resolution,
+            config.field_deviation,
             config.submap_size,
         )
         self._closer = LoopCloser(config, self._matcher)
@@ -87,7 +87,7 @@ class Slam:
         """Start without keyframes."""
         config = self._config
         self.graph = PoseGraph()
-        self._mapper = Mapper(config.resolution, config.max_laser_range)
+        self._mapper = config.mapper()
         self._stamps: list[float] = []
         self._back_end = BackEnd(config, self.graph)
 
@@ -123,6 +123,25 @@ class Slam:
     def trajectory(self) -> list[tuple[float, SE2]]:
         """Return stamp [s] and optimised pose in map of each keyframe."""
         return [(stamp, self.graph.pose(k)) for k, stamp in enumerate(self._stamps)]
+
+    def close_by_hand(self, moved: Mapping[int, SE2]) -> int:
+        """Close loops where a person says so, then optimise the graph to the end.
+
+        Args:
+            moved: Keyframes and where they were put in map.
+
+        Returns:
+            How many of them fit where they were put; the rest stay as they were.
+        """
+        closed = 0
+        for node, pose in sorted(moved.items()):
+            surface = extract(self._mapper.scans[node], self._config.max_laser_range)
+            edge = self._closer.close_by_hand(self.graph, node, pose, surface, self._local.finished)
+            if edge is not None:
+                self.graph.add_edge(edge)
+                closed += 1
+        self.optimize()
+        return closed
 
     def optimize(self) -> None:
         """Optimise the graph now."""
@@ -233,7 +252,7 @@ class Slam:
         delta = self._T_odom_keyframe.inverse() @ self._T_odom_base
         information = invert(self._config.odometry_covariance(delta))
         self.graph.add_edge(Edge(previous, node, delta, information, EdgeKind.ODOMETRY))
-        if match.status is MatchStatus.MATCHED:
+        if match.status is MatchStatus.MATCHED and self._config.use_scan_matching:
             for anchor, pose in self._local.poses(match.T_field_base):
                 self.graph.add_edge(Edge(anchor, node, pose, match.information, EdgeKind.MATCH))
         self._T_odom_keyframe = self._T_odom_base

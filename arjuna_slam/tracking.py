@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.field import Field
-from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher
+from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.surface import Surface
 
 
@@ -41,6 +41,8 @@ class Tracker:
             information: Of the prior, `(3, 3) float64`.
             search: Whether to search the window even if tracking succeeds.
         """
+        if not self._config.use_scan_matching:
+            return Match(MatchStatus.MATCHED, prior, invert(information), 0.0)
         if not search:
             tracked = self._matcher.track(reference, surface, prior, information)
             if tracked.status in (MatchStatus.MATCHED, MatchStatus.TOO_FEW_POINTS):

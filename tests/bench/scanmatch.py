@@ -144,8 +144,8 @@ def _arjuna() -> Callable[[_Case], SE2]:
     def match(case: _Case) -> SE2:
         submap = Submap(
             Field(
-                config.correlation_search_space_resolution,
-                config.correlation_search_space_smear_deviation,
+                config.field_resolution,
+                config.field_deviation,
             )
         )
         for node, (scan, pose) in enumerate(case.references):

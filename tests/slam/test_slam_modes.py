@@ -157,3 +157,29 @@ def test_a_pruned_graph_stays_connected_and_means_the_same() -> None:
     for edge in pruned.edges:
         T = SE2.from_array(pruned.poses[edge.i]).inverse() @ SE2.from_array(pruned.poses[edge.j])
         assert edge.T_i_j.distance(T) < 1e-9
+
+
+def drifted() -> Slam:
+    """A lap and a half that no loop closure corrects, the odometry alone: half a metre off."""
+    slam = Slam(SlamConfig(use_scan_matching=False, do_loop_closing=False))
+    for scan, odometry, _ in drive(seed=5, laps=1.25):
+        slam.process(scan, odometry)
+    return slam
+
+
+def test_without_scan_matching_the_odometry_is_believed() -> None:
+    slam, log = drifted(), drive(seed=5, laps=1.25)
+    stamp, pose = slam.trajectory()[-1]
+    odometry = next(o for scan, o, _ in log if scan.stamp == stamp)
+    assert pose.distance(odometry) < 1e-6
+
+
+def test_a_keyframe_put_in_its_place_by_hand_closes_the_loop_there() -> None:
+    slam, log = drifted(), drive(seed=5, laps=1.25)
+    node = len(slam.graph) - 1
+    stamp, before = slam.trajectory()[node]
+    truth = log[0][2].inverse() @ next(t for scan, _, t in log if scan.stamp == stamp)
+    assert before.distance(truth) > 0.4
+    assert slam.close_by_hand({node: truth @ SE2(0.3, -0.2, 0.1)}) == 1
+    assert slam.graph.pose(node).distance(truth) < 0.15
+    assert slam.close_by_hand({node: SE2(30.0, 0.0, 0.0)}) == 0
