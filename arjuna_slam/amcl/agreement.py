@@ -34,7 +34,7 @@ def agreement(field: DistanceField, pose: NDArray[np.float64], seen: Observation
     sensor = SE2.from_array(pose) @ seen.T_base_sensor
     origin = field.to_grid(sensor.array()[np.newaxis])[0]
     origin[2] -= seen.T_base_sensor.theta  # the beams' directions are the base's
-    beams, resolution = seen.all, field.frame.resolution
+    beams, resolution = seen.many, field.frame.resolution
     return _agreement(
         field.distances, resolution, origin, beams.directions, beams.ranges, beams.returned
     )

@@ -165,7 +165,7 @@ class ParticleFilter:
             self._lost.reset()
             return None
         drift = _DRIFT + _DRIFT_SHARE * moved.max()
-        refined = refine(self._field, pose, seen.all.endpoints, drift)
+        refined = refine(self._field, pose, seen.many.endpoints, drift)
         refined_score = agreement(self._field, refined, seen)
         if refined_score >= least:
             pose, score = refined, refined_score
@@ -185,7 +185,7 @@ class ParticleFilter:
     def _compare(self, clusters: list[Cluster], seen: Observation) -> Answer:
         """Refine each cluster's mean, weigh clusters by all beams, return the heaviest."""
         poses = [
-            refine(self._field, one.mean, seen.all.endpoints, np.sqrt(np.diag(one.covariance)))
+            refine(self._field, one.mean, seen.many.endpoints, np.sqrt(np.diag(one.covariance)))
             for one in clusters
         ]
         scores = np.array([agreement(self._field, pose, seen) for pose in poses])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
 
+_MATCHED = 180  # more beams match no better: what the map errs by is the same for neighbours
 _BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
 
 
@@ -39,14 +41,14 @@ class Observation:
         stamp: [s].
         range_max: The longest range used [m].
         T_base_sensor: Pose of the sensor in the base frame.
-        all: All beams, for scan matching.
-        few: At most `max_beams` of them, for the particles.
+        many: Beams for scan matching, from all around.
+        few: At most `max_beams`, for the particles.
     """
 
     stamp: float
     range_max: float
     T_base_sensor: SE2
-    all: Beams
+    many: Beams
     few: Beams
 
     @staticmethod
@@ -69,10 +71,11 @@ class Observation:
             ends += (mount.x, mount.y)
             return Beams(directions[of], ranges[of], returned, ends)
 
+        many = beams(telling[telling % math.ceil(len(ranges) / _MATCHED) == 0])
         few = beams(telling[telling % step == 0])
-        return Observation(scan.stamp, scan.range_max, mount, beams(telling), few)
+        return Observation(scan.stamp, scan.range_max, mount, many, few)
 
     @property
     def blind(self) -> bool:
         """Whether too few beams returned to tell where the robot is."""
-        return len(self.all.endpoints) < _BEAMS_MIN
+        return len(self.many.endpoints) < _BEAMS_MIN

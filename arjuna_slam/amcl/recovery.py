@@ -121,8 +121,8 @@ def propose(
         seen: The scan.
         present: Poses that compete with those found, `(K, 3) float64` [m, m, rad].
     """
-    found = np.vstack((present, search.find(seen.all.endpoints, _PROPOSALS)))
-    poses = np.array([refine(field, pose, seen.all.endpoints) for pose in found])
+    found = np.vstack((present, search.find(seen.many.endpoints, _PROPOSALS)))
+    poses = np.array([refine(field, pose, seen.many.endpoints) for pose in found])
     scores = np.array([agreement(field, pose, seen) for pose in poses])
     keep = distinct(poses, scores, _HYPOTHESES)
     keep = keep[scores[keep] >= scores[keep[0]] - _MARGIN]

@@ -129,10 +129,10 @@ def test_every_model_prefers_the_true_pose(name: str) -> None:
 def test_endpoints_leave_out_what_is_no_hit() -> None:
     ranges = np.array([1.0, np.inf, np.nan, 0.05, 10.0, 2.0])
     scan = Scan(ranges, 0.0, 0.1, 0.1, RANGE_MAX, T_base_sensor=SE2(0.3, 0.0, 0.0))
-    points = Observation.of(scan, AmclConfig()).all.endpoints
+    points = Observation.of(scan, AmclConfig()).many.endpoints
     expected = [[1.3, 0.0], [0.3 + 2.0 * math.cos(0.5), 2.0 * math.sin(0.5)]]
     np.testing.assert_allclose(points, expected)
-    assert len(Observation.of(scan, AmclConfig(laser_max_range=1.5)).all.endpoints) == 1
+    assert len(Observation.of(scan, AmclConfig(laser_max_range=1.5)).many.endpoints) == 1
 
 
 @pytest.mark.parametrize(("count", "selected"), [(360, 60), (61, 61), (30, 30), (1, 1)])
