@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2
@@ -23,6 +25,7 @@ class Scan:
         stamp: Instant of beam 0 [s].
         time_increment: Time from one beam to the next [s].
         T_base_sensor: Pose of the sensor in the robot's base frame.
+        motion: Pose of the base at the last beam in the base frame at beam 0.
     """
 
     ranges: NDArray[np.float64]
@@ -33,6 +36,7 @@ class Scan:
     stamp: float = 0.0
     time_increment: float = 0.0
     T_base_sensor: SE2 = field(default=IDENTITY)
+    motion: SE2 = field(default=IDENTITY)
 
     @property
     def angles(self) -> NDArray[np.float64]:
@@ -45,9 +49,48 @@ class Scan:
         with np.errstate(invalid="ignore"):
             return (self.ranges >= self.range_min) & (self.ranges < self.range_max)
 
+    def rays(self) -> NDArray[np.float64]:
+        """Start and bearing of every beam in the base frame at beam 0, `(N, 3) float64` [m, rad].
+
+        The base moves along a circular arc from the first beam to the last.
+        """
+        moving = self.motion != IDENTITY
+        twist = self.motion.log() if moving else np.zeros(3)
+        mount = self.T_base_sensor
+        return _rays(
+            len(self.ranges), self.angle_min, self.angle_increment,
+            mount.x, mount.y, mount.theta, twist,
+        )  # fmt: skip
+
     def points(self) -> NDArray[np.float64]:
-        """End points of the valid beams in the base frame, `(M, 2) float64` [m]."""
+        """End points of the valid beams in the base frame at beam 0, `(M, 2) float64` [m]."""
         mask = self.valid
-        ranges, angles = self.ranges[mask], self.angles[mask]
-        local = np.column_stack((ranges * np.cos(angles), ranges * np.sin(angles)))
-        return self.T_base_sensor.apply(local)
+        rays, ranges = self.rays()[mask], self.ranges[mask]
+        return np.column_stack(
+            (rays[:, 0] + ranges * np.cos(rays[:, 2]), rays[:, 1] + ranges * np.sin(rays[:, 2]))
+        )
+
+
+@njit(cache=True)
+def _rays(
+    count: int,
+    angle_min: float,
+    increment: float,
+    x: float,
+    y: float,
+    theta: float,
+    twist: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return start and bearing of each beam of a sensor at x, y, theta of a base that moves."""
+    rays = np.empty((count, 3))
+    vx, vy, turn = twist
+    for i in range(count):
+        share = i / max(count - 1, 1)
+        heading = share * turn
+        c, s = math.cos(heading), math.sin(heading)
+        a = s / turn if turn != 0.0 else share
+        b = (1.0 - c) / turn if turn != 0.0 else 0.0
+        rays[i, 0] = a * vx - b * vy + c * x - s * y
+        rays[i, 1] = b * vx + a * vy + s * x + c * y
+        rays[i, 2] = heading + theta + angle_min + increment * i
+    return rays

@@ -51,7 +51,7 @@ def extract(scan: Scan, range_max: float, reach: float = 0.2) -> Surface:
     """Return the surface of a scan.
 
     Args:
-        scan: The scan, of any beam count, direction and field of view.
+        scan: The scan, of any beam count, direction and field of view; its motion is undone.
         range_max: Longest range used [m].
         reach: How far along a wall its normal is fitted, to each side [m].
 
@@ -61,7 +61,7 @@ def extract(scan: Scan, range_max: float, reach: float = 0.2) -> Surface:
     mount = scan.T_base_sensor
     points, normals, linked = _extract(
         np.asarray(scan.ranges, dtype=np.float64),
-        scan.angle_min,
+        scan.rays(),
         scan.angle_increment,
         scan.range_min,
         min(scan.range_max, range_max),
@@ -74,7 +74,7 @@ def extract(scan: Scan, range_max: float, reach: float = 0.2) -> Surface:
 @njit(cache=True)
 def _extract(
     ranges: NDArray[np.float64],
-    angle_min: float,
+    rays: NDArray[np.float64],
     increment: float,
     range_min: float,
     range_max: float,
@@ -87,9 +87,8 @@ def _extract(
     for i in range(len(ranges)):
         r = ranges[i]
         if r >= range_min and r < range_max and r > 0.0:
-            angle = mount[2] + angle_min + increment * i
-            points[count, 0] = mount[0] + r * math.cos(angle)
-            points[count, 1] = mount[1] + r * math.sin(angle)
+            points[count, 0] = rays[i, 0] + r * math.cos(rays[i, 2])
+            points[count, 1] = rays[i, 1] + r * math.sin(rays[i, 2])
             beam[count] = i
             count += 1
     points = points[:count]

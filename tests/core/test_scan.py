@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -32,3 +33,17 @@ def test_a_scan_without_beams_has_no_points() -> None:
     scan = Scan(np.empty(0), 0.0, 0.1, 0.1, 10.0)
     assert scan.points().shape == (0, 2)
     assert scan.angles.shape == (0,)
+
+
+def test_rays_start_and_point_where_the_base_has_moved_to() -> None:
+    mount, motion = SE2(0.2, -0.1, 0.3), SE2(0.1, 0.02, 0.4)
+    scan = Scan(
+        np.array([2.0, 3.0, 4.0]), -0.5, 0.5, 0.1, 10.0, T_base_sensor=mount, motion=motion
+    )  # fmt: skip
+    half = SE2.exp(0.5 * motion.log())
+    for ray, moved, angle in zip(scan.rays(), (SE2(), half, motion), (-0.5, 0.0, 0.5), strict=True):
+        sensor = moved @ mount
+        assert ray[:2] == pytest.approx([sensor.x, sensor.y])
+        assert ray[2] == pytest.approx(sensor.theta + angle)
+    last = motion @ mount @ SE2(4.0 * math.cos(0.5), 4.0 * math.sin(0.5), 0.0)
+    assert scan.points()[2] == pytest.approx([last.x, last.y])

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -108,3 +109,19 @@ def test_normals_are_unit_face_the_sensor_and_lie_across_walls() -> None:
     assert ((surface.normals * surface.points).sum(axis=1) <= 0.0).all()
     right = (surface.points[:, 0] > 1.99) & (np.abs(surface.points[:, 1]) < 1.5)
     assert np.abs(surface.normals[right] - (-1.0, 0.0)).max() < 1e-6
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_a_scan_taken_while_turning_is_straightened_by_its_motion(clockwise: bool) -> None:
+    motion = SE2(0.1, 0.0, 0.2)  # in one sweep: 1 m/s and 2 rad/s at 10 Hz
+    exact = scan_at(room(), CENTRE, beams=360, clockwise=clockwise)
+    swept = dataclasses.replace(exact, ranges=np.empty(360))
+    for k in range(360):
+        pose = CENTRE @ SE2.exp(motion.log() * k / 359)
+        swept.ranges[k] = scan_at(room(), pose, beams=360, clockwise=clockwise).ranges[k]
+    field = reference(exact)
+    bent = match(swept, field)
+    straight = match(dataclasses.replace(swept, motion=motion), field)
+    assert bent.T_field_base.distance(SE2()) > 0.02
+    assert straight.T_field_base.distance(SE2()) < 0.002
+    assert abs(straight.T_field_base.theta) < math.radians(0.1)
