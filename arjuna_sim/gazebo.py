@@ -1,278 +1,165 @@
-"""Reading a URDF's Gazebo tags: the drive, the sensors and the friction, as typed settings."""
+"""Reading a URDF's Gazebo tags: the drive, the sensors, friction and colours."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
-from dataclasses import dataclass
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
-from arjuna_sim.shapes import Kind
+from arjuna_sim import sensor_tags
+from arjuna_sim.colours import gazebo_colour
+from arjuna_sim.gazebo_text import plain
+from arjuna_sim.plugins import read_drive
+from arjuna_sim.settings import (
+    CameraSettings,
+    DriveSettings,
+    GazeboSettings,
+    ImuSettings,
+    LidarSettings,
+)
 from arjuna_sim.urdf import Urdf
 from arjuna_sim.xml_file import XmlFile
 
-_LEFT = ("leftfrontjoint", "leftrearjoint", "leftmiddlejoint", "leftjoint")
-_RIGHT = ("rightfrontjoint", "rightrearjoint", "rightmiddlejoint", "rightjoint")
-_LIDARS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
-_SENSORS = (*_LIDARS, "camera", "imu")
-_TORQUE = 5.0  # [N m] where the plugin names none
-
-
-@dataclass(frozen=True)
-class DriveSettings:
-    """A skid-steer or differential drive.
-
-    Attributes:
-        left: Names of the left wheels' joints.
-        right: Names of the right wheels' joints.
-        separation: Distance between left and right wheels [m].
-        radius: Wheels' radius [m].
-        torque: Greatest torque of each wheel [N m].
-        effective_track: Track of the two-wheeled robot that turns like this one [m].
-        effective_radius: Radius that makes wheel turns into distance [m].
-    """
-
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    separation: float
-    radius: float
-    torque: float
-    effective_track: float
-    effective_radius: float
-
-
-@dataclass(frozen=True)
-class LidarSettings:
-    """A planar lidar: angles [rad], ranges [m], rate [Hz], standard deviation of noise [m]."""
-
-    link: str
-    frame: str
-    samples: int
-    angle_min: float
-    angle_max: float
-    range_min: float
-    range_max: float
-    rate: float
-    noise: float
-
-
-@dataclass(frozen=True)
-class CameraSettings:
-    """A colour camera: size [pixels], field of view [rad], clip distances [m], rate [Hz]."""
-
-    link: str
-    frame: str
-    width: int
-    height: int
-    horizontal_fov: float
-    near: float
-    far: float
-    rate: float
-
-
-@dataclass(frozen=True)
-class ImuSettings:
-    """An IMU: rate [Hz]."""
-
-    link: str
-    frame: str
-    rate: float
-
-
-@dataclass(frozen=True)
-class GazeboSettings:
-    """All that the Gazebo tags say and the simulation understands."""
-
-    drive: DriveSettings | None
-    lidar: LidarSettings | None
-    camera: CameraSettings | None
-    imu: ImuSettings | None
-    friction: dict[str, float]
+_CONTACT = ("kp", "kd")
+_TRUE = ("true", "1")
+__all__ = [
+    "CameraSettings",
+    "DriveSettings",
+    "GazeboSettings",
+    "ImuSettings",
+    "LidarSettings",
+    "read_gazebo",
+]
+_READ = ("sensor", "plugin", "mu1", "mu", "material", "visual", "mu2", *_CONTACT)
 
 
 def read_gazebo(xml: XmlFile, urdf: Urdf) -> GazeboSettings:
-    """Read drive, sensors and friction; what is not understood becomes a note.
+    """Read drive, sensors, friction and colours; what is not understood becomes a note.
 
     Raises:
         RobotError: A tag names a joint or link that does not exist, or a value is invalid.
     """
-    drive = None
-    friction = {}
-    sensors: dict[str, tuple[Element, str]] = {}
+    reader = _Reader(xml, urdf)
     for gazebo in xml.root.findall("gazebo"):
+        reader.read(gazebo)
+    return reader.settings()
+
+
+class _Reader:
+    """Collects what the tags say."""
+
+    def __init__(self, xml: XmlFile, urdf: Urdf) -> None:
+        self._xml = xml
+        self._urdf = urdf
+        self._drive: DriveSettings | None = None
+        self._planar = False
+        self._friction: dict[str, float] = {}
+        self._colours: dict[str, tuple[float, ...]] = {}
+        self._stiffness: dict[str, dict[str, float]] = {}
+        self._sensors: dict[str, tuple[Element, str]] = {}
+        self._left_out: dict[str, list[str]] = {}
+
+    def read(self, gazebo: Element) -> None:
+        """Take one `<gazebo>`."""
         link = gazebo.get("reference")
-        if link is not None and link not in urdf.links and link not in urdf.joints:
-            problem = f"reference '{link}' does not exist; {nearest(link, urdf.links)}"
-            raise xml.fail("gazebo", problem)
+        if link is not None and link not in self._urdf.links and link not in self._urdf.joints:
+            problem = f"reference '{link}' does not exist; {nearest(link, self._urdf.links)}"
+            raise self._xml.fail("gazebo", problem)
         for plugin in gazebo.findall("plugin"):
-            drive = _drive(xml, plugin, urdf) or drive
-        mu = gazebo.findtext("mu1")
-        if link is not None and mu is not None:
-            friction[link] = max(0.0, xml.numbers(mu, 1, f"gazebo '{link}' mu1")[0])
+            self._plugin(plugin)
         for sensor in gazebo.findall("sensor"):
-            _sort_sensor(xml, sensor, link or urdf.root, sensors)
-    return GazeboSettings(
-        drive,
-        _lidar(xml, *sensors["lidar"]) if "lidar" in sensors else None,
-        _camera(xml, *sensors["camera"]) if "camera" in sensors else None,
-        _imu(xml, *sensors["imu"]) if "imu" in sensors else None,
-        friction,
-    )
+            self._sensor(sensor, link or self._urdf.root)
+        if link is not None:
+            self._surface(gazebo, link)
+        for child in gazebo:
+            is_default = plain(child.tag) == "gravity" and (child.text or "").strip() in _TRUE
+            if plain(child.tag) not in _READ and not is_default:
+                self._left_out.setdefault(child.tag, []).append(link or "")
 
+    def _surface(self, gazebo: Element, link: str) -> None:
+        values = {}
+        for child in gazebo:
+            if plain(child.tag) in ("mu1", "mu", "mu2", *_CONTACT):
+                place = f"gazebo '{link}' {child.tag}"
+                text = (child.text or "").strip() or child.get("value", "")
+                values[plain(child.tag)] = self._xml.numbers(text, 1, place)[0]
+        stiffness = {key: value for key, value in values.items() if key in _CONTACT}
+        if stiffness:
+            self._stiffness.setdefault(link, {}).update(stiffness)
+        mu = values.get("mu1", values.get("mu"))
+        if mu is not None:
+            self._friction[link] = max(0.0, mu)
+            if values.get("mu2", mu) != mu:
+                self._xml.note(f"gazebo '{link}': <mu2> is taken to be <mu1>, {mu:g}")
+        name = gazebo.findtext("material")
+        if name and name.strip():
+            colour = gazebo_colour(name)
+            if colour is None:
+                self._xml.note(f"gazebo '{link}': material '{name.strip()}' has no known colour")
+            else:
+                self._colours[link] = colour
 
-def _plain(tag: str) -> str:
-    """Drop what the Gazebo versions spell differently."""
-    return tag.replace("_", "").lower()
+    def _plugin(self, plugin: Element) -> None:
+        drive = read_drive(self._xml, plugin, self._urdf)
+        name = plugin.get("name") or plugin.get("filename") or "?"
+        if drive is not None and self._drive is not None:
+            self._xml.note(f"plugin '{name}': a second drive is not simulated")
+        elif drive is not None:
+            self._drive = drive
+        elif "planarmove" in plain(plugin.get("filename", "")):
+            self._planar = True
+            self._xml.note(f"plugin '{name}': its wheels drive it; it does not move sideways")
+        else:
+            self._other_plugin(plugin, name)
 
+    def _other_plugin(self, plugin: Element, name: str) -> None:
+        """Say what stands in for a plugin, or that nothing does."""
+        kind = plain(plugin.get("filename", "") + plugin.get("name", ""))
+        if "jointstate" in kind:
+            self._xml.note(f"plugin '{name}': all moving joints are published, each tick")
+        elif "p3d" in kind or "posepublisher" in kind or "odometrypublisher" in kind:
+            self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
+        else:
+            self._xml.note(f"plugin '{name}': not simulated")
 
-def _texts(element: Element, *names: str) -> Iterator[str]:
-    """Yield the texts of all descendants of one of these plain names."""
-    for child in element.iter():
-        if _plain(child.tag) in names and child.text and child.text.strip():
-            yield child.text.strip()
+    def _sensor(self, sensor: Element, link: str) -> None:
+        """Keep the first sensor of each kind; note the others."""
+        kind, place = sensor.get("type", "?"), sensor_tags.place_of(sensor)
+        key = sensor_tags.KINDS.get(kind)
+        if key is None:
+            valid = ", ".join(sensor_tags.KINDS)
+            self._xml.note(f"{place}: type '{kind}' is not simulated; simulated are {valid}")
+        elif link not in self._urdf.links:
+            self._xml.note(f"{place}: not simulated, since '{link}' is no link")
+        elif key in self._sensors:
+            self._xml.note(f"{place}: a second {key} is not simulated")
+        else:
+            sensor_tags.note_pose(self._xml, sensor)
+            self._sensors[key] = (sensor, link)
 
+    def settings(self) -> GazeboSettings:
+        """Return what was read."""
+        for tag, links in self._left_out.items():
+            names = ", ".join(sorted({name for name in links if name}))
+            where = f" (at {names})" if names else ""
+            self._xml.note(f"gazebo <{tag}>{where}: not simulated")
+        xml, sensors = self._xml, self._sensors
+        return GazeboSettings(
+            self._drive,
+            sensor_tags.lidar(xml, *sensors["lidar"]) if "lidar" in sensors else None,
+            self._camera(),
+            sensor_tags.imu(xml, *sensors["imu"]) if "imu" in sensors else None,
+            self._friction,
+            self._colours,
+            self._planar,
+            self._stiffness,
+        )
 
-def _value(xml: XmlFile, element: Element, place: str, default: float, *names: str) -> float:
-    """Return the first positive number under one of these plain names."""
-    text = next(_texts(element, *names), None)
-    return default if text is None else xml.positive(text, 1, f"{place} <{names[0]}>")[0]
-
-
-def _drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | None:
-    name = plugin.get("name") or plugin.get("filename") or "?"
-    place = f"plugin '{name}'"
-    left, right = tuple(_texts(plugin, *_LEFT)), tuple(_texts(plugin, *_RIGHT))
-    if not left or not right:
-        xml.note(f"{place}: not simulated")
-        return None
-    for joint in left + right:
-        if joint not in urdf.joints:
-            problem = f"joint '{joint}' does not exist; {nearest(joint, urdf.joints)}"
-            raise xml.fail(place, problem)
-    diameter = _value(xml, plugin, place, 0.0, "wheeldiameter")
-    radius = diameter / 2 or _value(xml, plugin, place, 0.0, "wheelradius")
-    radius = radius or _wheel_radius(xml, urdf, left + right)
-    separation = _value(xml, plugin, place, 0.0, "wheelseparation")
-    separation = separation or _wheel_separation(urdf, left, right)
-    return DriveSettings(
-        left,
-        right,
-        separation,
-        radius,
-        _value(xml, plugin, place, _TORQUE, "torque", "wheeltorque", "maxwheeltorque"),
-        _value(xml, plugin, place, separation, "effectivetrackwidth"),
-        _value(xml, plugin, place, radius, "effectivewheelradius"),
-    )
-
-
-def guess_drive(
-    xml: XmlFile, urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]
-) -> DriveSettings:
-    """Return the drive of a robot without a drive plugin, by its wheels' places and shapes.
-
-    Raises:
-        RobotError: No wheel is round.
-    """
-    xml.note(f"no drive plugin: driven are the joints {', '.join(left + right)}")
-    separation = _wheel_separation(urdf, left, right)
-    radius = _wheel_radius(xml, urdf, left + right)
-    return DriveSettings(left, right, separation, radius, _TORQUE, separation, radius)
-
-
-def _wheel_separation(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) -> float:
-    """Return the distance between the mean left and the mean right wheel [m]."""
-    y = {n: urdf.T_root(urdf.joints[n].child).position[1] for n in left + right}
-    return abs(sum(y[n] for n in left) / len(left) - sum(y[n] for n in right) / len(right))
-
-
-def _wheel_radius(xml: XmlFile, urdf: Urdf, joints: tuple[str, ...]) -> float:
-    """Return the radius of the first wheel that has a round collision shape [m]."""
-    for name in joints:
-        for part in urdf.links[urdf.joints[name].child].collisions:
-            if part.shape.kind in (Kind.CYLINDER, Kind.SPHERE):
-                return part.shape.size[0]
-    raise xml.fail("drive", "the wheels' radius is unknown; <wheelDiameter> gives it")
-
-
-def _sort_sensor(
-    xml: XmlFile, sensor: Element, link: str, sensors: dict[str, tuple[Element, str]]
-) -> None:
-    """Keep the first sensor of each kind; note the others."""
-    kind = sensor.get("type", "?")
-    place = f"sensor '{sensor.get('name', kind)}'"
-    if kind not in _SENSORS:
-        xml.note(f"{place}: type '{kind}' is not simulated; simulated are {', '.join(_SENSORS)}")
-        return
-    key = "lidar" if kind in _LIDARS else kind
-    if key in sensors:
-        xml.note(f"{place}: a second {key} is not simulated")
-        return
-    sensors[key] = (sensor, link)
-
-
-def _frame(sensor: Element, link: str) -> str:
-    frame = next(_texts(sensor, "framename", "gzframeid", "ignitionframeid"), link)
-    return frame.lstrip("/")
-
-
-def _lidar(xml: XmlFile, sensor: Element, link: str) -> LidarSettings:
-    place = f"sensor '{sensor.get('name', 'lidar')}'"
-    ray = sensor.find("ray")
-    ray = sensor.find("lidar") if ray is None else ray
-    horizontal = None if ray is None else ray.find("scan/horizontal")
-    samples = int(xml.number(horizontal, "samples", 360, place))
-    angle_min = xml.number(horizontal, "min_angle", -math.pi, place)
-    angle_max = xml.number(horizontal, "max_angle", math.pi, place)
-    range_min = xml.number(ray, "range/min", 0.1, place)
-    range_max = xml.number(ray, "range/max", 10.0, place)
-    rate = xml.number(sensor, "update_rate", 10.0, place)
-    if not 1 <= samples <= 100_000:
-        raise xml.fail(place, f"<samples> is {samples}; valid: 1 to 100000")
-    if not angle_min < angle_max:
-        raise xml.fail(place, f"<min_angle> {angle_min} must be below <max_angle> {angle_max}")
-    if not 0.0 <= range_min < range_max:
-        raise xml.fail(place, f"<range> {range_min} to {range_max} must be 0 <= min < max")
-    if not rate > 0.0:
-        raise xml.fail(place, f"<update_rate> is {rate}; it must be above zero")
-    if ray is not None and xml.number(ray, "scan/vertical/samples", 1, place) > 1:
-        xml.note(f"{place}: only the level plane is simulated of its vertical samples")
-    noise = xml.number(ray, "noise/stddev", xml.number(sensor, "noise/stddev", 0.0, place), place)
-    if noise < 0.0:
-        raise xml.fail(place, f"<stddev> is {noise}; it must not be negative")
-    frame = _frame(sensor, link)
-    return LidarSettings(
-        link, frame, samples, angle_min, angle_max, range_min, range_max, rate, noise
-    )
-
-
-def _camera(xml: XmlFile, sensor: Element, link: str) -> CameraSettings:
-    place = f"sensor '{sensor.get('name', 'camera')}'"
-    camera = sensor.find("camera")
-    settings = CameraSettings(
-        link,
-        _frame(sensor, link),
-        int(xml.number(camera, "image/width", 640, place)),
-        int(xml.number(camera, "image/height", 480, place)),
-        xml.number(camera, "horizontal_fov", 1.047, place),
-        xml.number(camera, "clip/near", 0.05, place),
-        xml.number(camera, "clip/far", 100.0, place),
-        xml.number(sensor, "update_rate", 30.0, place),
-    )
-    if not (0 < settings.width <= 4096 and 0 < settings.height <= 4096):
-        problem = f"image is {settings.width} x {settings.height}; valid: 1 to 4096 pixels"
-        raise xml.fail(place, problem)
-    if not 0.0 < settings.horizontal_fov < math.pi:
-        problem = f"<horizontal_fov> is {settings.horizontal_fov}; valid: above 0, below pi"
-        raise xml.fail(place, problem)
-    if not settings.rate > 0.0:
-        raise xml.fail(place, f"<update_rate> is {settings.rate}; it must be above zero")
-    return settings
-
-
-def _imu(xml: XmlFile, sensor: Element, link: str) -> ImuSettings:
-    place = f"sensor '{sensor.get('name', 'imu')}'"
-    rate = xml.number(sensor, "update_rate", 50.0, place)
-    if not rate > 0.0:
-        raise xml.fail(place, f"<update_rate> is {rate}; it must be above zero")
-    return ImuSettings(link, _frame(sensor, link), rate)
+    def _camera(self) -> CameraSettings | None:
+        """Return the colour camera, else the depth camera."""
+        found = [key for key in ("camera", "depth") if key in self._sensors]
+        for key in found[1:]:
+            place = sensor_tags.place_of(self._sensors[key][0])
+            self._xml.note(f"{place}: not simulated beside the colour camera")
+        if not found:
+            return None
+        return sensor_tags.camera(self._xml, *self._sensors[found[0]], found[0] == "depth")

@@ -22,7 +22,7 @@ def mesh_shape(xml: XmlFile, uri: str, scale: str, place: str) -> Shape | None:
     size = xml.numbers(scale, 3, f"{place} scale")
     if 0.0 in size:
         raise xml.fail(f"{place} scale", f"{scale!r} must not be zero")
-    path = xml.search.find(xml.path, uri)
+    path = xml.find(uri, place)
     if path is None:
         xml.note(f"{place}: mesh '{uri}' does not exist, so it is left out")
         return None

@@ -7,8 +7,21 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-_MODEL_VARIABLES = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH")
+PACKAGE_VARIABLE = "ROS_PACKAGE_PATH"
+MODEL_VARIABLE = "GAZEBO_MODEL_PATH"
+_MODEL_VARIABLES = (
+    MODEL_VARIABLE,
+    "GZ_SIM_RESOURCE_PATH",
+    "IGN_GAZEBO_RESOURCE_PATH",
+    "GAZEBO_RESOURCE_PATH",
+)
 _SCHEMES = ("package", "model")
+_MANIFESTS = ("package.xml", "model.config")
+_MANIFEST_BYTES = 100_000
+
+
+class EscapeError(ValueError):
+    """A path leads out of the package, model or folder that it belongs to."""
 
 
 @dataclass(frozen=True)
@@ -28,15 +41,14 @@ class SearchPath:
         """Build a search path of names, the ones given first, then those of the environment.
 
         Args:
-            packages: As `packages`; behind them stand the `share` folders of AMENT_PREFIX_PATH.
+            packages: As `packages`; behind them stand ROS_PACKAGE_PATH and the `share` folders of
+                AMENT_PREFIX_PATH.
             models: As `models`; behind them stand GAZEBO_MODEL_PATH and GZ_SIM_RESOURCE_PATH.
         """
         shares = [folder / "share" for folder in _of_environment("AMENT_PREFIX_PATH")]
         known = [folder for name in _MODEL_VARIABLES for folder in _of_environment(name)]
-        return SearchPath(
-            (*(Path(folder) for folder in packages), *shares),
-            (*(Path(folder) for folder in models), *known),
-        )
+        named = [Path(folder) for folder in packages] + _of_environment(PACKAGE_VARIABLE)
+        return SearchPath((*named, *shares), (*(Path(folder) for folder in models), *known))
 
     def package(self, beside: Path, name: str) -> Path | None:
         """Return the folder of a package, or None.
@@ -50,24 +62,39 @@ class SearchPath:
     def find(self, beside: Path, uri: str) -> Path | None:
         """Resolve a path, or a `file://`, `package://` or `model://` URI, to an existing file.
 
-        A path inside a package or model may not lead out of it.
-
         Args:
             beside: The file that refers to it.
             uri: What it says.
+
+        Returns:
+            The file, or None where there is none.
+
+        Raises:
+            EscapeError: It leads out of its package or model, or a plain path out of the package
+                around the file and out of all folders of this search path.
         """
         scheme, _, rest = uri.strip().rpartition("://")
         if "\0" in rest:
             return None
         if scheme not in _SCHEMES:
-            path = beside.parent / rest
-            return path if _is_file(path) else None
+            return self._plain_file(beside, rest)
         name, _, inside = rest.partition("/")
         for folder in self._folders(beside, name):
             path = folder / inside
-            if _is_file(path) and path.resolve().is_relative_to(folder.resolve()):
+            if not path.resolve().is_relative_to(folder.resolve()):
+                raise EscapeError(f"'{uri}' leads out of its {scheme}")
+            if _is_file(path):
                 return path
         return None
+
+    def _plain_file(self, beside: Path, rest: str) -> Path | None:
+        path = beside.parent / rest
+        if not _is_file(path):
+            return None
+        allowed = (home(beside), *self.packages, *self.models)
+        if not any(path.resolve().is_relative_to(folder.resolve()) for folder in allowed):
+            raise EscapeError(f"'{rest}' leads out of {allowed[0]}; --package-path allows more")
+        return path
 
     def _folders(self, beside: Path, name: str) -> Iterator[Path]:
         """Yield the folders that a package or model may be."""
@@ -79,7 +106,29 @@ class SearchPath:
         candidates += [p for root in self.packages for p in sorted(root.glob(f"*/{_plain(name)}"))]
         candidates += [p for p in parents if p.name == name]
         candidates += [folder / name for p in parents for folder in (p, p / "models")]
+        candidates += [p for p in parents if f"<name>{name}</name>" in _manifest(p)]
         yield from (folder for folder in candidates if folder.is_dir())
+
+
+def home(beside: Path) -> Path:
+    """Return the folder that a file's plain paths may not lead out of.
+
+    It is the one that holds the file's package or model, else the parent of the file's folder.
+    """
+    folder = beside.resolve().parent
+    for parent in (folder, *folder.parents):
+        if any(_is_file(parent / name) for name in _MANIFESTS) and parent.parent != parent:
+            return parent.parent if parent.parent.parent != parent.parent else parent
+    return folder.parent if folder.parent.parent != folder.parent else folder
+
+
+def _manifest(folder: Path) -> str:
+    """Return a package's manifest without its spaces, or nothing."""
+    try:
+        with (folder / _MANIFESTS[0]).open("rb") as file:
+            return "".join(file.read(_MANIFEST_BYTES).decode("utf-8", "replace").split())
+    except OSError:
+        return ""
 
 
 def _of_environment(name: str) -> list[Path]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,17 +14,24 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.errors import RobotError
-from arjuna_sim.gazebo import DriveSettings, GazeboSettings, guess_drive, read_gazebo
+from arjuna_sim.gazebo import read_gazebo
+from arjuna_sim.guess import guess_drive, stand_up
+from arjuna_sim.joints import Joint
+from arjuna_sim.links import complete_masses, friction_of
 from arjuna_sim.pose3 import Pose3
+from arjuna_sim.resources import SearchPath
+from arjuna_sim.settings import DriveSettings, GazeboSettings
 from arjuna_sim.shapes import Group, Kind, Part, Shape, add_part
-from arjuna_sim.urdf import Joint, Urdf, read_urdf
-from arjuna_sim.xacro_file import expand, has_macros
+from arjuna_sim.urdf import Urdf, read_urdf
+from arjuna_sim.wheels import axis
+from arjuna_sim.xacro_file import Expanded, expand, has_macros
 from arjuna_sim.xml_file import XmlFile, read_bytes
 
 BODY_JOINT = "arjuna_free_joint"
+ANCHOR = "world"
 _ACROSS = 0.5
 _PASSIVE_DAMPING = 1e-3  # [N m s/rad] lets casters come to rest
-_CASTER_FRICTION = 0.01  # a ball on the chassis stands for a caster, which rolls
+_ANCHOR_WEIGHT = 1e9  # [kg] inertia that no arm can move
 # Tyres: stiffness [1/s^2] and damping [1/s] per unit mass. Stiff against damping, and with friction
 # softened by the scene's impratio, a sliding wheel stays on the ground: at MuJoCo's defaults it
 # hops, and how the robot turns then depends on the time step.
@@ -60,53 +69,65 @@ class Robot:
     @property
     def wheel_joints(self) -> tuple[str, ...]:
         """Names of the driven joints, left ones first."""
-        return self.drive.left + self.drive.right
+        return self.drive.wheels
 
     @property
     def moving_joints(self) -> tuple[str, ...]:
-        """Names of all joints that are not fixed, in the file's order."""
-        return tuple(j.name for j in self.urdf.joints.values() if j.kind != "fixed")
+        """Names of all joints that have a position, in the file's order."""
+        return tuple(j.name for j in self.urdf.joints.values() if j.has_position)
+
+    @property
+    def anchored(self) -> bool:
+        """Whether it is fixed to the world, as Gazebo fixes a robot whose root is `world`."""
+        return self.urdf.root == ANCHOR
 
 
-def load_robot(path: str | Path) -> Robot:
+def load_robot(
+    path: str | Path,
+    search: SearchPath | None = None,
+    arguments: Mapping[str, str] | None = None,
+) -> Robot:
     """Read a robot from a `.urdf` or `.xacro` file.
 
+    Args:
+        path: The file.
+        search: Where to look for what it refers to; the environment's folders if None.
+        arguments: Values of its xacro arguments.
+
     Raises:
-        RobotError: The file cannot be read or does not describe a robot with wheels.
+        RobotError: The file cannot be read or does not describe a robot.
     """
     path = Path(path)
     text = read_bytes(path, RobotError)
+    expanded = Expanded(text)
+    search = SearchPath.of() if search is None else search
     if has_macros(path, text):
-        text = expand(path, text)
-    xml = XmlFile(path, "robot", RobotError, text)
-    urdf = read_urdf(xml)
+        expanded = expand(path, search, arguments or {})
+    xml = XmlFile(path, "robot", RobotError, expanded.text, search)
+    xml.beside = (path, *expanded.files)
+    for note in expanded.notes:
+        xml.note(note)
+    return read_robot(xml)
+
+
+def read_robot(xml: XmlFile) -> Robot:
+    """Read a robot from a parsed URDF.
+
+    Raises:
+        RobotError: It does not describe a robot.
+    """
+    urdf = stand_up(xml, read_urdf(xml))
     settings = read_gazebo(xml, urdf)
-    drive = settings.drive or _find_wheels(xml, urdf)
-    for name in drive.left + drive.right:
+    drive = settings.drive
+    if drive is None:
+        drive = guess_drive(xml, urdf)
+    for name in drive.wheels:
         if urdf.joints[name].kind != "continuous":
             raise xml.fail(f"joint '{name}'", "drives a wheel, so its type must be 'continuous'")
         wheel_sign(xml.path, urdf, name)
+    settings = dataclasses.replace(settings, friction=friction_of(xml, urdf, settings, drive))
+    urdf = complete_masses(xml, urdf)
     return Robot(urdf, settings, drive, tuple(xml.notes))
-
-
-def _find_wheels(xml: XmlFile, urdf: Urdf) -> DriveSettings:
-    """Take the continuous joints whose axis lies across as the wheels."""
-    sides: dict[bool, list[str]] = {True: [], False: []}
-    for name, joint in urdf.joints.items():
-        y = urdf.T_root(joint.child).position[1]
-        if joint.kind == "continuous" and abs(_axis_y(urdf, name)) > _ACROSS and y != 0.0:
-            sides[y > 0.0].append(name)
-    left, right = tuple(sides[True]), tuple(sides[False])
-    if not left or not right:
-        problem = "has no drive: neither a drive plugin nor a 'continuous' wheel joint on each side"
-        raise RobotError(xml.path, problem)
-    return guess_drive(xml, urdf, left, right)
-
-
-def _axis_y(urdf: Urdf, joint: str) -> float:
-    """Return how far a joint's axis points to the robot's left."""
-    rotation = urdf.T_root(urdf.joints[joint].child).rotation()
-    return float(rotation[1] @ np.array(urdf.joints[joint].axis))
 
 
 def wheel_sign(path: Path, urdf: Urdf, joint: str) -> float:
@@ -115,7 +136,7 @@ def wheel_sign(path: Path, urdf: Urdf, joint: str) -> float:
     Raises:
         RobotError: The joint's axis does not lie across the robot.
     """
-    across = _axis_y(urdf, joint)
+    across = float(axis(urdf, joint)[1])
     if abs(across) < _ACROSS:
         raise RobotError(path, "a wheel's axis must lie across the robot (y)", f"joint '{joint}'")
     return 1.0 if across > 0.0 else -1.0
@@ -135,8 +156,12 @@ def add_robot(spec: Any, robot: Robot, servo: ServoConfig) -> None:
         RobotError: A moving part has no mass.
     """
     body = spec.worldbody.add_body(name=f"body:{robot.urdf.root}")
-    body.add_freejoint(name=BODY_JOINT)
+    joint = body.add_freejoint(name=BODY_JOINT)
+    if robot.anchored:
+        joint.armature, joint.damping[0] = _ANCHOR_WEIGHT, _ANCHOR_WEIGHT
     _fill_body(spec, body, robot, robot.urdf.root, servo)
+    for follower in robot.urdf.joints.values():
+        _add_mimic(spec, follower)
     for name in robot.wheel_joints:
         _add_servo(spec, robot, name, servo)
 
@@ -184,14 +209,13 @@ def _set_mass(
 def _add_parts(spec: Any, body: Any, robot: Robot, name: str, T_body_link: Pose3) -> None:
     link = robot.urdf.links[name]
     for part in link.visuals:
-        placed = Part(part.shape, T_body_link @ part.pose, part.rgba)
+        colour = robot.settings.colours.get(name, part.rgba)
+        placed = Part(part.shape, T_body_link @ part.pose, colour)
         add_part(spec, body, placed, Group.ROBOT_VISUAL)
     for part in _collisions(robot, name):
         placed = Part(part.shape, T_body_link @ part.pose, part.rgba)
         geom = add_part(spec, body, placed, Group.ROBOT_COLLISION)[0]
         friction = robot.settings.friction.get(name)
-        if friction is None and part.shape.kind is Kind.SPHERE and not _is_wheel(robot, name):
-            friction = _CASTER_FRICTION
         if friction is not None:
             geom.friction[0] = friction
             geom.priority = 1  # the link's friction holds, whatever the ground's
@@ -216,16 +240,54 @@ def _add_moving(
 ) -> None:
     pose = T_body_link @ joint.T_parent_child
     child = body.add_body(name=f"body:{joint.child}", pos=pose.position, quat=pose.quaternion)
+    if joint.name in robot.wheel_joints:  # the motor makes up for friction and damping
+        child.add_joint(name=joint.name, axis=joint.axis, armature=servo.armature)
+    elif joint.has_position:
+        _add_joint(child, joint)
+    else:
+        _add_loose(child, joint)
+    _fill_body(spec, child, robot, joint.child, servo)
+
+
+def _add_joint(child: Any, joint: Joint) -> None:
     slides = joint.kind == "prismatic"
     kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
     added = child.add_joint(name=joint.name, type=kind, axis=joint.axis)
+    added.damping[0] = max(joint.damping, _PASSIVE_DAMPING)
+    added.frictionloss = joint.friction
     if joint.limits is not None:
         added.limited, added.range = True, joint.limits
-    if joint.name in robot.wheel_joints:
-        added.armature = servo.armature
-    else:
+        added.limited = joint.limits[0] < joint.limits[1]
+
+
+def _add_loose(child: Any, joint: Joint) -> None:
+    """Add the joints that together move freely in a plane, or in space."""
+    slide, ball = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_BALL
+    normal = np.array(joint.axis)
+    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    first /= np.linalg.norm(first)
+    axes = [first, np.cross(normal, first)]
+    if joint.kind == "floating":
+        axes.append(normal)
+    for i, along in enumerate(axes):
+        added = child.add_joint(name=f"{joint.name}/{i}", type=slide, axis=along)
         added.damping[0] = _PASSIVE_DAMPING
-    _fill_body(spec, child, robot, joint.child, servo)
+    kind = mujoco.mjtJoint.mjJNT_HINGE if joint.kind == "planar" else ball
+    turn = child.add_joint(name=f"{joint.name}/turn", type=kind, axis=normal)
+    turn.damping[0] = _PASSIVE_DAMPING
+
+
+def _add_mimic(spec: Any, joint: Joint) -> None:
+    """Make a joint follow another."""
+    if joint.mimic is None:
+        return
+    equality = spec.add_equality(
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        name1=joint.name,
+        name2=joint.mimic.joint,
+    )
+    equality.data[0:2] = (joint.mimic.offset, joint.mimic.multiplier)
 
 
 def _add_servo(spec: Any, robot: Robot, joint: str, servo: ServoConfig) -> None:

@@ -117,7 +117,7 @@ def _include(xml: XmlFile, element: Element, T_world: Pose3) -> list[Body]:
         return []
     if name == GROUND:
         return _ground()
-    path = xml.search.find(xml.path, f"{uri}/model.sdf")
+    path = xml.find(f"{uri}/model.sdf", f"include '{uri}'")
     if path is None:
         built_in = ", ".join(BUILT_IN)
         xml.note(f"include: model '{uri}' does not exist, so it is left out; built in: {built_in}")

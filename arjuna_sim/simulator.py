@@ -205,8 +205,8 @@ class Simulator:
         """Return how far the left and the right wheels have turned forward, in the mean [rad]."""
         scene, angles = self._scene, self._data.qpos
         return (
-            float(angles[scene.left] @ scene.left_sign) / len(scene.left),
-            float(angles[scene.right] @ scene.right_sign) / len(scene.right),
+            float(angles[scene.left] @ scene.left_sign) / max(1, len(scene.left)),
+            float(angles[scene.right] @ scene.right_sign) / max(1, len(scene.right)),
         )
 
     def picture(self) -> NDArray[np.uint8]:

@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
-import contextlib
-import importlib
-import io
-from collections.abc import Callable, Iterator
+import importlib.util
+import json
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-from xml.parsers.expat import ExpatError
 
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import fromstring
-
-from arjuna_core.errors import RobotError
+from arjuna_core.errors import ConfigError, RobotError
+from arjuna_sim.resources import SearchPath
 
 _MARK = b"xmlns:xacro"
+_ROOT = Path(__file__).resolve().parent.parent
+_WALL_SECONDS = 20.0  # for a child that waits; one that computes is stopped by its own limit
+
+
+@dataclass(frozen=True)
+class Expanded:
+    """A robot's file after its macros.
+
+    Attributes:
+        text: The URDF.
+        notes: What was missing, and what stands for it.
+        files: The files that it includes.
+    """
+
+    text: bytes
+    notes: tuple[str, ...] = ()
+    files: tuple[Path, ...] = ()
 
 
 def has_macros(path: Path, text: bytes) -> bool:
@@ -23,72 +38,66 @@ def has_macros(path: Path, text: bytes) -> bool:
     return path.suffix == ".xacro" or (_MARK in text and (b"<xacro:" in text or b"${" in text))
 
 
-def expand(path: Path, text: bytes) -> bytes:
-    """Expand a robot's macros, all arguments at their defaults.
+def parse_arguments(words: list[str]) -> dict[str, str]:
+    """Read xacro arguments.
 
-    `$(find package)` is the folder of this name among the folders above the file or beside them,
-    else the folder above the file's own.
+    Args:
+        words: Each `name:=value`.
+
+    Raises:
+        ConfigError: A word is no argument.
+    """
+    for word in words:
+        if not word.partition(":=")[0].isidentifier() or ":=" not in word:
+            raise ConfigError(f"{word!r} is no argument of a robot; valid: name:=value")
+    return {name: value for name, _, value in (word.partition(":=") for word in words)}
+
+
+def expand(path: Path, search: SearchPath, arguments: Mapping[str, str]) -> Expanded:
+    """Expand a robot's macros, in a process whose time and memory are limited.
+
+    What is missing (an include, a package, the value of an argument) is left out and noted.
 
     Args:
         path: The file.
-        text: Its content.
-
-    Returns:
-        The URDF.
+        search: Where `$(find package)` looks, before the folders around the file.
+        arguments: Values of xacro arguments.
 
     Raises:
         RobotError: It cannot be expanded.
     """
-    try:
-        xacro = importlib.import_module("xacro")
-    except ImportError as error:
+    if importlib.util.find_spec("xacro") is None:
         problem = "has xacro macros, and the package xacro is not installed; a plain URDF is valid"
+        raise RobotError(path, problem)
+    request = {
+        "path": str(path.resolve()),
+        "arguments": dict(arguments),
+        "packages": [str(folder.resolve()) for folder in search.packages],
+        "models": [str(folder.resolve()) for folder in search.models],
+    }
+    answer = _ask(path, json.dumps(request))
+    if "error" in answer:
+        raise RobotError(path, f"xacro cannot expand it: {answer['error']}")
+    files = tuple(Path(name) for name in answer["files"])
+    return Expanded(answer["text"].encode(), tuple(answer["notes"]), files)
+
+
+def _ask(path: Path, request: str) -> dict[str, str]:
+    """Run the child; one that dies has hit a limit."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "arjuna_sim.xacro_child"],
+            input=request.encode(),
+            capture_output=True,
+            cwd=_ROOT,
+            timeout=_WALL_SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        problem = f"xacro cannot expand it: no end after {_WALL_SECONDS:g} s"
         raise RobotError(path, problem) from error
-    _refuse_entities(path, text)
-    expected = (xacro.XacroException, ExpatError, OSError, LookupError, ValueError, TypeError)
-    quiet = io.StringIO()
-    try:
-        with _find_beside(path), contextlib.redirect_stderr(quiet):
-            document: Any = xacro.process_file(str(path))
-    except (*expected, _substitution_error()) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise RobotError(path, f"xacro cannot expand it: {reason}") from error
-    expanded: bytes = document.toprettyxml(indent="  ", encoding="utf-8")
-    return expanded
-
-
-def _substitution_error() -> type[Exception]:
-    module = importlib.import_module("xacro.substitution_args")
-    error: type[Exception] = module.SubstitutionException
-    return error
-
-
-def _refuse_entities(path: Path, text: bytes) -> None:
-    """Keep entity bombs from xacro's own parser; other faults are its to report."""
-    try:
-        fromstring(text, forbid_dtd=True)
-    except DefusedXmlException as error:
-        problem = f"declares a DTD or entities ({type(error).__name__}); plain XML is valid"
-        raise RobotError(path, problem) from error
-    except (SyntaxError, ValueError, LookupError):
-        return
-
-
-@contextlib.contextmanager
-def _find_beside(path: Path) -> Iterator[None]:
-    """Let `$(find package)` look around the file instead of in a ROS installation."""
-    module: Any = importlib.import_module("xacro.substitution_args")
-    before: Callable[[str], str] = module._eval_find
-
-    def find(package: str) -> str:
-        parents = path.resolve().parents
-        named = [p for p in parents if p.name == package] + [p / package for p in parents]
-        return str(next((p for p in named if p.is_dir()), path.resolve().parent.parent))
-
-    module._eval_find = find
-    module._eval_dict["find"] = find
-    try:
-        yield
-    finally:
-        module._eval_find = before
-        module._eval_dict["find"] = before
+    if done.returncode != 0:
+        problem = "xacro cannot expand it: it takes more than 1 s of computing, or too much memory"
+        raise RobotError(path, problem)
+    answer: dict[str, str] = json.loads(done.stdout)
+    return answer

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import RobotError, WorldError
+from arjuna_core.se2 import IDENTITY
 from arjuna_sim.drive import Velocity
 from arjuna_sim.robot import load_robot
 from arjuna_sim.sdf import load_world
-from arjuna_sim.simulator import Simulator, SimulatorConfig
 from arjuna_sim.world import surfaces
-from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, run, simulator
+from tests.sim.builders import ROBOT, ROOM, edited, run, simulator
 
 BOMB = """<?xml version="1.0"?>
 <!DOCTYPE bomb [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>
@@ -89,11 +89,12 @@ def test_robot_without_plugins_gets_its_wheels_from_its_joints(tmp_path: Path) -
         ('<mass value="5.0"/>', '<mass value="0"/>', "link 'base_link' inertial mass.*above zero"),
         ('<mass value="5.0"/>', '<mass value="nan"/>', "link 'base_link' inertial.*finite"),
         ('<mass value="5.0"/>', '<mass value="heavy"/>', "'heavy' is not 1 numbers"),
-        ('ixx="0.05"', 'ixx="-1"', "link 'base_link' inertial ixx.*above zero"),
+        ('ixx="0.05"', 'ixx="nan"', "link 'base_link' inertial ixx.*finite"),
+        ('<mass value="5.0"/>', '<mass value="1e9"/>', "inertial mass.*valid: 1e-06 to 1e.07"),
         (BODY, '<box size="1 1"/>', "has 2 numbers.*valid: 3"),
         (BODY, '<bux size="1 1 1"/>', "<bux> is unknown; did you mean 'box'"),
         ('<parent link="base_link"/>', '<parent link="base_lnik"/>', "did you mean 'base_link'"),
-        ('type="fixed"', 'type="floating"', "not simulated; valid: fixed, continuous"),
+        ('type="fixed"', 'type="screw"', "not simulated; valid: fixed, continuous"),
         ("<samples>360", "<samples>0", "<samples> is 0; valid: 1 to 100000"),
         ("front_left_joint</left", "front_lefft_joint</left", "did you mean 'front_left_joint'"),
         ('reference="lidar_link"', 'reference="lidr_link"', "did you mean 'lidar_link'"),
@@ -192,20 +193,42 @@ def test_ball_on_the_chassis_rolls_like_a_caster(tmp_path: Path) -> None:
     assert last.truth.v == pytest.approx(0.3, rel=0.03)
 
 
-def test_moving_part_without_mass_is_refused(tmp_path: Path) -> None:
+def test_missing_inertial_is_computed_from_the_shapes_and_noted(tmp_path: Path) -> None:
     text = ROBOT.read_text(encoding="utf-8")
     start = text.index("<inertial>", text.index('<link name="front_left_wheel">'))
     end = text.index("</inertial>", start) + len("</inertial>")
-    path = edited(ROBOT, tmp_path, text[start:end], "")
-    with pytest.raises(RobotError, match=r"link 'front_left_wheel'.*<inertial>"):
-        Simulator(path, EMPTY, SimulatorConfig(), np.random.default_rng(0))
+    robot = load_robot(edited(ROBOT, tmp_path, text[start:end], ""))
+    assert len(robot.notes) == 1
+    assert "'front_left_wheel': has no <inertial>" in robot.notes[0]
+    wheel = robot.urdf.links["front_left_wheel"]
+    radius, width = wheel.collisions[0].shape.size
+    assert wheel.inertial is not None
+    assert wheel.inertial.mass == pytest.approx(500.0 * np.pi * radius**2 * width)
+    largest = np.linalg.eigvalsh(wheel.inertial.inertia)[2]
+    assert largest == pytest.approx(wheel.inertial.mass * radius**2 / 2, rel=1e-6)
 
 
-def test_robot_without_wheels_is_refused(tmp_path: Path) -> None:
+def test_inertia_that_no_body_has_is_computed_and_noted(tmp_path: Path) -> None:
+    robot = load_robot(edited(ROBOT, tmp_path, 'ixx="0.05"', 'ixx="-1"'))
+    assert len(robot.notes) == 1
+    assert "'base_link' inertial: the inertia is not positive definite" in robot.notes[0]
+    inertial = robot.urdf.links["base_link"].inertial
+    assert inertial is not None
+    assert inertial.mass == 5.0
+    assert np.diag(inertial.inertia) == pytest.approx(
+        5.0 / 12 * np.array([0.3**2 + 0.1**2, 0.45**2 + 0.1**2, 0.45**2 + 0.3**2]), rel=1e-6
+    )
+
+
+def test_robot_without_wheels_loads_and_stands_still(tmp_path: Path) -> None:
     path = tmp_path / "plain.urdf"
     path.write_text(PLAIN.format(wheels=""), encoding="utf-8")
-    with pytest.raises(RobotError, match="has no drive"):
-        load_robot(path)
+    sim = simulator(robot=path)
+    assert sim.robot.wheel_joints == ()
+    assert any("has no drive" in note for note in sim.notes)
+    last = run(sim, 1.0, Velocity(0.5, 0.5))
+    assert last.truth.pose.distance(IDENTITY) < 1e-3
+    assert last.odometry.T_odom_base.distance(IDENTITY) == 0.0
 
 
 def test_broken_mesh_is_refused(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.drive import Velocity
 from arjuna_sim.mesh_file import MeshError, read_mesh
 from arjuna_sim.mesh_pieces import hull, pieces
-from arjuna_sim.resources import SearchPath
+from arjuna_sim.resources import EscapeError, SearchPath
 from arjuna_sim.sdf import load_world
 from arjuna_sim.world import surfaces
 from tests.sim.builders import run, simulator
@@ -130,5 +130,6 @@ def test_search_path_finds_packages_and_keeps_inside_them(tmp_path: Path) -> Non
     for folder in (tmp_path / "stack" / "robot_description", tmp_path / "stack", tmp_path):
         search = SearchPath.of([folder])
         assert search.find(beside, "package://robot_description/meshes/a.stl") == mesh
-        assert search.find(beside, "package://robot_description/../../secret.stl") is None
+        with pytest.raises(EscapeError, match="leads out of its package"):
+            search.find(beside, "package://robot_description/../../secret.stl")
     assert SearchPath.of([tmp_path]).find(beside, "package://../secret.stl") is None
