@@ -12,6 +12,8 @@ from rclpy.action.server import ServerGoalHandle
 
 from arjuna_core.ros.node import ManagedNode
 
+_TURNS_TO_SETTLE = 8  # of the executor: a cancellation, its answer, the result, and their echoes
+
 
 class _DeferredActionServer(ActionServer):
     """An action server whose goals stay executing until `finish`.
@@ -23,8 +25,47 @@ class _DeferredActionServer(ActionServer):
         """Leave the goal executing."""
 
     def finish(self, handle: ServerGoalHandle, result: Any) -> None:
-        """Send the result of a goal whose final state is set."""
-        super().notify_execute(handle, lambda _: result)
+        """Send the result of a goal whose final state is set.
+
+        It goes at once: rclpy would send it from a task, and a node that shuts down has destroyed
+        its server by then.
+        """
+        response = self._action_type.Impl.GetResultService.Response(
+            status=handle.status, result=result
+        )
+        self._result_futures[bytes(handle.goal_id.uuid)].set_result(response)
+
+    def destroy(self) -> None:
+        """Leave the graph, once what is under way has come."""
+        _retire(self._node, self, self._destroy_handles)
+
+    def _destroy_handles(self) -> None:
+        for handle in self._goal_handles.values():
+            handle.destroy()
+        self._handle.destroy_when_not_in_use()
+
+
+class _SettlingActionClient(ActionClient):
+    """An action client that may be destroyed while answers are on their way."""
+
+    def destroy(self) -> None:
+        """Leave the graph, once what is under way has come."""
+        _retire(self._node, self, self._client_handle.destroy_when_not_in_use)
+
+
+def _retire(
+    node: Any, waitable: Any, destroy: Callable[[], None], turns: int = _TURNS_TO_SETTLE
+) -> None:
+    """Take an action's end out of the executor some turns from now, then destroy it.
+
+    rclpy's EventsExecutor crashes the process (it drops a Python reference without the interpreter
+    lock) where an event of a waitable comes between its removal and the executor's next turn.
+    """
+    if turns:
+        node.executor.create_task(_retire, node, waitable, destroy, turns - 1)
+        return
+    node.remove_waitable(waitable)
+    node.executor.create_task(destroy)
 
 
 class GoalServer:
@@ -60,6 +101,7 @@ class GoalServer:
         self._admit = admit
         self._on_cancel = on_cancel
         self._unknown = unknown
+        self._destroyed = False
         self._current: ServerGoalHandle | None = None
         self._pending: ServerGoalHandle | None = None
         self._server = _DeferredActionServer(
@@ -93,7 +135,8 @@ class GoalServer:
         return self._current is not None and bool(self._current.is_cancel_requested)
 
     def _on_request(self, goal: Any) -> GoalResponse:
-        reason = "the node is not active" if not self._node.active else None
+        idle = self._destroyed or not self._node.active
+        reason = "the node is not active" if idle else None
         if reason is None and self._admit is not None:
             reason = self._admit(goal)
         if reason is not None:
@@ -181,7 +224,8 @@ class GoalServer:
         self._server.finish(handle, result)
 
     def destroy(self) -> None:
-        """Leave the graph."""
+        """Leave the graph; no goal is accepted any more."""
+        self._destroyed = True
         self._server.destroy()
 
 
@@ -216,10 +260,11 @@ class GoalClient:
 
     def __init__(self, node: ManagedNode, action_type: Any, name: str) -> None:
         self.name = name
-        self._client = ActionClient(node, action_type, name)
+        self._client = _SettlingActionClient(node, action_type, name)
         self._handle: Any | None = None
         self._sequence = 0
         self._cancel_when_accepted = False
+        self._destroyed = False
 
     @property
     def ready(self) -> bool:
@@ -258,6 +303,8 @@ class GoalClient:
     def _on_response(
         self, handle: Any, sequence: int, outcome: Callable[[GoalOutcome], None]
     ) -> None:
+        if self._destroyed:
+            return
         if not handle.accepted:
             outcome(GoalOutcome(False, GoalStatus.STATUS_UNKNOWN, None))
             return
@@ -278,5 +325,7 @@ class GoalClient:
             self._cancel_when_accepted = True
 
     def destroy(self) -> None:
-        """Leave the graph."""
+        """Leave the graph; no outcome is reported any more."""
+        self._destroyed = True
+        self._sequence += 1
         self._client.destroy()

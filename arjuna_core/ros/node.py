@@ -124,7 +124,17 @@ class ManagedNode(LifecycleNode):
 
     def serve(self, service_type: Any, name: str, callback: Callable[[Any, Any], Any]) -> None:
         """Create a service that lives until cleanup."""
-        self._keep(self.destroy_service, self.create_service(service_type, name, callback))
+        self._keep(self._retire, self.create_service(service_type, name, callback))
+
+    def _retire(self, service: Any) -> None:
+        """Destroy a service after the requests that have come are answered.
+
+        The executor forgets it at its next turn, which comes before the task; rclpy's own
+        `destroy_service` would make the answer of a request in between an error.
+        """
+        self._services.remove(service)
+        self._wake_executor()
+        self.executor.create_task(service.destroy)
 
     def client(self, service_type: Any, name: str) -> Any:
         """Create a service client that lives until cleanup."""

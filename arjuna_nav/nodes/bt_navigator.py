@@ -34,6 +34,7 @@ _DEFAULT_TREES = (
     "navigate_through_poses_w_replanning_and_recovery.xml",
 )
 _FEEDBACK_PERIOD = 0.1
+_ROUNDING = 1e-6  # of sums of ticks
 _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
 
 
@@ -168,7 +169,7 @@ class BtNavigatorNode(ManagedNode):
             self._give_feedback(state)
 
     def _give_feedback(self, state: NavigatorState) -> None:
-        if self._navigator is None or self.now - self._feedback_at < _FEEDBACK_PERIOD:
+        if self._navigator is None or self.now - self._feedback_at < _FEEDBACK_PERIOD - _ROUNDING:
             return
         self._feedback_at = self.now
         told = self._navigator.feedback(state)

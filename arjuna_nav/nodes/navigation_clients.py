@@ -175,22 +175,25 @@ class NavigationClients:
         code -= 100 if code >= 300 else 0  # ComputePathThroughPoses counts from 300
         known = code in list(PlanStatus) and code
         status = PlanStatus(code) if known else PlanStatus.UNKNOWN
-        message = result.error_msg if result is not None else "the planner refused the goal"
+        message = result.error_msg if result is not None else self._refused("the planner")
         self._outcomes["plan"] = PlanResult.failed(status, message)
 
     def _on_follow(self, outcome: GoalOutcome) -> None:
-        self._outcomes["follow"] = _outcome(outcome, int(ControlStatus.UNKNOWN))
+        unknown = int(ControlStatus.UNKNOWN)
+        self._outcomes["follow"] = self._outcome(outcome, unknown, "the controller")
 
     def _on_behavior(self, outcome: GoalOutcome) -> None:
-        self._outcomes["behavior"] = _outcome(outcome, _UNKNOWN_BEHAVIOR)
+        self._outcomes["behavior"] = self._outcome(outcome, _UNKNOWN_BEHAVIOR, "the behavior")
 
+    def _outcome(self, outcome: GoalOutcome, unknown: int, server: str) -> Outcome:
+        if outcome.succeeded:
+            return Outcome()
+        if outcome.result is None:
+            return Outcome(unknown, self._refused(server))
+        return Outcome(outcome.result.error_code or unknown, outcome.result.error_msg or "aborted")
 
-def _outcome(outcome: GoalOutcome, unknown: int) -> Outcome:
-    if outcome.succeeded:
-        return Outcome()
-    if outcome.result is None:
-        return Outcome(unknown, "the goal was refused")
-    return Outcome(outcome.result.error_code or unknown, outcome.result.error_msg or "aborted")
+    def _refused(self, server: str) -> str:
+        return f"{server} server refused the goal at {self._node.now:.2f} s; its log says why"
 
 
 def _lost(key: str, message: str) -> Any:

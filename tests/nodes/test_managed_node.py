@@ -16,6 +16,7 @@ from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import Wait
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
@@ -179,3 +180,43 @@ def test_an_inactive_node_rejects_goals(bench: RosBench, node: EchoNode) -> None
     node.trigger_deactivate()
     client.send()
     assert not client.outcomes[0].accepted
+
+
+def test_a_goal_s_result_outlives_its_node(bench: RosBench, node: EchoNode) -> None:
+    other = EchoNode(bench.process, name="other")
+    client = Client(bench, other)
+    client.send()
+    node.server.abort_all("the end")
+    node.trigger_shutdown()
+    bench.process.drain()
+    assert client.outcomes[0].status == GoalStatus.STATUS_ABORTED
+    result: Any = client.outcomes[0].result
+    assert result.error_msg == "the end at 0.00 s"
+
+
+def test_a_client_may_go_while_answers_are_on_their_way(bench: RosBench, node: EchoNode) -> None:
+    for step in ("nothing", "cancel", "succeed"):
+        client = Client(bench, EchoNode(bench.process, name=step))
+        client.send()
+        if step == "cancel":
+            client.client.cancel()
+        if step == "succeed":
+            node.server.succeed(Wait.Result())
+        client.client.destroy()
+        bench.process.drain()
+        assert client.outcomes == []
+        node.server.abort_all()
+        bench.process.drain()
+
+
+def test_a_request_that_has_come_is_answered_by_a_node_that_goes(
+    bench: RosBench, node: EchoNode
+) -> None:
+    node.serve(Trigger, "ask", lambda request, response: Trigger.Response(message="yes"))
+    client = bench.node.create_client(Trigger, "ask")
+    bench.process.drain()
+    future = client.call_async(Trigger.Request())
+    node.trigger_shutdown()
+    bench.process.drain()
+    assert future.result().message == "yes"
+    assert not client.service_is_ready()
