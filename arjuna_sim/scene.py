@@ -18,7 +18,7 @@ from arjuna_sim.shapes import Group
 from arjuna_sim.world import add_world
 
 _SOLVER_TOLERANCE = 1e-6
-_FRICTION_STIFFNESS = 0.1  # against the normal force's; see the tyres in robot.py
+_FRICTION_STIFFNESS = 0.04  # against the normal force: any firmer, and a sliding wheel hops
 
 
 @dataclass(frozen=True)

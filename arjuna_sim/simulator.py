@@ -28,6 +28,7 @@ from arjuna_sim.stage import Stage
 from arjuna_sim.world import surfaces
 
 _NANOSECONDS = 1_000_000_000
+_STICTION = 10  # solver iterations that make friction hold: who parks on a slope stays there
 
 
 @dataclass(frozen=True)
@@ -253,6 +254,7 @@ class Simulator:
         count = len(self._scene.left)
         self._data.ctrl[:count] = left * self._scene.left_sign
         self._data.ctrl[count:] = right * self._scene.right_sign
+        self._scene.model.opt.noslip_iterations = _STICTION if left == right == 0.0 else 0
 
     def _refresh(self) -> None:
         """Bring places and velocities up to the end of the tick."""

@@ -190,7 +190,7 @@ def test_ball_on_the_chassis_rolls_like_a_caster(tmp_path: Path) -> None:
     path = tmp_path / "caster.urdf"
     path.write_text(PLAIN.format(wheels="\n".join([*wheels, ball])), encoding="utf-8")
     last = run(simulator(robot=path), 3.0, Velocity(0.3, 0.0))
-    assert last.truth.v == pytest.approx(0.3, rel=0.03)
+    assert last.truth.v == pytest.approx(0.3, rel=0.05)
 
 
 def test_missing_inertial_is_computed_from_the_shapes_and_noted(tmp_path: Path) -> None:

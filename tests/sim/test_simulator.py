@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,13 +36,41 @@ def test_encoders_measure_a_straight_metre_within_two_per_cent(speed: float) -> 
     assert abs(last.truth.pose.y) < 0.01
 
 
-@pytest.mark.parametrize("rate", [-1.0, 0.4, 1.0, 1.5])
-def test_calibrated_encoders_measure_a_quarter_turn_within_four_per_cent(rate: float) -> None:
+@pytest.mark.parametrize("rate", [-1.0, 0.4, 1.0, 1.5, -2.0])
+@pytest.mark.parametrize("speed", [0.0, 0.3, 0.6])
+def test_calibrated_encoders_measure_spins_and_arcs_within_two_and_four_per_cent(
+    speed: float, rate: float
+) -> None:
+    """A quarter turn from rest to rest: 2 % of the distance, 4 % of the angle."""
     sim = simulator()
-    last = run(sim, math.pi / 2 / abs(rate), Velocity(0.0, rate))
+    run(sim, math.pi / 2 / abs(rate), Velocity(speed, rate))
     last = run(sim, 1.0, Velocity())
-    assert last.odometry.T_odom_base.theta == pytest.approx(last.truth.pose.theta, rel=0.04)
-    assert last.truth.pose.theta == pytest.approx(math.copysign(math.pi / 2, rate), rel=0.04)
+    odometry, truth = last.odometry.T_odom_base, last.truth.pose
+    assert odometry.theta == pytest.approx(truth.theta, rel=0.04)
+    assert truth.theta == pytest.approx(math.copysign(math.pi / 2, rate), rel=0.04)
+    if speed > 0.0:
+        assert math.hypot(odometry.x, odometry.y) == pytest.approx(
+            math.hypot(truth.x, truth.y), rel=0.02
+        )
+
+
+@pytest.mark.parametrize("command", [Velocity(0.0, 2.0), Velocity(0.6, 2.0)])
+def test_wheels_do_not_hop_while_they_slip(command: Velocity) -> None:
+    sim = simulator()
+    run(sim, 1.0, command)
+    assert max(abs(sim.step(command).truth.pitch) for _ in range(100)) < 2e-4
+
+
+def test_parked_robot_does_not_creep_down_a_slope(tmp_path: Path) -> None:
+    slope = tmp_path / "slope.world"  # of 5 degrees
+    slope.write_text(
+        "<sdf version='1.6'><world name='w'><model name='ramp'><static>1</static><link name='l'>"
+        "<pose>-0.0087 0 -0.0996 0 0.0873 0</pose><collision name='c'><geometry><box>"
+        "<size>9 9 0.2</size></box></geometry></collision></link></model></world></sdf>"
+    )
+    sim = simulator(slope)
+    start = run(sim, 1.0).truth.pose
+    assert start.distance(run(sim, 10.0).truth.pose) < 0.01
 
 
 def test_wheels_slip_when_it_turns() -> None:
@@ -61,9 +90,10 @@ def test_turning_does_not_depend_on_the_physics_time_step() -> None:
     turns = []
     for timestep in (0.001, 0.004):
         sim = simulator(config=SimulatorConfig(physics_timestep=timestep))
-        run(sim, 1.0, Velocity(0.3, 1.0))
-        turns.append(run(sim, 1.5, Velocity(0.3, 1.0)).truth.pose.theta)
-    assert turns[0] == pytest.approx(turns[1], abs=0.01)
+        start = run(sim, 1.0, Velocity(0.3, 1.0)).truth.pose.theta
+        turns.append((start, run(sim, 1.5, Velocity(0.3, 1.0)).truth.pose.theta - start))
+    assert turns[0][0] == pytest.approx(turns[1][0], abs=0.03)  # from rest
+    assert turns[0][1] == pytest.approx(turns[1][1], abs=0.002)
 
 
 def test_acceleration_is_limited() -> None:
