@@ -36,6 +36,11 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.command == "slam" and arguments.offline is not None:
             _show(importlib.import_module("bringup.offline_slam").run(arguments))
             return OK
+        if arguments.command in ("entity", "world"):
+            from bringup import simulator_commands
+
+            simulator_commands.run(arguments, _show)
+            return OK
         parameters = gather(arguments)
         if arguments.command == "demo":
             return _demo(arguments, parameters)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from bringup import bench
+from bringup import bench, simulator_parser
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 
@@ -34,6 +34,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_slam(commands)
     _add_nav(commands)
     _add_demo(commands)
+    simulator_parser.add_commands(commands)
     _add_bench(commands)
     return parser
 

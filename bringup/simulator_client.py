@@ -1,0 +1,202 @@
+"""A plain client of a running simulator's services, with a deadline on every wait."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import rclpy
+from geometry_msgs.msg import Pose, PoseStamped
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from simulation_interfaces.msg import EntityFilters, EntityState, Resource, Result, SimulationState
+from simulation_interfaces.srv import (
+    DeleteEntity,
+    GetAvailableWorlds,
+    GetCurrentWorld,
+    GetEntitiesStates,
+    GetSimulationState,
+    LoadWorld,
+    ResetSimulation,
+    SetEntityState,
+    SetSimulationState,
+    SpawnEntity,
+    StepSimulation,
+)
+
+from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.convert import quaternion, yaw
+
+ANSWER_TIMEOUT = 5.0
+_CHUNK = 500  # steps of one call: each is answered well within the deadline
+
+
+class SimulatorError(ArjunaError):
+    """No simulator answers, or it refuses a request; the message is its reason."""
+
+
+class SimulatorClient:
+    """Calls a simulator's services.
+
+    Args:
+        timeout: How long to wait for an answer [s, wall].
+    """
+
+    def __init__(self, timeout: float = ANSWER_TIMEOUT) -> None:
+        add_environment_to_ament_index()
+        self._timeout = timeout
+        self._context = Context()
+        rclpy.init(context=self._context)
+        self._node = Node("simulator_client", context=self._context, start_parameter_services=False)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._context.shutdown()
+
+    def call(self, service_type: Any, name: str, request: Any) -> Any:
+        """Return a service's response.
+
+        Raises:
+            SimulatorError: Nobody answers in time, or the result is not RESULT_OK.
+        """
+        client = self._node.create_client(service_type, name)
+        try:
+            if not client.wait_for_service(timeout_sec=self._timeout):
+                raise SimulatorError(
+                    f"no simulator serves '{name}' within {self._timeout:g} s;"
+                    " start one with 'python -m bringup sim'"
+                )
+            future = client.call_async(request)
+            self._executor.spin_until_future_complete(future, timeout_sec=self._timeout)
+            if not future.done():
+                raise SimulatorError(f"'{name}' did not answer within {self._timeout:g} s")
+            response = future.result()
+        finally:
+            self._node.destroy_client(client)
+        if response.result.result != Result.RESULT_OK:
+            raise SimulatorError(f"{response.result.error_message} ({response.result.result})")
+        return response
+
+    def spawn(self, name: str, resource: Resource, pose: Pose) -> str:
+        """Put an entity into the world; return its name."""
+        request = SpawnEntity.Request(
+            name=name, entity_resource=resource, initial_pose=PoseStamped(pose=pose)
+        )
+        return str(self.call(SpawnEntity, "spawn_entity", request).entity_name)
+
+    def delete(self, name: str) -> None:
+        """Take an entity out of the world."""
+        self.call(DeleteEntity, "delete_entity", DeleteEntity.Request(entity=name))
+
+    def move(self, name: str, pose: Pose) -> None:
+        """Put an entity somewhere else."""
+        state = EntityState(pose=pose)
+        request = SetEntityState.Request(entity=name, state=state, set_pose=True)
+        self.call(SetEntityState, "set_entity_state", request)
+
+    def entities(self, pattern: str) -> list[str]:
+        """Return a line for each entity whose name matches: its name, position and heading."""
+        request = GetEntitiesStates.Request(filters=EntityFilters(filter=pattern))
+        found = self.call(GetEntitiesStates, "get_entities_states", request)
+        lines = []
+        for name, state in zip(found.entities, found.states, strict=True):
+            p = state.pose.position
+            heading = yaw(state.pose.orientation)
+            lines.append(f"{name:<24} x {p.x:8.3f}  y {p.y:8.3f}  z {p.z:7.3f}  yaw {heading:6.3f}")
+        return lines
+
+    def enter(self, state: int) -> None:
+        """Pause or play."""
+        request = SetSimulationState.Request(state=SimulationState(state=state))
+        self.call(SetSimulationState, "set_simulation_state", request)
+
+    def step(self, steps: int) -> None:
+        """Run a paused simulation for some ticks."""
+        while steps > 0:
+            count = min(steps, _CHUNK)
+            request = StepSimulation.Request(steps=count)
+            self.call(StepSimulation, "step_simulation", request)
+            steps -= count
+
+    def reset(self, scope: int) -> None:
+        """Return to the start."""
+        self.call(ResetSimulation, "reset_simulation", ResetSimulation.Request(scope=scope))
+
+    def load(self, world: Path) -> str:
+        """Replace the world; return the new one's name."""
+        resource = Resource(uri=str(world.resolve()))
+        request = LoadWorld.Request(world_resource=resource)
+        return str(self.call(LoadWorld, "load_world", request).world.name)
+
+    def worlds(self) -> list[str]:
+        """Return the worlds that can be loaded, by their files."""
+        request = GetAvailableWorlds.Request()
+        found = self.call(GetAvailableWorlds, "get_available_worlds", request).worlds
+        return [world.world_resource.uri for world in found]
+
+    def status(self) -> str:
+        """Return which world is loaded, and whether time runs."""
+        state = self.call(GetSimulationState, "get_simulation_state", GetSimulationState.Request())
+        number = state.state.state
+        words = {SimulationState.STATE_NO_WORLD: "no world is loaded"}
+        if number in words:
+            return words[number]
+        world = self.call(GetCurrentWorld, "get_current_world", GetCurrentWorld.Request()).world
+        names = {
+            SimulationState.STATE_STOPPED: "stopped",
+            SimulationState.STATE_PLAYING: "playing",
+            SimulationState.STATE_PAUSED: "paused",
+        }
+        return f"{world.name} ({world.world_resource.uri}): {names.get(number, number)}"
+
+
+def pose_at(x: float, y: float, z: float, heading: float) -> Pose:
+    """Return an upright pose."""
+    pose = Pose(orientation=quaternion(heading))
+    pose.position.x, pose.position.y, pose.position.z = x, y, z
+    return pose
+
+
+def resource_of(what: str) -> Resource:
+    """Return what to spawn: a file of this machine as its text, else the words as a URI.
+
+    A file that refers to meshes is named instead, for its folder tells where they are.
+
+    Raises:
+        SimulatorError: The file cannot be read.
+    """
+    path = Path(what)
+    if "://" in what or not path.is_file():
+        return Resource(uri=what)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SimulatorError(f"{path}: cannot be read: {error}") from error
+    return Resource(uri=str(path.resolve())) if "<mesh" in text else Resource(resource_string=text)
+
+
+def walker(name: str, points: list[tuple[float, float]], speed: float, once: bool) -> Resource:
+    """Return an SDF actor that walks by two or more points at a speed [m/s]."""
+    path = points if once else [*points, points[0]]
+    lines, now = [], 0.0
+    for (x0, y0), (x1, y1) in itertools.pairwise(path):
+        heading = math.atan2(y1 - y0, x1 - x0)
+        end = now + math.hypot(x1 - x0, y1 - y0) / speed
+        for time, x, y in ((now, x0, y0), (end, x1, y1)):
+            pose = f"<pose>{x!r} {y!r} 0 0 0 {heading!r}</pose>"
+            lines.append(f"<waypoint><time>{time!r}</time>{pose}</waypoint>")
+        now = end
+    return Resource(
+        resource_string=f"<sdf version='1.7'><actor name={quoteattr(name)}><script>"
+        f"<loop>{str(not once).lower()}</loop><trajectory id='0' type='walk'>{''.join(lines)}"
+        "</trajectory></script></actor></sdf>"
+    )

@@ -1,0 +1,43 @@
+"""The commands `entity` and `world`: what they take and refuse."""
+
+from __future__ import annotations
+
+import pytest
+
+from bringup.cli_parser import parse
+
+
+def test_spawn_takes_a_place_and_a_path() -> None:
+    words = ["entity", "spawn", "bob", "person", "--at", "-1", "2", "--path", "-2,-2 2,-2 2,2.5"]
+    arguments = parse([*words, "--speed", "0.8", "--once"])
+    assert arguments.at == [-1.0, 2.0]
+    assert arguments.path == [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.5)]
+    assert (arguments.speed, arguments.once, arguments.yaw) == (0.8, True, 0.0)
+
+
+def test_robot_is_moved_by_name_with_negative_places() -> None:
+    arguments = parse(["entity", "move", "robot", "-1.5", "-2", "--yaw", "-0.5"])
+    assert (arguments.name, arguments.at, arguments.yaw) == ("robot", [-1.5, -2.0], -0.5)
+
+
+@pytest.mark.parametrize(
+    ("argv", "problem"),
+    [
+        (["entity"], "required: ACTION"),
+        (["entity", "fly"], "invalid choice: 'fly'"),
+        (["entity", "spawn", "a"], "required: WHAT"),
+        (["entity", "move", "a", "1", "nan"], "'nan' is no finite number"),
+        (["entity", "spawn", "a", "person", "--path", "1,1"], "is no path"),
+        (["entity", "spawn", "a", "person", "--path", "1 2"], "'1' is no point; valid: X,Y"),
+        (["entity", "spawn", "a", "person", "--speed", "0"], "'0' must be above 0"),
+        (["world", "step", "0"], "'0' is no count; valid: 1 to"),
+        (["world", "step", "1.5"], "'1.5' is no count"),
+        (["world", "reset", "--scope", "half"], "invalid choice: 'half'"),
+    ],
+)
+def test_a_wrong_command_line_is_refused_with_exit_code_2(
+    argv: list[str], problem: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        parse(argv)
+    assert problem in capsys.readouterr().err
