@@ -55,6 +55,14 @@ class ExplorerNode(ManagedNode):
         self._client = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         self.every(self.config.period, self._look)
 
+    def activate(self) -> None:
+        """Look again, even if there was nothing left before."""
+        self._done, self._idle_since = False, None
+
+    def on_time_jump(self) -> None:
+        """Be patient from now on."""
+        self._idle_since = None
+
     def deactivate(self) -> None:
         """Stop driving."""
         if self._goal is not None:
@@ -70,7 +78,10 @@ class ExplorerNode(ManagedNode):
     def _look(self) -> None:
         """Go on, turn to a better goal, or be done."""
         T_map_base = self.transforms.try_lookup(self.config.map_frame, self.config.robot_base_frame)
-        if self._done or self._grid is None or T_map_base is None or not self._client.ready:
+        if not self._client.ready:
+            self._goal = None  # whoever had it has gone, and will not say how it ended
+            return
+        if self._done or self._grid is None or T_map_base is None:
             return
         if self._goal is not None and self._worthwhile(self._goal):
             return

@@ -1,0 +1,205 @@
+"""explorer: drives to what is unknown until nothing is, and bears refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from nav2_msgs.action import NavigateToPose
+from std_msgs.msg import String
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.actions import GoalServer
+from arjuna_core.ros.convert import se2_from_pose
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.se2 import SE2
+from bringup.stack import EXPLORER
+from tests.helpers.navigation import PlayedRobot
+from tests.nav.worlds import room
+
+pytestmark = pytest.mark.ros
+BLACKLIST_RADIUS = 0.5
+PATIENCE = 3.0
+
+
+@dataclass(frozen=True)
+class FakeConfig:
+    """The fake navigator has no parameters."""
+
+
+class FakeNavigator(ManagedNode):
+    """Takes goals and ends them as the test says."""
+
+    Config = FakeConfig
+    DEFAULT_NAME = "bt_navigator"
+    refuses = False
+
+    def configure(self) -> None:
+        """Offer the action."""
+        self.goals: list[SE2] = []
+        self.server = self.keep(
+            GoalServer(self, NavigateToPose, "navigate_to_pose", self._on_goal, self._admit)
+        )
+
+    def _admit(self, goal: Any) -> str | None:
+        return "told to" if self.refuses else None
+
+    def _on_goal(self) -> None:
+        goal = self.server.accept_pending() if self.server.preempt_requested else self.server.goal
+        self.goals.append(se2_from_pose(goal.pose.pose))
+
+    def end(self, *, reached: bool) -> None:
+        """End the running goal."""
+        (self.server.succeed if reached else self.server.abort)(NavigateToPose.Result())
+
+
+class Exploration:
+    """A robot that explores, with a navigator that the test plays."""
+
+    def __init__(self) -> None:
+        self.robot = PlayedRobot()
+        self.map = room()
+        self.statuses = self.robot.bench.collect(String, "/explorer/status", qos.LATCHED)
+        self.navigator = self.make_navigator()
+        self.robot.bring_up(EXPLORER)
+        self.robot.run(0.1)
+
+    def make_navigator(self) -> FakeNavigator:
+        navigator = FakeNavigator(self.robot.bench.process)
+        navigator.trigger_configure()
+        navigator.trigger_activate()
+        self.robot.bench.process.drain()
+        return navigator
+
+    def hide(self, *xs: tuple[float, float]) -> None:
+        """Make the map unknown between pairs of x and send it."""
+        self.map = room()
+        for low, high in xs:
+            self.map.data[:, round((low + 5.5) / 0.05) : round((high + 5.5) / 0.05)] = -1
+        self.robot.send_map(self.map)
+
+    @property
+    def said(self) -> str:
+        return str(self.statuses[-1].data) if self.statuses else ""
+
+
+@pytest.fixture
+def exploration() -> Iterator[Exploration]:
+    exploration = Exploration()
+    yield exploration
+    exploration.robot.close()
+
+
+def test_the_robot_is_sent_to_see_a_frontier(exploration: Exploration) -> None:
+    exploration.hide((2.0, 5.5))
+    exploration.robot.run(1.2)
+    (goal,) = exploration.navigator.goals
+    assert 1.0 <= goal.x < 2.0
+    row, column = exploration.map.frame.to_cell(goal.x, goal.y)
+    assert exploration.map.data[row, column] == 0
+    assert abs(goal.theta) < np.pi / 2  # it looks at what is unknown
+    assert exploration.said.startswith("exploring: to (")
+
+
+def test_a_goal_is_kept_while_its_frontier_is_unseen(exploration: Exploration) -> None:
+    exploration.hide((2.0, 5.5))
+    exploration.robot.run(5.0)
+    assert len(exploration.navigator.goals) == 1
+
+
+def test_a_frontier_that_was_seen_on_the_way_is_not_driven_to(exploration: Exploration) -> None:
+    exploration.hide((2.0, 5.5))
+    exploration.robot.run(1.2)
+    exploration.hide((-5.5, -2.0))
+    exploration.robot.run(1.2)
+    first, second = exploration.navigator.goals
+    assert first.x > 0.0 > second.x
+
+
+def test_it_is_done_once_nothing_is_unknown(exploration: Exploration) -> None:
+    exploration.hide((2.0, 5.5))
+    exploration.robot.run(1.2)
+    exploration.hide()
+    exploration.navigator.end(reached=True)
+    exploration.robot.run(PATIENCE - 0.5)
+    assert not exploration.said.startswith("done")
+    exploration.robot.run(2.0)
+    assert exploration.said == "done: looked from 1 places"
+    exploration.hide((2.0, 5.5))
+    exploration.robot.run(3.0)
+    assert len(exploration.navigator.goals) == 1  # done is done
+
+
+def test_a_place_that_cannot_be_reached_is_not_gone_to_again(exploration: Exploration) -> None:
+    exploration.hide((2.0, 5.5))
+    for _ in range(40):
+        exploration.robot.run(1.0)
+        if exploration.said.startswith("done"):
+            break
+        exploration.navigator.end(reached=False)
+    goals = exploration.navigator.goals
+    assert exploration.said == f"done: looked from {len(goals)} places"
+    gaps = [a.distance(b) for i, a in enumerate(goals) for b in goals[:i]]
+    assert min(gaps, default=BLACKLIST_RADIUS) > BLACKLIST_RADIUS - 0.06
+    assert len(goals) > 2
+
+
+def test_a_refused_goal_is_asked_again(exploration: Exploration) -> None:
+    exploration.navigator.refuses = True
+    exploration.hide((2.0, 5.5))
+    exploration.robot.run(PATIENCE + 3.0)
+    assert not exploration.said.startswith("done")
+    exploration.navigator.refuses = False
+    exploration.robot.run(1.2)
+    assert len(exploration.navigator.goals) == 1
+
+
+def test_rest_cancels_the_goal_and_activity_goes_on(exploration: Exploration) -> None:
+    exploration.hide((2.0, 5.5))
+    exploration.robot.run(1.2)
+    exploration.robot.transition("explorer", "deactivate")
+    assert exploration.navigator.server.cancel_requested
+    exploration.navigator.server.cancel(NavigateToPose.Result())
+    exploration.robot.run(3.0)
+    assert len(exploration.navigator.goals) == 1
+    exploration.robot.transition("explorer", "activate")
+    exploration.robot.run(1.2)
+    assert len(exploration.navigator.goals) == 2
+
+
+def test_activity_after_the_end_begins_anew(exploration: Exploration) -> None:
+    exploration.hide()
+    exploration.robot.run(PATIENCE + 2.0)
+    assert exploration.said.startswith("done")
+    exploration.robot.transition("explorer", "deactivate")
+    exploration.robot.transition("explorer", "activate")
+    exploration.hide((2.0, 5.5))
+    exploration.robot.run(1.2)
+    assert len(exploration.navigator.goals) == 1
+
+
+def test_a_navigator_that_dies_and_comes_back_is_asked_again(exploration: Exploration) -> None:
+    exploration.hide((2.0, 5.5))
+    exploration.robot.run(1.2)
+    exploration.navigator.trigger_shutdown()  # without a word on its goal
+    exploration.robot.run(2.0)
+    navigator = exploration.make_navigator()
+    exploration.robot.run(1.2)
+    assert len(navigator.goals) == 1
+
+
+def test_time_set_back_starts_patience_anew(exploration: Exploration) -> None:
+    exploration.robot.run(50.0)
+    exploration.hide()
+    exploration.robot.run(PATIENCE - 0.5)
+    exploration.robot.bench.set_back()
+    exploration.robot.run(PATIENCE - 0.5)
+    assert not exploration.said.startswith("done")
+    exploration.robot.run(2.5)
+    assert exploration.said.startswith("done")
