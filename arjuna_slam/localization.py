@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
@@ -85,6 +87,14 @@ class Localizer:
 
     def optimize(self) -> None:
         """Do nothing: the map stays as it is."""
+
+    def close_by_hand(self, moved: Mapping[int, SE2]) -> int:
+        """Move nothing: the map stays as it is.
+
+        Args:
+            moved: Keyframes and where they were put in map.
+        """
+        return 0
 
     @property
     def skipped(self) -> int:

@@ -35,6 +35,10 @@ class ScanQueue:
         self._waiting: deque[Any] = deque()
         self._dropped = 0
 
+    def __len__(self) -> int:
+        """Return the number of scans that wait."""
+        return len(self._waiting)
+
     def add(self, message: Any) -> None:
         """Take in a LaserScan message."""
         self._waiting.append(message)

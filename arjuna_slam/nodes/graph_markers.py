@@ -12,7 +12,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 from arjuna_slam.pose_graph import EdgeKind, PoseGraph
 
 _NAMESPACE = "slam_toolbox"
-_NODE, _EDGE = ColorRGBA(r=1.0, a=1.0), ColorRGBA(b=1.0, a=1.0)
+NODE_COLOR = ColorRGBA(r=1.0, a=1.0)
+_EDGE = ColorRGBA(b=1.0, a=1.0)
 _LOOP = ColorRGBA(r=1.0, g=0.6, a=1.0)
 
 
@@ -23,7 +24,7 @@ def markers(graph: PoseGraph, head: Any) -> MarkerArray:
         graph: The graph.
         head: Header with the map's frame.
     """
-    nodes = _marker(head, 0, Marker.SPHERE_LIST, 0.1, _NODE)
+    nodes = _marker(head, 0, Marker.SPHERE_LIST, 0.1, NODE_COLOR)
     nodes.points = [_point(pose) for pose in graph.poses]
     edges = _marker(head, 1, Marker.LINE_LIST, 0.03, _EDGE)
     loops = _marker(head, 2, Marker.LINE_LIST, 0.03, _LOOP)

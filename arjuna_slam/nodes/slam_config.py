@@ -2,20 +2,89 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 from arjuna_core.config import param
 from arjuna_slam.config import SlamConfig
 
+MODES = ("mapping", "localization", "lifelong")
+
+
+def _unused(description: str = "") -> Any:
+    """Declare a parameter of slam_toolbox's files that means nothing to this mapper."""
+    return param(None, f"Accepted, does nothing here. {description}".strip())
+
 
 @dataclass(frozen=True)
-class SlamNodeConfig(SlamConfig):
+class UnusedParameters:
+    """Parameters of slam_toolbox's solver and matcher that have no counterpart here."""
+
+    solver_plugin: str | None = _unused("The solver is built in.")
+    ceres_linear_solver: str | None = _unused()
+    ceres_preconditioner: str | None = _unused()
+    ceres_trust_strategy: str | None = _unused()
+    ceres_dogleg_type: str | None = _unused()
+    ceres_loss_function: str | None = _unused("See loop_robust_scale.")
+    stack_size_to_use: int | None = _unused("Graphs are saved without recursion.")
+    tf_buffer_duration: float | None = _unused("It is that of the process.")
+    check_min_dist_and_heading_precisely: bool | None = _unused("It always does.")
+    use_scan_barycenter: bool | None = _unused()
+    scan_buffer_size: int | None = _unused("See submap_size.")
+    scan_buffer_maximum_scan_distance: float | None = _unused("See submap_size.")
+    link_match_minimum_response_fine: float | None = _unused("See match_minimum_response.")
+    link_scan_maximum_distance: float | None = _unused()
+    loop_match_minimum_chain_size: int | None = _unused("See submap_size.")
+    loop_match_maximum_variance_coarse: float | None = _unused()
+    correlation_search_space_resolution: float | None = _unused("See field_resolution.")
+    correlation_search_space_smear_deviation: float | None = _unused("See field_deviation.")
+    loop_search_space_resolution: float | None = _unused("See field_resolution.")
+    loop_search_space_smear_deviation: float | None = _unused("See field_deviation.")
+    fine_search_angle_offset: float | None = _unused("The refinement is continuous.")
+    coarse_angle_resolution: float | None = _unused("It follows from the reach of the scan.")
+    use_response_expansion: bool | None = _unused()
+    lifelong_search_use_tree: bool | None = _unused()
+    lifelong_minimum_score: float | None = _unused()
+    lifelong_iou_match: float | None = _unused()
+    lifelong_node_removal_score: float | None = _unused()
+    lifelong_overlap_score_scale: float | None = _unused()
+    lifelong_constraint_multiplier: float | None = _unused()
+    lifelong_nearby_penalty: float | None = _unused()
+    lifelong_candidates_scale: float | None = _unused()
+
+    @property
+    def set_in_vain(self) -> list[str]:
+        """Names of those that were given a value."""
+        names = (item.name for item in dataclasses.fields(UnusedParameters))
+        return [name for name in names if getattr(self, name) is not None]
+
+
+@dataclass(frozen=True)
+class SlamNodeConfig(UnusedParameters, SlamConfig):
     """Parameters of the node; slam_toolbox's names."""
 
+    mode: str = param("mapping", "What the node does.", choices=MODES, read_only=True)
+    synchronous: bool = param(
+        False,
+        "Whether every scan is processed, as by sync_slam_toolbox_node; else only the newest.",
+        read_only=True,
+    )
     odom_frame: str = param("odom", "Frame of the odometry.", read_only=True)
     map_frame: str = param("map", "Frame of the map.", read_only=True)
     base_frame: str = param("base_footprint", "Frame of the robot's base.", read_only=True)
     scan_topic: str = param("/scan", "Topic of the scans.", read_only=True)
+    scan_queue_size: int = param(
+        10, "Scans that may wait for their transform.", minimum=1, maximum=100000, read_only=True
+    )
+    throttle_scans: int = param(1, "Every which scan is used.", minimum=1, maximum=1000000)
+    minimum_time_interval: float = param(
+        0.0,
+        "Least time between two scans used; every scan that is used makes the pose better.",
+        unit="s",
+        minimum=0.0,
+    )
+    min_laser_range: float = param(0.0, "Shortest range used.", unit="m", minimum=0.0)
     map_name: str = param("/map", "Topic of the map.", read_only=True)
     map_update_interval: float = param(
         5.0, "Time between two maps.", unit="s", minimum=0.02, read_only=True
@@ -26,8 +95,21 @@ class SlamNodeConfig(SlamConfig):
     transform_timeout: float = param(
         0.2, "How far past its scan a transform is dated.", unit="s", minimum=0.0
     )
+    restamp_tf: bool = param(False, "Whether transforms are dated past now instead.")
     position_covariance_scale: float = param(
         1.0, "Factor on the covariance of the position.", minimum=1e-6
     )
     yaw_covariance_scale: float = param(1.0, "Factor on the covariance of the yaw.", minimum=1e-6)
-    maps_folder: str = param(".", "Folder that save_map may write to.")
+    map_file_name: str = param("", "Graph to go on from; empty for a new one.", read_only=True)
+    map_start_pose: tuple[float, ...] = param(
+        (), "Where the robot starts on it: x, y, theta.", read_only=True
+    )
+    map_start_at_dock: bool = param(
+        False, "Whether it starts at the first keyframe.", read_only=True
+    )
+    maps_folder: str = param(".", "Folder that maps and graphs are saved to and read from.")
+    use_map_saver: bool = param(True, "Whether save_map is offered.", read_only=True)
+    enable_interactive_mode: bool = param(
+        False, "Whether keyframes may be moved by hand from the start.", read_only=True
+    )
+    debug_logging: bool = param(False, "Whether to log each keyframe.", read_only=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -9,26 +10,39 @@ from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
 from nav_msgs.msg import MapMetaData
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.srv import GetMap
+from rclpy.logging import LoggingSeverity
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
-from slam_toolbox.srv import Clear, LoopClosure, Pause, Reset, SaveMap
+from slam_toolbox.srv import ClearQueue, Pause, Reset
+from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from arjuna_core.errors import MapError
-from arjuna_core.map_io import save_map
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_msg, header, planar_covariance, pose_msg, transform_msg
+from arjuna_core.ros.convert import (
+    grid_msg,
+    header,
+    planar_covariance,
+    pose_msg,
+    se2_from_pose,
+    transform_msg,
+)
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.scan_queue import ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.maps_folder import MapsFolderError, inside
+from arjuna_slam.localization import Localizer
 from arjuna_slam.nodes.graph_markers import markers
+from arjuna_slam.nodes.scan_intake import ScanIntake, shortened
 from arjuna_slam.nodes.slam_config import SlamNodeConfig
+from arjuna_slam.nodes.slam_files import SlamFiles
+from arjuna_slam.nodes.slam_interactive import InteractiveGraph
+from arjuna_slam.scan_filter import Skip
 from arjuna_slam.scan_matcher import MatchStatus
+from arjuna_slam.session import Session, Start, StartKind
 from arjuna_slam.slam import Slam, SlamUpdate
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
+_EVERY_SCAN = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class SlamToolboxNode(ManagedNode):
@@ -38,39 +52,50 @@ class SlamToolboxNode(ManagedNode):
     DEFAULT_NAME = "slam_toolbox"
 
     def configure(self) -> None:
-        """Build SLAM and the interfaces."""
+        """Build SLAM and the interfaces, and go on from a saved graph if one is named."""
         c = self.config
-        self.slam = Slam(c)
-        self._scans = ScanQueue(self, c.odom_frame, c.base_frame)
+        self._warn_of_unused()
+        self._scans = ScanIntake(self)
         self._paused = False
-        self._update: SlamUpdate | None = None
-        self._status = MatchStatus.MATCHED
-        self._stamp = self._broadcast_stamp = -np.inf
-        self._fresh = False
         self._map = self.publisher(OccupancyGridMsg, c.map_name, qos.LATCHED)
         self._metadata = self.publisher(MapMetaData, f"{c.map_name}_metadata", qos.LATCHED)
         self._pose = self.publisher(PoseWithCovarianceStamped, "pose", qos.DEFAULT)
         self._graph = self.publisher(MarkerArray, "slam_toolbox/graph_visualization", qos.LATEST)
         self._tf = self.publisher(TFMessage, "/tf", qos.TF)
+        self._begin(self._new())
+        self._interactive = InteractiveGraph(self)
+        SlamFiles(self, self._resume).load_at_start()
         self._listen()
+
+    def _warn_of_unused(self) -> None:
+        """Name the parameters that have no meaning here, once."""
+        if names := self.config.set_in_vain:
+            self.get_logger().warning(f"accepted, but of no effect here: {', '.join(names)}")
+        if self.config.debug_logging:
+            self.get_logger().set_level(LoggingSeverity.DEBUG)
 
     def _listen(self) -> None:
         c = self.config
-        self.subscribe(LaserScan, c.scan_topic, self._on_scan, qos.SENSOR_SUBSCRIPTION)
+        profile = _EVERY_SCAN if c.synchronous else qos.SENSOR_SUBSCRIPTION
+        self.subscribe(LaserScan, c.scan_topic, self._on_scan, profile)
+        self.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, qos.DEFAULT)
         self.serve(GetMap, "slam_toolbox/dynamic_map", self._on_dynamic_map)
-        self.serve(SaveMap, "slam_toolbox/save_map", self._on_save_map)
         self.serve(Pause, "slam_toolbox/pause_new_measurements", self._on_pause)
+        self.serve(ClearQueue, "slam_toolbox/clear_queue", self._on_clear_queue)
         self.serve(Reset, "slam_toolbox/reset", self._on_reset)
-        self.serve(LoopClosure, "slam_toolbox/manual_loop_closure", self._on_loop_closure)
-        self.serve(Clear, "slam_toolbox/clear_changes", self._on_clear)
+        self.serve(Empty, "slam_toolbox/clear_localization_buffer", self._on_clear_buffer)
         self.every(_RETRY, self._process_scans)
         self.every(c.map_update_interval, self._publish_map)
         if c.transform_publish_period > 0.0:
             self.every(c.transform_publish_period, self._broadcast)
 
     def deactivate(self) -> None:
-        """Forget the scans that wait."""
+        """Forget the scans that wait; say how many were of no use."""
         self._scans.clear()
+        counts = {reason.value: n for reason, n in self.slam.scans.counts.items() if n}
+        if counts:
+            listed = ", ".join(f"{count} because {reason}" for reason, count in counts.items())
+            self.get_logger().info(f"scans not used: {listed}")
 
     def on_time_jump(self) -> None:
         """Start a new map: the odometry has most likely been reset with the clock."""
@@ -82,12 +107,42 @@ class SlamToolboxNode(ManagedNode):
         """Say when it counts: SLAM keeps its parameters as long as its map."""
         self.get_logger().info("parameters of SLAM itself take effect at the next reset")
 
-    def _restart(self) -> None:
-        self._scans.clear()
-        self.slam = Slam(self.config)
-        self._update = None
+    def graph_changed(self) -> None:
+        """Publish the map when it is next due, although no keyframe came."""
+        self._fresh = len(self.slam.graph) > 0
+
+    def _core_config(self) -> Any:
+        c = self.config
+        return replace(c, lifelong=True) if c.mode == "lifelong" else c
+
+    def _new(self) -> Slam:
+        return Slam(self._core_config())
+
+    def _begin(self, slam: Slam | Localizer) -> None:
+        """Go on with another mapper."""
+        self.slam = slam
+        self._update: SlamUpdate | None = None
+        self._status = MatchStatus.MATCHED
         self._stamp = self._broadcast_stamp = -np.inf
-        self._fresh = False
+        self._warned: set[Skip] = set()
+        self.graph_changed()
+
+    def _restart(self) -> None:
+        self._scans.restart()
+        self._begin(self._new())
+        self._interactive.forget()
+
+    def _resume(self, session: Session, start: Start, localize: bool) -> None:
+        """Go on from a saved session, mapping or only localizing."""
+        config = self._core_config()
+        self._scans.restart()
+        if localize:
+            self._begin(Localizer(config, session, start))
+        else:
+            slam = Slam(config)
+            slam.resume(session, start)
+            self._begin(slam)
+        self._interactive.forget()
 
     def _on_scan(self, message: Any) -> None:
         self._scans.add(message)
@@ -95,10 +150,10 @@ class SlamToolboxNode(ManagedNode):
 
     def _process_scans(self) -> None:
         for scan, T_odom_base in self._scans.ready():
-            self._take_in(scan, T_odom_base)
+            self._take_in(shortened(scan, self.config.min_laser_range), T_odom_base)
 
     def _take_in(self, scan: Scan, T_odom_base: SE2) -> None:
-        if self._paused:
+        if self._paused or self._interactive.on:
             self._stamp = scan.stamp
             return
         update = self.slam.process(scan, T_odom_base)
@@ -112,14 +167,30 @@ class SlamToolboxNode(ManagedNode):
         self._publish_pose(update, scan.stamp)
         if first:
             self._publish_map()
+        if update.keyframe:
+            self._interactive.show_scan(scan, update.T_map_base)
+            self.get_logger().debug(f"keyframe {update.node}, {update.closures} loop edges")
 
     def _log_skipped(self, scan: Scan) -> None:
-        count = self.slam.skipped
-        if count in (1, 10) or count % 100 == 0:
+        """Warn of each kind of bad scan once; they are counted, and no more is made of them."""
+        reason = self.slam.scans.last
+        if reason is not None and reason not in self._warned:
+            self._warned.add(reason)
             self.get_logger().warning(
-                f"{count} scans skipped so far; the last, of {scan.stamp:.3f} s, "
-                "has nothing in range or is no newer than the one before"
+                f"the scan of {scan.stamp:.3f} s is not used: {reason.value}; "
+                "more of its kind are counted in silence"
             )
+
+    def _on_initial_pose(self, message: Any) -> None:
+        if not isinstance(self.slam, Localizer):
+            self.get_logger().warning("initialpose is for localization; the map is being made")
+            return
+        try:
+            pose = se2_from_pose(message.pose.pose)
+        except ValueError as error:
+            self.get_logger().warning(f"initialpose not used: {error}")
+            return
+        self.slam.restart(Start(StartKind.NEAR_POSE, pose))
 
     def _log_status(self, status: MatchStatus) -> None:
         if status is self._status:
@@ -144,7 +215,7 @@ class SlamToolboxNode(ManagedNode):
             return  # a stamp sent twice is an error to tf2
         self._broadcast_stamp = self._stamp
         c = self.config
-        dated = self._stamp + c.transform_timeout
+        dated = (self.now if c.restamp_tf else self._stamp) + c.transform_timeout
         transform = transform_msg(self._update.T_map_odom, c.map_frame, c.odom_frame, dated)
         self._tf.publish(TFMessage(transforms=[transform]))
 
@@ -170,24 +241,19 @@ class SlamToolboxNode(ManagedNode):
             response.map = message
         return response
 
-    def _on_save_map(self, request: Any, response: Any) -> Any:
-        grid = self.slam.map()
-        if grid is None:
-            response.result = SaveMap.Response.RESULT_NO_MAP_RECEIEVD
-            return response
-        try:
-            path, _ = save_map(grid, inside(self.config.maps_folder, request.name.data))
-            self.get_logger().info(f"map saved as {path}")
-            response.result = SaveMap.Response.RESULT_SUCCESS
-        except (MapError, MapsFolderError) as error:
-            self.get_logger().error(f"map not saved: {error}")
-            response.result = SaveMap.Response.RESULT_UNDEFINED_FAILURE
-        return response
-
     def _on_pause(self, request: Any, response: Any) -> Any:
         self._paused = not self._paused
         self.get_logger().info("scans are ignored" if self._paused else "scans are taken in")
         response.status = True
+        return response
+
+    def _on_clear_queue(self, request: Any, response: Any) -> Any:
+        self._scans.clear()
+        response.status = True
+        return response
+
+    def _on_clear_buffer(self, request: Any, response: Any) -> Any:
+        self.get_logger().info("localization keeps no scans: there is nothing to clear")
         return response
 
     def _on_reset(self, request: Any, response: Any) -> Any:
@@ -195,11 +261,3 @@ class SlamToolboxNode(ManagedNode):
         self._paused = request.pause_new_measurements
         response.result = Reset.Response.RESULT_SUCCESS
         return response
-
-    def _on_loop_closure(self, request: Any, response: Any) -> Any:
-        self.slam.optimize()
-        self._fresh = len(self.slam.graph) > 0
-        return response
-
-    def _on_clear(self, request: Any, response: Any) -> Any:
-        return response  # nodes cannot be moved by hand, so there is nothing to undo

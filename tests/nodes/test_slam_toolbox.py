@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,64 +12,24 @@ import pytest
 pytest.importorskip("rclpy")
 pytest.importorskip("slam_toolbox")
 
-from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav_msgs.msg import MapMetaData
-from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.srv import GetMap
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
 from slam_toolbox.srv import Clear, LoopClosure, Pause, Reset, SaveMap
 from std_msgs.msg import String
-from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.map_io import load_map
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_from_msg, scan_msg, se2_from_pose, seconds, transform_msg
+from arjuna_core.ros.convert import grid_from_msg, scan_msg, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
 from tests.helpers.ros import RosBench
-from tests.slam.slam_room import distance_to_walls, drive, room
+from tests.helpers.slam_robot import DT, LOG, Robot, started
+from tests.slam.slam_room import distance_to_walls, room
 
 pytestmark = pytest.mark.ros
-
-DT = 0.1
-LOG = drive(seed=8, laps=0.3)
-
-
-class Robot:
-    """The rest of the robot: transforms and scans of a drive through the room."""
-
-    def __init__(self, bench: RosBench) -> None:
-        self.bench = bench
-        self.k = 0
-        self.now = 0.0
-        self.maps = bench.collect(OccupancyGridMsg, "/map", qos.LATCHED)
-        self.metadata = bench.collect(MapMetaData, "/map_metadata", qos.LATCHED)
-        self.poses = bench.collect(PoseWithCovarianceStamped, "/pose")
-        self.transforms: list[Any] = []
-        bench.node.create_subscription(TFMessage, "/tf", self._on_tf, qos.TF)
-        mount = transform_msg(SE2(), "base_footprint", "lidar_link", 0.0)
-        bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
-
-    def _on_tf(self, message: Any) -> None:
-        self.transforms += [t for t in message.transforms if t.header.frame_id == "map"]
-
-    def drive(self, steps: int) -> None:
-        for _ in range(steps):
-            self.bench.advance(DT)
-            self.now += DT
-            scan, odometry, self.truth = LOG[self.k]
-            self.k += 1
-            transform = transform_msg(odometry, "odom", "base_footprint", self.now)
-            self.bench.publish(TFMessage, "/tf", TFMessage(transforms=[transform]), qos.TF)
-            message = scan_msg(scan, "lidar_link", DT)
-            message.header.stamp = transform.header.stamp
-            self.bench.publish(LaserScan, "/scan", message, qos.SENSOR_PUBLISHER)
-
-    def call(self, service: Any, name: str, /, **fields: Any) -> Any:
-        return self.bench.call(service, f"/slam_toolbox/{name}", service.Request(**fields))
 
 
 @pytest.fixture
@@ -78,15 +37,6 @@ def robot() -> Iterator[Robot]:
     bench = RosBench()
     yield Robot(bench)
     bench.close()
-
-
-def started(robot: Robot, **values: Any) -> SlamToolboxNode:
-    node = SlamToolboxNode(robot.bench.process, values)
-    node.trigger_configure()
-    robot.bench.process.drain()
-    node.trigger_activate()
-    robot.bench.process.drain()
-    return node
 
 
 def test_the_pose_and_the_transform_follow_the_robot(robot: Robot) -> None:
@@ -215,7 +165,7 @@ def test_a_clock_set_back_starts_a_new_map(robot: Robot) -> None:
     robot.drive(20)
     node.on_time_jump()
     assert len(node.slam.graph) == 0
-    assert node.slam.trajectory() == []
+    assert node.slam.session() is None
 
 
 def test_bad_scans_do_not_stop_it(robot: Robot) -> None:

@@ -1,0 +1,118 @@
+"""The services of slam_toolbox that save maps and graphs, and go on from saved ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from slam_toolbox.srv import DeserializePoseGraph, SaveMap, SerializePoseGraph
+
+from arjuna_core.errors import ConfigError, MapError
+from arjuna_core.map_io import save_map
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.se2 import SE2
+from arjuna_slam.maps_folder import MapsFolderError, inside
+from arjuna_slam.session import Session, Start, StartKind
+from arjuna_slam.session_file import SUFFIX, SessionFileError, load_session, save_session
+
+Resume = Callable[[Session, Start, bool], None]
+_KINDS = {
+    DeserializePoseGraph.Request.UNSET: StartKind.ANYWHERE,
+    DeserializePoseGraph.Request.START_AT_FIRST_NODE: StartKind.FIRST_NODE,
+    DeserializePoseGraph.Request.START_AT_GIVEN_POSE: StartKind.NEAR_POSE,
+    DeserializePoseGraph.Request.LOCALIZE_AT_POSE: StartKind.NEAR_POSE,
+}
+
+
+class SlamFiles:
+    """Offers `save_map`, `serialize_map` and `deserialize_map`; paths stay in the maps folder.
+
+    Args:
+        node: The slam_toolbox node, whose `slam` is saved.
+        resume: Called with a session, where to go on and whether only to localize.
+    """
+
+    def __init__(self, node: ManagedNode, resume: Resume) -> None:
+        self._node: Any = node
+        self._resume = resume
+        if node.config.use_map_saver:
+            node.serve(SaveMap, "slam_toolbox/save_map", self._on_save_map)
+        node.serve(SerializePoseGraph, "slam_toolbox/serialize_map", self._on_serialize)
+        node.serve(DeserializePoseGraph, "slam_toolbox/deserialize_map", self._on_deserialize)
+
+    def load_at_start(self) -> None:
+        """Go on from the graph that the parameters name, if any.
+
+        Raises:
+            ArjunaError: It cannot be used, or the start pose is none.
+        """
+        c = self._node.config
+        if not c.map_file_name:
+            if c.mode == "localization":
+                self._node.get_logger().warning(
+                    "localization without a graph: set map_file_name or call deserialize_map; "
+                    "until then it maps"
+                )
+            return
+        path = _with_suffix(Path(c.maps_folder) / c.map_file_name)
+        self._resume(load_session(path), _start(c), c.mode == "localization")
+        self._node.get_logger().info(f"goes on from {path}")
+
+    def _on_save_map(self, request: Any, response: Any) -> Any:
+        grid = self._node.slam.map()
+        if grid is None:
+            response.result = SaveMap.Response.RESULT_NO_MAP_RECEIEVD
+            return response
+        try:
+            path, _ = save_map(grid, inside(self._node.config.maps_folder, request.name.data))
+            self._node.get_logger().info(f"map saved as {path}")
+            response.result = SaveMap.Response.RESULT_SUCCESS
+        except (MapError, MapsFolderError) as error:
+            self._node.get_logger().error(f"map not saved: {error}")
+            response.result = SaveMap.Response.RESULT_UNDEFINED_FAILURE
+        return response
+
+    def _on_serialize(self, request: Any, response: Any) -> Any:
+        response.result = SerializePoseGraph.Response.RESULT_FAILED_TO_WRITE_FILE
+        session = self._node.slam.session()
+        if session is None:
+            self._node.get_logger().error("graph not saved: no scan has come yet")
+            return response
+        try:
+            path = _with_suffix(inside(self._node.config.maps_folder, request.filename))
+            save_session(path, session)
+            self._node.get_logger().info(f"graph of {len(session.scans)} keyframes saved as {path}")
+            response.result = SerializePoseGraph.Response.RESULT_SUCCESS
+        except (SessionFileError, MapsFolderError) as error:
+            self._node.get_logger().error(f"graph not saved: {error}")
+        return response
+
+    def _on_deserialize(self, request: Any, response: Any) -> Any:
+        localize = request.match_type == DeserializePoseGraph.Request.LOCALIZE_AT_POSE
+        pose = request.initial_pose
+        try:
+            if request.match_type not in _KINDS:
+                raise ConfigError(f"match_type {request.match_type} is none; valid: 0 to 3")
+            start = Start(_KINDS[request.match_type], SE2(pose.x, pose.y, pose.theta))
+            path = _with_suffix(inside(self._node.config.maps_folder, request.filename))
+            session = load_session(path)
+        except (SessionFileError, MapsFolderError, ConfigError) as error:
+            self._node.get_logger().error(f"graph not loaded: {error}")
+            return response
+        self._resume(session, start, localize or self._node.config.mode == "localization")
+        self._node.get_logger().info(f"goes on from {path}, the robot {start.kind.value}")
+        return response
+
+
+def _with_suffix(path: Path) -> Path:
+    return path if path.suffix == SUFFIX else path.with_name(path.name + SUFFIX)
+
+
+def _start(c: Any) -> Start:
+    """Return where the parameters say the robot starts."""
+    if len(c.map_start_pose) not in (0, 3):
+        raise ConfigError(f"'map_start_pose' is {list(c.map_start_pose)}; valid: [x, y, theta]")
+    if c.map_start_pose:
+        return Start(StartKind.NEAR_POSE, SE2(*c.map_start_pose))
+    return Start(StartKind.FIRST_NODE if c.map_start_at_dock else StartKind.ANYWHERE)

@@ -1,0 +1,152 @@
+"""Claims: graphs are saved, loaded and gone on from as slam_toolbox's services have it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("slam_toolbox")
+
+from geometry_msgs.msg import Pose2D, PoseWithCovariance, PoseWithCovarianceStamped
+from nav_msgs.srv import GetMap
+from rclpy.lifecycle import TransitionCallbackReturn
+from slam_toolbox.srv import DeserializePoseGraph, Reset, SaveMap, SerializePoseGraph
+from std_msgs.msg import String
+from std_srvs.srv import Empty
+
+from arjuna_core.ros.convert import pose_msg
+from arjuna_core.se2 import SE2
+from arjuna_slam.localization import Localizer
+from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
+from tests.helpers.ros import RosBench
+from tests.helpers.slam_robot import LOG, Robot, started
+
+pytestmark = pytest.mark.ros
+OK = SerializePoseGraph.Response.RESULT_SUCCESS
+FAILED = SerializePoseGraph.Response.RESULT_FAILED_TO_WRITE_FILE
+Request = DeserializePoseGraph.Request
+
+
+@pytest.fixture
+def robot() -> Iterator[Robot]:
+    bench = RosBench()
+    yield Robot(bench)
+    bench.close()
+
+
+@pytest.fixture
+def saved(robot: Robot, tmp_path: Path) -> SlamToolboxNode:
+    """A node that has mapped and saved `room.posegraph`; the robot stands elsewhere by now."""
+    node = started(robot, maps_folder=str(tmp_path))
+    robot.drive(70)
+    assert robot.call(SerializePoseGraph, "serialize_map", filename="room").result == OK
+    return node
+
+
+def again(robot: Robot, k: int) -> None:
+    """Carry the robot back to a place of its drive."""
+    robot.k = k
+    robot.poses.clear()
+
+
+def test_a_graph_is_saved_inside_the_maps_folder_only(robot: Robot, tmp_path: Path) -> None:
+    started(robot, maps_folder=str(tmp_path / "maps"))
+    assert robot.call(SerializePoseGraph, "serialize_map", filename="a").result == FAILED
+    robot.drive(5)
+    assert robot.call(SerializePoseGraph, "serialize_map", filename="../a").result == FAILED
+    assert robot.call(SerializePoseGraph, "serialize_map", filename="").result == FAILED
+    assert list(tmp_path.rglob("*.posegraph")) == []
+    assert robot.call(SerializePoseGraph, "serialize_map", filename="sub/a").result == OK
+    assert (tmp_path / "maps/sub/a.posegraph").is_file()
+
+
+@pytest.mark.parametrize(
+    ("match_type", "at", "pose"),
+    [
+        (Request.START_AT_FIRST_NODE, 1, SE2()),
+        (Request.START_AT_GIVEN_POSE, 50, LOG[0][2].inverse() @ LOG[50][2] @ SE2(0.3, 0.2, 0.2)),
+        (Request.LOCALIZE_AT_POSE, 50, LOG[0][2].inverse() @ LOG[50][2] @ SE2(0.3, 0.2, 0.2)),
+        (Request.UNSET, 30, SE2()),
+    ],
+)
+def test_each_match_type_finds_the_robot(
+    robot: Robot, saved: SlamToolboxNode, match_type: int, at: int, pose: SE2
+) -> None:
+    nodes = len(saved.slam.graph)
+    initial = Pose2D(x=pose.x, y=pose.y, theta=pose.theta)
+    assert robot.call(Reset, "reset").result == 0
+    again(robot, at)
+    fields = {"filename": "room", "match_type": match_type, "initial_pose": initial}
+    robot.call(DeserializePoseGraph, "deserialize_map", **fields)
+    assert len(saved.slam.graph) == nodes
+    robot.drive(15)
+    assert len(robot.poses) == 15
+    assert robot.error() < 0.03
+    localizes = match_type == Request.LOCALIZE_AT_POSE
+    assert isinstance(saved.slam, Localizer) == localizes
+    assert (len(saved.slam.graph) > nodes) != localizes
+    assert 100 in robot.call(GetMap, "dynamic_map").map.data
+
+
+@pytest.mark.parametrize("filename", ["none", "../room", "broken"])
+def test_a_graph_that_cannot_be_loaded_changes_nothing(
+    robot: Robot, saved: SlamToolboxNode, tmp_path: Path, filename: str
+) -> None:
+    (tmp_path / "broken.posegraph").write_bytes((tmp_path / "room.posegraph").read_bytes()[:-9])
+    before = saved.slam
+    fields = {"filename": filename, "match_type": Request.START_AT_FIRST_NODE}
+    robot.call(DeserializePoseGraph, "deserialize_map", **fields)
+    robot.call(DeserializePoseGraph, "deserialize_map", filename="room", match_type=9)
+    assert saved.slam is before
+    robot.drive(5)
+    assert robot.error() < 0.03
+
+
+def test_parameters_name_a_graph_to_localize_on(
+    robot: Robot, saved: SlamToolboxNode, tmp_path: Path
+) -> None:
+    saved.trigger_deactivate()
+    saved.trigger_cleanup()
+    again(robot, 20)
+    pose = LOG[0][2].inverse() @ LOG[20][2]
+    node = started(
+        robot,
+        mode="localization",
+        maps_folder=str(tmp_path),
+        map_file_name="room",
+        map_start_pose=(pose.x, pose.y, pose.theta),
+    )
+    robot.drive(10)
+    assert isinstance(node.slam, Localizer)
+    assert robot.error() < 0.03
+    again(robot, 60)
+    placed = LOG[0][2].inverse() @ LOG[60][2] @ SE2(0.2, 0.2, -0.2)
+    message = PoseWithCovarianceStamped(pose=PoseWithCovariance(pose=pose_msg(placed)))
+    robot.bench.publish(PoseWithCovarianceStamped, "/initialpose", message)
+    robot.drive(5)
+    assert robot.error() < 0.03
+    robot.call(Empty, "clear_localization_buffer")
+    assert robot.call(SerializePoseGraph, "serialize_map", filename="same").result == OK
+    same, first = tmp_path / "same.posegraph", tmp_path / "room.posegraph"
+    assert same.read_bytes() == first.read_bytes()
+
+
+def test_a_named_graph_that_is_missing_or_a_pose_that_is_none_refuses_to_configure(
+    robot: Robot, saved: SlamToolboxNode, tmp_path: Path
+) -> None:
+    for values in (
+        {"map_file_name": "none"},
+        {"map_file_name": "room", "map_start_pose": (1.0, 2.0)},
+    ):
+        node = SlamToolboxNode(robot.bench.process, {"maps_folder": str(tmp_path), **values})
+        assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
+
+
+def test_the_map_saver_is_offered_unless_unwanted(robot: Robot, tmp_path: Path) -> None:
+    started(robot, use_map_saver=False, maps_folder=str(tmp_path))
+    robot.drive(2)
+    with pytest.raises(AssertionError, match="did not answer"):
+        robot.call(SaveMap, "save_map", name=String(data="room"))
