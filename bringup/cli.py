@@ -33,6 +33,9 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.command == "bench":
             bench.run(arguments.name, arguments.options)
             return OK
+        if arguments.command == "calibrate":
+            _show(importlib.import_module("bringup.calibration").run(arguments))
+            return OK
         if arguments.command == "slam" and arguments.offline is not None:
             _show(importlib.import_module("bringup.offline_slam").run(arguments))
             return OK

@@ -35,6 +35,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_nav(commands)
     _add_demo(commands)
     simulator_parser.add_commands(commands)
+    _add_calibrate(commands)
     _add_bench(commands)
     return parser
 
@@ -94,6 +95,22 @@ def _add_demo(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         default=Path("out/demo"),
         metavar="FOLDER",
         help="where the report, pictures, map and recording go (%(default)s)",
+    )
+
+
+def _add_calibrate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    about = "find a robot's effective track width and wheel radius by driving it in the simulator"
+    parser = commands.add_parser("calibrate", help=about, description=f"{about.capitalize()}.")
+    parser.add_argument("--robot", type=Path, metavar="FILE", help="the URDF (urdf/arjuna.urdf)")
+    parser.add_argument(
+        "--world", type=Path, metavar="FILE", help="with 4 m free space (worlds/empty.world)"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("out/calibration"),
+        metavar="FOLDER",
+        help="where parameter file, URDF snippet and picture go (%(default)s)",
     )
 
 
