@@ -1,0 +1,114 @@
+"""Navigation on a map through the whole robot: localized, simulated, in lock-step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from action_msgs.msg import GoalStatus
+from nav2_msgs.action import NavigateToPose
+from rclpy.action import ActionClient
+
+from arjuna_core.resources import resource
+from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.se2 import SE2
+from bringup.goals import Goals
+from bringup.stack import (
+    EXPLORER_GROUP,
+    LOCALIZATION_GROUP,
+    NAVIGATION_GROUP,
+    SIM_GROUP,
+    SLAM_GROUP,
+)
+
+if TYPE_CHECKING:
+    from bringup.lockstep import LockStep
+
+pytestmark = [pytest.mark.ros, pytest.mark.system]
+GOAL = SE2(1.5, 1.0, 0.5)
+REACHED = 0.25
+STOPPING = 0.15  # from 0.4 m/s, command and motors have their delays [m]
+ON_MAP: dict[str, dict[str, Any]] = {
+    "map_server": {"yaml_filename": str(resource("maps/arjuna_room.yaml"))},
+    "amcl": {"set_initial_pose": True},
+}
+Stack = Callable[..., "LockStep"]
+
+
+def on_map(stack: Stack, seed: int = 0) -> LockStep:
+    """Return a robot that knows its place on the shipped map."""
+    robot = stack(LOCALIZATION_GROUP, NAVIGATION_GROUP, seed=seed, parameters=ON_MAP)
+    robot.run(1.0)
+    return robot
+
+
+def truth(robot: LockStep) -> SE2:
+    pose: SE2 = robot.sim.last.truth.pose
+    return pose
+
+
+def recorded(robot: LockStep) -> list[SE2]:
+    """Return a list that grows with the true pose of every tick."""
+    poses: list[SE2] = []
+    robot.on_tick = lambda: poses.append(truth(robot))
+    return poses
+
+
+def test_a_goal_on_a_map_is_reached_and_one_seed_gives_one_run(stack: Stack) -> None:
+    runs = []
+    for seed in (5, 5, 6):
+        robot = on_map(stack, seed)
+        poses = recorded(robot)
+        assert Goals(robot).navigate(GOAL, 40.0)
+        assert poses[-1].distance(GOAL) < REACHED
+        runs.append(poses)
+    assert runs[0] == runs[1] != runs[2]
+
+
+def test_cancellation_stops_the_robot_within_its_stopping_distance(stack: Stack) -> None:
+    robot = on_map(stack)
+    client = ActionClient(robot.client, NavigateToPose, "navigate_to_pose")
+    robot.process.drain()
+    request = NavigateToPose.Goal(pose=pose_stamped(SE2(3.0, 1.2), "map", robot.now))
+    sent = client.send_goal_async(request)
+    robot.run(5.0)
+    outcome = sent.result().get_result_async()
+    before = truth(robot)
+    robot.run(0.1)
+    assert before.distance(truth(robot)) > 0.02  # it drives
+    before = truth(robot)
+    sent.result().cancel_goal_async()
+    robot.process.drain()
+    assert outcome.result().status == GoalStatus.STATUS_CANCELED
+    robot.run(1.0)
+    stopped = truth(robot)
+    assert before.distance(stopped) < STOPPING
+    robot.run(2.0)
+    assert stopped.distance(truth(robot)) < 0.005
+
+
+def test_nothing_but_the_test_can_learn_the_truth(stack: Stack) -> None:
+    on_slam = stack(SLAM_GROUP, NAVIGATION_GROUP, EXPLORER_GROUP)
+    localized = stack(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=ON_MAP)
+    for robot in (on_slam, localized):
+        robot.run(0.5)
+        topics = [topic for topic, _ in robot.client.get_topic_names_and_types()]
+        assert "/ground_truth/odom" in topics
+        for topic in topics:
+            if "truth" in topic:
+                assert robot.client.get_subscriptions_info_by_topic(topic) == []
+        assert robot.process.transforms.try_lookup("world", "base_footprint") is None
+
+
+def test_navigation_takes_no_part_of_the_simulator(stack: Stack) -> None:
+    robot = on_map(stack)
+    own = {spec.name for spec in SIM_GROUP.nodes}
+    for name, node in robot.nodes.items():
+        held = [
+            item for item in vars(node).values() if type(item).__module__.startswith("arjuna_sim")
+        ]
+        assert name in own or held == []
