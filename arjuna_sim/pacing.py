@@ -40,3 +40,47 @@ class Pacer:
         if ahead < -self._slack:
             self._start = (real, now)
         return max(0.0, ahead)
+
+
+class PaceMeter:
+    """Measures the real-time factor that is achieved.
+
+    Args:
+        period: Real time between two readings [s].
+    """
+
+    def __init__(self, period: float = 1.0) -> None:
+        self._period = period
+        self._since: tuple[float, float] | None = None
+        self._real = 0.0
+        self._simulated = 0.0
+
+    def pause(self) -> None:
+        """Count no real time until the next `update`."""
+        self._since = None
+
+    def update(self, real: float, simulated: float) -> float | None:
+        """Take both times; return the factor since the last reading, where one is due.
+
+        Args:
+            real: Real time on any steady clock [s].
+            simulated: Simulated time that has passed in all, which never falls [s].
+        """
+        if self._since is None:
+            self._since = (real, simulated)
+        passed = real - self._since[0]
+        if passed < self._period:
+            return None
+        gained = simulated - self._since[1]
+        self._since = (real, simulated)
+        self._real += passed
+        self._simulated += gained
+        return gained / passed
+
+    @property
+    def summary(self) -> str | None:
+        """What was achieved in all, in words; None where nothing was measured."""
+        if self._real == 0.0:
+            return None
+        factor = self._simulated / self._real
+        return f"real-time factor {factor:.2f}: {self._simulated:.1f} s in {self._real:.1f} s"

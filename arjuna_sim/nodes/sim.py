@@ -13,6 +13,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState, LaserScan
 from simulation_interfaces.msg import SimulationState
+from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import param
@@ -27,7 +28,7 @@ from arjuna_sim.nodes.contacts import ContactTopic
 from arjuna_sim.nodes.messages import imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.services import SimulationServices
 from arjuna_sim.observation import Observation
-from arjuna_sim.pacing import Pacer
+from arjuna_sim.pacing import PaceMeter, Pacer
 from arjuna_sim.resources import SearchPath
 from arjuna_sim.simulator import Simulator, SimulatorConfig
 
@@ -110,6 +111,7 @@ class SimNode(ManagedNode):
         self._warned = False
         self._wall = 0.0
         self._pacer = Pacer(config.real_time_factor, lambda: self._wall)
+        self._meter, self._ticks = PaceMeter(), 0
         self._create_topics()
         self._server = SimulationServices(self)
 
@@ -125,6 +127,7 @@ class SimNode(ManagedNode):
         self._camera = None if camera is None else CameraTopics(self, camera)
         self._truth_out = self.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
         self.contacts = ContactTopic(self)
+        self._pace_out = self.publisher(Float64, "real_time_factor", qos.DEFAULT)
         if self.config.enable_stamped_cmd_vel:
             self.subscribe(
                 TwistStamped, "cmd_vel", lambda msg: self._on_twist(msg.twist), qos.LATEST
@@ -136,10 +139,13 @@ class SimNode(ManagedNode):
     def activate(self) -> None:
         """Begin pacing anew."""
         self._pacer.restart()
+        self._meter.pause()
 
     def deactivate(self) -> None:
-        """End what clients wait for."""
+        """End what clients wait for, and say how fast it was."""
         self._server.abort()
+        if self._meter.summary is not None:
+            self.get_logger().info(self._meter.summary)
 
     @property
     def paused(self) -> bool:
@@ -166,6 +172,7 @@ class SimNode(ManagedNode):
         """Advance one tick and publish what it brought: time first, transforms before sensors."""
         observation = self.simulator.step(self._command)
         self._command = None
+        self._ticks += 1
         self.last = observation
         now, base = observation.time, self.simulator.robot.urdf.root
         T = transform_msg(observation.odometry.T_odom_base, ODOM, base, now)
@@ -204,12 +211,14 @@ class SimNode(ManagedNode):
         Returns:
             Real time to wait [s]; 0 or less means now, inf that no tick will come of itself.
         """
-        if self.active and self._server.stepping:
-            return 0.0
         if not self.active or self.paused:
             self._pacer.restart()
-            return math.inf
+            self._meter.pause()
+            return 0.0 if self.active and self._server.stepping else math.inf
         self._wall = wall_now
+        factor = self._meter.update(wall_now, self._ticks * self.config.tick)
+        if factor is not None:
+            self._pace_out.publish(Float64(data=factor))
         return self._pacer.wait(self.simulator.time)
 
     def _on_twist(self, message: Any) -> None:

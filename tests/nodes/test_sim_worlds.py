@@ -28,6 +28,7 @@ from simulation_interfaces.srv import (
     StepSimulation,
     UnloadWorld,
 )
+from std_msgs.msg import Float64
 
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
@@ -317,3 +318,22 @@ def test_features_name_what_is_served_and_nothing_else(bench: RosBench, sim: Sim
     for name in ("spawn_entity", "delete_entity", "load_world", "get_entity_bounds"):
         assert f"/{name}" in services
     assert "/get_named_poses" not in services
+
+
+def test_achieved_factor_is_published_once_a_wall_second(
+    bench: RosBench, sim: SimNode, capfd: pytest.CaptureFixture[str]
+) -> None:
+    factors = bench.collect(Float64, "/real_time_factor")
+    for i in range(201):  # a machine that makes two ticks of 20 ms in 80 ms
+        sim.realtime_due(i * 0.08)
+        _run(bench, sim, 2)
+    assert len(factors) == 15
+    assert [f.data for f in factors] == pytest.approx([0.5] * 15, abs=1e-6)
+    sim.trigger_deactivate()
+    assert "real-time factor 0.50" in capfd.readouterr().err
+
+
+def test_lock_step_publishes_no_wall_time(bench: RosBench, sim: SimNode) -> None:
+    factors = bench.collect(Float64, "/real_time_factor")
+    _run(bench, sim, 100)
+    assert factors == []
