@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.back_end import BackEnd
 from arjuna_slam.config import SlamConfig
+from arjuna_slam.deskew import motion_within
 from arjuna_slam.loop_closure import LoopCloser
 from arjuna_slam.pose_graph import Edge, EdgeKind, PoseGraph
 from arjuna_slam.pruning import prune, redundant_submap
@@ -81,6 +83,7 @@ class Slam:
         self._T_anchor_base = IDENTITY
         self._T_odom_base = IDENTITY
         self._T_odom_keyframe = IDENTITY
+        self._stamp = -math.inf
         self._travel = 0.0
 
     def _begin_graph(self) -> None:
@@ -91,16 +94,19 @@ class Slam:
         self._stamps: list[float] = []
         self._back_end = BackEnd(config, self.graph)
 
-    def process(self, scan: Scan, T_odom_base: SE2) -> SlamUpdate | None:
+    def process(self, scan: Scan, T_odom_base: SE2, motion: SE2 | None = None) -> SlamUpdate | None:
         """Take one scan.
 
         Args:
             scan: The scan, newer than the one before.
             T_odom_base: Odometry at the scan's stamp.
+            motion: Odometry from the first beam to the last; None for that of the velocity since
+                the scan before, where the scan has a time increment.
 
         Returns:
             The update, or None for a scan that cannot be used (`skipped` counts them).
         """
+        scan = self._with_motion(scan, T_odom_base, motion)
         surface = self.scans.take(scan)
         if surface is None:
             return None
@@ -111,7 +117,7 @@ class Slam:
         reference = self._local.reference.field
         match = self._tracker.locate(reference, surface, prior, information, due)
         self._T_anchor_base = match.T_field_base
-        self._advance(T_odom_base)
+        self._advance(scan.stamp, T_odom_base)
         closures = self._add_keyframe(scan, surface, match) if due else 0
         self._back_end.advance()
         return self._update(match, due, closures)
@@ -200,6 +206,7 @@ class Slam:
         if found is None:
             return None
         self._T_odom_base = self._T_odom_keyframe = T_odom_base
+        self._stamp = scan.stamp
         nearest = self._nearest(found.T_field_base)
         node = self._add_node(scan, found.T_field_base)
         if nearest is not None:
@@ -235,9 +242,17 @@ class Slam:
         delta = self._T_odom_base.inverse() @ T_odom_base
         return self._T_anchor_base @ delta, invert(self._config.odometry_covariance(delta))
 
-    def _advance(self, T_odom_base: SE2) -> None:
+    def _with_motion(self, scan: Scan, T_odom_base: SE2, motion: SE2 | None) -> Scan:
+        """Return the scan with the motion during it."""
+        if motion is None and scan.time_increment != 0.0 and self._local.active:
+            delta = self._T_odom_base.inverse() @ T_odom_base
+            motion = motion_within(scan, delta, scan.stamp - self._stamp)
+        return scan if motion is None else replace(scan, motion=motion)
+
+    def _advance(self, stamp: float, T_odom_base: SE2) -> None:
         self._travel += self._T_odom_base.distance(T_odom_base)
         self._T_odom_base = T_odom_base
+        self._stamp = stamp
 
     def _add_node(self, scan: Scan, pose: SE2) -> int:
         self._stamps.append(scan.stamp)

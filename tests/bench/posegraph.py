@@ -15,12 +15,10 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph_files import read_graph
-from arjuna_slam.linearization import chi2
-from arjuna_slam.optimizer import optimize
+from arjuna_slam.initialization import cost, optimize_globally
 from arjuna_slam.pose_graph import EdgeTable
 
 _REPEATS = 5
-_ITERATIONS = 200
 
 Poses = NDArray[np.float64]
 
@@ -38,13 +36,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         `gtsam_time_s` (None without it). Both times are from poses and edges in memory to poses.
     """
     start, edges = read_graph(arguments.g2o)
-    optimize(start, edges, iterations=1)
-    seconds, poses = _best(lambda: optimize(start, edges, iterations=_ITERATIONS).poses)
+    optimize_globally(start, edges, iterations=1)
+    seconds, poses = _best(lambda: optimize_globally(start, edges).poses)
     result: dict[str, Any] = {
         "nodes": len(start),
         "edges": len(edges),
-        "start_chi2": _cost(start, edges),
-        "chi2": _cost(poses, edges),
+        "start_chi2": cost(start, edges),
+        "chi2": cost(poses, edges),
         "time_s": seconds,
         "gtsam_chi2": None,
         "gtsam_time_s": None,
@@ -53,18 +51,13 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         print("gtsam is not installed: nothing to compare with")
     else:
         seconds, poses = _gtsam(start, edges)
-        result |= {"gtsam_chi2": _cost(poses, edges), "gtsam_time_s": seconds}
+        result |= {"gtsam_chi2": cost(poses, edges), "gtsam_time_s": seconds}
     print(f"{len(start)} nodes, {len(edges)} edges, chi2 {result['start_chi2']:.1f} at the start")
     for name, prefix in (("arjuna", ""), ("gtsam", "gtsam_")):
         if result[f"{prefix}chi2"] is not None:
-            cost, seconds = result[f"{prefix}chi2"], result[f"{prefix}time_s"]
-            print(f"{name:8}  chi2 {cost:12.4f}  {1e3 * seconds:8.1f} ms")
+            chi2, seconds = result[f"{prefix}chi2"], result[f"{prefix}time_s"]
+            print(f"{name:8}  chi2 {chi2:12.4f}  {1e3 * seconds:8.1f} ms")
     return result
-
-
-def _cost(poses: Poses, edges: EdgeTable) -> float:
-    i, j = np.ascontiguousarray(edges.i), np.ascontiguousarray(edges.j)
-    return float(chi2(poses, i, j, edges.measured, edges.information).sum())
 
 
 def _best(once: Callable[[], Poses]) -> tuple[float, Poses]:

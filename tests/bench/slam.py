@@ -30,9 +30,9 @@ class _TimedSlam(Slam):
         super().__init__()
         self.seconds: list[float] = []
 
-    def process(self, scan: Scan, T_odom_base: SE2) -> SlamUpdate | None:
+    def process(self, scan: Scan, T_odom_base: SE2, motion: SE2 | None = None) -> SlamUpdate | None:
         start = time.perf_counter()
-        update = super().process(scan, T_odom_base)
+        update = super().process(scan, T_odom_base, motion)
         self.seconds.append(time.perf_counter() - start)
         return update
 

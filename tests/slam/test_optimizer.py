@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
+from arjuna_slam.initialization import initialize, optimize_globally
 from arjuna_slam.linearization import fill_jacobians, residual
 from arjuna_slam.optimizer import OptimizerStatus, optimize
 from arjuna_slam.pose_graph import Edge, EdgeKind, EdgeTable, PoseGraph
@@ -87,3 +88,32 @@ def test_a_graph_keeps_its_poses_as_it_grows() -> None:
     for k in range(200):
         assert graph.add_node(SE2(float(k), 0.0, 0.0)) == k
     assert (graph.poses[:, 0] == np.arange(200)).all()
+
+
+def test_exact_edges_alone_give_the_exact_poses() -> None:
+    truth, _, edges = ring(12, 0.0)
+    edges.append(Edge(0, 11, SE2.from_array(truth[11]), INFORMATION, EdgeKind.LOOP))
+    start = np.vstack((truth[:1], np.zeros((11, 3))))
+    found = initialize(start, EdgeTable.of(edges))
+    assert found[:, :2] == pytest.approx(truth[:, :2], abs=1e-6)
+    assert np.cos(found[:, 2] - truth[:, 2]) == pytest.approx(1.0)
+
+
+def test_a_start_far_off_ends_in_no_local_minimum() -> None:
+    """Noise of 0.2 rad in each turn: from dead reckoning the plain optimiser gets stuck."""
+    rng = np.random.default_rng(4)
+    truth, _, _ = ring(60, 0.0)
+    laps = np.concatenate([truth] * 4)
+    poses = [SE2.from_array(pose) for pose in laps]
+    pairs = [(k, k + 1) for k in range(239)] + [(k, k + 60) for k in range(180)]
+    edges = []
+    for i, j in pairs:
+        noise = SE2(*rng.normal(0.0, (0.02, 0.02, 0.2)))
+        edges.append(Edge(i, j, poses[i].inverse() @ poses[j] @ noise, INFORMATION, EdgeKind.LOOP))
+    bent = [poses[0]]
+    for edge in edges[:239]:
+        bent.append(bent[-1] @ edge.T_i_j)
+    start, table = np.array([pose.array() for pose in bent]), EdgeTable.of(edges)
+    plain, result = optimize(start, table, iterations=100), optimize_globally(start, table)
+    assert plain.trace[-1] > 2.0 * result.trace[-1]
+    assert np.hypot(*(result.poses - laps)[:, :2].T).mean() < 1.0

@@ -14,7 +14,7 @@ from arjuna_slam.config import SlamConfig
 from arjuna_slam.mapper import Mapper
 from arjuna_slam.scan_matcher import MatchStatus
 from arjuna_slam.slam import Slam, SlamUpdate
-from tests.slam.slam_room import distance_to_walls, drive, room, scan_at
+from tests.slam.slam_room import distance_to_walls, drive, ranges_at, room, scan_at
 
 Log = list[tuple[Scan, SE2, SE2]]
 
@@ -115,6 +115,35 @@ def test_a_scan_with_too_few_points_keeps_the_odometry(log: Log) -> None:
     assert update is not None
     assert update.status is MatchStatus.TOO_FEW_POINTS
     assert update.T_map_base.distance(SE2(0.1, 0.0, 0.0)) < 1e-9
+
+
+@pytest.mark.parametrize(("told", "limit"), [(True, 0.02), (False, 0.06)])
+def test_scans_swept_while_the_robot_moves_are_straightened(told: bool, limit: float) -> None:
+    """From rest to 1 m/s and up to 1 rad/s, with a mirror of 5 turns a second."""
+
+    def pose(t: float) -> SE2:
+        t = t * t / (t + 2.0)
+        return SE2(5.0 + 2.0 * math.sin(0.5 * t), 5.0 - 2.0 * math.cos(0.5 * t), math.sin(t))
+
+    def swept(start: float, increment: float) -> Scan:
+        exact = scan_at(room(), pose(start), beams=120, stamp=start)
+        for k in range(120):
+            here = pose(start + 0.2 * k / 119)
+            exact.ranges[k] = ranges_at(room(), here, exact.angles[k : k + 1])[0]
+        return dataclasses.replace(exact, time_increment=increment)
+
+    worst = []
+    for increment in (0.0, 0.2 / 119):
+        slam, gaps = Slam(), []
+        for k in range(60):
+            start = 0.2 * k
+            motion = pose(start).inverse() @ pose(start + 0.2) if told and increment else None
+            update = slam.process(swept(start, increment), pose(start), motion)
+            assert update is not None
+            gaps.append((pose(0.0) @ update.T_map_base).distance(pose(start)))
+        worst.append(max(gaps))
+    assert worst[1] < limit
+    assert worst[1] < 0.5 * worst[0]
 
 
 def test_reset_starts_over(log: Log) -> None:
