@@ -13,7 +13,8 @@ from arjuna_slam.amcl.field import DistanceField
 from arjuna_slam.amcl.observation import Observation
 
 _NEAR = 0.15  # a beam this near to an obstacle hit it [m]
-_THROUGH = 0.5  # a beam this much longer than the map allows went through an obstacle [m]
+_THROUGH = 0.5  # a beam this much longer than the map allows went through an obstacle [m] ...
+_OUT = 1.5  # ... as did one that came out of it so far [cells]
 _SHORT = 0.5  # what a beam that ends early counts: someone may stand there
 _HALF_DIAGONAL = math.sqrt(0.5)
 
@@ -56,7 +57,7 @@ def _agreement(
         c = turn_c * directions[i, 0] - turn_s * directions[i, 1]
         s = turn_s * directions[i, 0] + turn_c * directions[i, 1]
         length = ranges[i] / resolution
-        if _hit_before(distances, resolution, origin, c, s, length - _THROUGH / resolution):
+        if _crossed(distances, resolution, origin, c, s, length):
             through += 1
         elif returned[i]:
             column = math.floor(origin[0] + c * length)
@@ -71,28 +72,36 @@ def _agreement(
 
 
 @njit(cache=True)
-def _hit_before(
+def _crossed(
     distances: NDArray[np.float32],
     resolution: float,
     origin: NDArray[np.float64],
     c: float,
     s: float,
-    limit: float,
+    length: float,
 ) -> bool:
-    """Whether a ray meets an occupied cell within `limit` [cells], by leaps of the free distance.
+    """Whether a ray of `length` [cells] meets an obstacle and comes out of it again.
+
+    Free space is passed in leaps of the free distance. A ray that grazes a wall stays close to it.
 
     Source: Hart, Sphere tracing, The Visual Computer, 1996.
     """
     height, width = distances.shape
-    at = 0.0
-    while at < limit:
+    at, hit = 0.0, np.inf
+    while at < length:
         column = math.floor(origin[0] + c * at)
         row = math.floor(origin[1] + s * at)
-        if 0 <= row < height and 0 <= column < width:
-            free = distances[row, column] / resolution
-            if free == 0.0:
-                return True
-            at += max(free - 2.0 * _HALF_DIAGONAL, 0.5)
-        else:
+        if not (0 <= row < height and 0 <= column < width):
             at += 1.0
+            continue
+        free = distances[row, column] / resolution
+        if hit < np.inf:
+            if free > _OUT or at - hit > _THROUGH / resolution:
+                return True
+            at += 0.5
+        elif free == 0.0:
+            hit = at
+            at += 0.5
+        else:
+            at += max(free - 2.0 * _HALF_DIAGONAL, 0.5)
     return False

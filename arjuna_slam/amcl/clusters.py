@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from arjuna_slam.amcl.bins import bin_centres, connect, to_bins
 
+_SLACK = 0.05  # beyond three deviations [m, rad]
+
 
 @dataclass(frozen=True)
 class Cluster:
@@ -25,6 +27,12 @@ class Cluster:
     share: float
     mean: NDArray[np.float64]
     covariance: NDArray[np.float64]
+
+    def holds(self, pose: NDArray[np.float64]) -> bool:
+        """Tell whether a pose `(3,)` [m, m, rad] may be one of the cluster's."""
+        off = pose - self.mean
+        off[2] = math.remainder(off[2], 2.0 * math.pi)
+        return bool((np.abs(off) <= 3.0 * np.sqrt(self.covariance.diagonal()) + _SLACK).all())
 
 
 def find_clusters(

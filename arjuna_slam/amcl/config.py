@@ -78,10 +78,16 @@ class AmclConfig:
     relocalize: bool = param(True, "Search the whole map for the scan when lost.")
     relocalize_agreement: float = param(
         0.7,
-        "Share of beams agreeing with the map below which the robot may be lost.",
+        "Share of beams agreeing with the map below which the robot is lost.",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    relocalize_doubt: float = param(
+        0.85,
+        "Share of beams agreeing with the map below which a better place is searched for.",
         minimum=0.0,
         maximum=1.0,
     )
     relocalize_patience: float = param(
-        1.0, "How long the scans must disagree before the map is searched.", unit="s", minimum=0.0
+        1.0, "How long doubt must last before the map is searched.", unit="s", minimum=0.0
     )

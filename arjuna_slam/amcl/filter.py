@@ -26,7 +26,7 @@ from arjuna_slam.amcl.estimate import Answer, Estimate, Status, conclude
 from arjuna_slam.amcl.field import DistanceField
 from arjuna_slam.amcl.observation import Observation
 from arjuna_slam.amcl.recovery import EVIDENCE, LikelihoodAverages, LostDetector, propose
-from arjuna_slam.amcl.refine import refine
+from arjuna_slam.amcl.refine import refine, refine_around
 from arjuna_slam.amcl.search import GlobalSearch
 from arjuna_slam.amcl.sensor_models import make_sensor
 
@@ -34,7 +34,10 @@ __all__ = ["AmclConfig", "Estimate", "LocalizationError", "ParticleFilter", "Sta
 
 _INDIFFERENT = 0.03  # difference of agreement that decides nothing
 _STILL = np.array((1e-3, 1e-3, 1e-3))  # a robot that moved less since the last scan stands [m, rad]
-_DRIFT = np.array((0.02, 0.02, 0.02))  # by which odometry may err from scan to scan [m, m, rad] ...
+_BETTER, _BETTER_IF_LOST = 0.15, 0.1  # agreement by which another place must be better
+_DRIFT = np.array(
+    (0.005, 0.005, 0.005)
+)  # by which odometry may err from scan to scan [m, m, rad] ...
 _DRIFT_SHARE = 0.2  # ... and per unit of motion
 
 
@@ -61,7 +64,7 @@ class ParticleFilter:
         self._sensor = make_sensor(self._field, config)
         self._search: GlobalSearch | None = None
         self._averages = LikelihoodAverages(config.recovery_alpha_slow, config.recovery_alpha_fast)
-        self._lost = LostDetector(config.relocalize_agreement, config.relocalize_patience)
+        self._lost = LostDetector(config.relocalize_doubt, config.relocalize_patience)
         self._updated_at: SE2 | None = None  # odometry at the last update; None after a new start
         self._seen_at = IDENTITY  # odometry at the last estimate
         self._estimate: Estimate | None = None
@@ -143,7 +146,9 @@ class ParticleFilter:
         self._weigh(seen)
         if self._belief.resample(self._averages.injection):
             self._averages.reset()
-        return self._settle(T_odom_base, seen, self._compare(self._belief.clusters(), seen))
+        return self._settle(
+            T_odom_base, seen, self._compare(self._belief.clusters(), T_odom_base, seen)
+        )
 
     def _due(self, T_odom_base: SE2) -> bool:
         """Whether the robot moved enough, each coordinate by itself as in nav2_amcl."""
@@ -159,17 +164,24 @@ class ParticleFilter:
             return None
         moved = np.abs((self._seen_at.inverse() @ T_odom_base).array())
         pose = (self._estimate.T_map_odom @ T_odom_base).array()
-        score, least = agreement(self._field, pose, seen), self._config.relocalize_agreement
+        score, enough = agreement(self._field, pose, seen), self._config.relocalize_doubt
         settled = self._estimate.status in (Status.TRACKING, Status.AMBIGUOUS)
-        if (moved < _STILL).all() and settled and score >= least:
+        if (moved < _STILL).all() and settled and score >= enough:
             self._lost.reset()
             return None
-        drift = _DRIFT + _DRIFT_SHARE * moved.max()
-        refined = refine(self._field, pose, seen.many.endpoints, drift)
+        refined = self._followed(T_odom_base, seen)
         refined_score = agreement(self._field, refined, seen)
-        if refined_score >= least:
+        if refined_score >= min(score, self._config.relocalize_agreement):
             pose, score = refined, refined_score
         return self._settle(T_odom_base, seen, replace(self._answer, pose=pose, agreement=score))
+
+    def _followed(self, T_odom_base: SE2, seen: Observation) -> NDArray[np.float64]:
+        """Return the last estimate moved along by odometry and matched to the scan."""
+        assert self._estimate is not None
+        moved = np.abs((self._seen_at.inverse() @ T_odom_base).array())
+        pose = (self._estimate.T_map_odom @ T_odom_base).array()
+        drift = _DRIFT + _DRIFT_SHARE * moved.max()
+        return refine(self._field, pose, seen.many.endpoints, drift)
 
     def _weigh(self, seen: Observation) -> None:
         if not len(seen.few.ranges):
@@ -182,20 +194,35 @@ class ParticleFilter:
     def _unseen(cluster: Cluster) -> Answer:
         return Answer(cluster.mean, cluster.covariance, None, cluster.share)
 
-    def _compare(self, clusters: list[Cluster], seen: Observation) -> Answer:
-        """Refine each cluster's mean, weigh clusters by all beams, return the heaviest."""
-        poses = [
-            refine(self._field, one.mean, seen.many.endpoints, np.sqrt(np.diag(one.covariance)))
+    def _compare(self, clusters: list[Cluster], T_odom_base: SE2, seen: Observation) -> Answer:
+        """Match each cluster to the scan, weigh clusters by all beams, return the heaviest."""
+        found = [
+            refine_around(self._field, one.mean, seen, np.sqrt(one.covariance.diagonal()))
             for one in clusters
         ]
-        scores = np.array([agreement(self._field, pose, seen) for pose in poses])
+        if self._estimate is not None:
+            self._keep_on(clusters, self._followed(T_odom_base, seen), found, seen)
+        scores = np.array([score for _, score in found])
         behind = np.minimum(0.0, scores - scores.max() + _INDIFFERENT)
         shares = self._belief.shift(np.exp(EVIDENCE * behind))
         self._tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement)
         best = int(np.argmax(shares))
-        return Answer(
-            poses[best], clusters[best].covariance, float(scores[best]), float(shares[best])
-        )
+        return Answer(found[best][0], clusters[best].covariance, found[best][1], shares[best])
+
+    def _keep_on(
+        self,
+        clusters: list[Cluster],
+        pose: NDArray[np.float64],
+        found: list[tuple[NDArray[np.float64], float]],
+        seen: Observation,
+    ) -> None:
+        """Prefer the pose followed so far in the cluster it lies in, unless it fits worse."""
+        for k, cluster in enumerate(clusters):
+            if cluster.holds(pose):
+                score = agreement(self._field, pose, seen)
+                if score >= found[k][1] - _INDIFFERENT:
+                    found[k] = (pose, score)
+                return
 
     def _settle(self, T_odom_base: SE2, seen: Observation, answer: Answer) -> Estimate:
         """Search the whole map if the answer has been bad for long, then report."""
@@ -214,7 +241,9 @@ class ParticleFilter:
         present = answer.pose[np.newaxis][: 0 if self._search_wanted else 1]
         found = propose(self._search, self._field, seen, present)
         self._lost.searched(seen.stamp)
-        if not self._search_wanted and found[0].agreement <= answer.agreement:
+        lost = answer.agreement < self._config.relocalize_agreement
+        better = answer.agreement + (_BETTER_IF_LOST if lost else _BETTER)
+        if not self._search_wanted and found[0].agreement <= better:
             return answer
         self._search_wanted = False
         poses = np.array([hypothesis.pose for hypothesis in found])

@@ -9,11 +9,18 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import wrap
+from arjuna_slam.amcl.agreement import agreement
 from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.observation import Observation
 
 _SIGMAS = np.array((0.3, 0.3, 0.2, 0.1, 0.1, 0.1, 0.1))  # of the robust kernel, coarse to fine [m]
 _BEAM = 0.05  # deviation of a beam's end from the map, its neighbours' likeness included [m]
 _SETTLED = 1e-3  # a shorter last step ends it [cells, rad]
+_GOOD = 0.85  # agreement at which nobody looks further
+_WORTH = 0.02  # agreement by which another start must be better
+_STARTS = np.array(
+    [(0.2 * math.cos(a), 0.2 * math.sin(a), 0.0) for a in np.arange(8) * math.pi / 4]
+)
 ANYWHERE = np.array((1.0, 1.0, 1.0))
 _REFINED_WITHIN = np.array((0.5, 0.5, math.radians(15.0)))
 
@@ -54,6 +61,34 @@ def refine(
     change = found - pose
     change[2] = wrap(change[2])
     return found if (np.abs(change) <= _REFINED_WITHIN).all() else pose
+
+
+def refine_around(
+    field: DistanceField,
+    pose: NDArray[np.float64],
+    seen: Observation,
+    deviations: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], float]:
+    """Return the refined pose and its agreement; where that is poor, the best of several starts.
+
+    A wall has two faces, and matching may settle on the wrong one.
+
+    Args:
+        field: The map's distances.
+        pose: `(3,) float64` in the map frame [m, m, rad].
+        seen: The scan.
+        deviations: How far the pose may be off, `(3,) float64` [m, m, rad].
+    """
+    best = refine(field, pose, seen.many.endpoints, deviations)
+    score = agreement(field, best, seen)
+    if score >= _GOOD:
+        return best, score
+    for start in pose + _STARTS:
+        other = refine(field, start, seen.many.endpoints, ANYWHERE)
+        other_score = agreement(field, other, seen)
+        if other_score > score + _WORTH:
+            best, score = other, other_score
+    return best, score
 
 
 @njit(cache=True)

@@ -1,0 +1,192 @@
+"""Drives through our worlds: what the robot saw, where it was, and what its odometry said."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_erosion, distance_transform_edt, label
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2, wrap
+from arjuna_sim.drive import Velocity
+from arjuna_sim.simulator import Simulator, SimulatorConfig
+
+_ROOT = Path(__file__).resolve().parents[2]
+_ROBOT = _ROOT / "urdf" / "arjuna.urdf"
+_RESOLUTION = 0.05
+_MARGIN = 0.4  # of the map around the world [m]
+_STEP_CELLS = 4  # of the road map
+_CLEARANCE = 0.35  # of roads from walls [m]
+_SPEED, _TURN = 0.5, 1.0
+_LOOKAHEAD = 0.5
+_SCAN_TICKS = 5  # from one scan to the next
+
+
+@dataclass(frozen=True)
+class Step:
+    """One scan of a drive.
+
+    Attributes:
+        truth: Pose of the base in the world.
+        odometry: Pose of the base by its wheels.
+        scan: What the lidar saw.
+    """
+
+    truth: SE2
+    odometry: SE2
+    scan: Scan
+
+
+class Place:
+    """One of our worlds, its map from its true surfaces, and roads through it.
+
+    Args:
+        name: Of the world's file.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._world = _ROOT / "worlds" / f"{name}.world"
+        surfaces = self._simulator(0, SE2()).surfaces()
+        self.map = true_map(surfaces)
+        self.clearance: NDArray[np.float64] = distance_transform_edt(self.map.free()) * _RESOLUTION
+        self._roads()
+
+    def _simulator(self, seed: int, spawn: SE2) -> Simulator:
+        rng = np.random.default_rng(seed)
+        return Simulator(_ROBOT, self._world, SimulatorConfig(), rng, spawn)
+
+    def _roads(self) -> None:
+        """Connect free places on a coarse grid; a road is the longer the nearer it is to walls."""
+        coarse = self.clearance[::_STEP_CELLS, ::_STEP_CELLS]
+        height, width = coarse.shape
+        number = np.full(coarse.shape, -1, np.int64)
+        open_ = coarse >= _CLEARANCE
+        number[open_] = np.arange(open_.sum())
+        rows, columns, lengths = [], [], []
+        for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1)):
+            a = number[: height - dy, max(0, -dx) : width - max(0, dx)]
+            b = number[dy:, max(0, dx) : width + min(0, dx)]
+            both = (a >= 0) & (b >= 0)
+            rows.append(a[both])
+            columns.append(b[both])
+            near = coarse[open_][a[both]]
+            lengths.append(math.hypot(dx, dy) * (1.0 + 0.3 / near))
+        row, column, length = (np.concatenate(part) for part in (rows, columns, lengths))
+        size = int(open_.sum())
+        self._graph = coo_array((length, (row, column)), shape=(size, size)).tocsr()
+        self.places = self.map.frame.to_points(np.argwhere(open_) * _STEP_CELLS)
+        group = label(open_, np.ones((3, 3)))[0]
+        sizes = np.bincount(group[open_])
+        self.reachable = np.flatnonzero(group[open_] == int(np.argmax(sizes)))
+
+    def road(self, start: int, rng: np.random.Generator, length: float) -> NDArray[np.float64]:
+        """Return points `(N, 2)` [m] of a way over random goals, as long as asked for [m]."""
+        way, here = [self.places[start]], start
+        total = 0.0
+        while total < length:
+            goal = int(rng.choice(self.reachable))
+            before = self._before(here)
+            leg = [goal]
+            while leg[-1] != here:
+                leg.append(int(before[leg[-1]]))
+            way += [self.places[k] for k in leg[-2::-1]]
+            here = goal
+            total = float(np.hypot(*np.diff(np.array(way), axis=0).T).sum())
+        return np.array(way)
+
+    def _before(self, start: int) -> NDArray[np.int32]:
+        """Return of each place the one before it on the shortest way from `start`."""
+        search: Any = dijkstra  # its stubs, where installed, take no Python integer
+        before: NDArray[np.int32] = search(
+            self._graph, directed=False, indices=start, return_predecessors=True
+        )[1]
+        return before
+
+    def drive(self, seed: int, seconds: float) -> list[Step]:
+        """Drive a random way in the simulator, a scan each 0.1 s."""
+        rng = np.random.default_rng(seed)
+        start = int(rng.choice(self.reachable))
+        way = self.road(start, rng, _SPEED * seconds + 1.0)
+        x, y = way[0].tolist()
+        spawn = SE2(x, y, float(rng.uniform(-math.pi, math.pi)))
+        simulator = self._simulator(seed, spawn)
+        steps: list[Step] = []
+        ahead, pose = 0, spawn
+        for _ in range(round(seconds / simulator.config.tick)):
+            while ahead < len(way) - 1 and math.dist(way[ahead], (pose.x, pose.y)) < _LOOKAHEAD:
+                ahead += 1
+            seen = simulator.step(_towards(pose, way[ahead]))
+            pose = seen.truth.pose
+            if seen.scan is not None:
+                steps.append(Step(pose, seen.odometry.T_odom_base, seen.scan))
+        simulator.close()
+        return steps
+
+
+def true_map(surfaces: NDArray[np.float64]) -> OccupancyGrid:
+    """Return the map a perfect mapper would make: one cell of surface, unknown behind it.
+
+    Args:
+        surfaces: Line segments `(N, 4) float64` of `(x0, y0, x1, y1)` [m].
+    """
+    ends = surfaces.reshape(-1, 2)
+    low, high = ends.min(axis=0) - _MARGIN, ends.max(axis=0) + _MARGIN
+    width, height = (np.ceil((high - low) / _RESOLUTION)).astype(int).tolist()
+    origin = SE2(float(low[0]) - 0.017, float(low[1]) - 0.017)  # aligned with nothing
+    frame = GridFrame(_RESOLUTION, width, height, origin)
+    data = np.full(frame.shape, FREE, np.int8)
+    for x0, y0, x1, y1 in surfaces.tolist():
+        ratio = np.linspace(0.0, 1.0, 2 + int(math.hypot(x1 - x0, y1 - y0) / 0.005))
+        points = np.column_stack((x0 + ratio * (x1 - x0), y0 + ratio * (y1 - y0)))
+        cells = frame.to_cells(points)
+        data[cells[:, 0], cells[:, 1]] = OCCUPIED
+    regions = label(data == FREE)[0]
+    inside = np.bincount(regions[(regions > 0) & (regions != regions[0, 0])]).argmax()
+    data[(regions != inside) & (data != OCCUPIED)] = UNKNOWN
+    buried = binary_erosion(data != FREE, np.ones((3, 3), bool))
+    data[buried & (data == OCCUPIED)] = UNKNOWN
+    return OccupancyGrid(frame, data)
+
+
+def _towards(pose: SE2, target: NDArray[np.float64]) -> Velocity:
+    bearing = math.atan2(target[1] - pose.y, target[0] - pose.x)
+    off = wrap(bearing - pose.theta)
+    if math.dist(target, (pose.x, pose.y)) < 0.1:
+        return Velocity()
+    turn = max(-_TURN, min(_TURN, 2.0 * off))
+    return Velocity(_SPEED * max(0.0, math.cos(off)) ** 3, turn)
+
+
+def with_odometry(steps: list[Step], kind: str, rng: np.random.Generator) -> list[Step]:
+    """Return a drive with other odometry.
+
+    Args:
+        steps: The drive.
+        kind: `wheels`, the simulated skid-steer robot's own; `perfect`; `noisy`, wrong by 5 % of
+            the way and 8 % of the turn, half of it constant; `slipping`, the wheels, which spin
+            for a second in six and then count 30 % too much.
+        rng: Source of chance.
+    """
+    if kind == "wheels":
+        return steps
+    scale = 1.0 + rng.choice([-1.0, 1.0], 3) * (0.05, 0.05, 0.08)
+    odometry, result = steps[0].odometry, [steps[0]]
+    for k, (a, b) in enumerate(pairwise(steps)):
+        true = (a.truth.inverse() @ b.truth).array()
+        if kind == "noisy":
+            true *= scale + rng.normal(0.0, (0.05, 0.05, 0.08))
+        elif kind == "slipping":
+            true = (a.odometry.inverse() @ b.odometry).array() * (1.3 if k % 60 < 10 else 1.0)
+        odometry = odometry @ SE2.from_array(true)
+        result.append(replace(b, odometry=odometry))
+    return result
