@@ -233,7 +233,7 @@ def dead_reckon(log: DriveLog, kinematics: Kinematics) -> NDArray[np.float64]:
 
     Headings are wrapped.
     """
-    odometry = Odometry(OdometryConfig(), kinematics)
+    odometry = Odometry(OdometryConfig(), kinematics, np.random.default_rng(0))
     left, right = log.wheels[0].tolist()
     odometry.reset((left, right))
     poses = [odometry.update((a, b), log.tick).T_odom_base.array() for a, b in log.wheels.tolist()]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
+from arjuna_sim.settings import DriveSettings
 
 _TOLERANCE = 1e-9
 
@@ -95,6 +96,29 @@ class Kinematics:
         """
         mean, difference = (left + right) / 2, right - left
         return mean * self.radius, difference * self.radius / self.track
+
+
+def kinematics_of(settings: DriveSettings, config: DriveConfig) -> Kinematics:
+    """Return what was calibrated, or else what the robot's file says."""
+    return Kinematics(
+        config.effective_track_width or settings.effective_track,
+        config.effective_wheel_radius or settings.effective_radius,
+    )
+
+
+def limited(config: DriveConfig, settings: DriveSettings) -> DriveConfig:
+    """Return the limits, lowered to those that the robot's file names.
+
+    What the wheels can do at the ground bounds the turning: twice that over the track.
+    """
+    turn = 2.0 / settings.separation if settings.separation > 0.0 else math.inf
+    speed, acceleration = settings.max_velocity or math.inf, settings.max_acceleration or math.inf
+    return replace(
+        config,
+        max_linear_velocity=min(config.max_linear_velocity, speed),
+        max_linear_acceleration=min(config.max_linear_acceleration, acceleration),
+        max_angular_acceleration=min(config.max_angular_acceleration, acceleration * turn),
+    )
 
 
 class Drive:

@@ -20,6 +20,9 @@ class OdometryConfig:
     ticks_per_revolution: int = param(
         4096, "Encoder ticks of one wheel turn.", minimum=1, maximum=10_000_000, read_only=True
     )
+    encoder_noise: float = param(
+        0.0, "Standard deviation of an encoder's reading.", unit="ticks", minimum=0.0
+    )
     linear_noise: float = param(
         0.01, "Standard deviation of path, per root of path.", unit="m/sqrt(m)", minimum=0.0
     )
@@ -56,10 +59,14 @@ class Odometry:
     Args:
         config: Encoders and noise.
         kinematics: How wheels move the base.
+        rng: Where the encoders' noise comes from.
     """
 
-    def __init__(self, config: OdometryConfig, kinematics: Kinematics) -> None:
+    def __init__(
+        self, config: OdometryConfig, kinematics: Kinematics, rng: np.random.Generator
+    ) -> None:
         self._config = config
+        self._rng = rng
         self._kinematics = kinematics
         self._angle_per_tick = 2.0 * math.pi / config.ticks_per_revolution
         self.reset((0.0, 0.0))
@@ -94,7 +101,12 @@ class Odometry:
         )
 
     def _to_ticks(self, wheels: tuple[float, float]) -> tuple[int, int]:
-        left, right = (round(angle / self._angle_per_tick) for angle in wheels)
+        noise = self._config.encoder_noise
+        errors = noise * self._rng.standard_normal(2) if noise > 0.0 else (0.0, 0.0)
+        left, right = (
+            round(angle / self._angle_per_tick + error)
+            for angle, error in zip(wheels, errors, strict=True)
+        )
         return left, right
 
     def _grow(self, path: float, turn: float) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.camera import Camera, CameraError
-from arjuna_sim.drive import Drive, DriveConfig, Kinematics, Velocity
+from arjuna_sim.drive import Drive, DriveConfig, Velocity, kinematics_of, limited
 from arjuna_sim.imu import ImuConfig
 from arjuna_sim.lidar import LidarConfig
 from arjuna_sim.observation import JointStates, Observation, Truth
@@ -85,11 +85,10 @@ class Simulator:
             self.robot, load_world(world_path), config.servo, config.physics_timestep
         )
         self.stage.on_rebuild = self._on_rebuild
-        self.kinematics = _kinematics(self.robot, config.drive)
-        self._drive = Drive(config.drive, self.kinematics)
-        self._odometry = Odometry(config.odometry, self.kinematics)
+        self.kinematics = kinematics_of(self.robot.drive, config.drive)
+        self._drive = Drive(limited(config.drive, self.robot.drive), self.kinematics)
         self._camera: Camera | None = None
-        self._seeds = rng.bit_generator.random_raw(2)
+        self._seeds = rng.bit_generator.random_raw(3)
         self.reset()
 
     @property
@@ -120,7 +119,9 @@ class Simulator:
         self._ticks = 0
         self.stage.restore()
         self._sensors = self._start_sensors()
-        self._odometry.reset((0.0, 0.0))
+        self._odometry = Odometry(
+            self.config.odometry, self.kinematics, np.random.default_rng(int(self._seeds[2]))
+        )
         self.set_pose(self.spawn)
 
     def reset_time(self) -> None:
@@ -242,7 +243,7 @@ class Simulator:
     def _start_sensors(self) -> Sensors:
         """Build the sensors with rewound chance."""
         config = self.config
-        return Sensors(self.robot, self._scene.model, config.lidar, config.imu, self._seeds)
+        return Sensors(self.robot, self._scene.model, config.lidar, config.imu, self._seeds[:2])
 
     def _on_rebuild(self) -> None:
         """Go on with the stage's new model."""
@@ -279,11 +280,3 @@ def _substeps(config: SimulatorConfig) -> int:
             f" {config.physics_timestep} s"
         )
     return round(ratio)
-
-
-def _kinematics(robot: Robot, config: DriveConfig) -> Kinematics:
-    """Take what was calibrated, or else what the URDF says."""
-    return Kinematics(
-        config.effective_track_width or robot.drive.effective_track,
-        config.effective_wheel_radius or robot.drive.effective_radius,
-    )

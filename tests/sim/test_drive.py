@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from arjuna_sim.drive import Drive, DriveConfig, Kinematics, Velocity
+from arjuna_sim.drive import Drive, DriveConfig, Kinematics, Velocity, limited
 from arjuna_sim.odometry import Odometry, OdometryConfig
 from arjuna_sim.pacing import Pacer
 from arjuna_sim.pose3 import Pose3
+from arjuna_sim.settings import DriveSettings
 
 KINEMATICS = Kinematics(track=0.6, radius=0.05)
+
+
+def _odometry(ticks: int, noise: float = 0.0) -> Odometry:
+    config = OdometryConfig(ticks_per_revolution=ticks, encoder_noise=noise)
+    return Odometry(config, KINEMATICS, np.random.default_rng(5))
 
 
 def test_wheel_speeds_and_base_motion_are_inverses() -> None:
@@ -21,7 +28,7 @@ def test_wheel_speeds_and_base_motion_are_inverses() -> None:
 
 
 def test_odometry_follows_an_exact_circle() -> None:
-    odometry = Odometry(OdometryConfig(ticks_per_revolution=10_000_000), KINEMATICS)
+    odometry = _odometry(10_000_000)
     left, right = KINEMATICS.wheel_speeds(Velocity(0.5, 0.5))
     for i in range(1, 201):
         last = odometry.update((left * i * 0.01, right * i * 0.01), 0.01)
@@ -35,7 +42,7 @@ def test_odometry_follows_an_exact_circle() -> None:
 def test_covariance_does_not_depend_on_how_often_it_is_updated() -> None:
     results = []
     for steps in (50, 500):
-        odometry = Odometry(OdometryConfig(ticks_per_revolution=10_000_000), KINEMATICS)
+        odometry = _odometry(10_000_000)
         for i in range(1, steps + 1):
             last = odometry.update((40.0 * i / steps, 50.0 * i / steps), 1.0 / steps)
         results.append(last.covariance)
@@ -44,9 +51,31 @@ def test_covariance_does_not_depend_on_how_often_it_is_updated() -> None:
 
 
 def test_encoders_count_whole_ticks() -> None:
-    odometry = Odometry(OdometryConfig(ticks_per_revolution=4), KINEMATICS)
+    odometry = _odometry(4)
     assert odometry.update((0.5, 0.5), 0.1).v == 0.0
     assert odometry.update((1.6, 1.6), 0.1).v == pytest.approx(math.pi / 2 * 0.05 / 0.1)
+
+
+def test_noise_of_the_encoders_jitters_and_does_not_add_up() -> None:
+    odometry = _odometry(4096, noise=2.0)
+    poses = [odometry.update((0.0, 0.0), 0.02).T_odom_base for _ in range(2000)]
+    meters_per_tick = 2.0 * math.pi / 4096 * 0.05
+    x = np.array([pose.x for pose in poses]) / meters_per_tick
+    # The mean of two wheels, each rounded to whole ticks.
+    assert x.std() == pytest.approx(math.sqrt((2.0**2 + 1 / 12) / 2), rel=0.1)
+    assert np.abs(x).max() < 12.0
+
+
+def test_limits_of_the_robots_file_lower_the_configured_ones() -> None:
+    wheels = DriveSettings(("l",), ("r",), 0.5, 0.05, 1.0, 0.5, 0.05)
+    config = DriveConfig()
+    assert limited(config, wheels) == config
+    weak = replace(wheels, max_velocity=0.4, max_acceleration=0.2)
+    lowered = limited(config, weak)
+    assert lowered.max_linear_velocity == 0.4
+    assert lowered.max_linear_acceleration == 0.2
+    assert lowered.max_angular_acceleration == pytest.approx(0.8)
+    assert limited(config, replace(wheels, max_velocity=9.0)) == config
 
 
 def test_ramp_stays_within_the_accelerations_and_ends_at_the_command() -> None:
