@@ -2,37 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, ClassVar
 
 import numpy as np
-from arjuna_interfaces.msg import LocalizationQuality
-from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
-from nav2_msgs.msg import Particle, ParticleCloud
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.srv import SetInitialPose
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
-from tf2_msgs.msg import TFMessage
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import (
-    covariance_from_pose,
-    grid_from_msg,
-    header,
-    planar_covariance,
-    pose_msg,
-    se2_from_pose,
-    transform_msg,
-)
+from arjuna_core.ros.convert import covariance_from_pose, grid_from_msg, se2_from_pose
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.errors import LocalizationError, check_particle_limits
 from arjuna_slam.amcl.filter import Estimate, ParticleFilter, Status
-from arjuna_slam.nodes.amcl_config import AmclNodeConfig
+from arjuna_slam.nodes.amcl_config import ALWAYS, AUTO, AmclNodeConfig, filter_part
+from arjuna_slam.nodes.amcl_output import AmclOutput
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
 _PARAMETER_COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # RViz's: half a metre, fifteen degrees
@@ -49,6 +39,7 @@ class AmclNode(ManagedNode):
 
     _grid: OccupancyGrid | None = None
     _filter: ParticleFilter | None = None
+    _built_for: tuple[Any, ...] = ()
     _estimate: Estimate | None = None
     _given: tuple[SE2, Any] | None = None  # an initial pose that waits for the map
 
@@ -58,14 +49,10 @@ class AmclNode(ManagedNode):
         self._rng = np.random.default_rng(self.config.seed)
         self._scans = ScanQueue(self, self.config.odom_frame_id, self.config.base_frame_id)
         self._update_wanted = False
-        self._covered = -math.inf  # until when map -> odom was broadcast [s]
-        self._poses = self.publisher(PoseWithCovarianceStamped, "amcl_pose", qos.LATCHED)
-        self._cloud = self.publisher(ParticleCloud, "particle_cloud", qos.SENSOR_PUBLISHER)
-        self._quality = self.publisher(
-            LocalizationQuality, "amcl/localization_quality", qos.LATCHED
-        )
-        self._tf = self.publisher(TFMessage, "/tf", qos.TF)
+        self._output = AmclOutput(self)
         self._listen()
+        if self.config.save_pose_rate > 0.0:
+            self.every(1.0 / self.config.save_pose_rate, self._save_pose)
 
     def _listen(self) -> None:
         self.subscribe(
@@ -99,39 +86,44 @@ class AmclNode(ManagedNode):
     def on_time_jump(self) -> None:
         """Start anew: the odometry has most likely been reset with the clock."""
         if self.active:
-            self._covered = -math.inf
+            self._output.restart()
             self._scans.clear()
             self._estimate = None
             self._begin()
 
     def on_config(self, config: Any) -> None:
-        """Build the filter anew around the last estimate."""
-        self._build()
+        """Build the filter anew around the last estimate, where that depends on the change."""
+        if self._grid is not None and filter_part(config) != self._built_for:
+            self._build(self._grid)
 
     def _on_map(self, message: Any) -> None:
         if self._grid is not None and self.config.first_map_only:
             return
         try:
-            self._grid = grid_from_msg(message)
+            self._build(grid_from_msg(message))
         except ValueError as error:
-            self.get_logger().error(f"map refused: {error}")
-            return
-        self._build()
+            self._refuse("map", error)
 
-    def _build(self) -> None:
-        if self._grid is None:
-            return
+    def _build(self, grid: OccupancyGrid) -> None:
         try:
-            self._filter = ParticleFilter(self.config, self._grid, self._rng)
+            belief = ParticleFilter(self.config, grid, self._rng)
         except LocalizationError as error:
-            self.get_logger().error(f"the filter stays as it was: {error}")
+            self._refuse("map or parameters", error)
             return
+        self._grid, self._filter = grid, belief
+        self._built_for = filter_part(self.config)
         if self.active:
             self._begin()
+
+    def _refuse(self, what: str, reason: object) -> None:
+        self.get_logger().error(f"{what} refused, all stays as it was: {reason}")
 
     def _begin(self) -> None:
         """Start the filter with what is known of the pose."""
         if self._filter is None:
+            return
+        if self.config.global_localization_at_start == ALWAYS and self._estimate is None:
+            self._filter.globalize()
             return
         if self._given is None and self._estimate is not None:
             self._given = (self._estimate.T_map_base, self._estimate.covariance)
@@ -140,7 +132,7 @@ class AmclNode(ManagedNode):
             self._given = (SE2(start.x, start.y, start.yaw), _PARAMETER_COVARIANCE)
         if self._given is not None:
             self._start_at(*self._given)
-        elif self.config.global_localization_at_start:
+        elif self.config.global_localization_at_start == AUTO:
             self._filter.globalize()
         else:
             self.get_logger().warning("there is no initial pose: publish one on initialpose")
@@ -154,17 +146,17 @@ class AmclNode(ManagedNode):
         try:
             self._filter.set_pose(pose, covariance)
         except LocalizationError as error:
-            self.get_logger().error(f"initial pose refused: {error}")
+            self._refuse("initial pose", error)
 
     def _on_initial_pose(self, message: Any) -> None:
         frame, wanted = message.header.frame_id.lstrip("/"), self.config.global_frame_id
         if frame != wanted:
-            self.get_logger().error(f"initial pose refused: frame '{frame}', valid: '{wanted}'")
+            self._refuse("initial pose", f"frame '{frame}', valid: '{wanted}'")
             return
         try:
             pose = se2_from_pose(message.pose.pose)
         except ValueError as error:
-            self.get_logger().error(f"initial pose is none: {error}")
+            self._refuse("initial pose", error)
             return
         self._start_at(pose, covariance_from_pose(message.pose.covariance))
 
@@ -195,46 +187,22 @@ class AmclNode(ManagedNode):
         try:
             estimate = belief.update(T_odom_base, scan, self._update_wanted)
         except LocalizationError as error:
-            self.get_logger().error(f"scan at {scan.stamp:.3f} s skipped: {error}")
+            self._refuse(f"scan at {scan.stamp:.3f} s", error)
             return
         self._update_wanted = False
         if estimate is not None:
-            self._log_change(estimate)
             self._estimate = estimate
-            self._publish(estimate, belief, scan.stamp)
+            self._output.publish(estimate, belief, scan.stamp)
         if self._estimate is not None and self.config.tf_broadcast:
-            self._broadcast(self._estimate.T_map_odom, scan.stamp)
+            self._output.broadcast(self._estimate.T_map_odom, scan.stamp)
 
-    def _log_change(self, estimate: Estimate) -> None:
-        if self._estimate is not None and self._estimate.status is estimate.status:
+    def _save_pose(self) -> None:
+        """Write the pose to initial_pose, from where a later start may go on."""
+        if self._estimate is None or self._estimate.status is not Status.TRACKING:
             return
-        if estimate.status is Status.TRACKING:
-            self.get_logger().info(f"tracking: {estimate.reason}")
-        else:
-            self.get_logger().warning(f"{estimate.status.value}: {estimate.reason}")
-
-    def _broadcast(self, T_map_odom: SE2, stamp: float) -> None:
-        c = self.config
-        dates = [stamp + c.transform_tolerance]
-        if stamp > self._covered:  # after a pause nothing covers the scan itself
-            dates.insert(0, stamp)
-        self._covered = dates[-1]
-        frames = (c.global_frame_id, c.odom_frame_id)
-        transforms = [transform_msg(T_map_odom, *frames, date) for date in dates]
-        self._tf.publish(TFMessage(transforms=transforms))
-
-    def _publish(self, estimate: Estimate, belief: ParticleFilter, stamp: float) -> None:
-        head = header(self.config.global_frame_id, stamp)
-        pose = PoseWithCovariance(
-            pose=pose_msg(estimate.T_map_base), covariance=planar_covariance(estimate.covariance)
-        )
-        self._poses.publish(PoseWithCovarianceStamped(header=head, pose=pose))
-        self._quality.publish(
-            LocalizationQuality(header=head, quality=estimate.quality, reason=estimate.reason)
-        )
-        if self._cloud.get_subscription_count():
-            rows = zip(belief.particles, belief.weights.tolist(), strict=True)
-            particles = [
-                Particle(pose=pose_msg(SE2.from_array(row)), weight=weight) for row, weight in rows
-            ]
-            self._cloud.publish(ParticleCloud(header=head, particles=particles))
+        if not self.config.always_reset_initial_pose:
+            pose = self._estimate.T_map_base
+            values = {"x": pose.x, "y": pose.y, "yaw": pose.theta}
+            self.set_parameters(
+                [Parameter(f"initial_pose.{name}", value=value) for name, value in values.items()]
+            )

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 from arjuna_core.config import param
 from arjuna_slam.amcl.config import AmclConfig
+
+ALWAYS, NEVER, AUTO = "always", "never", "auto"
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,21 @@ class AmclNodeConfig(AmclConfig):
         False, "Whether each activation starts anew instead of at the last known pose."
     )
     first_map_only: bool = param(False, "Whether to ignore maps after the first.")
-    global_localization_at_start: bool = param(
-        True, "Whether to search the whole map where no initial pose is given."
+    global_localization_at_start: str = param(
+        AUTO,
+        "Whether to search the whole map at the start: always, never, or where no initial pose is "
+        "given.",
+        choices=(ALWAYS, NEVER, AUTO),
+    )
+    save_pose_rate: float = param(
+        0.5,
+        "How often the pose is written to initial_pose while it is tracked; 0 is never.",
+        unit="Hz",
+        minimum=0.0,
     )
     seed: int = param(0, "Seed of all chance.", minimum=0, read_only=True)
+
+
+def filter_part(config: AmclNodeConfig) -> tuple[Any, ...]:
+    """Return the values that the filter depends on."""
+    return tuple(getattr(config, item.name) for item in fields(AmclConfig))

@@ -163,7 +163,7 @@ def test_tf_broadcast_can_be_switched_off(room: Room) -> None:
 
 
 def test_an_initial_pose_is_where_it_starts(room: Room) -> None:
-    started(room, global_localization_at_start=False)
+    started(room, global_localization_at_start="never")
     room.drive(2)
     assert room.poses == []
     room.place(room.robot.pose)
@@ -172,7 +172,7 @@ def test_an_initial_pose_is_where_it_starts(room: Room) -> None:
 
 
 def test_an_initial_pose_before_the_map_is_kept(room: Room) -> None:
-    started(room, with_map=False, global_localization_at_start=False)
+    started(room, with_map=False, global_localization_at_start="never")
     room.place(room.robot.pose)
     room.publish_map()
     room.drive(2)
@@ -188,7 +188,7 @@ def test_parameters_can_give_the_initial_pose(room: Room) -> None:
 
 
 def test_the_service_sets_the_pose_too(room: Room) -> None:
-    started(room, global_localization_at_start=False)
+    started(room, global_localization_at_start="never")
     request = SetInitialPose.Request()
     request.pose.header.frame_id = "map"
     request.pose.pose.pose = pose_msg(room.robot.pose)

@@ -1,0 +1,77 @@
+"""What the amcl node says: pose, quality, particles and the transform to odom."""
+
+from __future__ import annotations
+
+import math
+
+from arjuna_interfaces.msg import LocalizationQuality
+from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
+from nav2_msgs.msg import Particle, ParticleCloud
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import header, planar_covariance, pose_msg, transform_msg
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.filter import Estimate, ParticleFilter, Status
+
+
+class AmclOutput:
+    """The publishers of amcl.
+
+    Args:
+        node: The node, whose configuration names the frames.
+    """
+
+    def __init__(self, node: ManagedNode) -> None:
+        self._node = node
+        self._status: Status | None = None  # that was logged last
+        self._covered = -math.inf  # until when map -> odom was broadcast [s]
+        self._poses = node.publisher(PoseWithCovarianceStamped, "amcl_pose", qos.LATCHED)
+        self._cloud = node.publisher(ParticleCloud, "particle_cloud", qos.SENSOR_PUBLISHER)
+        self._quality = node.publisher(
+            LocalizationQuality, "amcl/localization_quality", qos.LATCHED
+        )
+        self._tf = node.publisher(TFMessage, "/tf", qos.TF)
+
+    def restart(self) -> None:
+        """Forget what was broadcast, after the clock was set back."""
+        self._covered = -math.inf
+
+    def broadcast(self, T_map_odom: SE2, stamp: float) -> None:
+        """Broadcast map -> odom, dated ahead of a scan's stamp [s] by the tolerance."""
+        c = self._node.config
+        dates = [stamp + c.transform_tolerance]
+        if stamp > self._covered:  # after a pause nothing covers the scan itself
+            dates.insert(0, stamp)
+        self._covered = dates[-1]
+        frames = (c.global_frame_id, c.odom_frame_id)
+        transforms = [transform_msg(T_map_odom, *frames, date) for date in dates]
+        self._tf.publish(TFMessage(transforms=transforms))
+
+    def publish(self, estimate: Estimate, belief: ParticleFilter, stamp: float) -> None:
+        """Publish an estimate of a time [s], and the particles to those who listen."""
+        self._log_change(estimate)
+        head = header(self._node.config.global_frame_id, stamp)
+        pose = PoseWithCovariance(
+            pose=pose_msg(estimate.T_map_base), covariance=planar_covariance(estimate.covariance)
+        )
+        self._poses.publish(PoseWithCovarianceStamped(header=head, pose=pose))
+        self._quality.publish(
+            LocalizationQuality(header=head, quality=estimate.quality, reason=estimate.reason)
+        )
+        if self._cloud.get_subscription_count():
+            rows = zip(belief.particles, belief.weights.tolist(), strict=True)
+            particles = [
+                Particle(pose=pose_msg(SE2.from_array(row)), weight=weight) for row, weight in rows
+            ]
+            self._cloud.publish(ParticleCloud(header=head, particles=particles))
+
+    def _log_change(self, estimate: Estimate) -> None:
+        if estimate.status is self._status:
+            return
+        self._status = estimate.status
+        if estimate.status is Status.TRACKING:
+            self._node.get_logger().info(f"tracking: {estimate.reason}")
+        else:
+            self._node.get_logger().warning(f"{estimate.status.value}: {estimate.reason}")
