@@ -99,56 +99,77 @@ def _extract(
         near = min(ranges[beam[i]], ranges[beam[i + 1]])
         gap = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
         linked[i] = beam[i + 1] == beam[i] + 1 and gap < near * factor + _BREAK_NOISE
-    normals = np.zeros((count, 2))
-    for i in range(count):
-        _fit_normal(points, linked, i, reach, mount, normals)
-    return points, normals, linked
+    return points, _fit_normals(points, linked, reach, mount), linked
 
 
 @njit(cache=True)
-def _fit_normal(
+def _fit_normals(
     points: NDArray[np.float64],
     linked: NDArray[np.bool_],
-    i: int,
     reach: float,
     mount: NDArray[np.float64],
-    normals: NDArray[np.float64],
-) -> None:
-    """Set the normal of point i from its linked neighbours, at least one to each side."""
-    x, y = points[i, 0], points[i, 1]
-    first = last = i
-    while first > 0 and linked[first - 1]:
-        d = math.hypot(points[first - 1, 0] - x, points[first - 1, 1] - y)
-        if d > reach and first < i:
-            break
-        first -= 1
-    while last < len(points) - 1 and linked[last]:
-        d = math.hypot(points[last + 1, 0] - x, points[last + 1, 1] - y)
-        if d > reach and last > i:
-            break
-        last += 1
-    n = last - first + 1
-    if n < 3:
-        return
-    mx = my = 0.0
-    for j in range(first, last + 1):
-        mx += points[j, 0] / n
-        my += points[j, 1] / n
-    xx = xy = yy = 0.0
-    for j in range(first, last + 1):
-        dx, dy = points[j, 0] - mx, points[j, 1] - my
-        xx += dx * dx
-        xy += dx * dy
-        yy += dy * dy
-    mean, spread = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
-    if mean - spread > _FLATNESS * (mean + spread):
-        return
-    along = 0.5 * math.atan2(2.0 * xy, xx - yy)
-    nx, ny = -math.sin(along), math.cos(along)
-    if nx * (mount[0] - x) + ny * (mount[1] - y) < 0.0:
-        nx, ny = -nx, -ny
-    normals[i, 0] = nx
-    normals[i, 1] = ny
+) -> NDArray[np.float64]:
+    """Return the normal of each point from its linked neighbours, at least one to each side."""
+    count = len(points)
+    normals = np.zeros((count, 2))
+    sums = _running_sums(points)
+    first = last = 0
+    for i in range(count):
+        if i == 0 or not linked[i - 1]:
+            first = i
+        x, y = points[i, 0], points[i, 1]
+        while first < i - 1 and math.hypot(points[first, 0] - x, points[first, 1] - y) > reach:
+            first += 1
+        last = max(last, i)
+        while last < count - 1 and linked[last]:
+            near = math.hypot(points[last + 1, 0] - x, points[last + 1, 1] - y) <= reach
+            if not near and last > i:
+                break
+            last += 1
+        n = last - first + 1
+        if n < 3:
+            continue
+        before, after = sums[first], sums[last + 1]
+        mx, my = (after[0] - before[0]) / n, (after[1] - before[1]) / n
+        xx = (after[2] - before[2]) / n - mx * mx
+        xy = (after[3] - before[3]) / n - mx * my
+        yy = (after[4] - before[4]) / n - my * my
+        mean, spread = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
+        if mean - spread > _FLATNESS * (mean + spread):
+            continue
+        nx, ny = _short_axis(xx, xy, yy)
+        toward = nx * (mount[0] - x) + ny * (mount[1] - y) >= 0.0
+        normals[i, 0] = nx if toward else -nx
+        normals[i, 1] = ny if toward else -ny
+    return normals
+
+
+@njit(cache=True)
+def _running_sums(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return sums of x, y, x^2, x y and y^2 over all points before each, `(N + 1, 5)`."""
+    sums = np.zeros((len(points) + 1, 5))
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        sums[i + 1, 0] = sums[i, 0] + x
+        sums[i + 1, 1] = sums[i, 1] + y
+        sums[i + 1, 2] = sums[i, 2] + x * x
+        sums[i + 1, 3] = sums[i, 3] + x * y
+        sums[i + 1, 4] = sums[i, 4] + y * y
+    return sums
+
+
+@njit(cache=True)
+def _short_axis(xx: float, xy: float, yy: float) -> tuple[float, float]:
+    """Return the unit vector of least spread of a 2 x 2 covariance."""
+    half = 0.5 * (xx - yy)
+    spread = math.hypot(half, xy)
+    if spread == 0.0:
+        return 0.0, 1.0
+    if half > 0.0:
+        c = math.sqrt(0.5 * (1.0 + half / spread))
+        return -0.5 * xy / (spread * c), c
+    s = math.sqrt(0.5 * (1.0 - half / spread))
+    return -s, 0.5 * xy / (spread * s)
 
 
 @njit(cache=True)
