@@ -1,0 +1,132 @@
+"""The robot's topics: what its drive and sensors bring, where and as often as its file says."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, JointState, LaserScan
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import scan_msg, transform_msg
+from arjuna_core.timing import Periodic
+from arjuna_sim.nodes.camera import CameraTopics
+from arjuna_sim.nodes.messages import imu_msg, joint_state_msg, odometry_msg, truth_msg
+from arjuna_sim.observation import Observation, Truth
+from arjuna_sim.odometry import OdometryEstimate
+from arjuna_sim.settings import TOPICS, DriveSettings, GazeboSettings
+
+if TYPE_CHECKING:
+    from arjuna_sim.nodes.sim import SimNode
+
+_TOLERANCE = 1e-9
+
+
+def standard(settings: GazeboSettings) -> GazeboSettings:
+    """Return sensors that publish where everybody listens, whatever the robot's file says."""
+    lidar, camera, imu = settings.lidar, settings.camera, settings.imu
+    return dataclasses.replace(
+        settings,
+        lidar=lidar and dataclasses.replace(lidar, topic=TOPICS["lidar"]),
+        camera=camera and dataclasses.replace(camera, topic=TOPICS["camera"]),
+        imu=imu and dataclasses.replace(imu, topic=TOPICS["imu"]),
+    )
+
+
+def standard_drive(drive: DriveSettings) -> DriveSettings:
+    """Return a drive with the standard topics and the transform `odom` to the robot's root."""
+    return dataclasses.replace(
+        drive,
+        command_topic="cmd_vel",
+        odometry_topic="odom",
+        odometry_frame="odom",
+        publishes=tuple(dict.fromkeys((*drive.publishes, "odom", "odom_tf"))),
+    )
+
+
+class RobotTopics:
+    """Publishes an observation: transforms before the sensors that need them.
+
+    Args:
+        node: The simulator's node, being configured.
+    """
+
+    def __init__(self, node: SimNode) -> None:
+        robot = node.simulator.robot
+        plain = node.config.standard_topics
+        self.settings = standard(robot.settings) if plain else robot.settings
+        self.drive = standard_drive(robot.drive) if plain else robot.drive
+        self._base = robot.urdf.root
+        self._truth = node.config.publish_ground_truth
+        _check_rates(node, self.settings)
+        self._tf_out = node.publisher(TFMessage, "/tf", qos.TF)
+        self._odom_out = node.publisher(Odometry, self.drive.odometry_topic, qos.DEFAULT)
+        self._joints_out = node.publisher(JointState, "joint_states", qos.DEFAULT)
+        sensors = self.settings
+        imu = sensors.imu and sensors.imu.topic
+        lidar = sensors.lidar and sensors.lidar.topic
+        self._imu_out = node.publisher(Imu, imu or TOPICS["imu"], qos.SENSOR_PUBLISHER)
+        self._scan_out = node.publisher(LaserScan, lidar or TOPICS["lidar"], qos.SENSOR_PUBLISHER)
+        self._camera = None if sensors.camera is None else CameraTopics(node, sensors.camera)
+        self._truth_out = node.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
+        self._odom_due = _slower(self.drive.rate, node.config.tick)
+
+    def publish(self, observation: Observation) -> None:
+        """Publish what is due of an observation and, if it costs, subscribed to."""
+        now = observation.time
+        if self.drive.wheels and (self._odom_due is None or self._odom_due.due(now)):
+            self._publish_odometry(observation)
+        if self._joints_out.get_subscription_count() > 0:
+            self._joints_out.publish(joint_state_msg(observation.joints, now))
+        self._publish_sensors(observation)
+        if self._camera is not None:
+            self._camera.publish(now)
+        if self._truth and self._truth_out.get_subscription_count() > 0:
+            self._truth_out.publish(truth_msg(observation.truth, self._base, now))
+
+    def _publish_odometry(self, observation: Observation) -> None:
+        drive, now = self.drive, observation.time
+        estimate = observation.odometry
+        if drive.from_world:
+            estimate = _exact(observation.truth)
+        frame = drive.odometry_frame
+        if "odom_tf" in drive.publishes:
+            T = transform_msg(estimate.T_odom_base, frame, self._base, now)
+            self._tf_out.publish(TFMessage(transforms=[T]))
+        if "odom" in drive.publishes:
+            self._odom_out.publish(odometry_msg(estimate, frame, self._base, now))
+
+    def _publish_sensors(self, observation: Observation) -> None:
+        settings = self.settings
+        if observation.imu is not None and self._imu_out.get_subscription_count() > 0:
+            assert settings.imu is not None
+            self._imu_out.publish(imu_msg(observation.imu, settings.imu.frame, observation.time))
+        if observation.scan is not None:
+            lidar = settings.lidar
+            assert lidar is not None
+            self._scan_out.publish(scan_msg(observation.scan, lidar.frame, 1.0 / lidar.rate))
+
+
+def _check_rates(node: SimNode, settings: GazeboSettings) -> None:
+    """Say where a sensor is asked to be faster than the simulation."""
+    fastest = 1.0 / node.config.tick
+    for name, sensor in (("lidar", settings.lidar), ("camera", settings.camera)):
+        if sensor is not None and sensor.rate > fastest + _TOLERANCE:
+            node.get_logger().warning(
+                f"the {name} has {sensor.rate:g} Hz and comes at {fastest:g} Hz, once a tick"
+            )
+
+
+def _slower(rate: float, tick: float) -> Periodic | None:
+    """Return when something slower than the tick is due; None for each tick."""
+    if rate <= 0.0 or 1.0 / rate <= tick + _TOLERANCE:
+        return None
+    return Periodic(1.0 / rate, phase=1.0 / rate)
+
+
+def _exact(truth: Truth) -> OdometryEstimate:
+    """Return the truth as odometry, as a drive with world odometry publishes it."""
+    return OdometryEstimate(truth.pose, truth.v, truth.w, np.zeros((3, 3)), (0.0, 0.0))

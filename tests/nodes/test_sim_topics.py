@@ -1,0 +1,143 @@
+"""Topics, frames, rates and flags of the robot's file, and that each rate is exact in sim time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, JointState, LaserScan
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import seconds
+from arjuna_sim.nodes.sim import SHIPPED_ROBOT, SimNode
+from tests.helpers.ros import RosBench
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def bench() -> Iterator[RosBench]:
+    bench = RosBench()
+    yield bench
+    bench.close()
+
+
+def _robot(folder: Path, *edits: tuple[str, str]) -> str:
+    text = SHIPPED_ROBOT.read_text(encoding="utf-8")
+    for old, new in edits:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = folder / "robot.urdf"
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def _sim(bench: RosBench, **values: Any) -> SimNode:
+    node = SimNode(bench.process, values)
+    node.trigger_configure()
+    node.trigger_activate()
+    bench.process.drain()
+    return node
+
+
+def _run(bench: RosBench, sim: SimNode, ticks: int) -> None:
+    for _ in range(ticks):
+        sim.tick()
+        bench.process.drain()
+
+
+RENAMED = (
+    ("<commandTopic>cmd_vel<", "<commandTopic>base/cmd<"),
+    ("<odometryTopic>odom<", "<odometryTopic>wheels/odom<"),
+    ("<odometryFrame>odom<", "<odometryFrame>wheel_odom<"),
+    ("<topicName>scan<", "<topicName>front/scan<"),
+    ("<topicName>imu/data<", "<topicName>imu/raw<"),
+)
+
+
+def test_topics_and_frame_of_the_file_are_used(bench: RosBench, tmp_path: Path) -> None:
+    sim = _sim(bench, robot=_robot(tmp_path, *RENAMED))
+    odom = bench.collect(Odometry, "/wheels/odom")
+    scans = bench.collect(LaserScan, "/front/scan", qos.SENSOR_SUBSCRIPTION)
+    imu = bench.collect(Imu, "/imu/raw")
+    transforms = bench.collect(TFMessage, "/tf")
+    command = Twist()
+    command.linear.x = 0.5
+    for _ in range(20):
+        bench.publish(Twist, "/base/cmd", command)
+        _run(bench, sim, 1)
+    assert (len(scans), len(imu)) == (4, 20)
+    assert odom[-1].header.frame_id == "wheel_odom"
+    assert odom[-1].twist.twist.linear.x > 0.3
+    assert transforms[-1].transforms[0].header.frame_id == "wheel_odom"
+
+
+def test_standard_topics_can_be_asked_for(bench: RosBench, tmp_path: Path) -> None:
+    sim = _sim(bench, robot=_robot(tmp_path, *RENAMED), standard_topics=True)
+    odom = bench.collect(Odometry, "/odom")
+    _run(bench, sim, 2)
+    assert odom[-1].header.frame_id == "odom"
+
+
+@pytest.mark.parametrize(
+    ("rate", "count"), [(10.0, 20), (30.0, 60), (7.0, 14), (40.0, 80), (50.0, 100)]
+)
+def test_lidar_rate_is_exact_in_sim_time(
+    bench: RosBench, tmp_path: Path, rate: float, count: int
+) -> None:
+    edit = ("<update_rate>10", f"<update_rate>{rate:g}")
+    sim = _sim(bench, robot=_robot(tmp_path, edit))
+    scans = bench.collect(LaserScan, "/scan", qos.SENSOR_SUBSCRIPTION)
+    _run(bench, sim, 100)
+    assert len(scans) == count
+    late = [seconds(scan.header.stamp) - (i + 1) / rate for i, scan in enumerate(scans)]
+    assert min(late) > -1e-6  # none early, and none later than the tick that follows
+    assert max(late) < 0.02 - 1e-6
+
+
+@pytest.mark.parametrize("rate", [10.0, 25.0, 50.0])
+def test_odometry_rate_of_the_file_is_exact(bench: RosBench, tmp_path: Path, rate: float) -> None:
+    edit = ("<updateRate>50", f"<updateRate>{rate:g}")
+    sim = _sim(bench, robot=_robot(tmp_path, edit))
+    odom = bench.collect(Odometry, "/odom")
+    transforms = bench.collect(TFMessage, "/tf")
+    _run(bench, sim, 100)
+    assert len(odom) == len(transforms) == round(2.0 * rate)
+
+
+def test_joint_states_and_imu_keep_their_rates(bench: RosBench, tmp_path: Path) -> None:
+    sim = _sim(bench, robot=_robot(tmp_path, ("<update_rate>50", "<update_rate>20")))
+    joints = bench.collect(JointState, "/joint_states")
+    imu = bench.collect(Imu, "/imu/data")
+    _run(bench, sim, 100)
+    assert (len(joints), len(imu)) == (100, 40)
+    assert [seconds(m.header.stamp) for m in imu[:4]] == pytest.approx([0.06, 0.1, 0.16, 0.2])
+
+
+def test_world_odometry_is_the_truth(bench: RosBench, tmp_path: Path) -> None:
+    edit = ("<wheelSeparation>", "<odometrySource>world</odometrySource><wheelSeparation>")
+    robot = _robot(tmp_path, edit)
+    sim = _sim(bench, robot=robot, initial_pose={"x": 1.0, "y": 0.5, "yaw": 0.3})
+    odom = bench.collect(Odometry, "/odom")
+    _run(bench, sim, 5)
+    truth = sim.simulator.truth().pose
+    place = odom[-1].pose.pose.position
+    assert (place.x, place.y) == pytest.approx((truth.x, truth.y), abs=1e-9)
+    assert truth.x == pytest.approx(1.0, abs=1e-3)
+
+
+def test_flags_of_the_file_switch_the_transform_off(bench: RosBench, tmp_path: Path) -> None:
+    edit = ("<broadcastTF>1</broadcastTF>", "<broadcastTF>0</broadcastTF>")
+    sim = _sim(bench, robot=_robot(tmp_path, edit))
+    odom = bench.collect(Odometry, "/odom")
+    transforms = bench.collect(TFMessage, "/tf")
+    _run(bench, sim, 3)
+    assert (len(odom), len(transforms)) == (3, 0)
