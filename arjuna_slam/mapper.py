@@ -93,7 +93,7 @@ class Mapper:
 
     def _trace(self, k: int, pose: NDArray[np.float64], sign: int) -> None:
         scan = self._scans[k]
-        sensor = SE2.from_array(pose) @ scan.T_base_sensor
+        sensor = self._from_corner(SE2.from_array(pose) @ scan.T_base_sensor)
         reach = min(self._range_max, scan.range_max)
         ranges = np.asarray(scan.ranges, dtype=np.float64)
         used = np.where(np.isfinite(ranges), np.clip(ranges, 0.0, reach), 0.0)
@@ -104,6 +104,15 @@ class Mapper:
             sensor.theta + scan.angle_min, scan.angle_increment, ranges, scan.range_min, reach,
             sign,
         )  # fmt: skip
+
+    def _from_corner(self, pose: SE2) -> SE2:
+        """Return a pose seen from the corner of the cell at the origin.
+
+        Cells lie centred on multiples of their edge: walls stand at round coordinates more often
+        than not, and one on the border of two cells occupies both, each half a cell off.
+        """
+        half = 0.5 * self._resolution
+        return SE2(pose.x + half, pose.y + half, pose.theta)
 
     def _cover(self, sensor: SE2, reach: float) -> None:
         """Grow so that a disc around the sensor lies inside."""
@@ -134,8 +143,8 @@ class Mapper:
         known = passes > self._passes_min
         data[known] = FREE
         data[known & (hits > self._hit_share * passes)] = OCCUPIED
-        x = float(self._corner[0] + columns[0]) * self._resolution
-        y = float(self._corner[1] + rows[0]) * self._resolution
+        x = (float(self._corner[0] + columns[0]) - 0.5) * self._resolution
+        y = (float(self._corner[1] + rows[0]) - 0.5) * self._resolution
         frame = GridFrame(self._resolution, data.shape[1], data.shape[0], SE2(x, y))
         return OccupancyGrid(frame, data, self._scans[-1].stamp)
 
