@@ -38,7 +38,10 @@ class Host:
         self.process = Process(f"{group.name}_host", use_sim_time=use_sim_time)
         self.nodes = [create_node(self.process, spec, parameters) for spec in group.nodes]
         self.manager = LifecycleManager(
-            self.process, group.manager, [spec.name for spec in group.nodes]
+            self.process,
+            group.manager,
+            [spec.name for spec in group.nodes],
+            commandable=group.commandable,
         )
         self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
         self._stopping = False

@@ -48,10 +48,16 @@ class LifecycleManager(Node):
         name: Its name.
         nodes: The managed nodes in the order of bring-up.
         autostart: Whether to bring them up at once.
+        commandable: Whether clients may command it by `<name>/manage_nodes`.
     """
 
     def __init__(
-        self, process: Process, name: str, nodes: Sequence[str], autostart: bool = True
+        self,
+        process: Process,
+        name: str,
+        nodes: Sequence[str],
+        autostart: bool = True,
+        commandable: bool = True,
     ) -> None:
         super().__init__(name, context=process.context)
         self.declare_parameter("node_names", list(nodes))
@@ -61,7 +67,8 @@ class LifecycleManager(Node):
         self._states = {n: self.create_client(GetState, f"{n}/get_state") for n in nodes}
         self._changes = {n: self.create_client(ChangeState, f"{n}/change_state") for n in nodes}
         self._jobs: deque[_Job] = deque()
-        DeferredService(self, ManageLifecycleNodes, f"{name}/manage_nodes", self._on_manage)
+        if commandable:
+            DeferredService(self, ManageLifecycleNodes, f"{name}/manage_nodes", self._on_manage)
         self.create_service(Trigger, f"{name}/is_active", self._on_is_active)
         self._timer = self.create_timer(
             _PERIOD, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME)

@@ -28,11 +28,14 @@ class Group:
         name: Name of the process.
         nodes: The nodes.
         manager: Name of their lifecycle manager.
+        commandable: Whether clients may command that manager. Not the simulator's: a client that
+            shuts every manager down, as nav2_simple_commander can, means the robot, not the world.
     """
 
     name: str
     nodes: tuple[NodeSpec, ...]
     manager: str = field(default="")
+    commandable: bool = True
 
 
 SIM = NodeSpec("sim", "arjuna_sim.nodes.sim", "SimNode")
@@ -59,7 +62,7 @@ BEHAVIOR_SERVER = NodeSpec(
 BT_NAVIGATOR = NodeSpec("bt_navigator", "arjuna_nav.nodes.bt_navigator", "BtNavigatorNode")
 EXPLORER = NodeSpec("explorer", "arjuna_nav.nodes.explorer", "ExplorerNode")
 
-SIM_GROUP = Group("sim", (SIM, ROBOT_STATE_PUBLISHER), "lifecycle_manager_sim")
+SIM_GROUP = Group("sim", (SIM, ROBOT_STATE_PUBLISHER), "lifecycle_manager_sim", False)
 SLAM_GROUP = Group("slam", (SLAM_TOOLBOX, MAP_SAVER), "lifecycle_manager_slam")
 LOCALIZATION_GROUP = Group("localization", (MAP_SERVER, AMCL), "lifecycle_manager_localization")
 NAVIGATION_GROUP = Group(

@@ -18,6 +18,7 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.ros.node import ManagedNode
 from bringup.lifecycle import LifecycleManager
 from bringup.lifecycle_plan import Command
+from bringup.stack import EXPLORER_GROUP, STACKS
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
@@ -64,14 +65,14 @@ class FakeNode(ManagedNode):
 class Managed:
     """A bench with two fake nodes under a manager."""
 
-    def __init__(self, refuse: str = "", autostart: bool = False) -> None:
+    def __init__(self, refuse: str = "", autostart: bool = False, commandable: bool = True) -> None:
         self.bench = RosBench()
         self.diary: list[str] = []
         for name, refused in (("first", ""), ("second", refuse)):
             node = FakeNode(self.bench.process, {"refuse": refused}, name=name)
             node.diary = self.diary
         names = ["first", "second"]
-        self.manager = LifecycleManager(self.bench.process, NAME, names, autostart)
+        self.manager = LifecycleManager(self.bench.process, NAME, names, autostart, commandable)
 
     def spin_until(self, done: Callable[[], bool]) -> None:
         """Spin until something is so."""
@@ -192,3 +193,18 @@ def test_commands_that_come_while_one_is_under_way_wait_their_turn(
 
 def test_a_command_that_does_not_exist_fails(managed: Callable[..., Managed]) -> None:
     assert not managed().manage(99)
+
+
+def test_a_manager_that_takes_no_commands_still_tells_its_state(
+    managed: Callable[..., Managed],
+) -> None:
+    system = managed(autostart=True, commandable=False)
+    system.spin_until(lambda: system.manager.system_active)
+    assert system.is_active()
+    offered = dict(system.bench.node.get_service_names_and_types())
+    assert ["nav2_msgs/srv/ManageLifecycleNodes"] not in offered.values()
+
+
+def test_only_the_world_takes_no_commands() -> None:
+    groups = (*(group for groups in STACKS.values() for group in groups), EXPLORER_GROUP)
+    assert [group.name for group in groups if not group.commandable] == ["sim"]
