@@ -1,0 +1,165 @@
+"""Odometry from wheels and a gyro: a small extended Kalman filter.
+
+Wheels that slip measure turning badly and distance well; a gyro turns without slip but drifts.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2, wrap
+
+_X, _Y, _THETA, _V, _W, _BIAS = range(6)
+_STRAIGHT = 1e-9  # [rad]
+_STANDS = 1e-3  # [m/s, rad/s] of wheels at rest
+_SLIDES = 0.05  # [rad/s] of a gyro while the wheels rest: the robot is being moved
+
+
+@dataclass(frozen=True)
+class FusedOdometryConfig:
+    """How far wheels and gyro are trusted."""
+
+    linear_acceleration: float = param(
+        0.4, "Typical change of speed.", unit="m/s^2/sqrt(Hz)", minimum=1e-3
+    )
+    angular_acceleration: float = param(
+        0.4, "Typical change of turn rate.", unit="rad/s^2/sqrt(Hz)", minimum=1e-3
+    )
+    wheel_speed_noise: float = param(
+        0.01, "Standard deviation of the wheels' speed, per speed.", minimum=1e-4
+    )
+    wheel_turn_noise: float = param(
+        0.1, "Standard deviation of the wheels' turn rate, per turn rate.", minimum=1e-4
+    )
+    rest_noise: float = param(
+        2e-4,
+        "Standard deviation of speed and turn rate that wheels measure at rest.",
+        unit="m/s, rad/s",
+        minimum=1e-5,
+    )
+    gyro_noise: float = param(
+        0.002,
+        "Standard deviation of the gyro where its message tells none.",
+        unit="rad/s",
+        minimum=1e-6,
+    )
+    bias_noise: float = param(
+        0.01, "Standard deviation of the gyro's bias at the start.", unit="rad/s", minimum=0.0
+    )
+    bias_walk: float = param(1e-5, "Growth of the gyro's bias.", unit="rad/s/sqrt(s)", minimum=0.0)
+
+
+@dataclass(frozen=True)
+class FusedEstimate:
+    """Where wheels and gyro say the robot is.
+
+    Attributes:
+        T_odom_base: Pose since the start.
+        v: Speed [m/s].
+        w: Turn rate [rad/s].
+        covariance: Of the pose (x, y, theta), `(3, 3) float64`, in the odom frame.
+        twist_covariance: Of v and w, `(2, 2) float64`.
+        bias: Of the gyro [rad/s].
+    """
+
+    T_odom_base: SE2
+    v: float
+    w: float
+    covariance: NDArray[np.float64]
+    twist_covariance: NDArray[np.float64]
+    bias: float
+
+
+class FusedOdometry:
+    """An extended Kalman filter over pose, speed, turn rate and the gyro's bias.
+
+    Speed and turn rate are driven by white accelerations. While the wheels stand, what the gyro
+    says is its bias.
+
+    Source: Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 3.3.
+
+    Args:
+        config: Noises.
+    """
+
+    def __init__(self, config: FusedOdometryConfig) -> None:
+        self._config = config
+        self._state = np.zeros(6)
+        self._covariance = np.zeros((6, 6))
+        self._covariance[_BIAS, _BIAS] = config.bias_noise**2
+        self._stands = False  # by the wheels
+        self._gyro_came = False  # a gyro has come since the wheels
+
+    @property
+    def estimate(self) -> FusedEstimate:
+        """What is known now."""
+        x, y, theta, v, w, bias = self._state.tolist()
+        covariance = self._covariance
+        twist = covariance[_V : _W + 1, _V : _W + 1].copy()
+        return FusedEstimate(SE2(x, y, theta), v, w, covariance[:3, :3].copy(), twist, bias)
+
+    def predict(self, dt: float) -> None:
+        """Go on by a time [s] along the arc of the present speed and turn rate."""
+        if dt <= 0.0:
+            return
+        _, _, theta, v, w, _ = self._state.tolist()
+        path, turn = v * dt, w * dt
+        middle = theta + turn / 2
+        c, s = math.cos(middle), math.sin(middle)
+        chord = path * (math.sin(turn / 2) / (turn / 2) if abs(turn) > _STRAIGHT else 1.0)
+        self._state[:3] += (chord * c, chord * s, turn)
+        self._state[_THETA] = wrap(float(self._state[_THETA]))
+        by_state = np.eye(6)
+        by_state[_X, _THETA], by_state[_Y, _THETA] = -path * s, path * c
+        by_state[_X, _V], by_state[_Y, _V] = c * dt, s * dt
+        by_state[_X, _W], by_state[_Y, _W] = -path * s * dt / 2, path * c * dt / 2
+        by_state[_THETA, _W] = dt
+        self._covariance = by_state @ self._covariance @ by_state.T + self._drive_noise(dt, c, s)
+
+    def _drive_noise(self, dt: float, c: float, s: float) -> NDArray[np.float64]:
+        """Return what white accelerations along and about do in a time (continuous model)."""
+        config = self._config
+        along, about = np.zeros((6, 2)), np.zeros((6, 2))
+        along[_X, 0], along[_Y, 0], along[_V, 1] = c, s, 1.0
+        about[_THETA, 0], about[_W, 1] = 1.0, 1.0
+        block = np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
+        noise = config.linear_acceleration**2 * along @ block @ along.T
+        noise += config.angular_acceleration**2 * about @ block @ about.T
+        noise[_BIAS, _BIAS] = config.bias_walk**2 * dt
+        return noise
+
+    def wheels(self, v: float, w: float) -> None:
+        """Take the speed [m/s] and turn rate [rad/s] that the wheels' encoders say.
+
+        Wheels err by slip, which lasts: their turn rate counts only at rest, where it is exact and
+        shows the gyro's bias, and where no gyro has come since the last call.
+        """
+        config = self._config
+        self._measure(_V, 0.0, v, config.rest_noise**2 + (config.wheel_speed_noise * v) ** 2)
+        if not self._gyro_came:
+            self._measure(_W, 0.0, w, config.rest_noise**2 + (config.wheel_turn_noise * w) ** 2)
+        self._stands, self._gyro_came = max(abs(v), abs(w)) < _STANDS, False
+
+    def gyro(self, rate: float, variance: float = 0.0) -> None:
+        """Take a turn rate [rad/s] of the gyro, of a variance [rad^2/s^2] if it tells one."""
+        noise = variance if variance > 0.0 else self._config.gyro_noise**2
+        if self._stands and abs(rate - float(self._state[_BIAS])) < _SLIDES:
+            self._measure(_W, 0.0, 0.0, self._config.rest_noise**2)
+        self._measure(_W, 1.0, rate, noise)
+        self._gyro_came = True
+
+    def _measure(self, index: int, bias: float, value: float, variance: float) -> None:
+        """Correct by one number that measures a state, plus the gyro's bias if told so."""
+        row = np.zeros(6)
+        row[index], row[_BIAS] = 1.0, bias
+        along = self._covariance @ row
+        gain = along / (float(row @ along) + variance)
+        self._state = self._state + gain * (value - float(row @ self._state))
+        self._state[_THETA] = wrap(float(self._state[_THETA]))
+        rest = np.eye(6) - np.outer(gain, row)  # Joseph's form stays positive
+        self._covariance = rest @ self._covariance @ rest.T + variance * np.outer(gain, gain)
