@@ -12,6 +12,7 @@ _METRES = 0.5
 _HEADINGS = 36
 _RADIANS = 2.0 * math.pi / _HEADINGS
 _TABLE_MAX = 1 << 23  # bins of the box around all particles, up to which a table numbers them
+_SADDLE = 0.2  # of the lesser peak's weight, above which two heaps are one
 _STEPS = tuple((x, y, h) for x in (-1, 0, 1) for y in (-1, 0, 1) for h in (-1, 0, 1))
 
 
@@ -88,41 +89,59 @@ def _number(codes: NDArray[np.int64], size: int) -> tuple[NDArray[np.int32], NDA
     return bin_of, met[:used].copy()
 
 
-def connect(bins: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Label bins `(K, 3)` that touch, corners and wrapped headings included, alike.
+def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Label bins `(K, 3)` alike that belong to one heap of weight.
+
+    From the heaviest bin down, each joins what it touches, corners and wrapped headings included.
+    Heaps that meet are one if the bin between them carries enough of the lesser one's peak; so
+    the tails of places near each other do not make them one.
+
+    Args:
+        bins: From `to_bins`.
+        shares: The weight of each, `(K,) float64`.
 
     Returns:
         `(K,) int64`, from 0.
+
+    Source: Chazal et al., Persistence-based clustering in Riemannian manifolds, 2013.
     """
     x, y = bins[:, 0] - bins[:, 0].min() + 1, bins[:, 1] - bins[:, 1].min() + 1
     rows = int(y.max()) + 2
     codes = (x * rows + y) * _HEADINGS + bins[:, 2]
     order = np.argsort(codes)
-    labels = np.empty(len(bins), np.int64)
-    labels[order] = _connect(codes[order], rows)
+    by_share = np.argsort(-shares[order], kind="stable")
+    roots = np.empty(len(bins), np.int64)
+    roots[order] = _connect(codes[order], shares[order], by_share, rows)
+    labels: NDArray[np.int64] = np.unique(roots, return_inverse=True)[1].astype(np.int64)
     return labels
 
 
 @njit(cache=True)
-def _connect(codes: NDArray[np.int64], rows: int) -> NDArray[np.int64]:
-    """Label sorted codes, whose rows and columns begin at 1, by flooding."""
-    labels = np.full(len(codes), -1)
-    stack = np.empty(len(codes), np.int64)
-    found = 0
-    for first in range(len(codes)):
-        if labels[first] >= 0:
-            continue
-        labels[first] = found
-        stack[0], depth = first, 1
-        while depth:
-            depth -= 1
-            place, heading = divmod(codes[stack[depth]], _HEADINGS)
-            for dx, dy, turn in _STEPS:
-                near = (place + dx * rows + dy) * _HEADINGS + (heading + turn) % _HEADINGS
-                other = np.searchsorted(codes, near)
-                if other < len(codes) and codes[other] == near and labels[other] < 0:
-                    labels[other] = found
-                    stack[depth] = other
-                    depth += 1
-        found += 1
-    return labels
+def _connect(
+    codes: NDArray[np.int64], shares: NDArray[np.float64], by_share: NDArray[np.int64], rows: int
+) -> NDArray[np.int64]:
+    """Return the peak of each bin's heap; codes are sorted, their rows and columns from 1."""
+    root = np.full(len(codes), -1)
+    for k in by_share:
+        root[k] = k
+        place, heading = divmod(codes[k], _HEADINGS)
+        for dx, dy, turn in _STEPS:
+            near = (place + dx * rows + dy) * _HEADINGS + (heading + turn) % _HEADINGS
+            other = np.searchsorted(codes, near)
+            if other == k or other == len(codes) or codes[other] != near or root[other] < 0:
+                continue
+            a, b = _top(root, k), _top(root, other)
+            if shares[a] < shares[b]:
+                a, b = b, a
+            if a != b and (b == k or shares[k] >= _SADDLE * shares[b]):
+                root[b] = a
+    for k in range(len(codes)):
+        root[k] = _top(root, k)
+    return root
+
+
+@njit(cache=True)
+def _top(root: NDArray[np.int64], k: int) -> int:
+    while root[k] != k:
+        k = root[k]
+    return k

@@ -44,7 +44,7 @@ def find_clusters(
 ) -> tuple[list[Cluster], NDArray[np.int64]]:
     """Return the heaviest clusters, heaviest first, and each particle's rank among them.
 
-    Particles belong together when their histogram bins touch, headings wrapping around.
+    Particles belong together when their histogram bins touch, see `connect`.
 
     Args:
         particles: `(N, 3) float64` [m, m, rad], columns contiguous.
@@ -57,13 +57,13 @@ def find_clusters(
         The clusters, and the index of each particle's, `(N,) int64`; that of particles of none is
         the number of clusters.
 
-    Source: nav2_amcl (pf_kdtree_cluster).
+    Source: nav2_amcl (pf_kdtree_cluster), but for the heaps.
     """
     bin_of, bins = to_bins(particles) if binned is None else binned
     shares = np.asarray(np.bincount(bin_of, weights, len(bins)), np.float64)
     met = np.bincount(bin_of, minlength=len(bins)) > 0
     labels = np.full(len(bins), -1)
-    labels[met] = connect(bins[met])
+    labels[met] = connect(bins[met], shares[met])
     totals = np.bincount(labels[met], shares[met])
     order = np.argsort(-totals, kind="stable")[:limit]
     order = order[totals[order] >= min(least, totals.max())]

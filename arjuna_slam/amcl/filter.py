@@ -29,10 +29,11 @@ from arjuna_slam.amcl.recovery import EVIDENCE, LikelihoodAverages, LostDetector
 from arjuna_slam.amcl.refine import refine, refine_around
 from arjuna_slam.amcl.search import GlobalSearch
 from arjuna_slam.amcl.sensor_models import make_sensor
+from arjuna_slam.deskew import motion_within
 
 __all__ = ["AmclConfig", "Estimate", "LocalizationError", "ParticleFilter", "Status"]
 
-_INDIFFERENT = 0.03  # difference of agreement that decides nothing
+_INDIFFERENT = 0.015  # difference of agreement that decides nothing
 _STILL = np.array((1e-3, 1e-3, 1e-3))  # a robot that moved less since the last scan stands [m, rad]
 _BETTER, _BETTER_IF_LOST = 0.15, 0.1  # agreement by which another place must be better
 _DRIFT = np.array(
@@ -67,6 +68,7 @@ class ParticleFilter:
         self._lost = LostDetector(config.relocalize_doubt, config.relocalize_patience)
         self._updated_at: SE2 | None = None  # odometry at the last update; None after a new start
         self._seen_at = IDENTITY  # odometry at the last estimate
+        self._last: tuple[float, SE2] | None = None  # stamp [s] of and odometry at the last scan
         self._estimate: Estimate | None = None
         self._answer = Answer(np.zeros(3), np.zeros((3, 3)), None, 0.0)
         self._tied = np.zeros(0, bool)
@@ -135,7 +137,7 @@ class ParticleFilter:
         check_finite(T_odom_base, "the odometry pose")
         if not self.initialized:
             return None
-        seen = Observation.of(scan, self._config)
+        seen = Observation.of(self._straightened(T_odom_base, scan), self._config)
         if not (self._due(T_odom_base) or force or self._search_wanted):
             return self._follow(T_odom_base, seen)
         if self._updated_at is not None:
@@ -149,6 +151,14 @@ class ParticleFilter:
         return self._settle(
             T_odom_base, seen, self._compare(self._belief.clusters(), T_odom_base, seen)
         )
+
+    def _straightened(self, T_odom_base: SE2, scan: Scan) -> Scan:
+        """Return the scan with the motion within it, at the velocity since the last one."""
+        before, self._last = self._last, (scan.stamp, T_odom_base)
+        if scan.time_increment == 0.0 or before is None:
+            return scan
+        delta, gap = before[1].inverse() @ T_odom_base, scan.stamp - before[0]
+        return replace(scan, motion=motion_within(scan, delta, gap))
 
     def _due(self, T_odom_base: SE2) -> bool:
         """Whether the robot moved enough, each coordinate by itself as in nav2_amcl."""
@@ -207,7 +217,9 @@ class ParticleFilter:
         shares = self._belief.shift(np.exp(EVIDENCE * behind))
         self._tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement)
         best = int(np.argmax(shares))
-        return Answer(found[best][0], clusters[best].covariance, found[best][1], shares[best])
+        return Answer(
+            found[best][0], clusters[best].covariance, found[best][1], float(shares[best])
+        )
 
     def _keep_on(
         self,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
 
 _MATCHED = 180  # more beams match no better: what the map errs by is the same for neighbours
@@ -60,8 +60,10 @@ class Observation:
             high = min(config.laser_max_range, high)
         ranges = np.minimum(scan.ranges, high)
         mount = scan.T_base_sensor
-        bearings = scan.angles + mount.theta
-        directions = np.column_stack((np.cos(bearings), np.sin(bearings)))
+        rays = scan.rays()
+        directions = np.column_stack((np.cos(rays[:, 2]), np.sin(rays[:, 2])))
+        if scan.motion != IDENTITY:
+            ranges, directions = _straightened(ranges, directions, rays, mount, high)
         telling = np.flatnonzero(ranges >= low)  # NaN is not
         step = max(1, (len(ranges) - 1) // (config.max_beams - 1))
 
@@ -79,3 +81,19 @@ class Observation:
     def blind(self) -> bool:
         """Whether too few beams returned to tell where the robot is."""
         return len(self.many.endpoints) < _BEAMS_MIN
+
+
+def _straightened(
+    ranges: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    rays: NDArray[np.float64],
+    mount: SE2,
+    high: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return ranges and directions as seen from where the sensor was at beam 0."""
+    far = ~(np.isfinite(ranges) & (ranges < high))
+    lengths = np.where(far, 1.0, np.maximum(ranges, 1e-6))
+    offsets = rays[:, :2] - (mount.x, mount.y) + directions * lengths[:, np.newaxis]
+    seen = np.hypot(offsets[:, 0], offsets[:, 1])
+    directions = np.where(far[:, np.newaxis], directions, offsets / seen[:, np.newaxis])
+    return np.where(far, ranges, np.minimum(seen, np.nextafter(high, 0.0))), directions

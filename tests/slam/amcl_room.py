@@ -20,7 +20,10 @@ DT = 0.1
 ORIGIN = SE2(-5.187, -5.213, 0.0)  # aligned with nothing
 
 
-def ranges_at(pose: SE2, count: int) -> NDArray[np.float64]:
+Boxes = tuple[tuple[float, float], ...]
+
+
+def ranges_at(pose: SE2, count: int, boxes: Boxes = BOXES) -> NDArray[np.float64]:
     """True ranges [m] of `count` beams around a pose."""
     angles = pose.theta - math.pi + np.arange(count) * 2.0 * math.pi / count
     direction = np.column_stack((np.cos(angles), np.sin(angles)))
@@ -28,7 +31,7 @@ def ranges_at(pose: SE2, count: int) -> NDArray[np.float64]:
         start = np.array([pose.x, pose.y])
         to_walls = np.where(direction > 0, WALL - start, -WALL - start) / direction
         nearest = np.min(np.where(direction == 0.0, np.inf, to_walls), axis=1)
-        for box in BOXES:
+        for box in boxes:
             near, far = np.array(box) - HALF, np.array(box) + HALF
             a, b = (near - start) / direction, (far - start) / direction
             enter = np.minimum(a, b).max(axis=1)
@@ -38,26 +41,28 @@ def ranges_at(pose: SE2, count: int) -> NDArray[np.float64]:
     return np.asarray(nearest)
 
 
-def scan_at(pose: SE2, stamp: float, rng: np.random.Generator, count: int = 360) -> Scan:
+def scan_at(
+    pose: SE2, stamp: float, rng: np.random.Generator, count: int = 360, boxes: Boxes = BOXES
+) -> Scan:
     """A scan at a pose with a deviation of 1 cm."""
-    ranges = ranges_at(pose, count) + rng.normal(0.0, 0.01, count)
+    ranges = ranges_at(pose, count, boxes) + rng.normal(0.0, 0.01, count)
     return Scan(ranges, -math.pi, 2.0 * math.pi / count, 0.1, RANGE_MAX, stamp)
 
 
-def room_map(origin: SE2 = ORIGIN, size: int = 210) -> OccupancyGrid:
+def room_map(origin: SE2 = ORIGIN, size: int = 210, boxes: Boxes = BOXES) -> OccupancyGrid:
     """The map a mapper would make: one cell of surface, unknown behind it."""
     frame = GridFrame(RESOLUTION, size, size, origin)
     data = np.full(frame.shape, UNKNOWN, np.int8)
     rows, columns = np.indices(frame.shape)
     centres = frame.to_points(np.column_stack((rows.ravel(), columns.ravel())))
     inside = (np.abs(centres) < WALL).all(axis=1)
-    for box in BOXES:
+    for box in boxes:
         inside &= ~(np.abs(centres - box) < HALF).all(axis=1)
     data.ravel()[inside] = FREE
     along = np.arange(-WALL, WALL, 0.005)
     surfaces = [_square(along, WALL)]
     edge = np.arange(-HALF, HALF, 0.005)
-    surfaces += [_square(edge, HALF) + box for box in BOXES]
+    surfaces += [_square(edge, HALF) + box for box in boxes]
     cells = frame.to_cells(np.vstack(surfaces))
     data[cells[:, 0], cells[:, 1]] = OCCUPIED
     return OccupancyGrid(frame, data)
@@ -91,8 +96,11 @@ class Robot:
     half chance of each step.
     """
 
-    def __init__(self, rng: np.random.Generator, pose: SE2 | None = None) -> None:
+    def __init__(
+        self, rng: np.random.Generator, pose: SE2 | None = None, boxes: Boxes = BOXES
+    ) -> None:
         self._rng = rng
+        self._boxes = boxes
         self._scale = 1.0 + rng.choice([-1.0, 1.0], 3) * (0.05, 0.05, 0.08)
         self._turn = 0.0
         self.pose = pose or random_pose(rng)
@@ -123,7 +131,7 @@ class Robot:
 
     def scan(self) -> Scan:
         """A scan here and now."""
-        return scan_at(self.pose, self.now, self._rng)
+        return scan_at(self.pose, self.now, self._rng, boxes=self._boxes)
 
 
 def error(a: SE2, b: SE2) -> tuple[float, float]:

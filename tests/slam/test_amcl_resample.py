@@ -67,10 +67,19 @@ def test_bins_are_the_same_whether_tabulated_or_sorted(far: float) -> None:
 
 def test_bins_touch_across_the_wrap_of_headings_and_not_across_rows() -> None:
     bins = np.array([[0, 0, 0], [1, 1, 35], [3, 0, 0], [0, 9, 5], [1, -9, 5], [3, 1, 1]])
-    labels = connect(bins).tolist()
+    labels = connect(bins, np.ones(6)).tolist()
     assert labels[0] == labels[1]
     assert labels[2] == labels[5]
     assert len(set(labels)) == 4
+
+
+def test_heaps_that_only_their_tails_join_stay_two() -> None:
+    row = np.array([[x, 0, 0] for x in range(7)])
+    labels = connect(row, np.array([2.0, 9.0, 2.0, 0.1, 2.0, 8.0, 2.0]))
+    assert labels[1] == labels[0] == labels[2]
+    assert labels[5] == labels[4] == labels[6]
+    assert labels[1] != labels[5]
+    assert len(set(connect(row, np.array([2.0, 9.0, 4.0, 3.0, 4.0, 8.0, 2.0])).tolist())) == 1
 
 
 def test_a_wide_belief_keeps_more_particles_than_a_narrow_one() -> None:

@@ -140,3 +140,23 @@ def test_selected_beams_step_over_the_whole_sweep(count: int, selected: int) -> 
     scan = Scan(np.full(count, 2.0), -math.pi, 2.0 * math.pi / count, 0.1, RANGE_MAX)
     points = Observation.of(scan, AmclConfig(max_beams=60)).few.endpoints
     assert len(points) == selected
+
+
+def test_an_endpoint_in_the_unknown_is_at_least_as_likely_as_any_reading() -> None:
+    grid = grid_5x5(SE2())
+    grid.data[:, 4] = -1
+    model = LikelihoodField(DistanceField(grid, 2.0), CONFIG)
+    factors = model.weigh(poses_at_cells(grid), seen(HERE)).factors.reshape(5, 5)
+    np.testing.assert_allclose(factors[:, 4], 1.0 + (1.0 / RANGE_MAX) ** 3, rtol=1e-6)
+    np.testing.assert_allclose(factors[:, :4], 1.0 + GOLDEN[:, :4] ** 3, rtol=1e-6)
+
+
+def test_beams_of_a_moving_sweep_are_seen_from_where_it_began() -> None:
+    ranges = np.full(90, 2.0)
+    ranges[::7] = np.inf
+    mount = SE2(0.3, 0.1, 0.2)
+    scan = Scan(ranges, 0.0, 0.05, 0.1, 10.0, 0.0, 0.001, mount, motion=SE2(0.2, 0.0, 0.3))
+    many = Observation.of(scan, AmclConfig()).many
+    np.testing.assert_allclose(many.endpoints, scan.points(), atol=1e-12)
+    ends = many.directions * many.ranges[:, np.newaxis] + (mount.x, mount.y)
+    np.testing.assert_allclose(ends[many.returned], many.endpoints, atol=1e-12)
