@@ -91,6 +91,11 @@ class PathFollower:
         self._failing_since: float | None = None
         self.speed_limit = math.inf
 
+    @property
+    def carrot(self) -> SE2 | None:
+        """What the controller aims at, seen from the robot; None where it aims at nothing."""
+        return self._controller.carrot
+
     def _make_controller(self) -> RegulatedPurePursuit:
         config = self._config
         tolerance = config.general_goal_checker.xy_goal_tolerance

@@ -87,6 +87,9 @@ class RegulatedPurePursuit:
         xy_goal_tolerance: Where the position counts as reached and only the heading is left [m].
         period: Time between two calls [s].
 
+    Attributes:
+        carrot: What it aims at, seen from the robot; None where only the heading is left.
+
     Source: Macenski et al., Regulated pure pursuit for robot path tracking, 2023;
         nav2_regulated_pure_pursuit_controller.
     """
@@ -108,6 +111,7 @@ class RegulatedPurePursuit:
         self._turning = False
         self._last_w = 0.0
         self.speed_limit = math.inf
+        self.carrot: SE2 | None = None
 
     @property
     def path(self) -> NDArray[np.float64]:
@@ -136,9 +140,10 @@ class RegulatedPurePursuit:
         goal = SE2.from_array(self._path[-1])
         self._arrived = self._arrived or pose.distance(goal) <= self._xy_goal_tolerance
         if self._arrived:
+            self.carrot = None
             command = Velocity(0.0, self._turn(wrap(goal.theta - pose.theta)))
             return self._checked(command, pose, costmap, math.inf)
-        carrot = pose.inverse() @ self._carrot(pose, velocity)
+        carrot = self.carrot = pose.inverse() @ self._carrot(pose, velocity)
         if self._must_turn(carrot):
             command = Velocity(0.0, self._turn(math.atan2(carrot.y, carrot.x)))
         else:

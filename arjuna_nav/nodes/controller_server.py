@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from geometry_msgs.msg import Point, PointStamped
 from nav2_msgs.action import FollowPath
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import Odometry, Path
@@ -15,9 +16,10 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.actions import GoalServer
-from arjuna_core.ros.convert import poses_from_path
+from arjuna_core.ros.convert import header, poses_from_path
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
+from arjuna_core.se2 import SE2
 from arjuna_nav.controllers import ControlStatus, PathError, Velocity
 from arjuna_nav.follower import FollowerConfig, FollowResult, FollowState, PathFollower
 from arjuna_nav.nodes.costmap import CostmapNode
@@ -60,6 +62,7 @@ class ControllerServerNode(ManagedNode):
         self._frame = ""
         self._started = 0.0
         self._output = VelocityOutput(self, config.enable_stamped_cmd_vel)
+        self._carrot_out = self.publisher(PointStamped, "lookahead_point", qos.LATEST)
         self._plan_out = self.publisher(Path, "received_global_plan", qos.LATEST)
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.DEFAULT)
         self.subscribe(SpeedLimit, config.speed_limit_topic, self._on_speed_limit, qos.DEFAULT)
@@ -157,9 +160,18 @@ class ControllerServerNode(ManagedNode):
             self._end(result)
             return
         self._output.publish(result.velocity)
+        self._publish_carrot(self._follower.carrot)
         self._server.feedback(
             FollowPath.Feedback(distance_to_goal=result.distance, speed=self._velocity.v)
         )
+
+    def _publish_carrot(self, carrot: SE2 | None) -> None:
+        """Show what the controller aims at."""
+        if carrot is None or self._carrot_out.get_subscription_count() == 0:
+            return
+        stamp = header(self._costmap.config.robot_base_frame, self.now)
+        point = Point(x=carrot.x, y=carrot.y)
+        self._carrot_out.publish(PointStamped(header=stamp, point=point))
 
     def _follow(self, follower: PathFollower) -> FollowResult:
         """Ask the follower, in the path's frame; a costmap that has just begun is waited for."""

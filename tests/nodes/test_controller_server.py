@@ -11,6 +11,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
+from geometry_msgs.msg import PointStamped
 from nav2_msgs.action import FollowPath
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import Path
@@ -261,6 +262,19 @@ def test_time_set_back_stops_the_robot_and_ends_the_goal(robot: PlayedRobot) -> 
     robot.bench.set_back()
     assert_failed(goal, Result.UNKNOWN)
     assert robot.command == STILL
+
+
+def test_the_lookahead_point_is_shown(robot: PlayedRobot) -> None:
+    shown = robot.bench.collect(PointStamped, "/lookahead_point")
+    goal = follow(robot, path((1.5, 0.0), (1.5, 1.0)))
+    robot.run(2.0)
+    assert {each.header.frame_id for each in shown} == {"base_link"}
+    distances = [math.hypot(each.point.x, each.point.y) for each in shown]
+    assert distances[0] == pytest.approx(0.3, abs=0.02)  # at rest: the least
+    assert distances[-1] == pytest.approx(0.6, abs=0.02)  # at speed: 1.5 s of it
+    assert abs(shown[-1].point.y) < 0.05
+    robot.run_until_done(goal, 20.0)
+    assert len(shown) < 20.0 * robot.now
 
 
 def test_the_end_s_heading_is_turned_to(robot: PlayedRobot) -> None:
