@@ -189,8 +189,9 @@ def _build_pyramid(
 
 def _halve(blocks: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the maxima of blocks of 2 x 2 cells."""
-    odd = (blocks.shape[0] % 2, blocks.shape[1] % 2)
-    if any(odd):
-        blocks = np.pad(blocks, ((0, odd[0]), (0, odd[1])))
-    rows = np.maximum(blocks[0::2], blocks[1::2])
-    return np.maximum(rows[:, 0::2], rows[:, 1::2])
+    height, width = blocks.shape[0] // 2, blocks.shape[1] // 2
+    rows = blocks[0::2].copy()
+    np.maximum(rows[:height], blocks[1::2], out=rows[:height])
+    half = rows[:, 0::2].copy()
+    np.maximum(half[:, :width], rows[:, 1::2], out=half[:, :width])
+    return half

@@ -153,14 +153,19 @@ class LoopCloser:
         self, graph: PoseGraph, node: int, submaps: list[Submap]
     ) -> list[tuple[int, Submap, int]]:
         """Return the nearest submaps with a keyframe within reach, each with that keyframe."""
+        if not submaps:
+            return []
         here = graph.poses[node, :2]
         distance = np.hypot(*(graph.poses[:node, :2] - here).T)
+        near = np.flatnonzero(distance < self._config.loop_search_maximum_distance)
+        first, last = np.array([(submap.nodes[0], submap.nodes[-1]) for submap in submaps]).T
+        seen = np.searchsorted(near, last, "right") > np.searchsorted(near, first)
         found: list[tuple[float, int, int]] = []
-        for k, submap in enumerate(submaps):
-            d = distance[submap.nodes]
+        for k in np.flatnonzero(seen).tolist():
+            d = distance[submaps[k].nodes]
             best = int(d.argmin())
             if d[best] < self._config.loop_search_maximum_distance:
-                found.append((float(d[best]), k, submap.nodes[best]))
+                found.append((float(d[best]), k, submaps[k].nodes[best]))
         found.sort()
         return [(submaps[k].anchor, submaps[k], n) for _, k, n in found[:_CANDIDATES_MAX]]
 
