@@ -1,9 +1,10 @@
-"""The colour camera: drawn off-screen by MuJoCo, only when a picture is asked for."""
+"""The camera, colour and depth: drawn off-screen by MuJoCo, only when a picture is asked for."""
 
 from __future__ import annotations
 
 import importlib
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -49,6 +50,20 @@ def focal_length(settings: CameraSettings) -> float:
     return settings.width / 2 / math.tan(settings.horizontal_fov / 2)
 
 
+@dataclass(frozen=True)
+class Shot:
+    """What a camera saw at one instant, the top row first.
+
+    Attributes:
+        color: `(height, width, 3) uint8` RGB, where it was wanted.
+        depth: Distance along the optical axis, +inf for none, `(height, width) float32` [m],
+            where it was wanted.
+    """
+
+    color: NDArray[np.uint8] | None
+    depth: NDArray[np.float32] | None
+
+
 class Camera:
     """Draws what the robot's camera sees.
 
@@ -64,9 +79,11 @@ class Camera:
         model.vis.map.znear = settings.near / model.stat.extent
         model.vis.map.zfar = settings.far / model.stat.extent
         self._model = model
+        self._settings = settings
         self._shape = (settings.height, settings.width, 3)
         self._gl = _open_context(settings.width, settings.height)
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._scene = mujoco.MjvScene(model, maxgeom=_GEOMS_MAX)
         self._view = mujoco.MjvCamera()
@@ -83,6 +100,18 @@ class Camera:
         Args:
             data: The `mujoco.MjData`, with positions up to date.
         """
+        picture = self.shoot(data, color=True, depth=False).color
+        assert picture is not None
+        return picture
+
+    def shoot(self, data: Any, color: bool, depth: bool) -> Shot:
+        """Draw what is wanted.
+
+        Args:
+            data: The `mujoco.MjData`, with positions up to date.
+            color: Whether the colours are wanted.
+            depth: Whether the distances are wanted.
+        """
         self._gl.make_current()
         mujoco.mj_camlight(self._model, data)
         mujoco.mjv_updateScene(
@@ -94,17 +123,67 @@ class Camera:
             mujoco.mjtCatBit.mjCAT_ALL,
             self._scene,
         )
+        image, buffer = None, None
+        if color:
+            image = np.empty(self._shape, np.uint8)
+            self._draw(image, None)
+        if depth:
+            buffer = np.empty(self._shape[:2], np.float32)
+            self._draw(None, buffer)
+        return Shot(
+            None if image is None else image[::-1],
+            None if buffer is None else self._distances(buffer[::-1]),
+        )
+
+    def _draw(self, image: Any, buffer: Any) -> None:
+        """Draw into one of them; the sky has colour, but would have a distance too."""
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = image is not None
         area = mujoco.MjrRect(0, 0, self._shape[1], self._shape[0])
-        image = np.empty(self._shape, np.uint8)
         mujoco.mjr_render(area, self._scene, self._context)
-        mujoco.mjr_readPixels(image, None, area, self._context)
-        return image[::-1]
+        mujoco.mjr_readPixels(image, buffer, area, self._context)
+
+    def _distances(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Turn a reversed depth buffer (1 near, 0 far) into metres along the optical axis."""
+        near, far = self._settings.near, self._settings.far
+        metres = near * far / (near + buffer.astype(np.float64) * (far - near))
+        metres[buffer <= 0.0] = np.inf  # nothing was hit
+        return metres.astype(np.float32)
 
     def close(self) -> None:
         """Free the OpenGL context."""
         self._gl.make_current()
         self._context.free()
         self._gl.free()
+
+
+class Photographer:
+    """A camera that follows the simulation from model to model.
+
+    Args:
+        settings: The camera.
+    """
+
+    def __init__(self, settings: CameraSettings) -> None:
+        self._settings = settings
+        self._model: Any = None
+        self._camera: Camera | None = None
+
+    def shoot(self, model: Any, data: Any, color: bool, depth: bool) -> Shot:
+        """Return what the camera sees; all calls must come from one thread, which OpenGL wants.
+
+        Raises:
+            CameraError: No off-screen OpenGL works here.
+        """
+        if self._camera is None or model is not self._model:
+            self.close()
+            self._camera, self._model = Camera(model, self._settings), model
+        return self._camera.shoot(data, color, depth)
+
+    def close(self) -> None:
+        """Free the OpenGL context."""
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
 
 
 def _open_context(width: int, height: int) -> Any:

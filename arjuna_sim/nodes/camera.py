@@ -3,63 +3,104 @@
 from __future__ import annotations
 
 import array
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sensor_msgs.msg import CameraInfo, Image
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
 from arjuna_core.timing import Periodic
-from arjuna_sim.camera import CameraError, focal_length
-from arjuna_sim.gazebo import CameraSettings
+from arjuna_sim.camera import CameraError, Photographer, Shot, focal_length
+from arjuna_sim.nodes.camera_thread import CameraThread
+from arjuna_sim.settings import CameraSettings
 
 if TYPE_CHECKING:
     from arjuna_sim.nodes.sim import SimNode
 
 
 class CameraTopics:
-    """Publishes `camera/image_raw` and `camera/camera_info`.
+    """Publishes `camera/image_raw`, `camera/depth/image_raw` and a `camera_info` beside each.
+
+    In lock-step a picture is drawn at its tick, the same each time; in real time it is drawn
+    beside the physics, published when it is done, and left out where drawing is too slow.
 
     Args:
         node: The simulator's node, being configured.
-        settings: The camera.
+        settings: The camera, whose topic is that of the colour image.
     """
 
     def __init__(self, node: SimNode, settings: CameraSettings) -> None:
         self._node = node
         self._settings = settings
-        self._image_out = node.publisher(Image, "camera/image_raw", qos.SENSOR_PUBLISHER)
-        self._info_out = node.publisher(CameraInfo, "camera/camera_info", qos.SENSOR_PUBLISHER)
+        base = settings.topic.rpartition("/")[0]
+        depth = f"{base}/depth" if base else "depth"
+        info = f"{base}/camera_info" if base else "camera_info"
+        self._image_out = node.publisher(Image, settings.topic, qos.SENSOR_PUBLISHER)
+        self._info_out = node.publisher(CameraInfo, info, qos.SENSOR_PUBLISHER)
+        self._depth_out = node.publisher(Image, f"{depth}/image_raw", qos.SENSOR_PUBLISHER)
+        self._depth_info_out = node.publisher(
+            CameraInfo, f"{depth}/camera_info", qos.SENSOR_PUBLISHER
+        )
         self._due = Periodic(1.0 / settings.rate, phase=1.0 / settings.rate)
         self._works = True
+        self._here = Photographer(settings)
+        self._thread: CameraThread | None = None
 
     def publish(self, now: float) -> None:
         """Publish what is due at a time [s] and subscribed to."""
+        if self._thread is not None and (done := self._thread.take()) is not None:
+            self._finish(*done)
         if not self._due.due(now):
             return
-        if self._info_out.get_subscription_count() > 0:
-            self._info_out.publish(camera_info(self._settings, now))
-        if self._works and self._image_out.get_subscription_count() > 0:
-            self._publish_image(now)
+        for out in (self._info_out, self._depth_info_out):
+            if out.get_subscription_count() > 0:
+                out.publish(camera_info(self._settings, now))
+        color = self._image_out.get_subscription_count() > 0
+        depth = self._depth_out.get_subscription_count() > 0
+        if self._works and (color or depth):
+            self._shoot(now, color, depth)
 
-    def _publish_image(self, now: float) -> None:
-        try:
-            picture = self._node.simulator.picture()
-        except CameraError as error:
-            self._works = False
-            self._node.get_logger().error(f"the camera stays off: {error}")
+    def _shoot(self, now: float, color: bool, depth: bool) -> None:
+        stage = self._node.simulator.stage
+        if self._node.interactive:
+            if self._thread is None:
+                self._thread = CameraThread(self._settings)
+            self._thread.ask(stage.scene.model, stage.data, now, color, depth)
             return
-        height, width, _ = picture.shape
-        self._image_out.publish(
-            Image(
-                header=header(self._settings.frame, now),
-                height=height,
-                width=width,
-                encoding="rgb8",
-                step=3 * width,
-                data=array.array("B", picture.tobytes()),
-            )
+        try:
+            shot: Shot | CameraError = self._here.shoot(stage.scene.model, stage.data, color, depth)
+        except CameraError as error:
+            shot = error
+        self._finish(now, shot)
+
+    def _finish(self, stamp: float, shot: Shot | CameraError) -> None:
+        """Publish a picture, or give up for good."""
+        if isinstance(shot, CameraError):
+            self._works = False
+            self._node.get_logger().error(f"the camera stays off: {shot}")
+            return
+        if shot.color is not None:
+            self._image_out.publish(self._image(stamp, "rgb8", shot.color))
+        if shot.depth is not None:
+            self._depth_out.publish(self._image(stamp, "32FC1", shot.depth))
+
+    def _image(self, stamp: float, encoding: str, pixels: Any) -> Image:
+        data = pixels.tobytes()
+        return Image(
+            header=header(self._settings.frame, stamp),
+            height=pixels.shape[0],
+            width=pixels.shape[1],
+            encoding=encoding,
+            step=len(data) // pixels.shape[0],
+            data=array.array("B", data),
         )
+
+    def close(self) -> None:
+        """Free what drawing holds."""
+        self._here.close()
+        if self._thread is not None:
+            self._thread.close()
+            self._thread = None
 
 
 def camera_info(settings: CameraSettings, now: float) -> CameraInfo:

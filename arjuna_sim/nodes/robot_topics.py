@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from nav_msgs.msg import Odometry
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.validate_topic_name import validate_topic_name
 from sensor_msgs.msg import Imu, JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.errors import RobotError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import scan_msg, transform_msg
 from arjuna_core.timing import Periodic
@@ -61,6 +65,7 @@ class RobotTopics:
         self.drive = standard_drive(robot.drive) if plain else robot.drive
         self._base = robot.urdf.root
         self._truth = node.config.publish_ground_truth
+        _check_topics(robot.urdf.path, self.drive, self.settings)
         _check_rates(node, self.settings)
         self._tf_out = node.publisher(TFMessage, "/tf", qos.TF)
         self._odom_out = node.publisher(Odometry, self.drive.odometry_topic, qos.DEFAULT)
@@ -87,6 +92,11 @@ class RobotTopics:
         if self._truth and self._truth_out.get_subscription_count() > 0:
             self._truth_out.publish(truth_msg(observation.truth, self._base, now))
 
+    def close(self) -> None:
+        """Free what drawing holds."""
+        if self._camera is not None:
+            self._camera.close()
+
     def _publish_odometry(self, observation: Observation) -> None:
         drive, now = self.drive, observation.time
         estimate = observation.odometry
@@ -108,6 +118,17 @@ class RobotTopics:
             lidar = settings.lidar
             assert lidar is not None
             self._scan_out.publish(scan_msg(observation.scan, lidar.frame, 1.0 / lidar.rate))
+
+
+def _check_topics(path: Path, drive: DriveSettings, settings: GazeboSettings) -> None:
+    """Refuse names of the robot's file that no topic can have."""
+    sensors = [s for s in (settings.lidar, settings.camera, settings.imu) if s is not None]
+    for topic in (drive.command_topic, drive.odometry_topic, *(s.topic for s in sensors)):
+        try:
+            validate_topic_name(topic)
+        except InvalidTopicNameException as error:
+            problem = f"'{topic}' is no topic's name; standard_topics: true goes without it"
+            raise RobotError(path, problem) from error
 
 
 def _check_rates(node: SimNode, settings: GazeboSettings) -> None:

@@ -46,6 +46,7 @@ class SimNode(ManagedNode):
         state: A SimulationState constant: whether simulated time runs.
         library: What clients may name.
         contacts: Counts what the robot touches.
+        interactive: Whether it runs by the wall clock, rather than tick by tick as it is told.
     """
 
     Config = SimConfig
@@ -70,6 +71,7 @@ class SimNode(ManagedNode):
         self._command: Velocity | None = None
         self._warned = False
         self._wall = 0.0
+        self.interactive = False
         self._pacer = Pacer(config.real_time_factor, lambda: self._wall)
         self._meter, self._ticks = PaceMeter(), 0
         self._create_topics()
@@ -96,6 +98,7 @@ class SimNode(ManagedNode):
     def deactivate(self) -> None:
         """End what clients wait for, and say how fast it was."""
         self._server.abort()
+        self._robot.close()
         if self._meter.summary is not None:
             self.get_logger().info(self._meter.summary)
 
@@ -144,6 +147,7 @@ class SimNode(ManagedNode):
         Returns:
             Real time to wait [s]; 0 or less means now, inf that no tick will come of itself.
         """
+        self.interactive = True
         if not self.active or self.paused:
             self._pacer.restart()
             self._meter.pause()

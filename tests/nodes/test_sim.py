@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -32,9 +33,9 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.convert import seconds, time_msg
 from arjuna_core.se2 import SE2
-from arjuna_sim.camera import CameraError
+from arjuna_sim.camera import CameraError, Photographer, Shot
 from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
@@ -178,7 +179,13 @@ def test_kidnap_by_set_entity_state_shows_in_truth_and_scan_only(bench: RosBench
 @pytest.mark.parametrize(
     ("entity", "x", "flags", "code", "words"),
     [
-        ("nobody", 0.0, {"set_pose": True}, Result.RESULT_NOT_FOUND, "valid: arjuna, obstacle_blue"),
+        (
+            "nobody",
+            0.0,
+            {"set_pose": True},
+            Result.RESULT_NOT_FOUND,
+            "valid: arjuna, obstacle_blue",
+        ),
         ("arjuna", 2.5, {"set_pose": True}, 101, "taken by obstacle_red"),
         ("arjuna", math.nan, {"set_pose": True}, 101, "not finite"),
         ("arjuna", 1.0, {"set_twist": True}, Result.RESULT_FEATURE_UNSUPPORTED, "only the pose"),
@@ -251,11 +258,14 @@ def test_camera_publishes_only_for_who_looks(
     sim = _sim(bench)
     drawn: list[float] = []
 
-    def draw() -> Any:
+    def draw(self: Any, model: Any, data: Any, color: bool, depth: bool) -> Shot:
         drawn.append(sim.simulator.time)
-        return np.zeros((480, 640, 3), np.uint8)
+        assert color
+        return Shot(
+            np.zeros((480, 640, 3), np.uint8), np.ones((480, 640), np.float32) if depth else None
+        )
 
-    monkeypatch.setattr(sim.simulator, "picture", draw)
+    monkeypatch.setattr(Photographer, "shoot", draw)
     _run(bench, sim, 10)
     assert drawn == []
     images = bench.collect(Image, "/camera/image_raw", qos.SENSOR_SUBSCRIPTION)
@@ -265,6 +275,12 @@ def test_camera_publishes_only_for_who_looks(
     assert (images[0].encoding, images[0].step) == ("rgb8", 1920)
     assert images[0].header.frame_id == "camera_link"
     assert infos[0].k[2] == 320.0
+    depths = bench.collect(Image, "/camera/depth/image_raw", qos.SENSOR_SUBSCRIPTION)
+    _run(bench, sim, 50)
+    assert (len(images), len(depths), len(drawn)) == (60, 30, 60)  # one shot for both
+    assert (depths[0].encoding, depths[0].step, len(depths[0].data)) == (
+        "32FC1", 2560, 2560 * 480
+    )  # fmt: skip
 
 
 def test_camera_that_cannot_draw_is_switched_off_and_nothing_else(
@@ -273,11 +289,11 @@ def test_camera_that_cannot_draw_is_switched_off_and_nothing_else(
     sim = _sim(bench)
     tries: list[float] = []
 
-    def fail() -> Any:
+    def fail(*arguments: Any) -> Any:
         tries.append(sim.simulator.time)
         raise CameraError("no off-screen OpenGL works")
 
-    monkeypatch.setattr(sim.simulator, "picture", fail)
+    monkeypatch.setattr(Photographer, "shoot", fail)
     bench.collect(Image, "/camera/image_raw", qos.SENSOR_SUBSCRIPTION)
     _run(bench, sim, 20)
     assert len(tries) == 1
@@ -348,3 +364,32 @@ def test_whole_tree_connects_odom_to_the_lidar(bench: RosBench) -> None:
     _start(bench, RobotStatePublisherNode(bench.process))
     _run(bench, sim, 5)
     assert bench.process.transforms.try_lookup("odom", "lidar_link") is not None
+
+
+def test_in_real_time_pictures_are_drawn_beside_the_physics(
+    bench: RosBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A picture that takes long holds no tick up, and comes with the stamp of what it shows."""
+    sim = _sim(bench)
+    begun, go_on = threading.Event(), threading.Event()
+
+    def draw(self: Any, model: Any, data: Any, color: bool, depth: bool) -> Shot:
+        begun.set()
+        assert go_on.wait(10.0)
+        return Shot(np.zeros((480, 640, 3), np.uint8), None)
+
+    monkeypatch.setattr(Photographer, "shoot", draw)
+    images = bench.collect(Image, "/camera/image_raw", qos.SENSOR_SUBSCRIPTION)
+    sim.realtime_due(0.0)
+    _run(bench, sim, 20)
+    assert begun.wait(10.0)
+    assert images == []
+    assert sim.simulator.time == 0.4
+    go_on.set()
+    while not images:
+        _run(bench, sim, 1)
+        assert sim.simulator.time < 100.0
+    assert images[0].header.stamp == time_msg(0.04)
+    sim.trigger_deactivate()
+    sim.trigger_cleanup()
+    assert not [thread for thread in threading.enumerate() if thread.name == "camera"]

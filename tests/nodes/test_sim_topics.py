@@ -12,6 +12,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from rclpy.lifecycle import TransitionCallbackReturn
 from sensor_msgs.msg import Imu, JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
@@ -141,3 +142,11 @@ def test_flags_of_the_file_switch_the_transform_off(bench: RosBench, tmp_path: P
     transforms = bench.collect(TFMessage, "/tf")
     _run(bench, sim, 3)
     assert (len(odom), len(transforms)) == (3, 0)
+
+
+def test_topic_that_no_topic_can_be_is_refused(bench: RosBench, tmp_path: Path) -> None:
+    robot = _robot(tmp_path, ("<topicName>scan<", "<topicName>my scan!<"))
+    node = SimNode(bench.process, {"robot": robot})
+    assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
+    again = SimNode(bench.process, {"robot": robot, "standard_topics": True}, name="again")
+    assert again.trigger_configure() == TransitionCallbackReturn.SUCCESS

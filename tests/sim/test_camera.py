@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
-from arjuna_sim.camera import CameraError, focal_length
+from arjuna_sim.camera import CameraError, Photographer, focal_length
+from arjuna_sim.entities import Entity
+from arjuna_sim.pose3 import Pose3
+from arjuna_sim.shapes import Kind, Part, Shape
 from arjuna_sim.simulator import Simulator
-from tests.sim.builders import ROBOT, ROOM, edited, simulator
+from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, simulator
 
 
 def _picture(sim: Simulator) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
@@ -47,3 +50,35 @@ def test_robot_without_a_camera_says_so(tmp_path: Path) -> None:
     assert any("'sonar' is not simulated" in note for note in sim.notes)
     with pytest.raises(CameraError, match="has no camera sensor"):
         sim.picture()
+
+
+def test_depth_is_the_distance_along_the_axis_and_infinite_in_the_sky() -> None:
+    sim = simulator(ROOM)
+    _picture(sim)  # skips where nothing can be drawn
+    sim.close()
+    assert sim.robot.settings.camera is not None
+    photographer = Photographer(sim.robot.settings.camera)
+    shot = photographer.shoot(sim.stage.scene.model, sim.stage.data, color=False, depth=True)
+    photographer.close()
+    assert shot.color is None
+    assert shot.depth is not None
+    assert shot.depth.shape == (480, 640)
+    assert shot.depth[235, 320] == pytest.approx(2.25 - 0.20, abs=0.01)  # the red box
+    assert np.isinf(shot.depth[0]).all()
+
+
+def test_camera_follows_what_is_spawned() -> None:
+    sim = simulator(EMPTY)
+    _picture(sim)
+    sim.close()
+    assert sim.robot.settings.camera is not None
+    photographer = Photographer(sim.robot.settings.camera)
+    far = photographer.shoot(sim.stage.scene.model, sim.stage.data, False, True).depth
+    box = Part(Shape(Kind.BOX, (0.4, 0.4, 1.0)))
+    sim.stage.spawn(Entity("crate", (box,), start=Pose3((2.0, 0.0, 0.5))))
+    near = photographer.shoot(sim.stage.scene.model, sim.stage.data, False, True).depth
+    photographer.close()
+    assert far is not None
+    assert near is not None
+    assert near[235, 320] == pytest.approx(2.0 - 0.2 - 0.2, abs=0.01)
+    assert far[235, 320] > 3.0
