@@ -13,6 +13,7 @@ from arjuna_core.scan import Scan
 
 _BREAK_ANGLE = math.radians(10.0)  # flatter than this to the beam, a surface counts as two
 _BREAK_NOISE = 0.06
+_LINK_BEAMS = 4  # a wall goes on over up to three beams that were lost
 _FLATNESS = 0.1
 _SAME_WALL = 0.8
 
@@ -98,7 +99,7 @@ def _extract(
     for i in range(count - 1):
         near = min(ranges[beam[i]], ranges[beam[i + 1]])
         gap = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
-        linked[i] = beam[i + 1] == beam[i] + 1 and gap < near * factor + _BREAK_NOISE
+        linked[i] = beam[i + 1] - beam[i] <= _LINK_BEAMS and gap < near * factor + _BREAK_NOISE
     return points, _fit_normals(points, linked, reach, mount), linked
 
 

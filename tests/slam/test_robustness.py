@@ -15,6 +15,7 @@ from arjuna_slam.config import SlamConfig
 from arjuna_slam.mapper import Mapper
 from arjuna_slam.scan_filter import ScanFilter, Skip
 from arjuna_slam.slam import Slam
+from arjuna_slam.surface import extract
 from tests.slam.slam_room import room, scan_at
 from tests.slam.trials import SCENARIOS, Figures, Log, measure, room_log, spoil
 
@@ -137,3 +138,13 @@ def test_walls_at_round_coordinates_are_one_cell_thick() -> None:
     left = points[points[:, 0] < 0.08]
     assert len(left) > 140
     assert (np.abs(left[:, 0]) < 1e-9).mean() > 0.9
+
+
+def test_a_wall_goes_on_where_beams_are_lost() -> None:
+    scan = scan_at(room(), SE2(5.0, 5.0, 0.3), sigma=SIGMA, rng=np.random.default_rng(2))
+    lost = np.where(np.random.default_rng(3).random(360) < 0.3, np.inf, scan.ranges)
+    surface = extract(dataclasses.replace(scan, ranges=lost), 20.0)
+    assert (np.abs(surface.normals).sum(axis=1) > 0.0).mean() > 0.8
+    gap = np.where(np.arange(360) % 8 < 4, np.inf, scan.ranges)
+    cut = extract(dataclasses.replace(scan, ranges=gap), 20.0)
+    assert not cut.linked[3::4].any()
