@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
@@ -139,6 +140,15 @@ def entity_of_actor(actor: Actor) -> Entity:
         category=Category.HUMAN,
         description="an actor",
     )
+
+
+def moving_entities(world: World) -> dict[str, Entity]:
+    """Return what a world holds that can move, by name: its actors, and models to be pushed."""
+    moving = {actor.name: entity_of_actor(actor) for actor in world.actors}
+    for name, mass in world.masses.items():
+        model, category = entity_of_model(world, name), Category.DYNAMIC_OBJECT
+        moving[name] = dataclasses.replace(model, mass=mass, category=category)
+    return moving
 
 
 def entity_of_robot(urdf: Urdf) -> Entity:

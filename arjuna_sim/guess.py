@@ -54,11 +54,12 @@ def guess_drive(xml: XmlFile, urdf: Urdf) -> DriveSettings:
     return DriveSettings(left, right, separation, radius, torque, track, radius)
 
 
-def snippet(source: Path, drive: DriveSettings) -> str:
+def snippet(source: Path, name: str, drive: DriveSettings) -> str:
     """Return a xacro file that adds a guessed drive to the robot it was guessed for.
 
     Args:
         source: The robot's file.
+        name: The robot's name.
         drive: The guess.
     """
     joints = [f"      <left_joint>{name}</left_joint>" for name in drive.left]
@@ -66,7 +67,7 @@ def snippet(source: Path, drive: DriveSettings) -> str:
     return "\n".join(
         [
             '<?xml version="1.0"?>',
-            '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">',
+            f'<robot name={quoteattr(name)} xmlns:xacro="http://www.ros.org/wiki/xacro">',
             f"  <xacro:include filename={quoteattr(str(source.resolve()))}/>",
             "  <gazebo>",
             '    <plugin name="guessed_drive" filename="libgazebo_ros_diff_drive.so">',
@@ -261,13 +262,13 @@ def _mass(urdf: Urdf) -> float:
     return sum(link.inertial.mass for link in urdf.links.values() if link.inertial is not None)
 
 
-def write_snippet(path: Path, source: Path, drive: DriveSettings) -> None:
+def write_snippet(path: Path, source: Path, name: str, drive: DriveSettings) -> None:
     """Write what `snippet` returns.
 
     Raises:
         InputFileError: The file cannot be written.
     """
     try:
-        path.write_text(snippet(source, drive), encoding="utf-8")
+        path.write_text(snippet(source, name, drive), encoding="utf-8")
     except OSError as error:
         raise InputFileError(path, f"cannot be written: {error.strerror}") from error

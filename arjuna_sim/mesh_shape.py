@@ -30,7 +30,9 @@ def mesh_shape(xml: XmlFile, uri: str, scale: str, place: str) -> Shape | None:
         xml.note(f"{place}: mesh '{uri}' left out; simulated are {', '.join(MESH_SUFFIXES)}")
         return None
     try:
-        triangles = read_mesh(path)
+        if path not in xml.meshes:
+            xml.meshes[path] = read_mesh(path)
+        triangles = xml.meshes[path]
     except MeshError as error:
         if not place.endswith("visual"):
             raise xml.fail(place, f"mesh '{uri}' {error.problem}") from error

@@ -1,33 +1,48 @@
-"""Reading an SDF world: its fixed boxes, cylinders, spheres, planes and meshes."""
+"""Reading an SDF world: its boxes, cylinders, spheres, planes and meshes."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import WorldError
 from arjuna_sim.actors import Actor, read_actor
-from arjuna_sim.mesh_shape import mesh_shape
 from arjuna_sim.pose3 import ORIGIN, Pose3
-from arjuna_sim.shapes import GREY, Kind, Part, Shape
+from arjuna_sim.resources import SearchPath
+from arjuna_sim.sdf_frames import Scope, raw_pose
+from arjuna_sim.sdf_shapes import read_colour, read_shape
+from arjuna_sim.shapes import Kind, Part, Shape
 from arjuna_sim.xml_file import XmlFile
 
 BUILT_IN = ("sun", "ground_plane")
 GROUND = "ground_plane"
-_SHAPES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",), "plane": ()}
-_IGNORED = ("polyline", "heightmap", "image", "empty", "capsule", "ellipsoid", "cone")
-_UNLIT = ("light", "gui", "physics", "gravity", "scene", "plugin", "state", "magnetic_field")
-_SCRIPT_COLOURS = {
-    "red": (0.8, 0.1, 0.1, 1.0),
-    "green": (0.1, 0.7, 0.1, 1.0),
-    "blue": (0.1, 0.1, 0.8, 1.0),
-    "yellow": (0.9, 0.8, 0.1, 1.0),
-    "orange": (1.0, 0.5, 0.1, 1.0),
-    "white": (1.0, 1.0, 1.0, 1.0),
-    "black": (0.05, 0.05, 0.05, 1.0),
-}
+_UNLIT = (
+    "light",
+    "gui",
+    "physics",
+    "gravity",
+    "scene",
+    "plugin",
+    "state",
+    "magnetic_field",
+    "frame",
+)
+_OF_MODEL = (
+    *("link", "model", "include", "pose", "static", "frame", "joint", "plugin", "self_collide"),
+    *("allow_auto_disable", "enable_wind", "placement_frame"),
+)
+_OF_LINK = (
+    *("collision", "visual", "pose", "inertial", "gravity", "self_collide", "kinematic", "light"),
+    *("velocity_decay", "enable_wind", "audio_source", "must_be_base_link"),
+)
+_BODIES_MAX = 20_000
+_INCLUDES_MAX = 2_000
+_NESTED_MAX = 32
+_TRUE = ("true", "1")
+_MASS = 1.0  # SDF's default [kg]
+_MASS_MAX = 1e7  # [kg]
 
 
 @dataclass(frozen=True)
@@ -54,9 +69,10 @@ class World:
     Attributes:
         path: The file.
         name: The world's name.
-        bodies: Its fixed parts; the ground is one with the model `ground_plane`.
+        bodies: Its parts; the ground is one with the model `ground_plane`.
         notes: What the file says and the simulation leaves out, one line each.
         actors: What moves by itself.
+        masses: By name, the models that can be pushed, and what they weigh [kg].
     """
 
     path: Path
@@ -64,15 +80,20 @@ class World:
     bodies: tuple[Body, ...]
     notes: tuple[str, ...]
     actors: tuple[Actor, ...] = ()
+    masses: Mapping[str, float] = field(default_factory=dict)
 
 
-def load_world(path: str | Path) -> World:
+def load_world(path: str | Path, search: SearchPath | None = None) -> World:
     """Read a `.world` or `.sdf` file.
+
+    Args:
+        path: The file.
+        search: Where to look for what it refers to; the environment's folders if None.
 
     Raises:
         WorldError: The file cannot be read, or holds values or models that cannot be simulated.
     """
-    return read_world(XmlFile(Path(path), "sdf", WorldError))
+    return read_world(XmlFile(Path(path), "sdf", WorldError, search=search))
 
 
 def read_world(xml: XmlFile) -> World:
@@ -85,130 +106,215 @@ def read_world(xml: XmlFile) -> World:
     world = xml.root if found is None else found
     if found is None and xml.root.find("model") is None and xml.root.find("actor") is None:
         raise WorldError(xml.path, "<sdf> must hold a <world>, a <model> or an <actor>")
-    bodies: list[Body] = []
-    actors: list[Actor] = []
-    for element in world:
-        if element.tag == "include":
-            bodies.extend(_include(xml, element, Pose3()))
-        elif element.tag == "model":
-            bodies.extend(_model(xml, element, Pose3()))
-        elif element.tag == "actor":
-            actors.append(read_actor(xml, element, _pose(xml, element, "an actor")))
-        elif element.tag not in _UNLIT:
-            xml.note(f"<{element.tag}>: not simulated")
+    if len(xml.root.findall("world")) > 1:
+        xml.note("has more than one <world>: only the first is simulated")
+    reader = _Reader(xml)
+    reader.read(world)
     for plugin in world.iter("plugin"):
         xml.note(f"plugin '{plugin.get('name', '?')}': not simulated")
+    bodies = reader.bodies
     if not any(body.part.shape.kind is Kind.PLANE and body.collides for body in bodies):
         xml.note("has no ground plane: one is put at height 0")
-        bodies.extend(_ground())
+        bodies.extend(ground())
     name = world.get("name", "world")
-    return World(xml.path, name, tuple(bodies), tuple(xml.notes), tuple(actors))
+    actors, notes = tuple(reader.actors), tuple(xml.notes)
+    return World(xml.path, name, tuple(bodies), notes, actors, reader.masses)
 
 
-def _ground() -> list[Body]:
+def ground() -> list[Body]:
+    """Return the ground plane at height 0, solid and drawn."""
     part = Part(Shape(Kind.PLANE), rgba=(0.6, 0.6, 0.6, 1.0))
     return [Body(GROUND, part, True), Body(GROUND, part, False)]
 
 
-def _include(xml: XmlFile, element: Element, T_world: Pose3) -> list[Body]:
-    uri = (element.findtext("uri") or "").strip()
-    name = uri.strip("/").rpartition("/")[2].lower().replace(" ", "_")
-    if name == "sun":
-        return []
-    if name == GROUND:
-        return _ground()
-    path = xml.find(f"{uri}/model.sdf", f"include '{uri}'")
-    if path is None:
-        built_in = ", ".join(BUILT_IN)
-        xml.note(f"include: model '{uri}' does not exist, so it is left out; built in: {built_in}")
-        return []
-    if path.resolve() in xml.included:
-        raise xml.fail("include", f"model '{uri}' includes itself")
-    inner = XmlFile(path, "sdf", WorldError, search=xml.search)
-    inner.included += xml.included
-    model = inner.child(inner.root, "model", "sdf")
-    model.set("name", (element.findtext("name") or model.get("name") or name).strip())
-    T_world_model = T_world @ _pose(xml, element, f"include '{uri}'")
-    bodies = _model(inner, model, T_world_model, placed=True)
-    for note in inner.notes:
-        xml.note(note)
-    return bodies
+class _Reader:
+    """Collects a world's parts, from its file and those that it includes."""
 
+    def __init__(self, xml: XmlFile) -> None:
+        self._xml = xml
+        self._includes = 0
+        self._used: set[str] = set()
+        self.bodies: list[Body] = []
+        self.actors: list[Actor] = []
+        self.masses: dict[str, float] = {}
 
-def _pose(xml: XmlFile, element: Element, place: str) -> Pose3:
-    pose = element.find("pose")
-    if pose is None or not (pose.text or "").strip():
-        return Pose3()
-    if pose.get("relative_to") or pose.get("frame"):
-        xml.note(f"{place}: the frame of its <pose> is taken to be its parent")
-    numbers = xml.numbers(pose.text or "", 6, f"{place} pose")
-    angles = numbers[3:]
-    if pose.get("degrees") == "true":
-        angles = tuple(math.radians(angle) for angle in angles)
-    return Pose3.from_rpy(numbers[:3], angles)
+    def read(self, world: Element) -> None:
+        """Read a `<world>`, or an `<sdf>` that holds a model."""
+        xml = self._xml
+        scope, moved = Scope(xml, world, "world"), _states(xml, world)
+        for element in world:
+            if element.tag == "include":
+                self._include(xml, element, scope, ORIGIN, moved)
+            elif element.tag == "model":
+                name = element.get("name", "")
+                pose = moved.get(name) or scope.pose(element, f"model '{name}'")
+                self._top(xml, element, pose, placed=name in moved)
+            elif element.tag == "actor":
+                self.actors.append(read_actor(xml, element, raw_pose(xml, element, "an actor")))
+            elif element.tag not in _UNLIT:
+                xml.note(f"<{element.tag}>: not simulated")
 
+    def _top(self, xml: XmlFile, model: Element, pose: Pose3, placed: bool = False) -> None:
+        """Read a model of the world, under a name of its own; note what it can be pushed as."""
+        name = xml.attribute(model, "name", "a model")
+        if name in self._used:
+            free = next(n for i in range(1, 10_000) if (n := f"{name}_{i}") not in self._used)
+            xml.note(f"model '{name}': is there twice; the second is called '{free}'")
+            model.set("name", free)
+            name = free
+        self._used.add(name)
+        first = len(self.bodies)
+        self._model(xml, model, pose, 0, None, placed)
+        new = self.bodies[first:]
+        solid = [body.part.shape.kind for body in new if body.collides]
+        if not _is_static(model) and solid and Kind.PLANE not in solid:
+            self.masses[name] = _mass(xml, model, name)
+            if len(list(model.iter("link"))) > 1:
+                xml.note(f"model '{name}': its links hold together as one body")
 
-def _model(xml: XmlFile, model: Element, T_world: Pose3, placed: bool = False) -> list[Body]:
-    """Read a model; `placed` says that its own pose is overruled by who includes it."""
-    name = xml.attribute(model, "name", "a model")
-    place = f"model '{name}'"
-    if (model.findtext("static") or "").strip() not in ("true", "1"):
-        xml.note(f"{place}: is not static, but is held in place")
-    T_world_model = T_world if placed else T_world @ _pose(xml, model, place)
-    bodies = []
-    for link in model.findall("link"):
-        T_world_link = T_world_model @ _pose(xml, link, f"{place} link")
+    def _include(
+        self,
+        xml: XmlFile,
+        element: Element,
+        scope: Scope,
+        T_world: Pose3,
+        moved: dict[str, Pose3] | None = None,
+        within: str | None = None,
+        depth: int = 0,
+    ) -> None:
+        uri = (element.findtext("uri") or "").strip()
+        place = f"include '{uri}'"
+        name = uri.strip("/").rpartition("/")[2].lower().replace(" ", "_")
+        if name == "sun":
+            return
+        if name == GROUND:
+            self.bodies.extend(ground())
+            return
+        inner = self._open(xml, uri, place)
+        if inner is None:
+            return
+        model = inner.child(inner.root, "model", "sdf")
+        model.set("name", (element.findtext("name") or model.get("name") or name).strip())
+        override = element.find("static")
+        if override is not None:
+            for own in model.findall("static"):
+                model.remove(own)
+            model.append(override)
+        pose = T_world @ (
+            raw_pose(inner, model, place)
+            if element.find("pose") is None
+            else scope.pose(element, place)
+        )
+        if element.find("placement_frame") is not None:
+            model.set("placement_frame", (element.findtext("placement_frame") or "").strip())
+        if within is None:
+            state = (moved or {}).get(model.get("name", ""))
+            self._top(inner, model, state or pose, placed=state is not None)
+        else:
+            self._model(inner, model, pose, depth, within)
+        for note in inner.notes:
+            xml.note(note)
+
+    def _open(self, xml: XmlFile, uri: str, place: str) -> XmlFile | None:
+        """Return the file that is included; None (and a note) where there is none."""
+        path = xml.find(f"{uri}/model.sdf", place)
+        if path is None:
+            built_in = ", ".join(BUILT_IN)
+            problem = f"model '{uri}' does not exist, so it is left out; built in: {built_in}"
+            xml.note(f"include: {problem}")
+            return None
+        if path.resolve() in xml.included:
+            raise xml.fail("include", f"model '{uri}' includes itself")
+        self._includes += 1
+        if self._includes > _INCLUDES_MAX:
+            raise xml.fail(place, f"is one of too many; valid: up to {_INCLUDES_MAX} includes")
+        inner = XmlFile(path, "sdf", WorldError, search=xml.search)
+        inner.included += xml.included
+        inner.meshes = xml.meshes
+        return inner
+
+    def _model(
+        self,
+        xml: XmlFile,
+        model: Element,
+        pose: Pose3,
+        depth: int,
+        within: str | None = None,
+        placed: bool = False,
+    ) -> None:
+        """Read a model that stands at a pose in the world.
+
+        Args:
+            xml: Its file.
+            model: The `<model>`.
+            pose: Of the model, or of its placement frame.
+            depth: How many models it is nested in.
+            within: The model of the world that it is a part of; None for itself.
+            placed: Whether the pose is surely the model's own.
+        """
+        name = xml.attribute(model, "name", "a model")
+        place = f"model '{name}'"
+        if depth > _NESTED_MAX:
+            raise xml.fail(place, f"is nested too deeply; valid: up to {_NESTED_MAX} models")
+        scope = Scope(xml, model, place)
+        frame = model.get("placement_frame", "")
+        T_world_model = pose if placed or not frame else pose @ scope.find(frame).inverse()
+        owner = name if within is None else within
+        for tag in sorted({child.tag for child in model} - set(_OF_MODEL)):
+            xml.note(f"{place}: <{tag}>: not simulated")
+        for link in model.findall("link"):
+            self._link(xml, link, scope, T_world_model, (owner, place))
+        for nested in model.findall("model"):
+            T_nested = T_world_model @ scope.pose(nested, place)
+            self._model(xml, nested, T_nested, depth + 1, owner)
+        for include in model.findall("include"):
+            self._include(xml, include, scope, T_world_model, None, owner, depth + 1)
+
+    def _link(
+        self, xml: XmlFile, link: Element, scope: Scope, T_world: Pose3, names: tuple[str, str]
+    ) -> None:
+        owner, place = names
+        T_model_link = scope.pose(link, f"{place} link")
+        for tag in sorted({child.tag for child in link} - set(_OF_LINK)):
+            xml.note(f"{place}: <{tag}>: not simulated")
         for tag in ("collision", "visual"):
             for element in link.findall(tag):
-                bodies.extend(_body(xml, name, element, T_world_link, T_world_model))
-    for nested in model.findall("model"):
-        bodies.extend(_model(xml, nested, T_world_model))
-    for include in model.findall("include"):
-        bodies.extend(_include(xml, include, T_world_model))
-    return bodies
+                where = f"{place} {tag}"
+                shape = read_shape(xml, xml.child(element, "geometry", where), where)
+                if shape is None:
+                    continue
+                pose = T_world @ scope.pose(element, where, T_model_link)
+                part = Part(shape, pose, read_colour(xml, element, where))
+                self.bodies.append(Body(owner, part, tag == "collision", T_world))
+                if len(self.bodies) > _BODIES_MAX:
+                    raise xml.fail(where, f"is one of too many; valid: up to {_BODIES_MAX} parts")
 
 
-def _body(
-    xml: XmlFile, model: str, element: Element, T_world_link: Pose3, T_world_model: Pose3
-) -> list[Body]:
-    place = f"model '{model}' {element.tag}"
-    shape = _shape(xml, xml.child(element, "geometry", place), place)
-    if shape is None:
-        return []
-    pose = T_world_link @ _pose(xml, element, place)
-    collides = element.tag == "collision"
-    part = Part(shape, pose, _colour(xml, element, place))
-    return [Body(model, part, collides, T_world_model)]
+def _states(xml: XmlFile, world: Element) -> dict[str, Pose3]:
+    """Return where the world's `<state>` says that models have moved."""
+    state = world.find("state")
+    if state is None:
+        return {}
+    for tag in sorted({child.tag for child in state} & {"insertions", "deletions"}):
+        xml.note(f"<state> <{tag}>: not simulated")
+    return {
+        model.get("name", ""): raw_pose(xml, model, f"state of model '{model.get('name', '')}'")
+        for model in state.findall("model")
+        if model.find("pose") is not None
+    }
 
 
-def _shape(xml: XmlFile, geometry: Element, place: str) -> Shape | None:
-    """Read a shape; None (and a note) for one that is not simulated."""
-    if len(geometry) == 0:
-        valid = ", ".join([*_SHAPES, "mesh"])
-        raise xml.fail(place, f"<geometry> is empty; valid: {valid}")
-    item = geometry[0]
-    if item.tag == "mesh":
-        uri = (item.findtext("uri") or "").strip()
-        return mesh_shape(xml, uri, item.findtext("scale") or "1 1 1", place)
-    if item.tag in _IGNORED:
-        xml.note(f"{place}: <{item.tag}> is left out; simulated are {', '.join(_SHAPES)}, mesh")
-        return None
-    if item.tag not in _SHAPES:
-        valid = ", ".join([*_SHAPES, "mesh"])
-        raise xml.fail(place, f"<{item.tag}> is unknown; valid: {valid}")
-    size: tuple[float, ...] = ()
-    for key in _SHAPES[item.tag]:
-        count = 3 if key == "size" else 1
-        text = xml.child(item, key, place).text or ""
-        size += xml.positive(text, count, f"{place} <{key}>")
-    return Shape(Kind(item.tag), size)
+def _is_static(model: Element) -> bool:
+    return (model.findtext("static") or "").strip().lower() in _TRUE
 
 
-def _colour(xml: XmlFile, element: Element, place: str) -> tuple[float, ...]:
-    for key in ("diffuse", "ambient"):
-        text = element.findtext(f"material/{key}")
-        if text:
-            words = " ".join([*text.split(), "1"][:4])
-            return xml.numbers(words, 4, f"{place} <{key}>")
-    script = (element.findtext("material/script/name") or "").rpartition("/")[2].lower()
-    return _SCRIPT_COLOURS.get(script, GREY)
+def _mass(xml: XmlFile, model: Element, name: str) -> float:
+    """Return what a model weighs [kg]."""
+    place = f"model '{name}' <mass>"
+    total = 0.0
+    for link in model.iter("link"):
+        text = link.findtext("inertial/mass")
+        total += _MASS if text is None else xml.positive(text, 1, place)[0]
+    if not 0.0 < total <= _MASS_MAX:
+        raise xml.fail(place, f"is {total:g} kg in all; valid: above 0, up to {_MASS_MAX:g}")
+    return total

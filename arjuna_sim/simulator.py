@@ -19,13 +19,15 @@ from arjuna_sim.imu import ImuConfig
 from arjuna_sim.lidar import LidarConfig
 from arjuna_sim.observation import JointStates, Observation, Truth
 from arjuna_sim.odometry import Odometry, OdometryConfig
+from arjuna_sim.placing import Placer
 from arjuna_sim.pose3 import Pose3
 from arjuna_sim.robot import Robot, ServoConfig, load_robot
 from arjuna_sim.scene import Scene
-from arjuna_sim.sdf import World, load_world
+from arjuna_sim.sdf import World
 from arjuna_sim.sensors import Sensors
 from arjuna_sim.stage import Stage
 from arjuna_sim.world import surfaces
+from arjuna_sim.world_files import load_world
 
 _NANOSECONDS = 1_000_000_000
 _STICTION = 10  # solver iterations that make friction hold: who parks on a slope stays there
@@ -57,11 +59,11 @@ class Simulator:
     """A robot in a world. The same seed and commands give the same observations, bit by bit.
 
     Args:
-        robot_path: A URDF file.
-        world_path: An SDF file.
+        robot: A robot, or its URDF file.
+        world: A world, or its SDF file or map.
         config: Everything else.
         rng: Where chance comes from; `reset` rewinds to its present state.
-        spawn: Where the robot starts.
+        spawn: Where the robot starts; the nearest free place if it is blocked.
 
     Raises:
         RobotError: The robot cannot be simulated.
@@ -71,19 +73,20 @@ class Simulator:
 
     def __init__(
         self,
-        robot_path: str | Path,
-        world_path: str | Path,
+        robot: str | Path | Robot,
+        world: str | Path | World,
         config: SimulatorConfig,
         rng: np.random.Generator,
         spawn: SE2 = IDENTITY,
     ) -> None:
         self.config = config
-        self.robot: Robot = load_robot(robot_path)
-        self.spawn = spawn
+        self.robot = robot if isinstance(robot, Robot) else load_robot(robot)
         self._substeps = _substeps(config)
-        self.stage = Stage(
-            self.robot, load_world(world_path), config.servo, config.physics_timestep
-        )
+        world = world if isinstance(world, World) else load_world(world)
+        self.stage = Stage(self.robot, world, config.servo, config.physics_timestep)
+        self._placer = Placer(self.stage)
+        self._wanted = spawn
+        self._choose_spawn()
         self.stage.on_rebuild = self._on_rebuild
         self.kinematics = kinematics_of(self.robot.drive, config.drive)
         self._drive = Drive(limited(config.drive, self.robot.drive), self.kinematics)
@@ -112,7 +115,7 @@ class Simulator:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the robot's and the world's file say and the simulation leaves out."""
-        return self.robot.notes + self.world.notes
+        return self.robot.notes + self.world.notes + self._spawn_notes
 
     def reset(self) -> None:
         """Return to the start: time 0, the world as it was read, chance rewound."""
@@ -141,11 +144,12 @@ class Simulator:
             RobotError: MuJoCo refuses the world; nothing has changed.
         """
         self.stage.load(world)
+        self._choose_spawn()
         self.reset()
 
     def set_pose(self, pose: SE2) -> None:
         """Pick the robot up and put it down at rest; its odometry does not notice."""
-        placed = Pose3.from_se2(pose, self._scene.ride_height)
+        placed = self._placer.place(pose)
         at, _ = self._scene.base
         self._data.qpos[at : at + 3] = placed.position
         self._data.qpos[at + 3 : at + 7] = placed.quaternion
@@ -157,16 +161,21 @@ class Simulator:
 
     def obstacles_at(self, pose: SE2) -> tuple[str, ...]:
         """Return the names of the world's models that the robot would touch at a pose."""
-        positions = self._data.qpos.copy()
-        at, _ = self._scene.base
-        placed = Pose3.from_se2(pose, self._scene.ride_height)
-        self._data.qpos[at : at + 7] = (*placed.position, *placed.quaternion)
-        mujoco.mj_fwdPosition(self._scene.model, self._data)
-        touched = self.stage.contacts()
-        self._data.qpos[:] = positions
-        mujoco.mj_fwdPosition(self._scene.model, self._data)
+        touched = self._placer.touched(pose)
         self._refresh()
         return touched
+
+    def _choose_spawn(self) -> None:
+        """Start at the pose that was asked for, or nearest to it where the robot can stand."""
+        wanted = self._wanted
+        self.spawn = self._placer.nearest_free(wanted)
+        self._spawn_notes: tuple[str, ...] = ()
+        if self.spawn != wanted:
+            names = ", ".join(self._placer.touched(wanted))
+            self._spawn_notes = (
+                f"the start ({wanted.x:.4g}, {wanted.y:.4g}) is inside {names}: the robot starts"
+                f" at ({self.spawn.x:.4g}, {self.spawn.y:.4g})",
+            )
 
     def step(self, command: Velocity | None = None) -> Observation:
         """Advance one tick.

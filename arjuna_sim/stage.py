@@ -16,16 +16,18 @@ from arjuna_sim.entities import (
     EntityMotion,
     PlaceTakenError,
     UnknownEntityError,
-    entity_of_actor,
     entity_of_model,
     handle,
     model_names,
+    moving_entities,
 )
 from arjuna_sim.pose3 import Pose3
 from arjuna_sim.robot import Robot, ServoConfig
 from arjuna_sim.scene import Scene, build_scene
 from arjuna_sim.sdf import World
 
+_UPRIGHT = 0.7  # upward part of a contact's normal, above which a robot stands on what it touches
+_SINKS = 0.02  # deeper than a robot that stands [m]
 # Numbers that a joint has in qpos and in qvel, where it is not one each.
 _SIZES = {
     int(mujoco.mjtJoint.mjJNT_FREE): (7, 6),
@@ -63,8 +65,8 @@ class Stage:
         self._set_up(world)
 
     def _set_up(self, world: World) -> None:
-        actors = {actor.name: entity_of_actor(actor) for actor in world.actors}
-        self._install(world, actors, frozenset(), *self._compile(world, actors, frozenset()))
+        entities, taken = moving_entities(world), frozenset(world.masses)
+        self._install(world, entities, taken, *self._compile(world, entities, taken))
         self._steps = 0
         self._began: dict[str, int] = {}
 
@@ -175,8 +177,8 @@ class Stage:
 
     def restore(self) -> None:
         """Return to the world as it was read, with everything at its start."""
-        actors = [actor.name for actor in self.world.actors]
-        if self._taken or list(self._entities) != actors:
+        moving = list(moving_entities(self.world))
+        if self._taken != frozenset(self.world.masses) or list(self._entities) != moving:
             self._set_up(self.world)
             self.on_rebuild()
         self._steps = 0
@@ -210,14 +212,18 @@ class Stage:
             self._put(entity, Pose3.from_se2(entity.trajectory.pose(on_the_way)))
 
     def contacts(self) -> tuple[str, ...]:
-        """Return the names of what the robot touches, sorted; never the ground."""
+        """Return the names of what the robot touches, sorted; never what it stands on."""
         pairs = self.data.contact.geom
         if len(pairs) == 0:
             return ()
-        robots = self.scene.is_robot[pairs]
-        others = pairs[:, ::-1][robots]
-        hit = others[self.scene.is_obstacle[others]]
-        return tuple(sorted({self.scene.names[geom] for geom in hit}))
+        rows, side = np.nonzero(self.scene.is_robot[pairs])
+        others = pairs[rows, 1 - side]
+        is_hit = self.scene.is_obstacle[others]
+        if not is_hit.any():
+            return ()
+        contacts = self.data.contact
+        stands = (np.abs(contacts.frame[rows, 2]) > _UPRIGHT) & (contacts.dist[rows] > -_SINKS)
+        return tuple(sorted({self.scene.names[geom] for geom in others[is_hit & ~stands]}))
 
     def _compile(
         self, world: World, entities: dict[str, Entity], taken: frozenset[str]

@@ -74,7 +74,9 @@ class Expansion:
             self.notes.append(text)
 
     def _package(self, name: str) -> str:
-        folder = self._search.package(self._path, name)
+        files = [Path(file) for file in reversed(xacro.filestack)]
+        found = (self._search.package(file, name) for file in files or [self._path])
+        folder = next((folder for folder in found if folder is not None), None)
         if folder is None:
             folder = self._path.resolve().parent.parent
             self._note(f"package '{name}' does not exist; --package-path DIR finds it in DIR")

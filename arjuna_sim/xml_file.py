@@ -6,8 +6,10 @@ import math
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder  # parsing is defusedxml's
 
+import numpy as np
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
+from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
 from arjuna_sim.resources import EscapeError, SearchPath
@@ -99,6 +101,7 @@ class XmlFile:
         self.search = SearchPath.of() if search is None else search
         self.included: tuple[Path, ...] = (path.resolve(),)
         self.beside: tuple[Path, ...] = (path,)
+        self.meshes: dict[Path, NDArray[np.float64]] = {}
         self.notes: list[str] = []
 
     def _parse(self, tag: str) -> Element:

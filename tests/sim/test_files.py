@@ -284,8 +284,8 @@ def test_missing_world_is_refused_and_missing_mesh_is_noted(tmp_path: Path) -> N
 
 
 def test_what_is_not_simulated_becomes_a_note(tmp_path: Path) -> None:
-    world = load_world(edited(ROOM, tmp_path, "<static>true</static>", "<static>false</static>"))
-    assert world.notes == ("model 'wall_north': is not static, but is held in place",)
+    world = load_world(edited(ROOM, tmp_path, "<static>", "<blink>1</blink><static>"))
+    assert world.notes == ("model 'wall_north': <blink>: not simulated",)
 
 
 def test_surfaces_of_a_cylinder_lie_on_its_circle(tmp_path: Path) -> None:
