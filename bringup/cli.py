@@ -17,6 +17,7 @@ from bringup.parameters import Parameters
 from bringup.supervisor import Supervisor
 
 OK, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
+_OFFLINE = {"slam": "bringup.offline_slam", "nav": "bringup.offline_amcl"}
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -36,8 +37,8 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.command == "calibrate":
             _show(importlib.import_module("bringup.calibration").run(arguments))
             return OK
-        if arguments.command == "slam" and arguments.offline is not None:
-            _show(importlib.import_module("bringup.offline_slam").run(arguments))
+        if arguments.command in _OFFLINE and arguments.offline is not None:
+            _show(importlib.import_module(_OFFLINE[arguments.command]).run(arguments))
             return OK
         if arguments.command in ("entity", "world"):
             from bringup import simulator_commands

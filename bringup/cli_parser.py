@@ -54,6 +54,23 @@ def _add_sim(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def _add_slam(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     about = "mapping and localization of a running robot, slam_toolbox and map_saver, or of a log"
     parser = _add(commands, "slam", about)
+    group = _add_offline(parser, "out/slam", "where map, trajectory, report and picture go")
+    group.add_argument(
+        "--relations", type=Path, metavar="FILE", help="reference relations to compare with"
+    )
+
+
+def _add_nav(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    about = "AMCL and navigation of a running robot on a map, or AMCL of a log"
+    parser = _add(commands, "nav", about)
+    parser.add_argument(
+        "--map", required=True, type=Path, metavar="FILE", help="the map's YAML file"
+    )
+    _add_offline(parser, "out/amcl", "where trajectory, report and picture go")
+    _add_seed(parser)
+
+
+def _add_offline(parser: argparse.ArgumentParser, out: str, what: str) -> argparse._ArgumentGroup:
     group = parser.add_argument_group("on a log")
     group.add_argument(
         "--offline",
@@ -64,25 +81,15 @@ def _add_slam(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     group.add_argument(
         "--out",
         type=Path,
-        default=Path("out/slam"),
+        default=Path(out),
         metavar="FOLDER",
-        help="where map, trajectory, report and picture go (%(default)s)",
+        help=f"{what} (%(default)s)",
     )
     group.add_argument("--scan-topic", metavar="TOPIC", help="of a recording (/scan)")
     group.add_argument(
         "--odom-topic", metavar="TOPIC", help="of a recording, instead of what /tf says"
     )
-    group.add_argument(
-        "--relations", type=Path, metavar="FILE", help="reference relations to compare with"
-    )
-
-
-def _add_nav(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    parser = _add(commands, "nav", "AMCL and navigation of a running robot on a map")
-    parser.add_argument(
-        "--map", required=True, type=Path, metavar="FILE", help="the map's YAML file"
-    )
-    _add_seed(parser)
+    return group
 
 
 def _add_demo(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -8,7 +8,7 @@ import json
 import math
 import resource
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,9 @@ import numpy as np
 from arjuna_core.config import load
 from arjuna_core.errors import InputFileError
 from arjuna_core.map_io import save_map
-from arjuna_core.se2 import SE2
+from bringup.offline_files import Count, make_folder, tum
 from bringup.parameters import for_node, load_parameters, merged, shipped_parameters
 from bringup.pictures import draw_path
-from bringup.progress import Bar
 
 _NODE = "slam_toolbox"
 
@@ -44,9 +43,9 @@ def run(arguments: argparse.Namespace) -> str:
     )
     log = offline.open_log(arguments.offline, topics)
     relations = _relations(arguments.relations)
-    _make(arguments.out)
+    make_folder(arguments.out)
     mapper = slam.Slam(config)
-    count = _Count(log)
+    count = Count(log)
     start, cpu = time.monotonic(), time.process_time()
     trajectory = offline.run(mapper, count)
     spent = time.monotonic() - start, time.process_time() - cpu
@@ -55,26 +54,6 @@ def run(arguments: argparse.Namespace) -> str:
         report["relations"] = _errors(offline, arguments.relations, trajectory, relations)
     _write(arguments.out, mapper, trajectory, report)
     return _summary(arguments.out, report, log.problems)
-
-
-class _Count:
-    """Counts what passes and shows how far it is."""
-
-    def __init__(self, log: Any) -> None:
-        self._log = log
-        self.scans = 0
-        self.seconds = 0.0
-
-    def __iter__(self) -> Iterator[Any]:
-        bar = Bar()
-        first = None
-        for scan, odometry in self._log:
-            first = scan.stamp if first is None else first
-            self.scans += 1
-            self.seconds = max(self.seconds, scan.stamp - first)
-            yield scan, odometry
-            bar.show(self._log.progress, f"{self.scans} scans")
-        bar.finish(f"{self.scans} scans")
 
 
 def _config(paths: Iterable[Path]) -> Any:
@@ -111,7 +90,7 @@ def _errors(offline: Any, path: Path, trajectory: Any, relations: Any) -> dict[s
 
 
 def _report(
-    path: Path, mapper: Any, trajectory: Any, count: _Count, spent: tuple[float, float]
+    path: Path, mapper: Any, trajectory: Any, count: Count, spent: tuple[float, float]
 ) -> dict[str, Any]:
     if not trajectory:
         raise InputFileError(path, f"none of its {count.scans} scans has anything in range")
@@ -134,14 +113,6 @@ def _report(
     }
 
 
-def _make(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
-        raise InputFileError(out, problem) from error
-
-
 def _write(out: Path, mapper: Any, trajectory: Any, report: dict[str, Any]) -> None:
     grid = mapper.map()
     save_map(grid, out / "map")
@@ -149,18 +120,11 @@ def _write(out: Path, mapper: Any, trajectory: Any, report: dict[str, Any]) -> N
         "width": grid.frame.width, "height": grid.frame.height, "resolution": grid.frame.resolution
     }  # fmt: skip
     try:
-        (out / "trajectory.tum").write_text("".join(map(_tum, trajectory)), encoding="ascii")
+        (out / "trajectory.tum").write_text("".join(map(tum, trajectory)), encoding="ascii")
         (out / "report.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
         draw_path(out / "plot.png", grid, np.array([pose.array() for _, pose in trajectory]))
     except OSError as error:
         raise InputFileError(out, f"cannot be written: {error.strerror}") from error
-
-
-def _tum(entry: tuple[float, SE2]) -> str:
-    """Return a line `time x y z qx qy qz qw`."""
-    stamp, pose = entry
-    z, w = math.sin(0.5 * pose.theta), math.cos(0.5 * pose.theta)
-    return f"{stamp:.6f} {pose.x:.6f} {pose.y:.6f} 0 0 0 {z:.9f} {w:.9f}\n"
 
 
 def _summary(out: Path, report: dict[str, Any], problems: list[str]) -> str:

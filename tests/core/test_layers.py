@@ -24,7 +24,7 @@ ROS = {
 BRINGUP_WITHOUT_ROS = (
     *("__init__", "__main__", "cli_parser", "stack", "parameters", "measures", "pictures"),
     *("demo_report", "progress", "restart", "child", "supervisor", "lifecycle_plan"),
-    *("offline_slam", "calibration"),
+    *("offline_slam", "offline_amcl", "offline_files", "calibration"),
 )
 
 
