@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numba import njit
@@ -61,6 +61,10 @@ class Scan:
             len(self.ranges), self.angle_min, self.angle_increment,
             mount.x, mount.y, mount.theta, twist,
         )  # fmt: skip
+
+    def mirrored(self) -> Scan:
+        """Return the scan of a sensor that hangs upside down, as it is seen from above."""
+        return replace(self, angle_min=-self.angle_min, angle_increment=-self.angle_increment)
 
     def points(self) -> NDArray[np.float64]:
         """End points of the valid beams in the base frame at beam 0, `(M, 2) float64` [m]."""

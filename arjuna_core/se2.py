@@ -119,3 +119,8 @@ def yaw_of(x: float, y: float, z: float, w: float) -> float:
     if not math.isfinite(norm) or norm < 1e-12:
         raise ValueError(f"quaternion ({x}, {y}, {z}, {w}) is no rotation")
     return math.atan2(2.0 * (w * z + x * y), norm - 2.0 * (y * y + z * z))
+
+
+def is_upside_down(x: float, y: float, z: float, w: float) -> bool:
+    """Tell whether a rotation, as a quaternion, points the z axis down."""
+    return x * x + y * y > z * z + w * w

@@ -23,6 +23,7 @@ class _Edge:
     def __init__(self, parent: str, static: bool) -> None:
         self.parent = parent
         self.static = static
+        self.upside_down = False
         self.stamps: list[float] = []
         self.transforms: list[SE2] = []
 
@@ -76,15 +77,31 @@ class TransformBuffer:
         self._edges = {child: edge for child, edge in self._edges.items() if edge.static}
 
     def insert(
-        self, parent: str, child: str, stamp: float, transform: SE2, static: bool = False
+        self,
+        parent: str,
+        child: str,
+        stamp: float,
+        transform: SE2,
+        static: bool = False,
+        upside_down: bool = False,
     ) -> None:
-        """Add `T_parent_child` at a time [s]; a child with a new parent forgets the old one."""
+        """Add `T_parent_child` at a time [s]; a child with a new parent forgets the old one.
+
+        Args:
+            parent: Frame mapped into.
+            child: Frame mapped from.
+            stamp: Time [s].
+            transform: The planar part.
+            static: Whether it holds for all time.
+            upside_down: Whether the child's z axis points down in the parent.
+        """
         edge = self._edges.get(child)
         if edge is not None and not static and edge.jumped_back(stamp):
             self.clear()
             edge = None
         if edge is None or edge.parent != parent or edge.static != static:
             edge = self._edges[child] = _Edge(parent, static)
+        edge.upside_down = upside_down
         edge.insert(stamp, transform)
 
     def _chain(self, frame: str) -> list[str]:
@@ -118,6 +135,15 @@ class TransformBuffer:
         up = target_chain[: target_chain.index(common)]
         down = source_chain[: source_chain.index(common)]
         return up, down
+
+    def upside_down(self, target: str, source: str) -> bool:
+        """Tell whether the source's z axis points down in the target; chains must be known.
+
+        Raises:
+            TransformError: The frames are not connected.
+        """
+        up, down = self._legs(target, source)
+        return sum(self._edges[frame].upside_down for frame in up + down) % 2 == 1
 
     def lookup(self, target: str, source: str, stamp: float | None = LATEST) -> SE2:
         """Return `T_target_source` at a time.

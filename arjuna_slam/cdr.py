@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2, yaw_of
+from arjuna_core.se2 import SE2, is_upside_down, yaw_of
 
 _HEADER = 4
 
@@ -27,12 +27,14 @@ class StampedTransform:
         parent: Frame mapped into.
         child: Frame mapped from.
         transform: The planar part.
+        upside_down: Whether the child's z axis points down in the parent.
     """
 
     stamp: float
     parent: str
     child: str
     transform: SE2
+    upside_down: bool = False
 
 
 class CdrReader:
@@ -91,11 +93,11 @@ class CdrReader:
         sec, nanosec = self.number("i4"), self.number("u4")
         return sec + nanosec / 1e9
 
-    def planar(self) -> SE2:
-        """Return the planar part of a translation and a quaternion."""
+    def planar(self) -> tuple[SE2, bool]:
+        """Return the planar part of a translation and a quaternion, and if z points down."""
         x, y, _, *rotation = (float(value) for value in self.values("f8", 7))
         try:
-            return SE2(x, y, yaw_of(*rotation))
+            return SE2(x, y, yaw_of(*rotation)), is_upside_down(*rotation)
         except ValueError as error:
             raise CdrError(str(error)) from error
 
@@ -137,4 +139,4 @@ def read_transforms(data: bytes) -> list[StampedTransform]:
 
 def _transform(reader: CdrReader) -> StampedTransform:
     stamp, parent, child = reader.stamp(), reader.text(), reader.text()
-    return StampedTransform(stamp, parent.lstrip("/"), child.lstrip("/"), reader.planar())
+    return StampedTransform(stamp, parent.lstrip("/"), child.lstrip("/"), *reader.planar())

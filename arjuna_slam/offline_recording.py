@@ -170,7 +170,8 @@ class Recording:
             if pose is None:
                 self._unpaired += 1
             else:
-                yield replace(scan, T_base_sensor=self._mount(frame)), pose
+                scan = replace(scan, T_base_sensor=self._mount(frame))
+                yield scan.mirrored() if self._hangs(frame) else scan, pose
 
     def _passed(self, stamp: float) -> bool:
         """Whether a pose newer than a stamp is known, so that what lacks will not come."""
@@ -190,6 +191,13 @@ class Recording:
         self._mounts[frame] = mount or self._mounts.get(frame, IDENTITY)
         return self._mounts[frame]
 
+    def _hangs(self, frame: str) -> bool:
+        """Tell whether a sensor's frame is upside down on the robot."""
+        try:
+            return self._buffer.upside_down(self._topics.base_frame, frame)
+        except TransformError:
+            return False
+
     def _why(self, last: str) -> str:
         if last:
             return last
@@ -205,4 +213,4 @@ class Recording:
 def _insert(buffer: TransformBuffer, found: list[StampedTransform], topic: str) -> None:
     static = topic.endswith("tf_static")
     for item in found:
-        buffer.insert(item.parent, item.child, item.stamp, item.transform, static)
+        buffer.insert(item.parent, item.child, item.stamp, item.transform, static, item.upside_down)

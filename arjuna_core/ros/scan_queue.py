@@ -13,6 +13,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
 _LENGTH = 10  # as nav2_amcl's message filter
+_TELL_EVERY = 1000
 
 
 class ScanQueue:
@@ -23,6 +24,9 @@ class ScanQueue:
         fixed_frame: Frame in which the robot's pose is wanted, such as odom.
         base_frame: Frame of the robot's base.
         length: How many scans may wait.
+
+    Attributes:
+        dropped: How many scans were dropped.
     """
 
     def __init__(
@@ -33,7 +37,7 @@ class ScanQueue:
         self._base_frame = base_frame
         self._length = length
         self._waiting: deque[Any] = deque()
-        self._dropped = 0
+        self.dropped = 0
 
     def __len__(self) -> int:
         """Return the number of scans that wait."""
@@ -63,7 +67,10 @@ class ScanQueue:
                 self._drop(str(error))
                 continue
             self._waiting.popleft()
-            yield scan_from_msg(message, T_base_sensor), T_fixed_base
+            scan = scan_from_msg(message, T_base_sensor)
+            frame = message.header.frame_id.lstrip("/")
+            hangs = self._node.transforms.upside_down(self._base_frame, frame)
+            yield scan.mirrored() if hangs else scan, T_fixed_base
 
     def _lookup(self, target: str, source: str, stamp: float | None = None) -> SE2:
         return self._node.transforms.lookup(target, source, stamp)
@@ -77,10 +84,11 @@ class ScanQueue:
         return newest > stamp
 
     def _drop(self, reason: str) -> None:
+        """Count a scan that is lost; the first, and each that starts another thousand, is told."""
         message = self._waiting.popleft()
-        self._dropped += 1
-        if self._dropped in (1, 10) or self._dropped % 100 == 0:
+        self.dropped += 1
+        if self.dropped % _TELL_EVERY == 1:
             self._node.get_logger().warning(
-                f"{self._dropped} scans dropped so far; the last, of "
+                f"{self.dropped} scans dropped so far; the last, of "
                 f"{seconds(message.header.stamp):.3f} s, at {self._node.now:.3f} s: {reason}"
             )

@@ -8,6 +8,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import se2_from_transform, seconds
+from arjuna_core.se2 import is_upside_down
 from arjuna_core.transforms import TransformBuffer, TransformError
 
 if TYPE_CHECKING:
@@ -34,10 +35,12 @@ class TransformListener:
 
     def _insert(self, message: Any, static: bool) -> None:
         for item in message.transforms:
+            turn = item.transform.rotation
             self._buffer.insert(
                 item.header.frame_id.lstrip("/"),
                 item.child_frame_id.lstrip("/"),
                 seconds(item.header.stamp),
                 se2_from_transform(item.transform),
                 static,
+                is_upside_down(turn.x, turn.y, turn.z, turn.w),
             )

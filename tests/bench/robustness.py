@@ -107,7 +107,8 @@ def _simulated(seed: int, spawn: SE2) -> tuple[Log, NDArray[np.float64]]:
     log: Log = []
     way = list(_WAY)
     for _ in range(_TICKS_MAX):
-        seen = simulator.step(_towards(simulator.truth().pose, way[0]))
+        command = _towards(simulator.truth().pose, way[0]) if log else Velocity()
+        seen = simulator.step(command)
         if seen.scan is not None:
             log.append((seen.scan, seen.odometry.T_odom_base, seen.truth.pose))
         if math.hypot(seen.truth.pose.x - way[0][0], seen.truth.pose.y - way[0][1]) < _REACHED:

@@ -15,12 +15,13 @@ pytest.importorskip("slam_toolbox")
 
 from sensor_msgs.msg import LaserScan
 from slam_toolbox.srv import Clear, ClearQueue, LoopClosure, Pause, ToggleInteractive
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerUpdate
 from visualization_msgs.srv import GetInteractiveMarkers
 
 from arjuna_core.config import load
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_from_msg, pose_msg, time_msg
+from arjuna_core.ros.convert import grid_from_msg, pose_msg, time_msg, transform_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.nodes.slam_config import SlamNodeConfig
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
@@ -197,7 +198,9 @@ def test_beam_counts_may_change_from_scan_to_scan(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
-def test_scans_without_transforms_wait_then_are_dropped_and_it_goes_on(robot: Robot) -> None:
+def test_scans_without_transforms_wait_then_are_dropped_and_it_goes_on(
+    robot: Robot, notes: Notes
+) -> None:
     started(robot)
     robot.drive(5)
     for _ in range(15):
@@ -207,6 +210,8 @@ def test_scans_without_transforms_wait_then_are_dropped_and_it_goes_on(robot: Ro
         robot.send(message)
     robot.drive(20)
     assert robot.error() < 0.03
+    (warning,) = notes.warnings
+    assert "no transform connects 'base_footprint' and 'nowhere'" in warning or "in time" in warning
 
 
 def test_keyframes_can_be_moved_by_hand_and_are_put_back(robot: Robot) -> None:
@@ -263,4 +268,18 @@ def test_lifelong_and_short_range_reach_the_mapper(robot: Robot) -> None:
     session = node.slam.session()
     assert session is not None
     assert session.scans[0].range_min == 2.5
+    assert robot.error() < 0.03
+
+
+def test_a_lidar_that_hangs_upside_down_maps_the_same_room(robot: Robot) -> None:
+    started(robot)
+    mount = transform_msg(SE2(), "base_footprint", "lidar_link", 0.0)
+    mount.transform.rotation.x, mount.transform.rotation.w = 1.0, 0.0
+    robot.bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
+    for _ in range(40):
+        robot.wait()
+        robot.send_odometry()
+        message = robot.scan()
+        message.angle_min, message.angle_increment = -message.angle_min, -message.angle_increment
+        robot.send(message)
     assert robot.error() < 0.03

@@ -41,9 +41,10 @@ class Cdr:
         sec, nanosec = divmod(round(stamp * 1e9), 10**9)
         return self.put("i", sec).put("I", nanosec).text(frame)
 
-    def pose(self, pose: SE2) -> Cdr:
-        turn = 0.5 * pose.theta
-        return self.put("d", pose.x, pose.y, 0.0, 0.0, 0.0, math.sin(turn), math.cos(turn))
+    def pose(self, pose: SE2, upside_down: bool = False) -> Cdr:
+        s, c = math.sin(0.5 * pose.theta), math.cos(0.5 * pose.theta)
+        turn = (c, s, 0.0, 0.0) if upside_down else (0.0, 0.0, s, c)  # about x first, then z
+        return self.put("d", pose.x, pose.y, 0.0, *turn)
 
     def bytes(self) -> bytes:
         return (b"\0\1\0\0" if self.order == "<" else b"\0\0\0\0") + self.body
@@ -63,10 +64,10 @@ def odometry_bytes(pose: SE2, stamp: float) -> bytes:
     return cdr.put("d", *[0.0] * 36).put("d", *[0.0] * 42).bytes()
 
 
-def transform_bytes(*transforms: tuple[str, str, SE2, float]) -> bytes:
+def transform_bytes(*transforms: tuple[str, str, SE2, float], upside_down: bool = False) -> bytes:
     cdr = Cdr().put("I", len(transforms))
     for parent, child, pose, stamp in transforms:
-        cdr.header(stamp, parent).text(child).pose(pose)
+        cdr.header(stamp, parent).text(child).pose(pose, upside_down)
     return cdr.bytes()
 
 

@@ -181,3 +181,16 @@ def test_files_that_are_no_recordings_are_refused(tmp_path: Path) -> None:
     empty = write(tmp_path / "none.mcap", [("/map", "nav_msgs/msg/OccupancyGrid", 0.0, b"")])
     with pytest.raises(InputFileError, match=r"no topic of sensor_msgs.*its topics: /map"):
         opened(empty)
+
+
+def test_a_lidar_that_hangs_upside_down_sees_the_same_room(tmp_path: Path) -> None:
+    every = entries(mount=False)
+    hung = transform_bytes(MOUNT, upside_down=True)
+    every.insert(0, ("/tf_static", TF, 0.0, hung))
+    for (scan, _), (level, _, _) in zip(
+        open_log(write(tmp_path / "a.mcap", every), RecordingTopics()), LOG, strict=True
+    ):
+        assert scan.angle_increment == pytest.approx(-level.angle_increment)
+        assert scan.angle_min == pytest.approx(-level.angle_min)
+        assert scan.T_base_sensor.distance(MOUNT[2]) < 1e-9
+        assert scan.T_base_sensor.theta == pytest.approx(MOUNT[2].theta)
