@@ -128,7 +128,7 @@ class FusedOdometry:
         along[_X, 0], along[_Y, 0], along[_V, 1] = c, s, 1.0
         about[_THETA, 0], about[_W, 1] = 1.0, 1.0
         block = np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
-        noise = config.linear_acceleration**2 * along @ block @ along.T
+        noise: NDArray[np.float64] = config.linear_acceleration**2 * along @ block @ along.T
         noise += config.angular_acceleration**2 * about @ block @ about.T
         noise[_BIAS, _BIAS] = config.bias_walk**2 * dt
         return noise
