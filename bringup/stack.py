@@ -55,6 +55,9 @@ GLOBAL_COSTMAP = NodeSpec(
 CONTROLLER_SERVER = NodeSpec(
     "controller_server", "arjuna_nav.nodes.controller_server", "ControllerServerNode"
 )
+SMOOTHER_SERVER = NodeSpec(
+    "smoother_server", "arjuna_nav.nodes.smoother_server", "SmootherServerNode"
+)
 PLANNER_SERVER = NodeSpec("planner_server", "arjuna_nav.nodes.planner_server", "PlannerServerNode")
 BEHAVIOR_SERVER = NodeSpec(
     "behavior_server", "arjuna_nav.nodes.behavior_server", "BehaviorServerNode"
@@ -71,6 +74,7 @@ NAVIGATION_GROUP = Group(
         LOCAL_COSTMAP,
         CONTROLLER_SERVER,
         GLOBAL_COSTMAP,
+        SMOOTHER_SERVER,
         PLANNER_SERVER,
         BEHAVIOR_SERVER,
         BT_NAVIGATOR,

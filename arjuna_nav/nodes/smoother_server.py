@@ -1,0 +1,108 @@
+"""Smooths paths on the global costmap: smooth_path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from nav2_msgs.action import SmoothPath
+from nav_msgs.msg import Path
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.ros import qos
+from arjuna_core.ros.actions import GoalServer
+from arjuna_core.ros.convert import path_msg, poses_from_path
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
+from arjuna_nav.collision import first_collision
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.nodes.costmap import CostmapNode
+from arjuna_nav.smoothers import SimpleSmoother, SimpleSmootherConfig, SmoothResult, SmoothStatus
+
+
+@dataclass(frozen=True)
+class SmootherServerConfig:
+    """Parameters of the node `smoother_server`, by Nav2's names."""
+
+    smoother_plugins: tuple[str, ...] = param(
+        ("simple_smoother",), "The smoothers.", choices=("simple_smoother",), read_only=True
+    )
+    costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
+    simple_smoother: SimpleSmootherConfig = field(default_factory=SimpleSmootherConfig)
+
+
+class SmootherServerNode(ManagedNode):
+    """Answers each goal at once; `max_smoothing_duration` is never reached."""
+
+    Config = SmootherServerConfig
+    DEFAULT_NAME = "smoother_server"
+
+    def configure(self) -> None:
+        """Create the smoother and its interfaces."""
+        self._costmap: CostmapNode = self.process.find("global_costmap/global_costmap")
+        self._smoother = SimpleSmoother(self.config.simple_smoother)
+        self._out = self.publisher(Path, "plan_smoothed", qos.LATEST)
+        self._server = self.keep(GoalServer(self, SmoothPath, "smooth_path", self._on_goal))
+
+    def deactivate(self) -> None:
+        """Abort what is asked for."""
+        self._server.abort_all()
+
+    def on_config(self, config: SmootherServerConfig) -> None:
+        """Smooth by the new parameters from now on."""
+        self._smoother = SimpleSmoother(config.simple_smoother)
+
+    def _on_goal(self) -> None:
+        goal = self._server.goal
+        smoothed = self._smooth(goal)
+        result = SmoothPath.Result(error_msg=smoothed.message)
+        # a pass that would touch an obstacle was undone: what came before it is a good path
+        if smoothed.status in (SmoothStatus.SUCCEEDED, SmoothStatus.FAILED_TO_SMOOTH_PATH):
+            result.path = path_msg(smoothed.path, goal.path.header.frame_id, self.now)
+            result.was_completed = smoothed.status is SmoothStatus.SUCCEEDED
+            self._out.publish(result.path)
+            self._server.succeed(result)
+            return
+        self.get_logger().warning(f"not smoothed: {smoothed.message}")
+        result.error_code = int(smoothed.status)
+        self._server.abort(result)
+
+    def _smooth(self, goal: Any) -> SmoothResult:
+        """Return the smoothed path of a goal, or why there is none."""
+        if goal.smoother_id not in ("", *self.config.smoother_plugins):
+            valid = ", ".join(self.config.smoother_plugins)
+            message = f"smoother '{goal.smoother_id}' does not exist; valid: {valid}"
+            return _failed(SmoothStatus.INVALID_SMOOTHER, message)
+        if not goal.path.poses:
+            return _failed(SmoothStatus.INVALID_PATH, "the path has 0 poses, at least 1 is needed")
+        try:
+            path = poses_from_path(goal.path)
+            costmap = self._seen_from(goal.path.header.frame_id.lstrip("/"))
+        except (TransformError, ValueError) as error:
+            return _failed(SmoothStatus.INVALID_PATH, str(error))
+        if costmap is None:
+            return _failed(SmoothStatus.UNKNOWN, self._costmap.why_not_current())
+        smoothed = self._smoother.smooth(path, costmap)
+        return self._checked(smoothed, costmap) if goal.check_for_collisions else smoothed
+
+    def _seen_from(self, frame: str) -> Costmap | None:
+        """Return the costmap placed in the path's frame, or None if it is not current."""
+        T_path_costmap = self.transforms.lookup(frame, self._costmap.config.global_frame)
+        costmap = self._costmap.current(self.config.costmap_update_timeout)
+        return None if costmap is None else costmap.seen_from(T_path_costmap)
+
+    def _checked(self, smoothed: SmoothResult, costmap: Costmap) -> SmoothResult:
+        """Return a smoothed path, or where the robot on it would collide."""
+        hit = first_collision(costmap, self._costmap.layered.footprint, smoothed.path)
+        if hit is None:
+            return smoothed
+        x, y = smoothed.path[hit, :2]
+        message = f"the robot would collide at ({x:.2f}, {y:.2f}), pose {hit} of the smoothed path"
+        return _failed(SmoothStatus.SMOOTHED_PATH_IN_COLLISION, message)
+
+
+def _failed(status: SmoothStatus, message: str) -> SmoothResult:
+    nothing: NDArray[np.float64] = np.empty((0, 3))
+    return SmoothResult(status, nothing, message)

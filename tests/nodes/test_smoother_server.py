@@ -1,0 +1,109 @@
+"""smoother_server: smooth paths, and why there is none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from nav2_msgs.action import SmoothPath
+from nav_msgs.msg import Path
+
+from arjuna_core.ros.convert import path_msg, poses_from_path
+from arjuna_core.se2 import SE2
+from bringup.stack import GLOBAL_COSTMAP, SMOOTHER_SERVER
+from tests.helpers.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.nav.worlds import polyline
+
+pytestmark = pytest.mark.ros
+Result = SmoothPath.Result
+CORNER = polyline([(0.0, 0.0), (1.5, 0.0), (1.5, 1.5)], 0.5)
+
+
+@pytest.fixture
+def robot() -> Iterator[PlayedRobot]:
+    robot = PlayedRobot()
+    robot.bring_up(GLOBAL_COSTMAP, SMOOTHER_SERVER)
+    robot.send_map()
+    robot.run(1.0)
+    yield robot
+    robot.close()
+
+
+def smooth(robot: PlayedRobot, poses: Any = CORNER, frame: str = "map", **fields: Any) -> Goal:
+    route = poses if isinstance(poses, Path) else path_msg(poses, frame, 0.0)
+    return robot.send(SmoothPath, "smooth_path", SmoothPath.Goal(path=route, **fields))
+
+
+def sharpest_turn(poses: Any) -> float:
+    headings = np.arctan2(*np.diff(poses[:, :2], axis=0).T[::-1])
+    return float(np.abs(np.diff(np.unwrap(headings))).max())
+
+
+@pytest.mark.parametrize("smoother", ["", "simple_smoother"])
+def test_a_corner_is_rounded_and_the_path_published(robot: PlayedRobot, smoother: str) -> None:
+    published = robot.bench.collect(Path, "/plan_smoothed")
+    goal = smooth(robot, smoother_id=smoother, check_for_collisions=True)
+    assert (goal.status, goal.result.error_code, goal.result.was_completed) == (SUCCEEDED, 0, True)
+    poses = poses_from_path(goal.result.path)
+    assert sharpest_turn(poses) < 0.5 * sharpest_turn(CORNER)
+    assert poses[-1] == pytest.approx(CORNER[-1])
+    assert goal.result.path.header.frame_id == "map"
+    assert [each.poses for each in published] == [goal.result.path.poses]
+
+
+def test_a_pass_into_an_obstacle_is_undone(robot: PlayedRobot) -> None:
+    through_wall = polyline([(0.0, 0.0), (5.2, 0.0)], 0.0)
+    goal = smooth(robot, through_wall)
+    assert (goal.status, goal.result.was_completed) == (SUCCEEDED, False)
+    assert "as it was before" in goal.result.error_msg
+    assert poses_from_path(goal.result.path)[:, :2] == pytest.approx(through_wall[:, :2])
+
+
+def test_a_path_of_another_frame_is_smoothed_where_it_lies(robot: PlayedRobot) -> None:
+    robot.pose = SE2(3.0, 0.0)
+    robot.run(1.0)
+    ahead = polyline([(0.0, 0.0), (1.9, 0.0)], 0.0)  # into the wall at x = 5, seen from the robot
+    assert not smooth(robot, ahead, "base_link").result.was_completed
+    assert smooth(robot, ahead, "map").result.was_completed
+
+
+def not_finite() -> Path:
+    route = path_msg(CORNER, "map", 0.0)
+    route.poses[1].pose.position.y = math.nan
+    return route
+
+
+@pytest.mark.parametrize(
+    ("code", "fields"),
+    [
+        (Result.INVALID_SMOOTHER, {"smoother_id": "Best"}),
+        (Result.INVALID_PATH, {"poses": Path()}),
+        (Result.INVALID_PATH, {"poses": not_finite()}),
+        (Result.INVALID_PATH, {"frame": "moon"}),
+        (
+            Result.SMOOTHED_PATH_IN_COLLISION,
+            {"poses": polyline([(0.0, 0.0), (4.8, 0.0)], 0.0), "check_for_collisions": True},
+        ),
+    ],
+)
+def test_what_cannot_be_smoothed_fails_with_its_code(
+    robot: PlayedRobot, code: int, fields: dict[str, Any]
+) -> None:
+    assert_failed(smooth(robot, **fields), code)
+
+
+def test_a_costmap_that_is_not_current_is_an_error(robot: PlayedRobot) -> None:
+    robot.localized = False
+    robot.run(2.0)
+    assert_failed(smooth(robot), Result.UNKNOWN)
+
+
+def test_goals_are_rejected_while_inactive(robot: PlayedRobot) -> None:
+    robot.transition("smoother_server", "deactivate")
+    assert not smooth(robot).accepted
