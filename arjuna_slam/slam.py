@@ -122,9 +122,14 @@ class Slam:
         self._back_end.advance()
         return self._update(match, due, closures)
 
-    def map(self) -> OccupancyGrid | None:
-        """Return the map so far, or None before the first scan."""
-        return self._mapper.grid(self.graph.poses)
+    def map(self, most_moved: int | None = None) -> OccupancyGrid | None:
+        """Return the map so far, or None before the first scan.
+
+        Args:
+            most_moved: How many keyframes that a closure has moved are traced anew at most, to
+                bound the time it takes; the next maps go on. None for all.
+        """
+        return self._mapper.grid(self.graph.poses, most_moved)
 
     def trajectory(self) -> list[tuple[float, SE2]]:
         """Return stamp [s] and optimised pose in map of each keyframe."""

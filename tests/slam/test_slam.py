@@ -14,7 +14,7 @@ from arjuna_slam.config import SlamConfig
 from arjuna_slam.mapper import Mapper
 from arjuna_slam.scan_matcher import MatchStatus
 from arjuna_slam.slam import Slam, SlamUpdate
-from tests.slam.slam_room import distance_to_walls, drive, ranges_at, room, scan_at
+from tests.slam.slam_room import box, distance_to_walls, drive, ranges_at, room, scan_at
 
 Log = list[tuple[Scan, SE2, SE2]]
 
@@ -178,3 +178,34 @@ def test_a_map_of_the_wrong_number_of_poses_is_refused() -> None:
     mapper = Mapper(0.05, 20.0)
     with pytest.raises(ValueError, match="2 poses for 0 scans"):
         mapper.grid(np.zeros((2, 3)))
+
+
+def test_a_map_that_may_trace_few_scans_anew_gets_there_in_steps() -> None:
+    poses = np.array([(5.0 + 0.1 * k, 5.0, 0.05 * k) for k in range(7)])
+    mapper, straight = Mapper(0.05, 20.0), Mapper(0.05, 20.0)
+    for pose in poses:
+        mapper.add(scan_at(room(), SE2.from_array(pose)))
+        straight.add(scan_at(room(), SE2.from_array(pose)))
+    mapper.grid(poses + np.array([0.3, -0.2, 0.1]))
+    wanted = straight.grid(poses)
+    assert wanted is not None
+    same = []
+    for _ in range(4):
+        grid = mapper.grid(poses, most_moved=2)
+        assert grid is not None
+        same.append(grid.data.shape == wanted.data.shape and (grid.data == wanted.data).all())
+    assert same == [False, False, False, True]
+
+
+def test_a_grid_grows_to_all_sides_and_keeps_what_it_had() -> None:
+    mapper = Mapper(0.05, 3.0)
+    poses: list[tuple[float, float, float]] = []
+    for x, y in ((0.0, 0.0), (40.0, 0.0), (-40.0, 3.0), (0.0, 40.0), (2.0, -40.0)):
+        mapper.add(scan_at(box(x - 1.0, y - 1.0, x + 1.0, y + 1.0), SE2(x, y)))
+        poses.append((x, y, 0.0))
+        grid = mapper.grid(np.array(poses))
+    assert grid is not None
+    for x, y, _ in poses:
+        centre, wall = grid.frame.to_cells(np.array([(x, y), (x + 1.0, y)])).astype(int)
+        assert grid.data[tuple(centre)] == 0
+        assert grid.data[tuple(wall)] == 100

@@ -1,0 +1,203 @@
+"""Occupancy: counts of beams that pass through and end in each cell of a grid that grows.
+
+A cell is occupied where more than two beams came and more than a tenth of them ended there, free
+where fewer ended, unknown where fewer came: the rule of slam_toolbox (Karto). Cells lie centred on
+multiples of their edge: walls stand at round coordinates more often than not, and one on the
+border of two cells occupies both, each half a cell off.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+
+_MARGIN_CELLS = 40
+_MARGIN_SHARE = 0.2  # of the grid: growing then costs in proportion to the map, not its square
+
+
+class Occupancy:
+    """A grid of counts and the map they make; only what changes is worked out anew.
+
+    Args:
+        resolution: Edge of a cell [m].
+        min_pass_through: Beams that must come to a cell for it to be known, and one more.
+        occupancy_threshold: Share of them that must end there for it to be occupied.
+    """
+
+    def __init__(
+        self, resolution: float, min_pass_through: int, occupancy_threshold: float
+    ) -> None:
+        self._resolution = resolution
+        self._passes_min = min_pass_through
+        self._hit_share = occupancy_threshold
+        self._corner = np.zeros(2, np.int64)  # row and column of the first cell
+        self._passes = np.zeros((0, 0), np.int32)
+        self._hits = np.zeros((0, 0), np.int32)
+        self._data = np.full((0, 0), UNKNOWN, np.int8)
+        self._stale: NDArray[np.int64] | None = None  # first and last row and column, both in
+        self._seen: NDArray[np.int64] | None = None
+
+    def trace(self, scan: Scan, pose: NDArray[np.float64], range_max: float, sign: int) -> None:
+        """Add a scan's beams, or take them away.
+
+        Args:
+            scan: The scan.
+            pose: Robot in map at its first beam, `(3,) float64` [m, m, rad].
+            range_max: Longest range traced [m]; beams without return clear up to it.
+            sign: 1 to add, -1 to take away what was added at the same pose.
+        """
+        ranges = np.asarray(scan.ranges, dtype=np.float64)
+        reach = min(range_max, scan.range_max)
+        lines = _lines(scan.rays(), ranges, pose, self._resolution, scan.range_min, reach)
+        if len(lines) == 0:
+            return
+        rows, columns = lines[:, 0:3:2], lines[:, 1:4:2]
+        box = np.array([rows.min(), rows.max(), columns.min(), columns.max()])
+        self._cover(box)
+        _count(self._passes, self._hits, self._corner, lines, sign)
+        self._stale = _joined(self._stale, box)
+        self._seen = _joined(self._seen, box)
+
+    def grid(self, stamp: float) -> OccupancyGrid | None:
+        """Return the map with values -1, 0 and 100, or None before the first beam."""
+        if self._seen is None:
+            return None
+        if self._stale is not None:
+            across = self._window(self._stale)
+            _classify(
+                self._passes[across], self._hits[across], self._data[across],
+                self._passes_min, self._hit_share,
+            )  # fmt: skip
+            self._stale = None
+        self._shrink(self._seen)
+        data = self._data[self._window(self._seen)].copy()
+        x, y = (float(self._seen[k]) - 0.5 for k in (2, 0))
+        origin = SE2(x * self._resolution, y * self._resolution)
+        frame = GridFrame(self._resolution, data.shape[1], data.shape[0], origin)
+        return OccupancyGrid(frame, data, stamp)
+
+    def _window(self, box: NDArray[np.int64]) -> tuple[slice, slice]:
+        row, column = self._corner.tolist()
+        first_row, last_row, first_column, last_column = box.tolist()
+        return (
+            slice(first_row - row, last_row - row + 1),
+            slice(first_column - column, last_column - column + 1),
+        )
+
+    def _shrink(self, box: NDArray[np.int64]) -> None:
+        """Draw a box in to the cells that beams have come to, after some were taken away."""
+        for side, step in ((0, 1), (1, -1), (2, 1), (3, -1)):
+            edge = box.copy()
+            edge[side ^ 1] = box[side]
+            while box[side & 2] < box[side | 1] and not self._passes[self._window(edge)].any():
+                box[side] += step
+                edge[side] = edge[side ^ 1] = box[side]
+
+    def _cover(self, box: NDArray[np.int64]) -> None:
+        """Grow so that a box lies inside."""
+        if self._passes.size == 0:
+            self._corner = box[0::2].copy()
+        shape = np.array(self._passes.shape)
+        before = self._corner - box[0::2]
+        after = box[1::2] + 1 - (self._corner + shape)
+        if (before <= 0).all() and (after <= 0).all():
+            return
+        margin = np.maximum(_MARGIN_CELLS, (_MARGIN_SHARE * shape).astype(np.int64))
+        before = np.where(before > 0, before + margin, 0)
+        after = np.where(after > 0, after + margin, 0)
+        pad = ((before[0], after[0]), (before[1], after[1]))
+        self._passes, self._hits = np.pad(self._passes, pad), np.pad(self._hits, pad)
+        self._data = np.pad(self._data, pad, constant_values=UNKNOWN)
+        self._corner = self._corner - before
+
+
+def _joined(box: NDArray[np.int64] | None, other: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the box around two boxes."""
+    joined: NDArray[np.int64] = other.copy()
+    if box is not None:
+        joined[0::2] = np.minimum(box, other)[0::2]
+        joined[1::2] = np.maximum(box, other)[1::2]
+    return joined
+
+
+@njit(cache=True)
+def _lines(
+    rays: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    resolution: float,
+    range_min: float,
+    reach: float,
+) -> NDArray[np.int64]:
+    """Return row and column of each beam's first and last cell, and 1 where it ended there."""
+    lines = np.empty((len(ranges), 5), np.int64)
+    count = 0
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    for i in range(len(ranges)):
+        r = ranges[i]
+        if not r >= range_min or r <= 0.0:
+            continue
+        x = pose[0] + cosine * rays[i, 0] - sine * rays[i, 1]
+        y = pose[1] + sine * rays[i, 0] + cosine * rays[i, 1]
+        length, angle = min(r, reach), pose[2] + rays[i, 2]
+        lines[count, 0] = math.floor(y / resolution + 0.5)
+        lines[count, 1] = math.floor(x / resolution + 0.5)
+        lines[count, 2] = math.floor((y + length * math.sin(angle)) / resolution + 0.5)
+        lines[count, 3] = math.floor((x + length * math.cos(angle)) / resolution + 0.5)
+        lines[count, 4] = 1 if r < reach else 0
+        count += 1
+    found: NDArray[np.int64] = lines[:count]
+    return found
+
+
+@njit(cache=True)
+def _count(
+    passes: NDArray[np.int32],
+    hits: NDArray[np.int32],
+    corner: NDArray[np.int64],
+    lines: NDArray[np.int64],
+    sign: int,
+) -> None:
+    """Add (or take away) passes and hits along Bresenham lines."""
+    for i in range(len(lines)):
+        r, c = lines[i, 0] - corner[0], lines[i, 1] - corner[1]
+        row, column = lines[i, 2] - corner[0], lines[i, 3] - corner[1]
+        d_row, d_column = abs(row - r), abs(column - c)
+        step_row = 1 if row > r else -1
+        step_column = 1 if column > c else -1
+        error = d_column - d_row
+        for _ in range(max(d_row, d_column) + 1):
+            passes[r, c] += sign
+            double = 2 * error
+            if double > -d_row:
+                error -= d_row
+                c += step_column
+            if double < d_column:
+                error += d_column
+                r += step_row
+        hits[row, column] += sign * lines[i, 4]
+
+
+@njit(cache=True)
+def _classify(
+    passes: NDArray[np.int32],
+    hits: NDArray[np.int32],
+    data: NDArray[np.int8],
+    passes_min: int,
+    hit_share: float,
+) -> None:
+    for r in range(passes.shape[0]):
+        for c in range(passes.shape[1]):
+            if passes[r, c] <= passes_min:
+                data[r, c] = UNKNOWN
+            elif hits[r, c] > hit_share * passes[r, c]:
+                data[r, c] = OCCUPIED
+            else:
+                data[r, c] = FREE
