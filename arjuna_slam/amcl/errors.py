@@ -20,11 +20,15 @@ class LocalizationError(ArjunaError, ValueError):
 
 
 def check_map(grid: OccupancyGrid) -> None:
-    """Raise unless the map has both free and occupied cells.
+    """Raise unless the map has a resolution and both free and occupied cells.
 
     Raises:
         LocalizationError: A robot cannot be anywhere in the map, or nothing in it can be seen.
     """
+    if not 0.0 < grid.frame.resolution < math.inf:
+        raise LocalizationError(
+            f"the map's resolution must be positive, got {grid.frame.resolution} m"
+        )
     for name, mask in (("free", grid.free()), ("occupied", grid.occupied())):
         if not mask.any():
             raise LocalizationError(

@@ -32,7 +32,7 @@ from arjuna_core.ros.convert import (
     seconds,
     transform_msg,
 )
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.nodes.amcl import AmclNode
 from tests.helpers.ros import RosBench
 from tests.slam.amcl_room import DT, Robot, error, random_pose, room_map
@@ -112,6 +112,33 @@ def started(room: Room, with_map: bool = True, **values: Any) -> AmclNode:
     node.trigger_activate()
     room.bench.process.drain()
     return node
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What the node under test logs as errors."""
+    return _logged(monkeypatch, "error")
+
+
+@pytest.fixture
+def warned(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What the node under test logs as warnings."""
+    return _logged(monkeypatch, "warning")
+
+
+def _logged(monkeypatch: pytest.MonkeyPatch, level: str) -> list[str]:
+    lines: list[str] = []
+    real = AmclNode.get_logger
+
+    class Logger:
+        def __init__(self, logger: Any) -> None:
+            self._logger = logger
+
+        def __getattr__(self, name: str) -> Any:
+            return lines.append if name == level else getattr(self._logger, name)
+
+    monkeypatch.setattr(AmclNode, "get_logger", lambda node: Logger(real(node)))
+    return lines
 
 
 def newest_pose(room: Room) -> SE2:
@@ -197,16 +224,150 @@ def test_the_service_sets_the_pose_too(room: Room) -> None:
     assert room.error[0] < 0.06
 
 
+def initial_pose(
+    pose: SE2 = IDENTITY, frame: str = "map", covariance: tuple[float, ...] = (0.25, 0.25, 0.0685)
+) -> PoseWithCovarianceStamped:
+    message = PoseWithCovarianceStamped(header=header(frame, 0.0))
+    message.pose.pose = pose_msg(pose)
+    message.pose.covariance[0], message.pose.covariance[7] = covariance[:2]
+    message.pose.covariance[35] = covariance[2]
+    if len(covariance) > 3:
+        message.pose.covariance[1] = message.pose.covariance[6] = covariance[3]
+    return message
+
+
+NAN = float("nan")
+
+
 @pytest.mark.parametrize(
-    ("pose", "frame"),
-    [(SE2(), "odom"), (SE2(), ""), (SE2(99.0, 0.0, 0.0), "map"), (SE2(float("nan")), "map")],
+    ("message", "reason"),
+    [
+        (initial_pose(frame="odom"), "frame 'odom', valid: 'map'"),
+        (initial_pose(frame=""), "frame '', valid: 'map'"),
+        (initial_pose(SE2(99.0, 0.0, 0.0)), "lies outside the map, which spans x"),
+        (initial_pose(SE2(NAN, 0.0, 0.0)), "is not finite"),
+        (initial_pose(SE2(0.0, 0.0, NAN)), "is no rotation"),
+        (initial_pose(covariance=(NAN, 0.25, 0.07)), "finite"),
+        (initial_pose(covariance=(0.25, -0.25, 0.07)), "positive semi-definite"),
+        (initial_pose(covariance=(0.1, 0.1, 0.07, 0.3)), "positive semi-definite"),
+    ],
 )
-def test_a_bad_initial_pose_changes_nothing(room: Room, pose: SE2, frame: str) -> None:
+def test_a_bad_initial_pose_is_refused_with_a_reason_and_changes_nothing(
+    room: Room, said: list[str], message: PoseWithCovarianceStamped, reason: str
+) -> None:
     started(room)
     room.drive(3)
-    room.place(pose, frame)
+    room.bench.publish(PoseWithCovarianceStamped, "initialpose", message, qos.DEFAULT)
+    (line,) = said
+    assert "initial pose refused" in line
+    assert reason in line
     room.drive(3)
     assert room.error[0] < 0.06
+
+
+def map_message(width: int, height: int, value: int, resolution: float = 0.05) -> OccupancyGridMsg:
+    message = OccupancyGridMsg(header=header("map", 0.0))
+    message.info.resolution = resolution
+    message.info.width, message.info.height = width, height
+    message.info.origin.orientation.w = 1.0
+    message.data = [value] * (width * height)
+    return message
+
+
+@pytest.mark.parametrize(
+    ("message", "reason"),
+    [
+        (map_message(0, 0, 0), "has no free cell"),
+        (map_message(40, 40, 0, resolution=0.0), "resolution must be positive"),
+        (map_message(40, 40, 0, resolution=NAN), "resolution must be positive"),
+        (map_message(1, 1, 0), "has no occupied cell"),
+        (map_message(1, 1, 100), "has no free cell"),
+        (map_message(1, 1, -1), "has no free cell"),
+        (map_message(40, 40, 0), "has no occupied cell"),
+    ],
+)
+def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(
+    room: Room, said: list[str], message: OccupancyGridMsg, reason: str
+) -> None:
+    node = started(room)
+    room.drive(3)
+    room.bench.publish(OccupancyGridMsg, "map", message, qos.LATCHED)
+    (line,) = said
+    assert "refused" in line
+    assert reason in line
+    node.set_parameters([Parameter("max_particles", value=1500)])  # builds the filter anew
+    room.drive(3)
+    assert room.error[0] < 0.06
+
+
+def test_a_bad_map_as_the_first_is_refused_and_a_good_one_then_used(
+    room: Room, said: list[str]
+) -> None:
+    started(room, with_map=False)
+    room.bench.publish(OccupancyGridMsg, "map", map_message(1, 1, 0), qos.LATCHED)
+    room.drive(3)
+    assert room.poses == []
+    assert any("has no occupied cell" in line for line in said)
+    room.publish_map()
+    room.drive(3)
+    assert room.error[0] < 0.06
+
+
+def test_without_a_map_a_pose_is_kept_and_nothing_is_published(room: Room) -> None:
+    started(room, with_map=False)
+    room.place(room.robot.pose)
+    room.drive(3)
+    assert room.poses == []
+    assert room.transforms == []
+
+
+def test_scans_of_an_unknown_frame_are_dropped_with_a_reason(room: Room, warned: list[str]) -> None:
+    started(room)
+    room.drive(3)
+    count = len(room.poses)
+    message = scan_msg(room.robot.scan(), "nowhere", DT)
+    room.bench.publish(LaserScan, "scan", message, qos.SENSOR_PUBLISHER)
+    room.drive(3)
+    assert any("nowhere" in line for line in warned)
+    assert len(room.poses) == count + 3
+    assert room.error[0] < 0.06
+
+
+def test_odometry_that_is_no_pose_leaves_the_filter_as_it_was(room: Room) -> None:
+    started(room)
+    room.drive(3)
+    odometry = transform_msg(room.robot.odometry, "odom", "base_footprint", room.robot.now + DT)
+    odometry.transform.translation.x = NAN
+    room.bench.advance(DT)
+    room.bench.publish(TFMessage, "/tf", TFMessage(transforms=[odometry]), qos.TF)
+    room.publish_scan(room.robot.step())
+    room.drive(4)
+    assert room.error[0] < 0.06
+
+
+@pytest.mark.parametrize("mode", ["auto", "always", "never"])
+def test_the_search_at_the_start_is_as_told(room: Room, mode: str) -> None:
+    wrong = {"x": 2.0, "y": -4.0, "yaw": 1.0}
+    started(
+        room,
+        global_localization_at_start=mode,
+        set_initial_pose=True,
+        initial_pose=wrong,
+        relocalize_patience=100.0,
+    )
+    room.drive(2)
+    assert (room.error[0] < 0.06) == (mode == "always")
+
+
+def test_the_pose_is_saved_at_its_rate_and_a_later_start_goes_on_from_there(room: Room) -> None:
+    node = started(room, save_pose_rate=2.0, set_initial_pose=False)
+    room.drive(12)
+    saved = node.config.initial_pose
+    assert SE2(saved.x, saved.y).distance(room.robot.pose) < 0.5
+    belief = node._filter
+    room.drive(6)
+    assert node._filter is belief  # saving builds nothing anew
+    assert (saved.x, saved.y) != (node.config.initial_pose.x, node.config.initial_pose.y)
 
 
 def test_a_kidnapped_robot_is_noticed_and_found(room: Room) -> None:
