@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import shlex
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -51,6 +52,18 @@ def parse_arguments(words: list[str]) -> dict[str, str]:
         if not word.partition(":=")[0].isidentifier() or ":=" not in word:
             raise ConfigError(f"{word!r} is no argument of a robot; valid: name:=value")
     return {name: value for name, _, value in (word.partition(":=") for word in words)}
+
+
+def split(text: str) -> dict[str, str]:
+    """Read xacro arguments written as in a shell, `name:=value 'other:=two words'`.
+
+    Raises:
+        ConfigError: A word is no argument, or a quote is not closed.
+    """
+    try:
+        return parse_arguments(shlex.split(text))
+    except ValueError as error:
+        raise ConfigError(f"'robot_arguments' {text!r}: {error}") from error
 
 
 def expand(path: Path, search: SearchPath, arguments: Mapping[str, str]) -> Expanded:

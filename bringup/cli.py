@@ -10,7 +10,7 @@ import signal
 import sys
 
 from arjuna_core.errors import ArjunaError, InputFileError
-from bringup import bench
+from bringup import bench, robot_options
 from bringup.child import ChildSpec
 from bringup.inputs import gather, groups_of
 from bringup.parameters import Parameters
@@ -45,6 +45,10 @@ def run(arguments: argparse.Namespace) -> int:
 
             simulator_commands.run(arguments, _show)
             return OK
+        if arguments.command == "sim" and arguments.check is not None:
+            _show(robot_options.check(arguments))
+            return OK
+        robot_options.extend_search(arguments)
         parameters = gather(arguments)
         if arguments.command == "demo":
             return _demo(arguments, parameters)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from bringup import bench, simulator_parser
+from bringup import bench, robot_options, simulator_parser
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 
@@ -43,6 +43,7 @@ def build_parser() -> argparse.ArgumentParser:
 def _add_sim(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     parser = _add(commands, "sim", "the simulated robot in its world, in real time")
     _add_simulator_options(parser)
+    robot_options.add_check(parser)
     parser.add_argument(
         "--rtf",
         type=_factor,
@@ -148,10 +149,7 @@ def _add(
 
 
 def _add_simulator_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--world", type=Path, metavar="FILE", help="the SDF world (worlds/arjuna_room.world)"
-    )
-    parser.add_argument("--robot", type=Path, metavar="FILE", help="the URDF (urdf/arjuna.urdf)")
+    robot_options.add_options(parser)
     _add_seed(parser)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from bringup.stack import EXPLORER_GROUP, STACKS, Group, NodeSpec
 DEMO_GROUPS = (*(group for groups in STACKS.values() for group in groups), EXPLORER_GROUP)
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
 FILE_READERS = {
-    ("sim", "world"): ("arjuna_sim.sdf", "load_world"),
+    ("sim", "world"): ("arjuna_sim.world_files", "load_world"),
     ("sim", "robot"): ("arjuna_sim.robot", "load_robot"),
     ("robot_state_publisher", "robot"): ("arjuna_sim.robot", "load_robot"),
     ("map_server", "yaml_filename"): ("arjuna_core.map_io", "load_map"),
@@ -68,8 +69,9 @@ def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Par
             found.setdefault(node, {})[key] = value
 
     put("sim", "world", _absolute(options.get("world")))
-    put("sim", "robot", _absolute(options.get("robot")))
-    put("robot_state_publisher", "robot", _absolute(options.get("robot")))
+    for node in ("sim", "robot_state_publisher"):
+        put(node, "robot", _absolute(options.get("robot")))
+        put(node, "robot_arguments", shlex.join(options.get("robot_arguments") or []) or None)
     put("sim", "real_time_factor", options.get("rtf"))
     put("map_server", "yaml_filename", _absolute(options.get("map")))
     for group in groups:
@@ -86,4 +88,9 @@ def _absolute(path: Path | None) -> str | None:
 def _read_files(spec: NodeSpec, values: dict[str, Any]) -> None:
     for (node, key), (module, reader) in FILE_READERS.items():
         if node == spec.name and values.get(key):
-            getattr(importlib.import_module(module), reader)(values[key])
+            read = getattr(importlib.import_module(module), reader)
+            if key == "robot":
+                split = importlib.import_module("arjuna_sim.xacro_file").split
+                read(values[key], arguments=split(values.get("robot_arguments", "")))
+            else:
+                read(values[key])

@@ -18,13 +18,19 @@ from arjuna_sim.nodes.messages import transform3_msg
 from arjuna_sim.nodes.sim import SHIPPED_ROBOT
 from arjuna_sim.robot import load_robot
 from arjuna_sim.urdf import Urdf
+from arjuna_sim.xacro_file import split
 
 
 @dataclass(frozen=True)
 class RobotStatePublisherConfig:
     """Parameters of the node `robot_state_publisher`."""
 
-    robot: str = param("", "The robot's .urdf file; empty takes the shipped one.", read_only=True)
+    robot: str = param(
+        "", "The robot's URDF or xacro file; empty takes the shipped one.", read_only=True
+    )
+    robot_arguments: str = param(
+        "", "Arguments of the robot's xacro file, each name:=value, as in a shell.", read_only=True
+    )
     publish_frequency: float = param(
         20.0, "Greatest rate of moving joints' transforms.", unit="Hz", minimum=0.1, maximum=1000.0
     )
@@ -38,7 +44,8 @@ class RobotStatePublisherNode(ManagedNode):
 
     def configure(self) -> None:
         """Load the robot and create the topics."""
-        self._urdf: Urdf = load_robot(self.config.robot or SHIPPED_ROBOT).urdf
+        arguments = split(self.config.robot_arguments)
+        self._urdf: Urdf = load_robot(self.config.robot or SHIPPED_ROBOT, arguments=arguments).urdf
         self._description = self.publisher(String, "robot_description", qos.LATCHED)
         self._static = self.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
         self._moving = self.publisher(TFMessage, "/tf", qos.TF)

@@ -25,7 +25,9 @@ from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.observation import Observation
 from arjuna_sim.pacing import PaceMeter, Pacer
 from arjuna_sim.resources import SearchPath
+from arjuna_sim.robot import load_robot
 from arjuna_sim.simulator import Simulator
+from arjuna_sim.xacro_file import split
 
 SHIPPED = Path(__file__).resolve().parents[2]
 SHIPPED_ROBOT = SHIPPED / "urdf" / "arjuna.urdf"
@@ -57,7 +59,7 @@ class SimNode(ManagedNode):
         config: SimConfig = self.config
         start = config.initial_pose
         self.simulator = Simulator(
-            config.robot or SHIPPED_ROBOT,
+            load_robot(config.robot or SHIPPED_ROBOT, arguments=split(config.robot_arguments)),
             config.world or SHIPPED_WORLD,
             config,
             np.random.default_rng(config.seed),

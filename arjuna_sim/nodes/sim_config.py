@@ -21,8 +21,15 @@ class InitialPose:
 class SimConfig(SimulatorConfig):
     """Parameters of the node `sim`, over those of the simulator."""
 
-    robot: str = param("", "The robot's .urdf file; empty takes the shipped one.", read_only=True)
-    world: str = param("", "The world's SDF file; empty takes the shipped room.", read_only=True)
+    robot: str = param(
+        "", "The robot's URDF or xacro file; empty takes the shipped one.", read_only=True
+    )
+    robot_arguments: str = param(
+        "", "Arguments of the robot's xacro file, each name:=value, as in a shell.", read_only=True
+    )
+    world: str = param(
+        "", "The world's SDF file or map YAML; empty takes the shipped room.", read_only=True
+    )
     seed: int = param(0, "Seed of all chance.", minimum=0, read_only=True)
     real_time_factor: float = param(
         1.0, "Simulated per real time; 0 is as fast as it goes.", minimum=0.0, maximum=1000.0

@@ -18,7 +18,8 @@ from arjuna_core.errors import ArjunaError, WorldError
 from arjuna_sim.entity_files import check_assets
 from arjuna_sim.library import Fault, ResourceError
 from arjuna_sim.nodes.results import OK, refusal, resource_refusal
-from arjuna_sim.sdf import World, load_world, read_world
+from arjuna_sim.sdf import World, read_world
+from arjuna_sim.world_files import load_world
 from arjuna_sim.xml_file import XmlFile
 
 if TYPE_CHECKING:

@@ -1,0 +1,102 @@
+"""Options that say which robot and world to load, and where to look for their parts."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import re
+from pathlib import Path
+
+_PACKAGES, _MODELS = "ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH"
+_ARGUMENT = re.compile(r"[A-Za-z_]\w*:=")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that every command with a simulator has."""
+    parser.add_argument(
+        "--robot", type=Path, metavar="FILE", help="URDF or xacro (urdf/arjuna.urdf)"
+    )
+    parser.add_argument(
+        "--world",
+        type=Path,
+        metavar="FILE",
+        help="an SDF world, or a map's YAML whose walls are built (worlds/arjuna_room.world)",
+    )
+    parser.add_argument(
+        "--package-path",
+        type=_folder,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="folder of ROS packages for package:// and $(find ...); may be given again",
+    )
+    parser.add_argument(
+        "--model-path",
+        type=_folder,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="folder of Gazebo models for model://; may be given again",
+    )
+    parser.add_argument(
+        "robot_arguments",
+        nargs="*",
+        type=_argument,
+        default=[],
+        metavar="NAME:=VALUE",
+        help="arguments of the robot's xacro file",
+    )
+
+
+def add_check(parser: argparse.ArgumentParser) -> None:
+    """Add the options that check a file instead of running anything."""
+    parser.add_argument(
+        "--check",
+        type=Path,
+        metavar="FILE",
+        help="say what is understood of a robot, world or map, and what is not, and end",
+    )
+    parser.add_argument(
+        "--save-guess",
+        type=Path,
+        metavar="FILE",
+        help="with --check: write the drive that was guessed; FILE then loads as the robot",
+    )
+
+
+def extend_search(arguments: argparse.Namespace) -> None:
+    """Put the folders given in front of those of the environment, for this process and others."""
+    for name, option in ((_PACKAGES, "package_path"), (_MODELS, "model_path")):
+        given = [str(folder.resolve()) for folder in vars(arguments).get(option) or []]
+        known = [os.environ[name]] if os.environ.get(name) else []
+        if given:
+            os.environ[name] = os.pathsep.join(given + known)
+
+
+def check(arguments: argparse.Namespace) -> str:
+    """Check a file and return the report.
+
+    Raises:
+        ArjunaError: It does not load.
+    """
+    extend_search(arguments)
+    resources = importlib.import_module("arjuna_sim.resources")
+    macros = importlib.import_module("arjuna_sim.xacro_file")
+    checker = importlib.import_module("arjuna_sim.check")
+    values = macros.parse_arguments(arguments.robot_arguments)
+    found = checker.check(arguments.check, resources.SearchPath.of(), values, arguments.save_guess)
+    report: str = found.text()
+    return report
+
+
+def _folder(text: str) -> Path:
+    if not Path(text).is_dir():
+        raise argparse.ArgumentTypeError(f"{text!r} is no folder")
+    return Path(text)
+
+
+def _argument(text: str) -> str:
+    if not _ARGUMENT.match(text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no argument; valid: NAME:=VALUE")
+    return text
