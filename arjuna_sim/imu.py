@@ -46,6 +46,7 @@ class ImuReading:
         angular_variance: Of each turn rate [rad^2/s^2].
         linear_variance: Of each acceleration [m^2/s^4].
         tilt_variance: Of roll and pitch [rad^2].
+        stamp: When [s].
     """
 
     angular_velocity: NDArray[np.float64]
@@ -54,6 +55,7 @@ class ImuReading:
     angular_variance: float
     linear_variance: float
     tilt_variance: float
+    stamp: float
 
 
 class Imu:
@@ -88,11 +90,12 @@ class Imu:
         """Forget the last velocity, since the robot was lifted to another place."""
         self._last = None
 
-    def read(self, data: Any, dt: float) -> ImuReading:
+    def read(self, data: Any, now: float, dt: float) -> ImuReading:
         """Return a reading.
 
         Args:
             data: The `mujoco.MjData`, with positions and velocities up to date.
+            now: The time [s].
             dt: Time since the last reading [s].
         """
         turn = data.site_xmat[self._site].reshape(3, 3)
@@ -102,7 +105,7 @@ class Imu:
         force = turn.T @ ((velocity - last) / dt - self._model.opt.gravity)
         rates = turn.T @ spin + self._gyro.sample(dt)
         self._yaw = wrap(self._yaw + float(rates[2]) * dt)
-        return self._reading(rates, force + self._accel.sample(dt), turn)
+        return self._reading(rates, force + self._accel.sample(dt), turn, now)
 
     def _motion(self, data: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the site's velocity and turn rate along the world's axes."""
@@ -112,7 +115,11 @@ class Imu:
         return result[3:], result[:3]
 
     def _reading(
-        self, rates: NDArray[np.float64], force: NDArray[np.float64], turn: NDArray[np.float64]
+        self,
+        rates: NDArray[np.float64],
+        force: NDArray[np.float64],
+        turn: NDArray[np.float64],
+        now: float,
     ) -> ImuReading:
         config = self._config
         quaternion = np.zeros(4)
@@ -128,4 +135,5 @@ class Imu:
             config.gyro_noise**2,
             config.accel_noise**2,
             config.tilt_noise**2,
+            now,
         )

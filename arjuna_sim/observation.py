@@ -51,7 +51,8 @@ class Observation:
         time: At the tick's end [s].
         odometry: Dead reckoning.
         joints: All joints that move.
-        imu: A reading, where one was due.
+        imu: The last reading, where one was due.
+        imu_before: The readings before it, where the IMU is faster than the tick.
         scan: A sweep, where one was due.
         truth: Where the robot really is.
         contacts: Names of the world's models that the robot touches, sorted; never the ground.
@@ -64,3 +65,4 @@ class Observation:
     scan: Scan | None
     truth: Truth
     contacts: tuple[str, ...]
+    imu_before: tuple[ImuReading, ...] = ()

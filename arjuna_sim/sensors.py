@@ -13,6 +13,8 @@ from arjuna_sim.imu import Imu, ImuConfig, ImuReading
 from arjuna_sim.lidar import Lidar, LidarConfig
 from arjuna_sim.robot import Robot
 
+_TOLERANCE = 1e-9
+
 
 class Sensors:
     """Reads what is due.
@@ -46,6 +48,7 @@ class Sensors:
             self._imu = Imu(model, settings.imu.link, imu, imu_rng)
             self._imu_period = 1.0 / settings.imu.rate
             self._imu_due = Periodic(self._imu_period, phase=self._imu_period)
+            self._imu_last: float | None = None
 
     def rebind(self, model: Any) -> None:
         """Go on with another model, in which the robot is the same."""
@@ -61,11 +64,21 @@ class Sensors:
         if self._imu is not None:
             self._imu.settle()
 
-    def imu(self, data: Any, now: float, tick: float) -> ImuReading | None:
-        """Return the IMU's reading at a time [s], where one is due; ticks [s] may be slower."""
-        if self._imu is None or not self._imu_due.due(now):
-            return None
-        return self._imu.read(data, max(self._imu_period, tick))
+    def is_imu_due(self, now: float) -> bool:
+        """Tell whether the IMU is to be read at a time [s]; once a time says so."""
+        return self._imu is not None and self._imu_due.due(now)
+
+    def is_imu_faster(self, period: float) -> bool:
+        """Tell whether the IMU reads more often than once a period [s]."""
+        return self._imu is not None and self._imu_period < period - _TOLERANCE
+
+    def imu(self, data: Any, now: float) -> ImuReading:
+        """Return the IMU's reading at a time [s] at which it is due."""
+        assert self._imu is not None
+        last, self._imu_last = self._imu_last, now
+        is_next = last is not None and now > last  # else time was set back
+        dt = round(now - last, 9) if is_next and last is not None else self._imu_period
+        return self._imu.read(data, now, dt)
 
     def scan(self, data: Any, now: float) -> Scan | None:
         """Return the lidar's sweep at a time [s], where one is due; to be called each tick."""

@@ -15,7 +15,7 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.camera import Camera, CameraError
 from arjuna_sim.drive import Drive, DriveConfig, Velocity, kinematics_of, limited
-from arjuna_sim.imu import ImuConfig
+from arjuna_sim.imu import ImuConfig, ImuReading
 from arjuna_sim.lidar import LidarConfig
 from arjuna_sim.observation import JointStates, Observation, Truth
 from arjuna_sim.odometry import Odometry, OdometryConfig
@@ -53,6 +53,10 @@ class SimulatorConfig:
     lidar: LidarConfig = field(default_factory=LidarConfig)
     imu: ImuConfig = field(default_factory=ImuConfig)
     servo: ServoConfig = field(default_factory=ServoConfig)
+
+    def __post_init__(self) -> None:
+        """Refuse a tick, in which the wheels are controlled, that physics steps do not divide."""
+        _substeps(self)
 
 
 class Simulator:
@@ -189,18 +193,36 @@ class Simulator:
         if command is not None:
             self._drive.command(command, self.stage.elapsed)
         self._turn_wheels()
-        self.stage.advance(self._substeps)
-        self._ticks += 1
-        self._refresh()
+        readings = self._advance()
         return Observation(
             self.time,
             self._odometry.update(self.wheel_angles(), self.config.tick),
             self._joint_states(),
-            self._sensors.imu(self._data, self.time, self.config.tick),
+            readings[-1] if readings else None,
             self._sensors.scan(self._data, self.time),
             self.truth(),
             self.stage.contacts(),
+            tuple(readings[:-1]),
         )
+
+    def _advance(self) -> list[ImuReading]:
+        """Run a tick's physics; an IMU that is faster reads on the way, after a whole step."""
+        start, slices = self.time, self._substeps
+        if not self._sensors.is_imu_faster(self.config.tick):
+            slices = 1
+        readings = []
+        for i in range(1, slices + 1):
+            self.stage.advance(self._substeps // slices)
+            now = start + i * self.config.tick / slices
+            if i == slices:
+                self._ticks += 1
+                now = self.time
+            due = self._sensors.is_imu_due(now)
+            if due or i == slices:
+                self._refresh()
+            if due:
+                readings.append(self._sensors.imu(self._data, now))
+        return readings
 
     def truth(self) -> Truth:
         """Return where the robot is now."""

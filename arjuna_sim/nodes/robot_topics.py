@@ -113,7 +113,8 @@ class RobotTopics:
         settings = self.settings
         if observation.imu is not None and self._imu_out.get_subscription_count() > 0:
             assert settings.imu is not None
-            self._imu_out.publish(imu_msg(observation.imu, settings.imu.frame, observation.time))
+            for reading in (*observation.imu_before, observation.imu):
+                self._imu_out.publish(imu_msg(reading, settings.imu.frame, reading.stamp))
         if observation.scan is not None:
             lidar = settings.lidar
             assert lidar is not None
@@ -133,11 +134,15 @@ def _check_topics(path: Path, drive: DriveSettings, settings: GazeboSettings) ->
 
 def _check_rates(node: SimNode, settings: GazeboSettings) -> None:
     """Say where a sensor is asked to be faster than the simulation."""
-    fastest = 1.0 / node.config.tick
-    for name, sensor in (("lidar", settings.lidar), ("camera", settings.camera)):
-        if sensor is not None and sensor.rate > fastest + _TOLERANCE:
+    tick, step = node.config.tick, node.config.physics_timestep
+    for name, sensor, period in (
+        ("lidar", settings.lidar, tick),
+        ("camera", settings.camera, tick),
+        ("imu", settings.imu, step),
+    ):
+        if sensor is not None and sensor.rate > 1.0 / period + _TOLERANCE:
             node.get_logger().warning(
-                f"the {name} has {sensor.rate:g} Hz and comes at {fastest:g} Hz, once a tick"
+                f"the {name} has {sensor.rate:g} Hz, but comes at {1.0 / period:g} Hz at most"
             )
 
 

@@ -80,6 +80,7 @@ def test_files_are_handed_on_as_absolute_paths() -> None:
         ({"p": "a: [1"}, ["--params", "p"], "p: "),
         ({"p": _sim("sed", 1)}, ["--params", "p"], "unknown parameter 'sed'; did you mean 'seed'?"),
         ({"p": _sim("seed", "one")}, ["--params", "p"], "'seed' must be int, got 'one' (str)"),
+        ({"p": _sim("tick", 0.03)}, ["--params", "p"], "'tick' 0.03 s must be a whole number of"),
         ({"p": _sim("real_time_factor", -1.0)}, ["--params", "p"], "the least valid is 0"),
         (
             {"p": _sim("seed", 1, "sym")},

@@ -150,3 +150,29 @@ def test_topic_that_no_topic_can_be_is_refused(bench: RosBench, tmp_path: Path) 
     assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
     again = SimNode(bench.process, {"robot": robot, "standard_topics": True}, name="again")
     assert again.trigger_configure() == TransitionCallbackReturn.SUCCESS
+
+
+@pytest.mark.parametrize("rate", [100.0, 200.0, 250.0])
+def test_imu_faster_than_the_tick_reads_between_ticks(
+    bench: RosBench, tmp_path: Path, rate: float
+) -> None:
+    edit = ("<update_rate>50", f"<update_rate>{rate:g}")
+    sim = _sim(bench, robot=_robot(tmp_path, edit))
+    imu = bench.collect(Imu, "/imu/data", qos.TF)
+    _run(bench, sim, 100)
+    assert len(imu) == round(2.0 * rate)
+    stamps = [seconds(message.header.stamp) for message in imu]
+    late = [stamp - (i + 1) / rate for i, stamp in enumerate(stamps)]
+    assert min(late) > -1e-6
+    assert max(late) < 0.004 - 1e-6  # the physics step
+    assert imu[-1].linear_acceleration.z == pytest.approx(9.81, abs=0.2)
+
+
+def test_sensor_faster_than_the_simulation_is_said_so(
+    bench: RosBench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    edits = (("<update_rate>50", "<update_rate>1000"), ("<update_rate>10", "<update_rate>80"))
+    _sim(bench, robot=_robot(tmp_path, *edits))
+    said = capfd.readouterr().err
+    assert "the imu has 1000 Hz, but comes at 250 Hz at most" in said
+    assert "the lidar has 80 Hz, but comes at 50 Hz at most" in said
