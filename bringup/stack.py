@@ -63,6 +63,9 @@ BEHAVIOR_SERVER = NodeSpec(
     "behavior_server", "arjuna_nav.nodes.behavior_server", "BehaviorServerNode"
 )
 BT_NAVIGATOR = NodeSpec("bt_navigator", "arjuna_nav.nodes.bt_navigator", "BtNavigatorNode")
+WAYPOINT_FOLLOWER = NodeSpec(
+    "waypoint_follower", "arjuna_nav.nodes.waypoint_follower", "WaypointFollowerNode"
+)
 EXPLORER = NodeSpec("explorer", "arjuna_nav.nodes.explorer", "ExplorerNode")
 
 SIM_GROUP = Group("sim", (SIM, ROBOT_STATE_PUBLISHER), "lifecycle_manager_sim", False)
@@ -78,6 +81,7 @@ NAVIGATION_GROUP = Group(
         PLANNER_SERVER,
         BEHAVIOR_SERVER,
         BT_NAVIGATOR,
+        WAYPOINT_FOLLOWER,
     ),
     "lifecycle_manager_navigation",
 )
