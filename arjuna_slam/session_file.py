@@ -34,9 +34,9 @@ _TRIANGLE = np.triu_indices(3)
 Arrays = dict[str, NDArray[Any]]
 _COLUMNS = {
     "poses": ("<f8", 3), "travel": ("<f8", 0), "stamps": ("<f8", 0), "mounts": ("<f8", 3),
-    "sweeps": ("<f8", 5), "beams": ("<u4", 0), "ranges": ("<f4", 0), "edge_nodes": ("<u4", 2),
-    "edge_poses": ("<f8", 3), "edge_information": ("<f8", 6), "edge_kinds": ("u1", 0),
-    "submap_sizes": ("<u4", 0), "submap_nodes": ("<u4", 0),
+    "motions": ("<f8", 3), "sweeps": ("<f8", 5), "beams": ("<u4", 0), "ranges": ("<f4", 0),
+    "edge_nodes": ("<u4", 2), "edge_poses": ("<f8", 3), "edge_information": ("<f8", 6),
+    "edge_kinds": ("u1", 0), "submap_sizes": ("<u4", 0), "submap_nodes": ("<u4", 0),
 }  # fmt: skip
 """Name, type and width of each array; width 0 for a plain column."""
 
@@ -100,6 +100,7 @@ def _to_arrays(session: Session) -> Arrays:
         "travel": session.travel,
         "stamps": [scan.stamp for scan in scans],
         "mounts": [scan.T_base_sensor.array() for scan in scans],
+        "motions": [scan.motion.array() for scan in scans],
         "sweeps": [_sweep(scan) for scan in scans],
         "beams": [len(scan.ranges) for scan in scans],
         "ranges": np.concatenate([np.zeros(0), *(scan.ranges for scan in scans)]),
@@ -175,7 +176,7 @@ def _check(path: Path, arrays: Arrays) -> None:
         if not holds:
             raise SessionFileError(path, problem, place)
 
-    for name in ("travel", "stamps", "mounts", "sweeps", "beams"):
+    for name in ("travel", "stamps", "mounts", "motions", "sweeps", "beams"):
         must(len(arrays[name]) == count, name, f"{len(arrays[name])} rows for {count} keyframes")
     for name in ("edge_poses", "edge_information", "edge_kinds"):
         must(len(arrays[name]) == edges, name, f"{len(arrays[name])} rows for {edges} edges")
@@ -209,8 +210,9 @@ def _from_arrays(arrays: Arrays) -> Session:
 def _scan(arrays: Arrays, k: int, ranges: NDArray[np.float64]) -> Scan:
     angle_min, increment, range_min, range_max, time_increment = arrays["sweeps"][k].tolist()
     stamp, mount = float(arrays["stamps"][k]), SE2.from_array(arrays["mounts"][k])
+    motion = SE2.from_array(arrays["motions"][k])
     return Scan(
-        ranges, angle_min, increment, range_min, range_max, stamp, time_increment, mount
+        ranges, angle_min, increment, range_min, range_max, stamp, time_increment, mount, motion
     )  # fmt: skip
 
 

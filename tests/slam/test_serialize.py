@@ -73,6 +73,12 @@ def test_a_session_reads_back_as_it_was(session: Session, file: Path) -> None:
         assert (scan.stamp, scan.T_base_sensor) == (known_scan.stamp, known_scan.T_base_sensor)
 
 
+def test_the_motion_within_scans_is_kept(session: Session, tmp_path: Path) -> None:
+    moving = tuple(dataclasses.replace(scan, motion=SE2(0.1, 0.02, 0.3)) for scan in session.scans)
+    save_session(tmp_path / "moving", dataclasses.replace(session, scans=moving))
+    assert all(scan.motion == moving[0].motion for scan in load_session(tmp_path / "moving").scans)
+
+
 def test_the_same_session_gives_the_same_bytes(file: Path, tmp_path: Path) -> None:
     save_session(tmp_path / "again", load_session(file))
     assert (tmp_path / "again").read_bytes() == file.read_bytes()
