@@ -142,8 +142,8 @@ def true_map(surfaces: NDArray[np.float64]) -> OccupancyGrid:
     ends = surfaces.reshape(-1, 2)
     low, high = ends.min(axis=0) - _MARGIN, ends.max(axis=0) + _MARGIN
     width, height = (np.ceil((high - low) / _RESOLUTION)).astype(int).tolist()
-    origin = SE2(float(low[0]) - 0.017, float(low[1]) - 0.017)  # aligned with nothing
-    frame = GridFrame(_RESOLUTION, width, height, origin)
+    x, y = (round(float(v) - 0.017, 3) for v in low)  # aligned with nothing
+    frame = GridFrame(_RESOLUTION, width, height, SE2(x, y))
     data = np.full(frame.shape, FREE, np.int8)
     for x0, y0, x1, y1 in surfaces.tolist():
         ratio = np.linspace(0.0, 1.0, 2 + int(math.hypot(x1 - x0, y1 - y0) / 0.005))
