@@ -8,13 +8,14 @@ import numpy as np
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.correlative import Window
+from arjuna_slam.correlative import Window, search
 from arjuna_slam.field import Field
-from arjuna_slam.scan_matcher import Match, ScanMatcher
+from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher
 from arjuna_slam.session import Session, Start, StartKind
 from arjuna_slam.surface import Surface, extract
 
 _NEAR_POSITION, _NEAR_HEADING, _NEAR_DEPTH = 1.5, 0.6, 4
+_POINTS = 120  # of a scan that is looked for everywhere
 _DEPTH_MIN, _DEPTH_MAX = 3, 7
 _ANYWHERE_RESPONSE = 0.7  # on a whole map much fits somewhat
 
@@ -60,4 +61,11 @@ class ReferenceMap:
         depth = round(math.log2(float(half.max()) / self.field.resolution)) - 2
         window = Window(float(half.max()), math.pi, min(max(depth, _DEPTH_MIN), _DEPTH_MAX))
         prior = SE2(float(centre[0]), float(centre[1]), 0.0)
-        return self._matcher.match(self.field, surface, prior, window, _ANYWHERE_RESPONSE)
+        points = surface.points[:: math.ceil(len(surface) / _POINTS)]
+        found = search(self.field, points, prior, window, _ANYWHERE_RESPONSE)
+        if found is None:
+            return Match(MatchStatus.LOW_RESPONSE, prior, np.eye(3), 0.0)
+        match = self._matcher.track(self.field, surface, found[0])
+        if match.response < self._config.loop_match_minimum_response_fine:
+            return Match(MatchStatus.LOW_RESPONSE, prior, np.eye(3), match.response)
+        return match
