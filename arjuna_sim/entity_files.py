@@ -24,9 +24,9 @@ _COUNTS = {"box": 3, "cylinder": 2, "sphere": 1, "person": 0}
 _PRIMITIVE = re.compile(r"(box|cylinder|sphere|person)(?::([^?]*))?(?:\?mass=(.*))?")
 _SIZES = (1e-3, 100.0)
 _MASS_MAX = 10_000.0
+_PARTS_MAX = 2000
 _TEXT_MAX = 20_000_000
 _ROOT = re.compile(r"<\s*(sdf|robot)\b")
-_LINK_MASS = 1.0  # [kg] what SDF takes for a link that does not say
 
 
 def read_entity(uri: str, text: str, library: Library) -> Entity:
@@ -140,10 +140,7 @@ def _of_bodies(xml: XmlFile, world: World, bodies: list[Body]) -> Entity:
     for body in bodies:
         pose = T_model_world @ body.part.pose
         parts[body.collides].append(Part(body.part.shape, pose, body.part.rgba))
-    static = (model.findtext("static") or "").strip() in ("true", "1")
-    place = f"model '{name}' link"
-    mass = sum(xml.number(link, "inertial/mass", _LINK_MASS, place) for link in model.iter("link"))
-    return _entity(name, tuple(parts[True]), tuple(parts[False]), 0.0 if static else mass)
+    return _entity(name, tuple(parts[True]), tuple(parts[False]), world.masses.get(name, 0.0))
 
 
 def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:
@@ -161,6 +158,9 @@ def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: f
     """Build an entity; what nothing can touch is held, or it would fall through the ground."""
     if not 0.0 <= mass <= _MASS_MAX:
         problem = f"'{name}' weighs {mass:g} kg; valid: 0 to {_MASS_MAX:g}"
+        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
+    if len(solid) + len(drawn) > _PARTS_MAX:
+        problem = f"'{name}' has {len(solid) + len(drawn)} shapes; at most {_PARTS_MAX} are valid"
         raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
     weight = mass if solid else 0.0
     category = Category.OBJECT if weight > 0.0 else Category.STATIC_OBJECT

@@ -102,7 +102,7 @@ class Library:
         raise ResourceError(Fault.NOT_FOUND, f"'{uri}' does not exist below {self.folder}")
 
     def worlds(self) -> tuple[Path, ...]:
-        """Return the world files that are shipped, or lie in the folder or its `worlds`."""
+        """Return the worlds and maps that are shipped, or lie in the folder or its `worlds`."""
         folders = (self._shipped[0], self.folder, self.folder / "worlds")
         found = [
             path.resolve()
@@ -111,6 +111,7 @@ class Library:
             for path in sorted(folder.glob(f"*{suffix}"))
             if path.is_file()
         ]
+        found += sorted(self._shipped[2].glob("*.yaml"))
         return tuple(dict.fromkeys(found))[:_LISTED_MAX]
 
     def models(self) -> tuple[Path, ...]:

@@ -296,7 +296,8 @@ def test_available_worlds_can_be_loaded(bench: RosBench, sim: SimNode, tmp_path:
     (tmp_path / "mine.world").write_text(WORLD.format(""))
     request = GetAvailableWorlds.Request()
     worlds = bench.call(GetAvailableWorlds, "/get_available_worlds", request).worlds
-    assert {"mine", "empty", "arjuna_room"} <= {world.name for world in worlds}
+    names = {Path(world.world_resource.uri).name for world in worlds}
+    assert {"mine.world", "empty.world", "arjuna_room.world", "arjuna_room.yaml"} <= names
     for world in worlds:
         assert _load(bench, world.world_resource.uri).result.result == OK
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from arjuna_core.errors import ConfigError
+from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.se2 import SE2
 from arjuna_sim.actors import Trajectory
 from arjuna_sim.contacts import ContactLog
@@ -316,3 +317,48 @@ def test_library_finds_models_and_worlds_in_its_folder_and_the_shipped(tmp_path:
 def test_impossible_trajectory_is_refused() -> None:
     with pytest.raises(ConfigError, match="two or more"):
         _walker([[0.0, 0.0]], 1.0)
+
+
+WALKER = """<sdf version='1.7'><actor name='w'><script><trajectory id='0' type='walk'>
+<waypoint><time>0</time><pose>0 0 0 0 0 0</pose></waypoint>
+<waypoint><time>4</time><pose>0 2 0 0 0 0</pose></waypoint></trajectory></script></actor></sdf>"""
+TOKENS = ("1e9", "1e308", "-1", "nan", "inf", "0", "", "<", "</link>", "&a;", "1e-300", "9" * 400)
+
+
+def _mutated(text: str, rng: np.random.Generator) -> str:
+    """Replace a number, insert a token, or cut a passage out."""
+    kind, at = int(rng.integers(3)), int(rng.integers(len(text)))
+    token = TOKENS[int(rng.integers(len(TOKENS)))]
+    if kind == 0:
+        found = list(re.finditer(r"-?\d+(\.\d+)?", text))
+        number = found[int(rng.integers(len(found)))]
+        return text[: number.start()] + token + text[number.end() :]
+    end = at if kind == 1 else at + int(rng.integers(1, 30))
+    return text[:at] + (token if kind == 1 else "") + text[end:]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_whatever_a_client_sends_is_spawned_or_refused_and_the_robot_stands(seed: int) -> None:
+    rng, library = np.random.default_rng(seed), _library(ROOT)
+    sim = simulator(EMPTY)
+    corpus = (BOX.format(static="", inertial="<inertial><mass>7</mass></inertial>"), CART, WALKER)
+    spawned = 0
+    for i in range(120):
+        text = _mutated(corpus[i % len(corpus)], rng)
+        try:
+            entity = read_entity("", text, library)
+            sim.stage.spawn(dataclasses.replace(entity, name="it", start=Pose3((3.0, 0.0, 0.0))))
+        except ArjunaError:
+            continue
+        spawned += 1
+        run(sim, 0.1)
+        sim.stage.delete("it")
+    assert 0 < spawned < 120
+    assert sim.truth().pose.distance(SE2()) < 0.01
+
+
+def test_endless_shapes_are_refused() -> None:
+    shape = "<geometry><sphere><radius>0.01</radius></sphere></geometry>"
+    links = f"<link name='l'><collision name='c'>{shape}</collision></link>" * 2001
+    with pytest.raises(ResourceError, match="'m' has 2001 shapes; at most 2000"):
+        read_entity("", f"<sdf><model name='m'>{links}</model></sdf>", _library(ROOT))
