@@ -196,6 +196,17 @@ def test_actor_walks_its_path_shows_in_the_lidar_and_bumps_the_robot() -> None:
     assert abs(sim.truth().z) < 0.05
 
 
+@pytest.mark.parametrize("speed", [0.5, 1.5])
+def test_robot_between_a_person_and_a_wall_stays_in_the_room(speed: float) -> None:
+    sim = simulator(ROOM, spawn=SE2(4.0, 1.0, 0.0))
+    sim.stage.spawn(_walker([[2.0, 1.0], [4.4, 1.0], [2.0, 1.05]], speed, loop=True))
+    for _ in range(500):
+        truth = sim.step().truth
+        assert truth.pose.x < 4.9  # the wall's face, less than half the robot's width
+        assert abs(truth.z) < 0.15
+    assert sim.truth().pose.x > 4.5  # it was pushed there
+
+
 def test_path_of_what_is_spawned_begins_when_it_is() -> None:
     sim = simulator(EMPTY)
     run(sim, 1.0)
