@@ -18,6 +18,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 _MARGIN_CELLS = 40
+_PLANES_MIN = 4096
+_LEVEL_MIN = 2  # of 255: likelihood from which a point counts in a cell
 
 
 class Field:
@@ -55,19 +57,16 @@ class Field:
         if len(points) == 0:
             return
         self._cover(points.min(axis=0), points.max(axis=0))
-        self._reserve(len(points) * (2 * self._radius + 1) ** 2)
-        self._count = _stamp(
-            self.score, self.index, self.planes, self._count, self.resolution, self.origin,
-            points, normals, self.sigma, self._radius,
-        )  # fmt: skip
+        done = 0
+        while done < len(points):
+            self._count, done = _stamp(
+                self.score, self.index, self.planes, self._count, self.resolution, self.origin,
+                points, normals, done, self.sigma, self._radius,
+            )  # fmt: skip
+            if done < len(points):
+                more = np.zeros((len(self.planes) + _PLANES_MIN, 4), np.float32)
+                self.planes = np.concatenate((self.planes, more))
         self._pyramid = None
-
-    def _reserve(self, extra: int) -> None:
-        """Make room for planes."""
-        needed = min(self._count + extra, self.index.size + 1)
-        if needed > len(self.planes):
-            more = np.zeros((max(needed, 2 * len(self.planes)) - len(self.planes), 4), np.float32)
-            self.planes = np.concatenate((self.planes, more))
 
     def pyramid(self, depth: int) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
         """Return upper bounds of the score over growing blocks, for branch and bound.
@@ -128,42 +127,52 @@ def _stamp(
     origin: NDArray[np.float64],
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
+    first: int,
     sigma: float,
     radius: int,
-) -> int:
-    """Add points; return how many planes there are now."""
+) -> tuple[int, int]:
+    """Add points from `first` on; return the number of planes and the first point not added.
+
+    A point is not added while there is no room for all the planes it may need.
+    """
     scale = 0.5 / (sigma * sigma)
-    wx, wy = np.empty(2 * radius + 1), np.empty(2 * radius + 1)
-    for i in range(len(points)):
+    width = 2 * radius + 1
+    wx, wy = np.empty(width), np.empty(width)
+    for i in range(first, len(points)):
+        if count + width * width > len(planes):
+            return count, i
         gx = (points[i, 0] - origin[0]) / resolution
         gy = (points[i, 1] - origin[1]) / resolution
         column, row = int(gx), int(gy)
-        for k in range(2 * radius + 1):
+        for k in range(width):
             dx = (gx - (column - radius + k) - 0.5) * resolution
             dy = (gy - (row - radius + k) - 0.5) * resolution
             wx[k] = math.exp(-scale * dx * dx)
             wy[k] = math.exp(-scale * dy * dy)
         nx, ny = normals[i, 0], normals[i, 1]
         flat = nx != 0.0 or ny != 0.0
-        for a in range(2 * radius + 1):
+        for a in range(width):
             dy = (gy - (row - radius + a) - 0.5) * resolution
-            for b in range(2 * radius + 1):
+            for b in range(width):
                 w = wx[b] * wy[a]
-                r, c = row - radius + a, column - radius + b
                 level = int(255.0 * w + 0.5)
+                if level < _LEVEL_MIN:
+                    continue
+                r, c = row - radius + a, column - radius + b
                 if level > score[r, c]:
                     score[r, c] = level
-                if flat and level > 1:
-                    k = index[r, c]
-                    if k == 0:
-                        k = index[r, c] = count
-                        count += 1
-                    dx = (gx - c - 0.5) * resolution
-                    planes[k, 0] += w
-                    planes[k, 1] += w * nx
-                    planes[k, 2] += w * ny
-                    planes[k, 3] += w * (nx * dx + ny * dy)
-    return count
+                if not flat:
+                    continue
+                k = index[r, c]
+                if k == 0:
+                    k = index[r, c] = count
+                    count += 1
+                dx = (gx - c - 0.5) * resolution
+                planes[k, 0] += w
+                planes[k, 1] += w * nx
+                planes[k, 2] += w * ny
+                planes[k, 3] += w * (nx * dx + ny * dy)
+    return count, len(points)
 
 
 def _build_pyramid(
@@ -192,6 +201,6 @@ def _halve(blocks: NDArray[np.uint8]) -> NDArray[np.uint8]:
     height, width = blocks.shape[0] // 2, blocks.shape[1] // 2
     rows = blocks[0::2].copy()
     np.maximum(rows[:height], blocks[1::2], out=rows[:height])
-    half = rows[:, 0::2].copy()
+    half: NDArray[np.uint8] = rows[:, 0::2].copy()
     np.maximum(half[:, :width], rows[:, 1::2], out=half[:, :width])
     return half
