@@ -63,6 +63,9 @@ BEHAVIOR_SERVER = NodeSpec(
     "behavior_server", "arjuna_nav.nodes.behavior_server", "BehaviorServerNode"
 )
 BT_NAVIGATOR = NodeSpec("bt_navigator", "arjuna_nav.nodes.bt_navigator", "BtNavigatorNode")
+VELOCITY_SMOOTHER = NodeSpec(
+    "velocity_smoother", "arjuna_nav.nodes.velocity_smoother", "VelocitySmootherNode"
+)
 WAYPOINT_FOLLOWER = NodeSpec(
     "waypoint_follower", "arjuna_nav.nodes.waypoint_follower", "WaypointFollowerNode"
 )
@@ -80,6 +83,7 @@ NAVIGATION_GROUP = Group(
         SMOOTHER_SERVER,
         PLANNER_SERVER,
         BEHAVIOR_SERVER,
+        VELOCITY_SMOOTHER,
         BT_NAVIGATOR,
         WAYPOINT_FOLLOWER,
     ),

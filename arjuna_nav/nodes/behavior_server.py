@@ -39,6 +39,7 @@ class BehaviorServerConfig(BehaviorConfig):
         10.0, "commands a second", unit="Hz", minimum=1.0, read_only=True
     )
     costmap_update_timeout: float = param(1.0, "how old the costmap may be", unit="s", minimum=0.0)
+    cmd_vel_topic: str = param("cmd_vel", "topic of what to drive", read_only=True)
     enable_stamped_cmd_vel: bool = param(False, "whether cmd_vel is TwistStamped", read_only=True)
 
 
@@ -53,7 +54,9 @@ class BehaviorServerNode(ManagedNode):
         config = self.config
         self._costmap: CostmapNode = self.process.find("local_costmap/local_costmap")
         self._running: tuple[str, Behavior, float] | None = None
-        self._output = VelocityOutput(self, config.enable_stamped_cmd_vel)
+        self._output = VelocityOutput(
+            self, config.enable_stamped_cmd_vel, topic=config.cmd_vel_topic
+        )
         self._servers: dict[str, GoalServer] = {
             kind: self.keep(
                 GoalServer(

@@ -40,6 +40,7 @@ class ControllerServerConfig(FollowerConfig):
         ("general_goal_checker",), "Checkers.", choices=("general_goal_checker",), read_only=True
     )
     costmap_update_timeout: float = param(0.3, "How old the costmap may be.", unit="s", minimum=0.0)
+    cmd_vel_topic: str = param("cmd_vel", "Topic of what to drive.", read_only=True)
     enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
     odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
     speed_limit_topic: str = param("speed_limit", "Topic of speed limits.", read_only=True)
@@ -61,7 +62,9 @@ class ControllerServerNode(ManagedNode):
         self._speed_limit = math.inf
         self._frame = ""
         self._started = 0.0
-        self._output = VelocityOutput(self, config.enable_stamped_cmd_vel)
+        self._output = VelocityOutput(
+            self, config.enable_stamped_cmd_vel, topic=config.cmd_vel_topic
+        )
         self._carrot_out = self.publisher(PointStamped, "lookahead_point", qos.LATEST)
         self._plan_out = self.publisher(Path, "received_global_plan", qos.LATEST)
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.DEFAULT)

@@ -11,19 +11,26 @@ from arjuna_nav.controllers.base import Velocity
 
 
 class VelocityOutput:
-    """Publishes velocities on /cmd_vel.
+    """Publishes velocities.
 
     Args:
         node: The node; made in its `configure`.
         stamped: Whether the type is TwistStamped.
         frame: Frame of a stamped twist.
+        topic: The topic.
     """
 
-    def __init__(self, node: ManagedNode, stamped: bool, frame: str = "base_link") -> None:
+    def __init__(
+        self,
+        node: ManagedNode,
+        stamped: bool,
+        frame: str = "base_link",
+        topic: str = "cmd_vel",
+    ) -> None:
         self._node = node
         self._stamped = stamped
         self._frame = frame
-        self._publisher = node.publisher(TwistStamped if stamped else Twist, "cmd_vel", qos.LATEST)
+        self._publisher = node.publisher(TwistStamped if stamped else Twist, topic, qos.LATEST)
 
     def publish(self, velocity: Velocity) -> None:
         """Publish one velocity."""

@@ -1,0 +1,86 @@
+"""Node velocity_smoother: cmd_vel_nav in, cmd_vel_smoothed out, as in Nav2's chain."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+
+from arjuna_core.config import param
+from arjuna_core.ros import qos
+from arjuna_core.ros.node import ManagedNode
+from arjuna_nav.controllers.base import Velocity
+from arjuna_nav.nodes.velocity_output import VelocityOutput
+from arjuna_nav.velocity_smoothing import SmoothingConfig, VelocitySmoother
+
+
+@dataclass(frozen=True)
+class VelocitySmootherConfig(SmoothingConfig):
+    """Parameters of `velocity_smoother`, by Nav2's names; the topics are its remappings."""
+
+    cmd_vel_in_topic: str = param("cmd_vel_nav", "Topic of the commands.", read_only=True)
+    cmd_vel_out_topic: str = param("cmd_vel_smoothed", "Topic of what to drive.", read_only=True)
+    odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
+    enable_stamped_cmd_vel: bool = param(False, "Whether both are TwistStamped.", read_only=True)
+
+
+class VelocitySmootherNode(ManagedNode):
+    """Says nothing until a command comes, and again once the robot stands."""
+
+    Config = VelocitySmootherConfig
+    DEFAULT_NAME = "velocity_smoother"
+
+    def configure(self) -> None:
+        """Create the smoother and its topics."""
+        config = self.config
+        self._smoother = VelocitySmoother(config)
+        self._measured = Velocity()
+        stamped = config.enable_stamped_cmd_vel
+        self._output = VelocityOutput(self, stamped, topic=config.cmd_vel_out_topic)
+        self.subscribe(
+            TwistStamped if stamped else Twist,
+            config.cmd_vel_in_topic,
+            self._on_command,
+            qos.LATEST,
+        )
+        if config.feedback == "CLOSED_LOOP":
+            self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
+        self.every(1.0 / config.smoothing_frequency, self._smooth)
+
+    def activate(self) -> None:
+        """Start from rest."""
+        self._smoother = VelocitySmoother(self.config)
+
+    def deactivate(self) -> None:
+        """Stop the robot."""
+        self._output.stop()
+
+    def on_time_jump(self) -> None:
+        """Start from rest: the last command belongs to another time."""
+        if self.active:
+            self._output.stop()
+            self.activate()
+
+    def on_config(self, config: VelocitySmootherConfig) -> None:
+        """Smooth by the new parameters, from rest."""
+        self._smoother = VelocitySmoother(config)
+
+    def _on_command(self, message: Any) -> None:
+        twist = message.twist if self.config.enable_stamped_cmd_vel else message
+        command = Velocity(twist.linear.x, twist.angular.z)
+        if math.isfinite(command.v) and math.isfinite(command.w):
+            self._smoother.take(command, self.now)
+        else:
+            self.get_logger().error(f"command ignored: {command.v:g} m/s, {command.w:g} rad/s")
+
+    def _on_odometry(self, message: Any) -> None:
+        twist = message.twist.twist
+        self._measured = Velocity(twist.linear.x, twist.angular.z)
+
+    def _smooth(self) -> None:
+        velocity = self._smoother.tick(self._measured, self.now)
+        if velocity is not None:
+            self._output.publish(velocity)

@@ -1,0 +1,142 @@
+"""Velocity commands made drivable: limited in speed and acceleration, zero when they cease."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
+from arjuna_nav.controllers.base import Velocity
+
+_AXES = (0, 2)  # of [x, y, theta]: no robot of ours moves sideways
+_STILL = Velocity()
+
+
+@dataclass(frozen=True)
+class SmoothingConfig:
+    """Parameters of the velocity smoother, by Nav2's names; lists are [x, y, theta].
+
+    Raises:
+        ConfigError: A list is not of three, or a limit has the wrong sign.
+    """
+
+    smoothing_frequency: float = param(
+        20.0, "commands a second", unit="Hz", minimum=1.0, read_only=True
+    )
+    scale_velocities: bool = param(False, "whether to keep the arc where one axis is limited")
+    feedback: str = param(
+        "OPEN_LOOP",
+        "what is driven now, as commanded or measured",
+        choices=("OPEN_LOOP", "CLOSED_LOOP"),
+    )
+    max_velocity: tuple[float, ...] = param((0.5, 0.0, 2.5), "greatest speeds", unit="m/s, rad/s")
+    min_velocity: tuple[float, ...] = param(
+        (-0.5, 0.0, -2.5), "greatest speeds backwards, below 0", unit="m/s, rad/s"
+    )
+    max_accel: tuple[float, ...] = param(
+        (2.5, 0.0, 3.2), "greatest accelerations", unit="m/s^2, rad/s^2"
+    )
+    max_decel: tuple[float, ...] = param(
+        (-2.5, 0.0, -3.2), "greatest decelerations, below 0", unit="m/s^2, rad/s^2"
+    )
+    deadband_velocity: tuple[float, ...] = param(
+        (0.0, 0.0, 0.0), "speeds below which the robot stands", unit="m/s, rad/s"
+    )
+    velocity_timeout: float = param(1.0, "how long a command holds", unit="s", minimum=0.0)
+
+    def __post_init__(self) -> None:
+        for name, sign in (
+            ("max_velocity", 1.0),
+            ("min_velocity", -1.0),
+            ("max_accel", 1.0),
+            ("max_decel", -1.0),
+            ("deadband_velocity", 1.0),
+        ):
+            values = getattr(self, name)
+            side = "0 or more" if sign > 0.0 else "0 or less"
+            if len(values) != 3 or any(sign * value < 0.0 for value in values):
+                raise ConfigError(f"'{name}' is {list(values)}; valid: [x, y, theta], each {side}")
+
+
+class VelocitySmoother:
+    """Follows the last command as fast as the limits allow.
+
+    Args:
+        config: Limits.
+
+    Source: nav2_velocity_smoother, VelocitySmoother::smootherTimer.
+    """
+
+    def __init__(self, config: SmoothingConfig) -> None:
+        self._config = config
+        self._command = _STILL
+        self._commanded_at = -math.inf
+        self._last = _STILL
+        self._resting = True
+
+    def take(self, command: Velocity, now: float) -> None:
+        """Follow a command from now [s] on."""
+        self._command, self._commanded_at = command, now
+
+    def tick(self, measured: Velocity, now: float) -> Velocity | None:
+        """Return what to drive for the next period; None where there is nothing to say.
+
+        Args:
+            measured: What the robot drives; used with CLOSED_LOOP.
+            now: Time [s].
+        """
+        config, command = self._config, self._command
+        if now - self._commanded_at > config.velocity_timeout:
+            if self._last == _STILL or self._resting:
+                self._resting = True
+                return None
+            command = _STILL
+        self._resting = False
+        current = measured if config.feedback == "CLOSED_LOOP" else self._last
+        self._last = self._step(current, command)
+        return self._without_deadband(self._last)
+
+    def _step(self, current: Velocity, command: Velocity) -> Velocity:
+        """Return the velocity one period nearer to a command."""
+        goals = [
+            self._clamped(value, axis) for value, axis in zip(_values(command), _AXES, strict=True)
+        ]
+        changes = [
+            (goal - now, *self._bounds(now, goal, axis))
+            for now, goal, axis in zip(_values(current), goals, _AXES, strict=True)
+        ]
+        ratio = 1.0
+        if self._config.scale_velocities:
+            ratio = min(_allowed(*change) for change in changes)
+        steps = [min(max(ratio * change, low), high) for change, low, high in changes]
+        return Velocity(current.v + steps[0], current.w + steps[1])
+
+    def _clamped(self, value: float, axis: int) -> float:
+        return min(max(value, self._config.min_velocity[axis]), self._config.max_velocity[axis])
+
+    def _bounds(self, now: float, goal: float, axis: int) -> tuple[float, float]:
+        """Return the least and the greatest change of one period."""
+        config = self._config
+        faster = abs(goal) >= abs(now) and now * goal >= 0.0
+        limit = config.max_accel[axis] if faster else -config.max_decel[axis]
+        limit /= config.smoothing_frequency
+        return -limit, limit
+
+    def _without_deadband(self, velocity: Velocity) -> Velocity:
+        kept = [
+            0.0 if abs(value) < self._config.deadband_velocity[axis] else value
+            for value, axis in zip(_values(velocity), _AXES, strict=True)
+        ]
+        return Velocity(*kept)
+
+
+def _values(velocity: Velocity) -> tuple[float, float]:
+    return velocity.v, velocity.w
+
+
+def _allowed(change: float, low: float, high: float) -> float:
+    """Return the part of a change that lies within its bounds."""
+    if change > high:
+        return high / change
+    return low / change if change < low else 1.0

@@ -1,0 +1,98 @@
+"""The velocity smoother: limits, timeout, deadband."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arjuna_core.config import load
+from arjuna_core.errors import ConfigError
+from arjuna_nav.controllers import Velocity
+from arjuna_nav.velocity_smoothing import SmoothingConfig, VelocitySmoother
+
+PERIOD = 0.05
+STILL = Velocity()
+
+
+def driven(
+    command: Velocity, count: int, measured: Velocity = STILL, **parameters: Any
+) -> list[Velocity | None]:
+    """Return what is said each period after one command."""
+    smoother = VelocitySmoother(load(SmoothingConfig, parameters))
+    smoother.take(command, 0.0)
+    return [smoother.tick(measured, k * PERIOD) for k in range(count)]
+
+
+def said(velocities: list[Velocity | None]) -> np.ndarray:
+    return np.array([(each.v, each.w) for each in velocities if each is not None])
+
+
+def test_speed_grows_by_no_more_than_the_acceleration() -> None:
+    speeds = said(driven(Velocity(0.4, 1.0), 10))
+    assert np.abs(np.diff(speeds[:, 0], prepend=0.0)).max() <= 2.5 * PERIOD + 1e-9
+    assert np.abs(np.diff(speeds[:, 1], prepend=0.0)).max() <= 3.2 * PERIOD + 1e-9
+    assert speeds[-1] == pytest.approx((0.4, 1.0))
+
+
+def test_braking_has_a_limit_of_its_own() -> None:
+    smoother = VelocitySmoother(load(SmoothingConfig, {"max_decel": (-0.5, 0.0, -3.2)}))
+    smoother.take(Velocity(0.4, 0.0), 0.0)
+    for k in range(10):
+        smoother.tick(STILL, k * PERIOD)
+    smoother.take(STILL, 0.5)
+    slower = smoother.tick(STILL, 0.5)
+    assert slower is not None
+    assert slower.v == pytest.approx(0.4 - 0.5 * PERIOD)
+
+
+def test_commands_beyond_the_greatest_speeds_are_cut() -> None:
+    assert said(driven(Velocity(9.0, -9.0), 18))[-1] == pytest.approx((0.5, -2.5))
+    assert said(driven(Velocity(-9.0, 9.0), 18))[-1] == pytest.approx((-0.5, 2.5))
+
+
+def test_scaling_keeps_the_arc() -> None:
+    command = Velocity(0.4, 2.0)
+    scaled = said(driven(command, 8, scale_velocities=True))
+    assert scaled[:, 1] / scaled[:, 0] == pytest.approx(command.w / command.v)
+    plain = said(driven(command, 3))
+    assert plain[0, 1] / plain[0, 0] != pytest.approx(command.w / command.v)
+
+
+def test_a_command_that_ceases_brings_the_robot_to_rest_and_then_silence() -> None:
+    velocities = driven(Velocity(0.4, 0.0), 40)
+    speeds = said(velocities)
+    assert speeds[20, 0] == pytest.approx(0.4)  # 1 s: the command still holds
+    assert speeds[-1] == pytest.approx((0.0, 0.0))
+    assert 24 <= len(speeds) <= 26
+    assert velocities[len(speeds) :] == [None] * (40 - len(speeds))
+
+
+def test_nothing_is_said_before_the_first_command() -> None:
+    assert VelocitySmoother(SmoothingConfig()).tick(STILL, 5.0) is None
+
+
+def test_speeds_within_the_deadband_are_zero_but_not_forgotten() -> None:
+    speeds = said(driven(Velocity(0.4, 0.0), 10, deadband_velocity=(0.2, 0.0, 0.0)))
+    assert speeds[0, 0] == 0.0
+    assert speeds[-1, 0] == pytest.approx(0.4)
+
+
+def test_closed_loop_goes_out_from_what_is_measured() -> None:
+    (first,) = driven(Velocity(0.4, 0.0), 1, Velocity(0.2, 0.0), feedback="CLOSED_LOOP")
+    assert first == Velocity(0.2 + 2.5 * PERIOD, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("max_velocity", (0.5, 0.0)),
+        ("max_accel", (-1.0, 0.0, 1.0)),
+        ("max_decel", (1.0, 0.0, -1.0)),
+        ("min_velocity", (0.1, 0.0, 0.0)),
+    ],
+)
+def test_limits_that_make_no_sense_are_refused(name: str, value: tuple[float, ...]) -> None:
+    with pytest.raises(ConfigError, match=f"'{name}' is .* valid: \\[x, y, theta\\]"):
+        load(SmoothingConfig, {name: value})

@@ -1,0 +1,87 @@
+"""velocity_smoother: between who commands and who drives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import Twist
+from nav2_msgs.action import DriveOnHeading
+
+from arjuna_core.ros.convert import duration_msg
+from arjuna_nav.controllers import Velocity
+from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP, VELOCITY_SMOOTHER
+from tests.helpers.navigation import SUCCEEDED, PlayedRobot
+
+pytestmark = pytest.mark.ros
+STILL = Velocity()
+TO_CMD_VEL = {"cmd_vel_out_topic": "cmd_vel"}
+
+
+@pytest.fixture
+def robot() -> Iterator[PlayedRobot]:
+    robot = PlayedRobot(
+        {"velocity_smoother": TO_CMD_VEL, "behavior_server": {"cmd_vel_topic": "cmd_vel_nav"}}
+    )
+    robot.bring_up(LOCAL_COSTMAP, BEHAVIOR_SERVER, VELOCITY_SMOOTHER)
+    robot.run(0.5)
+    yield robot
+    robot.close()
+
+
+def command(robot: PlayedRobot, v: float) -> None:
+    message = Twist()
+    message.linear.x = v
+    robot.bench.publish(Twist, "/cmd_vel_nav", message)
+
+
+def test_a_command_is_followed_smoothly_until_it_ceases(robot: PlayedRobot) -> None:
+    assert not robot.commands
+    command(robot, 0.4)
+    robot.run(0.5)
+    speeds = [each.v for each in robot.commands]
+    assert speeds == sorted(speeds)
+    assert speeds[0] < 0.2
+    assert speeds[-1] == pytest.approx(0.4)
+    robot.run(1.5)
+    assert robot.command == STILL
+    robot.forget()
+    robot.run(1.0)
+    assert not robot.commands
+
+
+def test_a_behavior_drives_through_it(robot: PlayedRobot) -> None:
+    request = DriveOnHeading.Goal(speed=0.2, time_allowance=duration_msg(10.0))
+    request.target.x = 0.5
+    goal = robot.send(DriveOnHeading, "drive_on_heading", request)
+    robot.run_until_done(goal, 5.0)
+    robot.run(0.5)
+    assert goal.status == SUCCEEDED
+    assert robot.pose.x == pytest.approx(0.5, abs=0.05)
+    assert robot.command == STILL
+
+
+def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
+    command(robot, 0.3)
+    robot.run(0.5)
+    command(robot, math.nan)
+    robot.run(0.2)
+    assert robot.command.v == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("how", ["deactivate", "set_back"])
+def test_the_robot_is_stopped_at_once(robot: PlayedRobot, how: str) -> None:
+    command(robot, 0.4)
+    robot.run(0.5)
+    if how == "set_back":
+        robot.bench.set_back()
+    else:
+        robot.transition("velocity_smoother", "deactivate")
+    assert robot.command == STILL
+    robot.forget()
+    robot.bench.advance(1.0)
+    assert not robot.commands
