@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
+from arjuna_slam.deskew import motion_within
 from arjuna_slam.pose_graph import PoseGraph
 from arjuna_slam.reference_map import ReferenceMap
 from arjuna_slam.scan_filter import ScanFilter, Skip
@@ -38,6 +41,7 @@ class Localizer:
         self._start: Start | None = start
         self._T_map_base = self._T_odom_base = self._T_odom_searched = IDENTITY
         self.graph = PoseGraph()
+        self._stamp = -math.inf
         self._mapper = config.mapper()
         for scan, pose in zip(session.scans, session.poses, strict=True):
             self.graph.add_node(SE2.from_array(pose))
@@ -55,7 +59,7 @@ class Localizer:
         Returns:
             The update, or None for a scan that cannot be used.
         """
-        surface = self.scans.take(scan)
+        surface = self.scans.take(self._with_motion(scan, T_odom_base))
         if surface is None:
             return None
         match = (
@@ -67,6 +71,7 @@ class Localizer:
             self._T_odom_searched = T_odom_base
         self._start = None
         self._T_map_base, self._T_odom_base = match.T_field_base, T_odom_base
+        self._stamp = scan.stamp
         return self._update(match)
 
     def restart(self, start: Start) -> None:
@@ -77,9 +82,18 @@ class Localizer:
         """
         self._start = start
 
-    def map(self) -> OccupancyGrid | None:
-        """Return the map."""
-        return self._mapper.grid(self.graph.poses)
+    def map(self, most_moved: int | None = None) -> OccupancyGrid | None:
+        """Return the map.
+
+        Args:
+            most_moved: Means nothing here: no keyframe moves.
+        """
+        return self._mapper.grid(self.graph.poses, most_moved)
+
+    @property
+    def map_behind(self) -> bool:
+        """Whether the map would be another than when it was last returned."""
+        return self._mapper.behind(self.graph.poses)
 
     def session(self) -> Session:
         """Return the session whose map it is."""
@@ -108,6 +122,13 @@ class Localizer:
             return match
         self.scans.skip(Skip.LOST)
         return None
+
+    def _with_motion(self, scan: Scan, T_odom_base: SE2) -> Scan:
+        """Return the scan with the motion during it, as the odometry has it."""
+        if scan.time_increment == 0.0 or self._start is not None:
+            return scan
+        delta = self._T_odom_base.inverse() @ T_odom_base
+        return replace(scan, motion=motion_within(scan, delta, scan.stamp - self._stamp))
 
     def _go_on(self, surface: Surface, T_odom_base: SE2) -> Match:
         delta = self._T_odom_base.inverse() @ T_odom_base

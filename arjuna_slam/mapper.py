@@ -74,6 +74,14 @@ class Mapper:
         self._traced = np.concatenate((self._traced, poses[len(self._traced) :]))
         return self._occupancy.grid(self._scans[-1].stamp)
 
+    def behind(self, poses: NDArray[np.float64]) -> bool:
+        """Tell whether scans are new or have moved since the map was last returned.
+
+        Args:
+            poses: Robot in map at each scan added, `(N, 3) float64` of x, y, theta.
+        """
+        return len(poses) > len(self._traced) or len(self._moved(poses)) > 0
+
     def _moved(self, poses: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the traced scans that have moved enough to be traced anew, the farthest first."""
         change = poses[: len(self._traced)] - self._traced

@@ -131,6 +131,11 @@ class Slam:
         """
         return self._mapper.grid(self.graph.poses, most_moved)
 
+    @property
+    def map_behind(self) -> bool:
+        """Whether the map would be another than when it was last returned."""
+        return self._mapper.behind(self.graph.poses)
+
     def trajectory(self) -> list[tuple[float, SE2]]:
         """Return stamp [s] and optimised pose in map of each keyframe."""
         return [(stamp, self.graph.pose(k)) for k, stamp in enumerate(self._stamps)]

@@ -42,6 +42,7 @@ from arjuna_slam.session import Session, Start, StartKind
 from arjuna_slam.slam import Slam, SlamUpdate
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
+_MOST_MOVED = 200  # keyframes traced anew for one map: a closure must not hold up the scans
 _EVERY_SCAN = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
@@ -219,14 +220,14 @@ class SlamToolboxNode(ManagedNode):
         transform = transform_msg(self._update.T_map_odom, c.map_frame, c.odom_frame, dated)
         self._tf.publish(TFMessage(transforms=[transform]))
 
-    def _map_message(self) -> OccupancyGridMsg | None:
-        grid = self.slam.map()
+    def _map_message(self, most_moved: int | None = None) -> OccupancyGridMsg | None:
+        grid = self.slam.map(most_moved)
         return None if grid is None else grid_msg(grid, self.config.map_frame, self.now)
 
     def _publish_map(self) -> None:
-        if not self._fresh:
+        if not (self._fresh or self.slam.map_behind):
             return
-        message = self._map_message()
+        message = self._map_message(_MOST_MOVED)
         if message is None:
             return
         self._fresh = False

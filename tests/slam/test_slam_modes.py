@@ -18,7 +18,7 @@ from arjuna_slam.scan_filter import Skip
 from arjuna_slam.scan_matcher import MatchStatus
 from arjuna_slam.session import Session, Start, StartKind
 from arjuna_slam.slam import Slam
-from tests.slam.slam_room import distance_to_walls, drive, room
+from tests.slam.slam_room import distance_to_walls, drive, ranges_at, room
 
 ORIGIN = SE2(5.0, 3.0, 0.0)
 AWAY = SE2(-30.0, 7.0, 1.0)
@@ -183,3 +183,32 @@ def test_a_keyframe_put_in_its_place_by_hand_closes_the_loop_there() -> None:
     assert slam.close_by_hand({node: truth @ SE2(0.3, -0.2, 0.1)}) == 1
     assert slam.graph.pose(node).distance(truth) < 0.15
     assert slam.close_by_hand({node: SE2(30.0, 0.0, 0.0)}) == 0
+
+
+def test_a_lidar_that_turns_while_the_robot_does_is_followed_all_the_same(
+    session: Session,
+) -> None:
+    """A sweep of 0.1 s at 1 rad/s is 6 degrees askew; straightened it is not."""
+    rng, errors = np.random.default_rng(6), []
+    start = SE2(5.0, 3.0, 0.0)
+    localizer = Localizer(
+        SlamConfig(), session, Start(StartKind.NEAR_POSE, ORIGIN.inverse() @ start)
+    )
+    for k in range(30):
+        begin = start @ SE2(0.0, 0.0, 0.1 * k)
+        ranges = np.array(
+            [
+                ranges_at(room(), begin @ SE2(0.0, 0.0, 0.1 * i / 359), np.array([angle]))[0]
+                for i, angle in enumerate(np.linspace(-math.pi, math.pi, 360))
+            ]
+        )
+        noisy = ranges + rng.normal(0.0, 0.01, 360)
+        step = 2.0 * math.pi / 359
+        scan = Scan(noisy, -math.pi, step, 0.1, 30.0, 0.1 * k, 0.1 / 359)
+        update = localizer.process(scan, AWAY @ begin)
+        assert update is not None
+        pose = ORIGIN @ update.T_map_base
+        errors.append((pose.distance(begin), abs(pose.theta - begin.theta) % (2.0 * math.pi)))
+    late = np.array(errors[2:])
+    assert late[:, 0].max() < 0.03
+    assert np.minimum(late[:, 1], 2.0 * math.pi - late[:, 1]).max() < math.radians(1.0)
