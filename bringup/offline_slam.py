@@ -48,6 +48,7 @@ def run(arguments: argparse.Namespace) -> str:
     count = Count(log)
     start, cpu = time.monotonic(), time.process_time()
     trajectory = offline.run(mapper, count)
+    mapper.map()
     spent = time.monotonic() - start, time.process_time() - cpu
     report = _report(arguments.offline, mapper, trajectory, count, spent)
     if relations is not None:
