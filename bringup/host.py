@@ -17,6 +17,7 @@ from bringup.inputs import DEMO_GROUPS
 from bringup.lifecycle import LifecycleManager
 from bringup.parameters import EVERY_NODE, Parameters
 from bringup.stack import Group
+from bringup.supervisor import QUIT_EXIT
 
 _POLL = 0.05
 _REFUSED = 2
@@ -45,6 +46,7 @@ class Host:
         )
         self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
         self._stopping = False
+        self.quit = False
 
     def stop(self, number: int = 0, frame: object = None) -> None:
         """Make `run` end; a signal handler."""
@@ -55,6 +57,8 @@ class Host:
         parent = os.getppid()
         while not self._stopping and os.getppid() == parent:
             self._spin_once()
+            self.quit = any(node.quitting for node in self._paced)
+            self._stopping |= self.quit
         self._shut_down()
 
     def _spin_once(self) -> None:
@@ -81,7 +85,11 @@ class Host:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a group of nodes; return 0 after a clean stop, 2 where an input is refused."""
+    """Run a group of nodes.
+
+    Returns:
+        0 after a clean stop, 2 where an input is refused, 3 where a client asked to quit.
+    """
     groups = {group.name: group for group in DEMO_GROUPS}
     parser = argparse.ArgumentParser(prog="python -m bringup.host", description=__doc__)
     parser.add_argument("group", choices=sorted(groups))
@@ -95,7 +103,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, host.stop)
     host.run()
-    return 0
+    return QUIT_EXIT if host.quit else 0
 
 
 if __name__ == "__main__":

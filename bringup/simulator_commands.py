@@ -61,6 +61,9 @@ def _world(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
         client.enter(SimulationState.STATE_PAUSED)
     elif arguments.action == "play":
         client.enter(SimulationState.STATE_PLAYING)
+    elif arguments.action == "quit":
+        client.enter(SimulationState.STATE_QUITTING)
+        return []
     elif arguments.action == "step":
         client.step(arguments.steps)
     elif arguments.action == "reset":

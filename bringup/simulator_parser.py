@@ -74,6 +74,7 @@ def _add_world(commands: _Commands[argparse.ArgumentParser]) -> None:
     reset.add_argument("--scope", choices=sorted(SCOPES), default="all", help="what to reset (all)")
     load = _add(actions, "load", "replace the world; the simulation is stopped then")
     load.add_argument("world", type=Path, metavar="FILE", help="an SDF world")
+    _add(actions, "quit", "end the simulator")
     _add(actions, "list", "print which worlds there are")
     _add(actions, "show", "print which world is loaded, and whether time runs")
 

@@ -15,6 +15,8 @@ from bringup.restart import RestartLimits, RestartPolicy
 
 USAGE_EXIT = 2
 """The exit code of a process that refuses its input: to start it again changes nothing."""
+QUIT_EXIT = 3
+"""The exit code of a process that a client asked to quit, and all the others with it."""
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _TICK = 0.2
 
@@ -47,7 +49,7 @@ class _Supervised:
 
 
 class Supervisor:
-    """Keeps processes running until SIGINT or SIGTERM, or until one cannot be kept.
+    """Keeps processes running until SIGINT or SIGTERM, until one quits or one cannot be kept.
 
     Args:
         specs: What to run; stopped together.
@@ -134,6 +136,10 @@ class Supervisor:
 
     def _plan_restart(self, place: _Supervised, code: int) -> None:
         name, how, now = place.spec.name, describe_exit(code), time.monotonic()
+        if code == QUIT_EXIT:
+            self._signals += 1
+            self._write(f"[bringup] {name} quit, and so do all")
+            return
         delay = None if code == USAGE_EXIT else place.policy.on_death(now)
         if delay is not None:
             place.start_at = now + delay

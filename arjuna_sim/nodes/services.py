@@ -59,6 +59,7 @@ _STATES = {
     SimulationState.STATE_STOPPED: "stopped",
     SimulationState.STATE_PLAYING: "playing",
     SimulationState.STATE_PAUSED: "paused",
+    SimulationState.STATE_QUITTING: "quitting",
 }
 
 
@@ -139,7 +140,8 @@ class SimulationServices:
         return response
 
     def _set_state(self, request: Any, response: Any) -> Any:
-        response.result = self._no_world() or self._enter(request.state.state)
+        quits = request.state.state == SimulationState.STATE_QUITTING
+        response.result = (None if quits else self._no_world()) or self._enter(request.state.state)
         return response
 
     def _enter(self, state: int) -> Result:
@@ -154,6 +156,7 @@ class SimulationServices:
             return refusal(SetSimulationState.Response.STATE_TRANSITION_ERROR, problem)
         if state == SimulationState.STATE_STOPPED:
             self._reset_all()
+        self._node.quitting = state == SimulationState.STATE_QUITTING
         self._node.state = state
         return OK
 

@@ -48,11 +48,13 @@ class SimNode(ManagedNode):
         state: A SimulationState constant: whether simulated time runs.
         library: What clients may name.
         contacts: Counts what the robot touches.
+        quitting: Whether a client asked the process to end.
         interactive: Whether it runs by the wall clock, rather than tick by tick as it is told.
     """
 
     Config = SimConfig
     DEFAULT_NAME = "sim"
+    quitting = False
 
     def configure(self) -> None:
         """Load robot and world, and create the topics and services."""

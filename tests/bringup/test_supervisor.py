@@ -110,3 +110,9 @@ def test_the_last_words_of_a_process_are_shown_even_without_a_line_end() -> None
     with supervise("import sys; sys.stderr.write('no line end'); sys.exit(2)") as runner:
         runner.read_to_end()
         assert runner.matching("[c0] no line end")
+
+
+def test_a_process_that_quits_on_purpose_ends_all_with_exit_code_0() -> None:
+    with supervise(OBEDIENT, SINGLE_SHOT.format(3)) as orchestrator:
+        assert orchestrator.read_to_end() == 0
+        assert orchestrator.matching("c1 quit, and so do all")

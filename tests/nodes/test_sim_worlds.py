@@ -109,7 +109,17 @@ def test_playing_pausing_and_stopping(bench: RosBench, sim: SimNode) -> None:
     assert _set(bench, STATE.STATE_PLAYING).result == OK
     _run(bench, sim, 1)
     assert sim.simulator.time == 0.02
-    assert _set(bench, STATE.STATE_QUITTING).result == Result.RESULT_FEATURE_UNSUPPORTED
+    unknown = _set(bench, STATE.STATE_LOADING_WORLD)
+    assert unknown.result == Result.RESULT_FEATURE_UNSUPPORTED
+    assert "cannot be entered" in unknown.error_message
+
+
+def test_quitting_ends_the_process_that_hosts_it(bench: RosBench, sim: SimNode) -> None:
+    assert not sim.quitting
+    assert _set(bench, STATE.STATE_QUITTING).result == OK
+    assert sim.quitting
+    _run(bench, sim, 2)
+    assert sim.simulator.time == 0.0
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import signal
 
 import pytest
 
@@ -45,8 +44,9 @@ def test_commands_change_the_running_simulation(capfd: pytest.CaptureFixture[str
         assert "bob" not in says("entity", "list")
         assert "stopped" in says("world", "load", "worlds/empty.world")
         assert "playing" in says("world", "play")
-        bringup.process.send_signal(signal.SIGINT)
+        says("world", "quit")
         assert bringup.read_to_end() == 0
+        assert bringup.matching("sim quit, and so do all")
 
 
 def test_without_a_simulator_a_clear_error_comes_in_time() -> None:
