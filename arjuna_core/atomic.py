@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 
@@ -22,15 +22,39 @@ def write_atomically(
     Raises:
         OSError: It cannot be written.
     """
+    part = _write_part(path, data)
+    check(part)
+    part.replace(path)
+    _force_folder(path.parent)
+
+
+def write_together(files: Mapping[Path, bytes]) -> None:
+    """Write files of one folder that belong together, each whole or not at all.
+
+    All are on disk before the first takes its name, so that next to nothing lies between.
+
+    Args:
+        files: Where the data shall be, and the data.
+
+    Raises:
+        OSError: They cannot be written.
+    """
+    parts = {path: _write_part(path, data) for path, data in files.items()}
+    for path, part in parts.items():
+        part.replace(path)
+    for folder in {path.parent for path in parts}:
+        _force_folder(folder)
+
+
+def _write_part(path: Path, data: bytes) -> Path:
+    """Write data to a file beside the path and force them to disk."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.part")
     with part.open("wb") as file:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
-    check(part)
-    part.replace(path)
-    _force_folder(path.parent)
+    return part
 
 
 def _force_folder(folder: Path) -> None:

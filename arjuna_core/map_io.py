@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ import yaml
 from numpy.typing import NDArray
 from PIL import Image
 
+from arjuna_core.atomic import write_together
 from arjuna_core.errors import MapError, nearest
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
@@ -192,14 +194,14 @@ def save_map(
         "free_thresh": written_free_thresh,
     }
     try:
-        stem.parent.mkdir(parents=True, exist_ok=True)
         pixels = _to_shades(grid.data, options, written_free_thresh)
         if transparent:
             pixels = np.dstack((pixels, np.where(grid.unknown(), 0, 255).astype(np.uint8)))
         image = Image.fromarray(pixels[::-1])
-        _replace(image_path, lambda part: image.save(part, format=_pillow_name(image_format)))
+        content = io.BytesIO()
+        image.save(content, format=_pillow_name(image_format))
         text = yaml.safe_dump(header, sort_keys=False, default_flow_style=None)
-        _replace(yaml_path, lambda part: part.write_text(text, encoding="utf-8"))
+        write_together({image_path: content.getvalue(), yaml_path: text.encode()})
     except OSError as error:
         raise MapError(stem, f"cannot be written: {error.strerror}") from error
     return yaml_path, image_path
@@ -217,13 +219,6 @@ def _check_to_write(stem: Path, grid: OccupancyGrid, options: MapOptions) -> Non
 
 def _pillow_name(image_format: str) -> str:
     return "PPM" if image_format == "pgm" else "PNG"
-
-
-def _replace(path: Path, write: Any) -> None:
-    """Write beside the path, then rename, so that no half file is ever seen."""
-    part = path.with_name(f".{path.name}.part")
-    write(part)
-    part.replace(path)
 
 
 def _to_shades(

@@ -1,0 +1,82 @@
+"""Claims: a file is there whole or not at all, however the program that writes it ends."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arjuna_core.atomic import write_atomically
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.map_io import load_map, save_map
+
+_CHILD = """
+import os, signal, sys
+from pathlib import Path
+from arjuna_core.map_io import load_map, save_map
+
+new, target, point, number = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
+grid = load_map(new)
+calls = 0
+
+def killing(call):
+    def wrapped(*arguments):
+        global calls
+        calls += 1
+        if calls == number:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return call(*arguments)
+    return wrapped
+
+if point == "fsync":
+    os.fsync = killing(os.fsync)
+else:
+    Path.replace = killing(Path.replace)
+save_map(grid, target)
+"""
+
+
+def _grid(value: int, size: int) -> OccupancyGrid:
+    data = np.full((size, size), value, np.int8)
+    return OccupancyGrid(GridFrame(0.05, size, size), data)
+
+
+@pytest.mark.parametrize(
+    ("point", "number", "saved"),
+    [("fsync", 1, 0), ("fsync", 2, 0), ("replace", 1, 0), ("replace", 2, 1), ("fsync", 3, 2)],
+)
+def test_killed_while_saving_a_map_each_file_is_the_old_or_the_new(
+    tmp_path: Path, point: str, number: int, saved: int
+) -> None:
+    for name, value, size in (("map", 0, 20), ("new", 100, 30)):
+        save_map(_grid(value, size), tmp_path / name)
+    old = (tmp_path / "map.pgm").read_bytes()
+    new = (tmp_path / "new.pgm").read_bytes()
+    argv = [str(tmp_path / "new.yaml"), str(tmp_path / "map"), point, str(number)]
+    child = subprocess.run(
+        [sys.executable, "-c", _CHILD, *argv],
+        cwd=Path(__file__).resolve().parents[2],
+        check=False,
+    )
+    assert child.returncode == -signal.SIGKILL
+    assert (tmp_path / "map.pgm").read_bytes() == (new if saved else old)
+    assert load_map(tmp_path / "map.yaml").data.shape == ((30, 30) if saved else (20, 20))
+    save_map(_grid(0, 20), tmp_path / "map")  # what the killed one left is in nobody's way
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".pgm", ".pgm", ".yaml", ".yaml"]
+
+
+def test_a_check_that_raises_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "deep" / "file"
+    write_atomically(path, b"old")
+
+    def refuse(part: Path) -> None:
+        assert part.read_bytes() == b"new"
+        raise ValueError("no")
+
+    with pytest.raises(ValueError, match="no"):
+        write_atomically(path, b"new", refuse)
+    assert path.read_bytes() == b"old"
