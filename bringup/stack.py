@@ -66,6 +66,9 @@ BT_NAVIGATOR = NodeSpec("bt_navigator", "arjuna_nav.nodes.bt_navigator", "BtNavi
 VELOCITY_SMOOTHER = NodeSpec(
     "velocity_smoother", "arjuna_nav.nodes.velocity_smoother", "VelocitySmootherNode"
 )
+COLLISION_MONITOR = NodeSpec(
+    "collision_monitor", "arjuna_nav.nodes.collision_monitor", "CollisionMonitorNode"
+)
 WAYPOINT_FOLLOWER = NodeSpec(
     "waypoint_follower", "arjuna_nav.nodes.waypoint_follower", "WaypointFollowerNode"
 )
@@ -84,6 +87,7 @@ NAVIGATION_GROUP = Group(
         PLANNER_SERVER,
         BEHAVIOR_SERVER,
         VELOCITY_SMOOTHER,
+        COLLISION_MONITOR,
         BT_NAVIGATOR,
         WAYPOINT_FOLLOWER,
     ),

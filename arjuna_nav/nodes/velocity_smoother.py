@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
-from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.controllers.base import Velocity
+from arjuna_nav.nodes.velocity_input import subscribe_velocity
 from arjuna_nav.nodes.velocity_output import VelocityOutput
 from arjuna_nav.velocity_smoothing import SmoothingConfig, VelocitySmoother
 
@@ -40,12 +39,7 @@ class VelocitySmootherNode(ManagedNode):
         self._measured = Velocity()
         stamped = config.enable_stamped_cmd_vel
         self._output = VelocityOutput(self, stamped, topic=config.cmd_vel_out_topic)
-        self.subscribe(
-            TwistStamped if stamped else Twist,
-            config.cmd_vel_in_topic,
-            self._on_command,
-            qos.LATEST,
-        )
+        subscribe_velocity(self, config.cmd_vel_in_topic, stamped, self._on_command)
         if config.feedback == "CLOSED_LOOP":
             self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         self.every(1.0 / config.smoothing_frequency, self._smooth)
@@ -68,13 +62,8 @@ class VelocitySmootherNode(ManagedNode):
         """Smooth by the new parameters, from rest."""
         self._smoother = VelocitySmoother(config)
 
-    def _on_command(self, message: Any) -> None:
-        twist = message.twist if self.config.enable_stamped_cmd_vel else message
-        command = Velocity(twist.linear.x, twist.angular.z)
-        if math.isfinite(command.v) and math.isfinite(command.w):
-            self._smoother.take(command, self.now)
-        else:
-            self.get_logger().error(f"command ignored: {command.v:g} m/s, {command.w:g} rad/s")
+    def _on_command(self, velocity: Velocity) -> None:
+        self._smoother.take(velocity, self.now)
 
     def _on_odometry(self, message: Any) -> None:
         twist = message.twist.twist

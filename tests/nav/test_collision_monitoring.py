@@ -1,0 +1,100 @@
+"""The collision monitor: what each zone leaves of a velocity."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.config import load
+from arjuna_core.errors import ConfigError
+from arjuna_nav.collision_monitoring import Action, CollisionMonitor, MonitorConfig, Verdict
+from arjuna_nav.controllers import Velocity
+from arjuna_nav.footprint import Footprint
+
+ROBOT = Footprint.circle(0.25)
+BOX = "[[0.5, 0.3], [0.5, -0.3], [-0.3, -0.3], [-0.3, 0.3]]"
+FORWARD = Velocity(0.4, 0.0)
+
+
+def cluster(x: float, y: float, count: int = 8) -> NDArray[np.float64]:
+    """Return points close together."""
+    points: NDArray[np.float64] = np.array([x, y]) + 0.001 * np.arange(count)[:, None]
+    return points
+
+
+def judge(velocity: Velocity, points: Any, **parameters: Any) -> Verdict:
+    return CollisionMonitor(load(MonitorConfig, parameters)).judge(velocity, points, ROBOT)
+
+
+def test_free_space_leaves_a_velocity_as_it_is() -> None:
+    for points in (np.empty((0, 2)), cluster(3.0, 0.0), cluster(-0.4, 0.0), cluster(0.5, 0.5)):
+        assert judge(FORWARD, points) == Verdict(FORWARD)
+
+
+@pytest.mark.parametrize(("gap", "seconds"), [(0.4, 1.0), (0.2, 0.5), (0.01, 0.0)])
+def test_the_speed_falls_with_the_time_before_a_collision(gap: float, seconds: float) -> None:
+    verdict = judge(FORWARD, cluster(0.25 + gap, 0.0))
+    assert verdict.action is Action.APPROACH
+    assert verdict.zone == "FootprintApproach"
+    assert verdict.velocity.v == pytest.approx(0.4 * seconds / 1.2, abs=0.4 * 0.11 / 1.2)
+
+
+def test_a_turn_is_slowed_where_a_corner_would_hit() -> None:
+    long = Footprint.polygon(np.array([[0.4, 0.1], [0.4, -0.1], [-0.4, -0.1], [-0.4, 0.1]]))
+    monitor = CollisionMonitor(MonitorConfig())
+    beside = cluster(0.25, 0.25)
+    assert monitor.judge(Velocity(0.0, 1.0), beside, long).action is Action.APPROACH
+    assert monitor.judge(Velocity(0.0, -0.1), beside, long).action is Action.DO_NOTHING
+    slowed = monitor.judge(Velocity(0.2, 1.0), beside, long).velocity
+    assert slowed.w / slowed.v == pytest.approx(5.0)  # the arc stays
+
+
+def test_few_points_are_noise() -> None:
+    assert judge(FORWARD, cluster(0.3, 0.0, count=5)).action is Action.DO_NOTHING
+    assert judge(FORWARD, cluster(0.3, 0.0, count=6)).action is Action.APPROACH
+
+
+def test_a_stop_zone_stops_whatever_the_direction() -> None:
+    zone = {"polygons": ("PolygonStop",), "PolygonStop.points": BOX}
+    for velocity in (FORWARD, Velocity(-0.4, 0.0), Velocity(0.0, 1.0)):
+        verdict = judge(velocity, cluster(0.4, 0.0), **zone)
+        assert verdict == Verdict(Velocity(0.0, 0.0), Action.STOP, "PolygonStop")
+    assert judge(FORWARD, cluster(0.6, 0.0), **zone) == Verdict(FORWARD)
+    assert judge(FORWARD, cluster(-0.25, 0.28), **zone).action is Action.STOP
+    assert judge(FORWARD, cluster(-0.35, 0.0), **zone).action is Action.DO_NOTHING
+
+
+def test_a_slow_zone_leaves_a_part() -> None:
+    zone = {"polygons": ("PolygonSlow",), "PolygonSlow.radius": 1.0}
+    verdict = judge(Velocity(0.4, 0.2), cluster(0.0, 0.9), **zone)
+    assert verdict.velocity == Velocity(pytest.approx(0.2), pytest.approx(0.1))  # type: ignore[arg-type]
+    assert verdict.action is Action.SLOWDOWN
+
+
+def test_a_limit_zone_keeps_the_arc() -> None:
+    zone = {"polygons": ("PolygonLimit",), "PolygonLimit.linear_limit": 0.1}
+    verdict = judge(Velocity(0.4, 0.2), cluster(0.0, 0.4), **zone)
+    assert verdict.velocity == Velocity(pytest.approx(0.1), pytest.approx(0.05))  # type: ignore[arg-type]
+    slow = Velocity(0.05, 0.2)
+    assert judge(slow, cluster(0.0, 0.4), **zone) == Verdict(slow)
+
+
+def test_the_strictest_zone_decides() -> None:
+    zones = {"polygons": ("PolygonSlow", "PolygonStop"), "PolygonStop.radius": 0.3}
+    assert judge(FORWARD, cluster(0.4, 0.0), **zones).action is Action.SLOWDOWN
+    assert judge(FORWARD, cluster(0.2, 0.0), **zones).action is Action.STOP
+    assert judge(FORWARD, cluster(0.2, 0.0), **zones, **{"PolygonStop.enabled": False}).zone == (
+        "PolygonSlow"
+    )
+
+
+def test_a_robot_that_stands_is_left_alone() -> None:
+    assert judge(Velocity(), cluster(0.1, 0.0)) == Verdict(Velocity())
+
+
+def test_points_that_are_no_zone_are_refused() -> None:
+    with pytest.raises(ConfigError, match="at least three corners"):
+        load(MonitorConfig, {"PolygonStop.points": "[[0.0, 1.0], [1.0, 0.0]]"})

@@ -1,0 +1,145 @@
+"""collision_monitor: between the smoother and the wheels."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import Twist
+from nav2_msgs.action import NavigateToPose
+from nav2_msgs.msg import CollisionMonitorState
+from nav2_msgs.srv import Toggle
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.se2 import SE2
+from arjuna_nav.controllers import Velocity
+from bringup.stack import COLLISION_MONITOR, LOCAL_COSTMAP, NAVIGATION_GROUP
+from tests.helpers.navigation import SUCCEEDED, PlayedRobot
+from tests.nav.worlds import block
+
+pytestmark = pytest.mark.ros
+STILL = Velocity()
+State = CollisionMonitorState
+
+
+@pytest.fixture
+def robot() -> Iterator[PlayedRobot]:
+    robot = PlayedRobot()
+    block(robot.world, 6.7, 4.5, 0.1, 2.0)  # a wall at x = 1.2
+    robot.bring_up(LOCAL_COSTMAP, COLLISION_MONITOR)
+    robot.run(0.5)
+    yield robot
+    robot.close()
+
+
+def drive(robot: PlayedRobot, v: float, duration: float) -> None:
+    """Command a speed at 20 Hz."""
+    message = Twist()
+    message.linear.x = v
+    for _ in range(round(duration / 0.04)):
+        robot.bench.publish(Twist, "/cmd_vel_smoothed", message)
+        robot.run(0.04)
+
+
+def states(robot: PlayedRobot) -> list[Any]:
+    return robot.bench.collect(State, "/collision_monitor_state", qos.LATCHED)
+
+
+def told(messages: list[Any]) -> list[tuple[int, str]]:
+    return [(each.action_type, each.polygon_name) for each in messages]
+
+
+def test_the_robot_stops_before_a_wall_and_may_drive_back(robot: PlayedRobot) -> None:
+    changes = states(robot)
+    drive(robot, 0.4, 1.0)
+    assert robot.command.v == pytest.approx(0.4)
+    drive(robot, 0.4, 7.0)
+    assert robot.pose.x < 1.2 - 0.28
+    assert robot.command.v < 0.06
+    assert told(changes) == [(State.APPROACH, "FootprintApproach")]
+    drive(robot, -0.2, 1.0)
+    assert robot.command.v == pytest.approx(-0.2)
+    assert told(changes)[-1] == (State.DO_NOTHING, "")
+
+
+def test_without_sight_the_robot_stands(robot: PlayedRobot) -> None:
+    changes = states(robot)
+    robot.sees = False
+    drive(robot, 0.2, 0.8)
+    assert robot.command.v == pytest.approx(0.2)
+    drive(robot, 0.2, 0.6)
+    assert robot.command == STILL
+    assert told(changes) == [(State.STOP, "invalid source")]
+    robot.sees = True
+    drive(robot, -0.2, 0.4)
+    assert robot.command.v == pytest.approx(-0.2)
+
+
+def test_what_was_seen_is_moved_with_the_robot(robot: PlayedRobot) -> None:
+    robot.pose = SE2(0.3, 0.0)
+    robot.run(0.3)
+    robot.sees = False
+    drive(robot, 0.4, 0.7)
+    nearest = 1.2 - robot.pose.x - 0.28
+    assert robot.command.v == pytest.approx(0.4 * min(nearest / 0.4 / 1.2, 1.0), abs=0.05)
+    assert robot.command.v < 0.38
+
+
+def test_it_can_be_switched_off_and_on(robot: PlayedRobot) -> None:
+    def toggle(enable: bool) -> None:
+        request = Toggle.Request(enable=enable)
+        assert robot.bench.call(Toggle, "/collision_monitor/toggle", request).success
+
+    robot.pose = SE2(0.8, 0.0)
+    robot.run(0.2)
+    drive(robot, 0.1, 0.2)
+    assert robot.command.v < 0.1
+    toggle(False)
+    drive(robot, 0.1, 0.1)
+    assert robot.command.v == pytest.approx(0.1)
+    toggle(True)
+    drive(robot, 0.1, 0.1)
+    assert robot.command.v < 0.1
+
+
+def test_zero_is_repeated_for_a_while_only(robot: PlayedRobot) -> None:
+    drive(robot, 0.0, 1.0)
+    robot.forget()
+    drive(robot, 0.0, 0.5)
+    assert robot.commands
+    drive(robot, 0.0, 1.5)
+    robot.forget()
+    drive(robot, 0.0, 0.5)
+    assert not robot.commands
+    drive(robot, 0.1, 0.1)
+    assert robot.command.v == pytest.approx(0.1)
+
+
+def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
+    drive(robot, math.nan, 0.2)
+    assert not robot.commands
+
+
+def test_a_goal_is_reached_through_the_whole_chain() -> None:
+    chain = {"cmd_vel_topic": "cmd_vel_nav"}
+    robot = PlayedRobot({"controller_server": chain, "behavior_server": chain})
+    robot.bring_up(*NAVIGATION_GROUP.nodes)
+    robot.send_map()
+    robot.run(1.0)
+    request = NavigateToPose.Goal(pose=pose_stamped(SE2(1.5, 1.0), "map", 0.0))
+    goal = robot.send(NavigateToPose, "navigate_to_pose", request)
+    robot.run_until_done(goal, 40.0)
+    assert goal.status == SUCCEEDED
+    assert robot.pose.distance(SE2(1.5, 1.0)) < 0.2
+    speeds = [command.v for command in robot.commands]
+    assert max(b - a for a, b in itertools.pairwise(speeds)) <= 2.5 / 20.0 + 1e-9
+    robot.run(1.0)
+    assert robot.command == STILL
+    robot.close()
