@@ -98,10 +98,10 @@ def _crossed(
         if hit < np.inf:
             if free > _OUT or at - hit > _THROUGH / resolution:
                 return True
-            at += 0.5
+            at += 1.0
         elif free == 0.0:
             hit = at
-            at += 0.5
+            at += 1.0
         else:
-            at += max(free - 2.0 * _HALF_DIAGONAL, 0.5)
+            at += max(free - 2.0 * _HALF_DIAGONAL, 1.0)
     return False

@@ -110,9 +110,8 @@ def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.
     codes = (x * rows + y) * _HEADINGS + bins[:, 2]
     order = np.argsort(codes)
     by_share = np.argsort(-shares[order], kind="stable")
-    roots = np.empty(len(bins), np.int64)
-    roots[order] = _connect(codes[order], shares[order], by_share, rows)
-    labels: NDArray[np.int64] = np.unique(roots, return_inverse=True)[1].astype(np.int64)
+    labels = np.empty(len(bins), np.int64)
+    labels[order] = _connect(codes[order], shares[order], by_share, rows)
     return labels
 
 
@@ -120,8 +119,9 @@ def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.
 def _connect(
     codes: NDArray[np.int64], shares: NDArray[np.float64], by_share: NDArray[np.int64], rows: int
 ) -> NDArray[np.int64]:
-    """Return the peak of each bin's heap; codes are sorted, their rows and columns from 1."""
-    root = np.full(len(codes), -1)
+    """Number the bins' heaps by falling peaks; codes are sorted, their rows and columns from 1."""
+    root, rank = np.full(len(codes), -1), np.empty(len(codes), np.int64)
+    rank[by_share] = np.arange(len(codes))
     for k in by_share:
         root[k] = k
         place, heading = divmod(codes[k], _HEADINGS)
@@ -131,13 +131,19 @@ def _connect(
             if other == k or other == len(codes) or codes[other] != near or root[other] < 0:
                 continue
             a, b = _top(root, k), _top(root, other)
-            if shares[a] < shares[b]:
+            if rank[b] < rank[a]:
                 a, b = b, a
             if a != b and (b == k or shares[k] >= _SADDLE * shares[b]):
                 root[b] = a
-    for k in range(len(codes)):
-        root[k] = _top(root, k)
-    return root
+    labels, found = np.empty(len(codes), np.int64), 0
+    for k in by_share:
+        top = _top(root, k)
+        if top == k:
+            labels[k] = found
+            found += 1
+        else:
+            labels[k] = labels[top]
+    return labels
 
 
 @njit(cache=True)

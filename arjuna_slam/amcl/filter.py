@@ -35,6 +35,7 @@ __all__ = ["AmclConfig", "Estimate", "LocalizationError", "ParticleFilter", "Sta
 
 _INDIFFERENT = 0.015  # difference of agreement that decides nothing
 _STILL = np.array((1e-3, 1e-3, 1e-3))  # a robot that moved less since the last scan stands [m, rad]
+_EXCELLENT = 0.95  # agreement that leaves nothing to look for
 _BETTER, _BETTER_IF_LOST = 0.15, 0.1  # agreement by which another place must be better
 _DRIFT = np.array(
     (0.005, 0.005, 0.005)
@@ -206,12 +207,8 @@ class ParticleFilter:
 
     def _compare(self, clusters: list[Cluster], T_odom_base: SE2, seen: Observation) -> Answer:
         """Match each cluster to the scan, weigh clusters by all beams, return the heaviest."""
-        found = [
-            refine_around(self._field, one.mean, seen, np.sqrt(one.covariance.diagonal()))
-            for one in clusters
-        ]
-        if self._estimate is not None:
-            self._keep_on(clusters, self._followed(T_odom_base, seen), found, seen)
+        followed = None if self._estimate is None else self._followed(T_odom_base, seen)
+        found = [self._match(one, followed, seen) for one in clusters]
         scores = np.array([score for _, score in found])
         behind = np.minimum(0.0, scores - scores.max() + _INDIFFERENT)
         shares = self._belief.shift(np.exp(EVIDENCE * behind))
@@ -221,20 +218,22 @@ class ParticleFilter:
             found[best][0], clusters[best].covariance, found[best][1], float(shares[best])
         )
 
-    def _keep_on(
-        self,
-        clusters: list[Cluster],
-        pose: NDArray[np.float64],
-        found: list[tuple[NDArray[np.float64], float]],
-        seen: Observation,
-    ) -> None:
-        """Prefer the pose followed so far in the cluster it lies in, unless it fits worse."""
-        for k, cluster in enumerate(clusters):
-            if cluster.holds(pose):
-                score = agreement(self._field, pose, seen)
-                if score >= found[k][1] - _INDIFFERENT:
-                    found[k] = (pose, score)
-                return
+    def _match(
+        self, cluster: Cluster, followed: NDArray[np.float64] | None, seen: Observation
+    ) -> tuple[NDArray[np.float64], float]:
+        """Match a cluster to the scan; keep the pose followed so far if it is one of its own.
+
+        Unless that fits worse: the filter is the judge.
+        """
+        kept = followed is not None and cluster.holds(followed)
+        score = agreement(self._field, followed, seen) if kept and followed is not None else 0.0
+        if followed is not None and score >= _EXCELLENT:
+            return followed, score
+        deviations = np.sqrt(cluster.covariance.diagonal())
+        pose, matched = refine_around(self._field, cluster.mean, seen, deviations)
+        if followed is not None and kept and score >= matched - _INDIFFERENT:
+            return followed, score
+        return pose, matched
 
     def _settle(self, T_odom_base: SE2, seen: Observation, answer: Answer) -> Estimate:
         """Search the whole map if the answer has been bad for long, then report."""

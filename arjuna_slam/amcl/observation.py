@@ -60,10 +60,9 @@ class Observation:
             high = min(config.laser_max_range, high)
         ranges = np.minimum(scan.ranges, high)
         mount = scan.T_base_sensor
-        rays = scan.rays()
-        directions = np.column_stack((np.cos(rays[:, 2]), np.sin(rays[:, 2])))
+        directions = _unit(scan.angles + mount.theta)
         if scan.motion != IDENTITY:
-            ranges, directions = _straightened(ranges, directions, rays, mount, high)
+            ranges, directions = _straightened(ranges, scan.rays(), mount, high)
         telling = np.flatnonzero(ranges >= low)  # NaN is not
         step = max(1, (len(ranges) - 1) // (config.max_beams - 1))
 
@@ -83,14 +82,15 @@ class Observation:
         return len(self.many.endpoints) < _BEAMS_MIN
 
 
+def _unit(bearings: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.column_stack((np.cos(bearings), np.sin(bearings)))
+
+
 def _straightened(
-    ranges: NDArray[np.float64],
-    directions: NDArray[np.float64],
-    rays: NDArray[np.float64],
-    mount: SE2,
-    high: float,
+    ranges: NDArray[np.float64], rays: NDArray[np.float64], mount: SE2, high: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return ranges and directions as seen from where the sensor was at beam 0."""
+    directions = _unit(rays[:, 2])
     far = ~(np.isfinite(ranges) & (ranges < high))
     lengths = np.where(far, 1.0, np.maximum(ranges, 1e-6))
     offsets = rays[:, :2] - (mount.x, mount.y) + directions * lengths[:, np.newaxis]
