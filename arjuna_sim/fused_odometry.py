@@ -79,9 +79,10 @@ class FusedOdometry:
     """An extended Kalman filter over pose, speed, turn rate and the gyro's bias.
 
     Speed and turn rate are driven by white accelerations. While the wheels stand, what the gyro
-    says is its bias.
+    says is its bias, which is learnt then alone and else only considered.
 
-    Source: Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 3.3.
+    Source: Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 3.3; considered states:
+    Schmidt, Application of state-space methods to navigation problems, 1966.
 
     Args:
         config: Noises.
@@ -159,7 +160,9 @@ class FusedOdometry:
         row[index], row[_BIAS] = 1.0, bias
         along = self._covariance @ row
         gain = along / (float(row @ along) + variance)
+        if not self._stands:
+            gain[_BIAS] = 0.0  # a push or a bump is no bias; Joseph's form takes any gain
         self._state = self._state + gain * (value - float(row @ self._state))
         self._state[_THETA] = wrap(float(self._state[_THETA]))
-        rest = np.eye(6) - np.outer(gain, row)  # Joseph's form stays positive
+        rest = np.eye(6) - np.outer(gain, row)
         self._covariance = rest @ self._covariance @ rest.T + variance * np.outer(gain, gain)

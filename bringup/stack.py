@@ -44,6 +44,7 @@ ROBOT_STATE_PUBLISHER = NodeSpec(
     "arjuna_sim.nodes.robot_state_publisher",
     "RobotStatePublisherNode",
 )
+EKF = NodeSpec("ekf_filter_node", "arjuna_sim.nodes.ekf", "EkfNode")
 SLAM_TOOLBOX = NodeSpec("slam_toolbox", "arjuna_slam.nodes.slam_toolbox", "SlamToolboxNode")
 MAP_SAVER = NodeSpec("map_saver", "arjuna_slam.nodes.map_saver", "MapSaverNode")
 MAP_SERVER = NodeSpec("map_server", "arjuna_slam.nodes.map_server", "MapServerNode")
@@ -74,7 +75,7 @@ WAYPOINT_FOLLOWER = NodeSpec(
 )
 EXPLORER = NodeSpec("explorer", "arjuna_nav.nodes.explorer", "ExplorerNode")
 
-SIM_GROUP = Group("sim", (SIM, ROBOT_STATE_PUBLISHER), "lifecycle_manager_sim", False)
+SIM_GROUP = Group("sim", (SIM, EKF, ROBOT_STATE_PUBLISHER), "lifecycle_manager_sim", False)
 SLAM_GROUP = Group("slam", (SLAM_TOOLBOX, MAP_SAVER), "lifecycle_manager_slam")
 LOCALIZATION_GROUP = Group("localization", (MAP_SERVER, AMCL), "lifecycle_manager_localization")
 NAVIGATION_GROUP = Group(

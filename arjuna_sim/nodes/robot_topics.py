@@ -18,6 +18,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import scan_msg, transform_msg
 from arjuna_core.timing import Periodic
 from arjuna_sim.nodes.camera import CameraTopics
+from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.observation import Observation, Truth
 from arjuna_sim.odometry import OdometryEstimate
@@ -51,6 +52,12 @@ def standard_drive(drive: DriveSettings) -> DriveSettings:
     )
 
 
+def wheels_alone(drive: DriveSettings) -> DriveSettings:
+    """Return a drive that leaves odometry and its transform to the filter of wheels and gyro."""
+    publishes = tuple(name for name in drive.publishes if name != "odom_tf")
+    return dataclasses.replace(drive, odometry_topic=WHEEL_ODOMETRY, publishes=publishes)
+
+
 class RobotTopics:
     """Publishes an observation: transforms before the sensors that need them.
 
@@ -63,6 +70,8 @@ class RobotTopics:
         plain = node.config.standard_topics
         self.settings = standard(robot.settings) if plain else robot.settings
         self.drive = standard_drive(robot.drive) if plain else robot.drive
+        if node.config.fused_odometry and self.settings.imu is not None:
+            self.drive = wheels_alone(self.drive)
         self._base = robot.urdf.root
         self._truth = node.config.publish_ground_truth
         _check_topics(robot.urdf.path, self.drive, self.settings)

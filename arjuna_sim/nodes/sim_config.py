@@ -52,4 +52,10 @@ class SimConfig(SimulatorConfig):
         " imu/data, camera/image_raw) and odom its transform, whatever the robot's file says.",
         read_only=True,
     )
+    fused_odometry: bool = param(
+        False,
+        "Whether ekf_filter_node makes odometry of the wheels and the IMU: the wheels' own goes to"
+        " wheel_odom then, without a transform.",
+        read_only=True,
+    )
     initial_pose: InitialPose = field(default_factory=InitialPose)

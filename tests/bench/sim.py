@@ -72,9 +72,10 @@ def _ros_factor(seconds: float) -> float:
     from sensor_msgs.msg import Imu, JointState, LaserScan
 
     from bringup.lockstep import LockStep
+    from bringup.parameters import shipped_parameters
     from bringup.stack import SIM_GROUP
 
-    lockstep = LockStep({})
+    lockstep = LockStep(shipped_parameters())
     topics = {"odom": Odometry, "scan": LaserScan, "imu/data": Imu, "joint_states": JointState}
     for topic, kind in topics.items():
         lockstep.client.create_subscription(kind, topic, lambda message: None, 10)

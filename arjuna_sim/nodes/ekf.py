@@ -1,0 +1,105 @@
+"""ekf_filter_node: odometry from the wheels' odometry and the IMU's gyro."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.config import param
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import header, planar_covariance, pose_msg, seconds, transform_msg
+from arjuna_core.ros.node import ManagedNode
+from arjuna_sim.fused_odometry import FusedEstimate, FusedOdometry, FusedOdometryConfig
+
+WHEEL_ODOMETRY = "wheel_odom"
+_SILENCE = 0.5  # [s] after which wheels that say nothing end the odometry
+_YAW_RATE = 8  # place of its variance in an IMU's covariance
+
+
+@dataclass(frozen=True)
+class EkfConfig(FusedOdometryConfig):
+    """Parameters of the node `ekf_filter_node`, over those of the filter."""
+
+    odom0: str = param(WHEEL_ODOMETRY, "Topic of the wheels' odometry.", read_only=True)
+    imu0: str = param("imu/data", "Topic of the IMU, whose z axis points up.", read_only=True)
+    odom_topic: str = param("odom", "Topic of the fused odometry.", read_only=True)
+    publish_tf: bool = param(True, "Whether the transform of odometry is published.")
+
+
+class EkfNode(ManagedNode):
+    """Publishes odometry and its transform as wheels and gyro come; silent without wheels."""
+
+    Config = EkfConfig
+    DEFAULT_NAME = "ekf_filter_node"
+
+    def configure(self) -> None:
+        """Build the filter and create the topics."""
+        config: EkfConfig = self.config
+        self._begin()
+        self._tf_out = self.publisher(TFMessage, "/tf", qos.TF)
+        self._odom_out = self.publisher(Odometry, config.odom_topic, qos.DEFAULT)
+        self.subscribe(Odometry, config.odom0, self._on_wheels, qos.DEFAULT)
+        self.subscribe(Imu, config.imu0, self._on_imu, qos.SENSOR_SUBSCRIPTION)
+
+    def on_time_jump(self) -> None:
+        """Start anew at the origin, as the wheels' odometry does."""
+        self._begin()
+
+    def _begin(self) -> None:
+        self._filter = FusedOdometry(self.config)
+        self._stamp: float | None = None
+        self._wheels: Any = None  # their last message
+        self._waiting = False  # it is not in the filter yet
+
+    def _on_wheels(self, message: Any) -> None:
+        """Wait for the gyro of the same instant; go on without if the last message had none."""
+        if self._waiting:
+            self._take_wheels()
+            self._publish(self._filter.estimate)
+        self._wheels, self._waiting = message, True
+
+    def _on_imu(self, message: Any) -> None:
+        if self._wheels is None:
+            return
+        now, wheels = seconds(message.header.stamp), seconds(self._wheels.header.stamp)
+        if now < wheels or now > wheels + _SILENCE:
+            return
+        if self._waiting:
+            self._take_wheels()
+        self._go_on(now)
+        variance = float(message.angular_velocity_covariance[_YAW_RATE])
+        self._filter.gyro(message.angular_velocity.z, variance)
+        self._publish(self._filter.estimate)
+
+    def _take_wheels(self) -> None:
+        twist = self._wheels.twist.twist
+        self._waiting = False
+        self._go_on(seconds(self._wheels.header.stamp))
+        self._filter.wheels(twist.linear.x, twist.angular.z)
+
+    def _go_on(self, now: float) -> None:
+        """Bring the filter up to a time [s]; what comes late counts as of now."""
+        if self._stamp is not None:
+            self._filter.predict(now - self._stamp)
+        self._stamp = now if self._stamp is None else max(now, self._stamp)
+
+    def _publish(self, estimate: FusedEstimate) -> None:
+        assert self._stamp is not None
+        now, frame = self._stamp, self._wheels.header.frame_id
+        child = self._wheels.child_frame_id
+        if self.config.publish_tf:
+            T = transform_msg(estimate.T_odom_base, frame, child, now)
+            self._tf_out.publish(TFMessage(transforms=[T]))
+        message = Odometry(header=header(frame, now), child_frame_id=child)
+        message.pose.pose = pose_msg(estimate.T_odom_base)
+        message.pose.covariance = planar_covariance(estimate.covariance)
+        message.twist.twist.linear.x = estimate.v
+        message.twist.twist.angular.z = estimate.w
+        v_variance, w_variance = np.diag(estimate.twist_covariance).tolist()
+        message.twist.covariance = planar_covariance(np.diag([v_variance, 0.0, w_variance]))
+        self._odom_out.publish(message)

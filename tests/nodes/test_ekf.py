@@ -1,0 +1,127 @@
+"""ekf_filter_node: odometry of wheels and gyro, whichever of them come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from nav_msgs.msg import Odometry
+from rclpy.lifecycle import TransitionCallbackReturn
+from sensor_msgs.msg import Imu
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.ros.convert import header, se2_from_pose, seconds
+from arjuna_core.se2 import SE2
+from arjuna_sim.nodes.ekf import EkfNode
+from arjuna_sim.nodes.sim import SimNode
+from tests.helpers.ros import TICK, RosBench
+
+pytestmark = pytest.mark.ros
+SUCCESS = TransitionCallbackReturn.SUCCESS
+
+
+@pytest.fixture
+def bench() -> Iterator[RosBench]:
+    bench = RosBench()
+    yield bench
+    bench.close()
+
+
+def _start(bench: RosBench, node: Any) -> Any:
+    assert node.trigger_configure() == SUCCESS
+    assert node.trigger_activate() == SUCCESS
+    bench.process.drain()
+    return node
+
+
+def _wheels(now: float, v: float, w: float) -> Odometry:
+    message = Odometry(header=header("odom", now), child_frame_id="base_footprint")
+    message.twist.twist.linear.x, message.twist.twist.angular.z = v, w
+    return message
+
+
+def _imu(now: float, rate: float) -> Imu:
+    message = Imu(header=header("imu_link", now))
+    message.angular_velocity.z = rate
+    return message
+
+
+def test_gyro_overrules_wheels_and_both_outputs_agree(bench: RosBench) -> None:
+    _start(bench, EkfNode(bench.process))
+    odometry = bench.collect(Odometry, "odom")
+    transforms = bench.collect(TFMessage, "/tf")
+    for i in range(1, 151):
+        moving = i > 50
+        bench.publish(Odometry, "wheel_odom", _wheels(i * TICK, 0.5 * moving, 1.0 * moving))
+        bench.publish(Imu, "imu/data", _imu(i * TICK, 0.6 * moving))
+    assert len(odometry) == len(transforms) == 150
+    last, tf = odometry[-1], transforms[-1].transforms[0]
+    assert seconds(last.header.stamp) == seconds(tf.header.stamp) == pytest.approx(3.0)
+    assert (last.header.frame_id, last.child_frame_id) == ("odom", "base_footprint")
+    assert (tf.header.frame_id, tf.child_frame_id) == ("odom", "base_footprint")
+    pose = se2_from_pose(last.pose.pose)
+    assert pose.theta == pytest.approx(1.2, abs=0.03)
+    assert tf.transform.translation.x == pytest.approx(pose.x)
+    assert last.twist.twist.angular.z == pytest.approx(0.6, abs=0.01)
+    assert last.pose.covariance[35] > 0.0
+
+
+def test_wheels_alone_make_odometry_a_message_late(bench: RosBench) -> None:
+    _start(bench, EkfNode(bench.process))
+    odometry = bench.collect(Odometry, "odom")
+    for i in range(1, 51):
+        bench.publish(Odometry, "wheel_odom", _wheels(i * TICK, 0.5, 0.0))
+    assert len(odometry) == 49
+    assert se2_from_pose(odometry[-1].pose.pose).x == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_gyro_without_wheels_makes_none(bench: RosBench) -> None:
+    _start(bench, EkfNode(bench.process))
+    odometry = bench.collect(Odometry, "odom")
+    bench.publish(Imu, "imu/data", _imu(TICK, 1.0))
+    bench.publish(Odometry, "wheel_odom", _wheels(TICK, 0.0, 0.0))
+    bench.publish(Imu, "imu/data", _imu(1.0, 1.0))  # long after the wheels
+    assert odometry == []
+
+
+def test_a_gyro_faster_than_the_wheels_is_used_in_between(bench: RosBench) -> None:
+    _start(bench, EkfNode(bench.process))
+    odometry = bench.collect(Odometry, "odom")
+    for i in range(1, 101):
+        if i % 5 == 1:
+            bench.publish(Odometry, "wheel_odom", _wheels(i * TICK, 0.2, 0.3))
+        bench.publish(Imu, "imu/data", _imu(i * TICK, 0.5 if i % 5 else 0.0))
+    assert len(odometry) == 100
+    theta = se2_from_pose(odometry[-1].pose.pose).theta
+    assert theta == pytest.approx(0.8, abs=0.1)  # 0.5 rad/s in four of five, not 0.3 or 0
+
+
+def test_a_clock_that_is_set_back_starts_at_the_origin(bench: RosBench) -> None:
+    _start(bench, EkfNode(bench.process))
+    bench.advance(2.0)
+    odometry = bench.collect(Odometry, "odom")
+    for now in (1.98, 2.0):
+        bench.publish(Odometry, "wheel_odom", _wheels(now, 0.5, 0.0))
+        bench.publish(Imu, "imu/data", _imu(now, 0.0))
+    bench.set_back()
+    bench.publish(Odometry, "wheel_odom", _wheels(TICK, 0.0, 0.0))
+    bench.publish(Imu, "imu/data", _imu(TICK, 0.0))
+    assert se2_from_pose(odometry[-1].pose.pose) == SE2(0.0, 0.0, 0.0)
+
+
+def test_simulator_leaves_odometry_to_the_filter(bench: RosBench) -> None:
+    sim = _start(bench, SimNode(bench.process, {"fused_odometry": True}))
+    wheels, odometry = bench.collect(Odometry, "wheel_odom"), bench.collect(Odometry, "odom")
+    transforms = bench.collect(TFMessage, "/tf")
+    sim.tick()
+    bench.process.drain()
+    assert (len(wheels), len(odometry), len(transforms)) == (1, 0, 0)
+    _start(bench, EkfNode(bench.process))
+    sim.tick()
+    bench.process.drain()
+    assert (len(wheels), len(odometry), len(transforms)) == (2, 1, 1)
+    assert seconds(odometry[0].header.stamp) == seconds(wheels[1].header.stamp)
