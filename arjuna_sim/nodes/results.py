@@ -6,6 +6,7 @@ from typing import Any
 
 from simulation_interfaces.msg import Result
 
+from arjuna_core.errors import ArjunaError
 from arjuna_sim.library import ResourceError
 
 OK = Result(result=Result.RESULT_OK)
@@ -26,3 +27,19 @@ def resource_refusal(response_type: Any, error: ResourceError) -> Result:
     name = error.fault.value
     holder = Result if name.startswith("RESULT_") else response_type
     return refusal(getattr(holder, name), str(error))
+
+
+class RequestError(ArjunaError):
+    """A request that is refused.
+
+    Args:
+        code: The result's code.
+        problem: What is wrong and what is valid.
+
+    Attributes:
+        result: What the client gets.
+    """
+
+    def __init__(self, code: int, problem: str) -> None:
+        self.result = refusal(code, problem)
+        super().__init__(problem)
