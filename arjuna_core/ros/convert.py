@@ -166,12 +166,14 @@ def poses_from_path(message: Path) -> NDArray[np.float64]:
     return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 
+_X_Y_YAW = np.array([0, 1, 5, 6, 7, 11, 30, 31, 35])  # places in a 6 x 6 covariance, row by row
+
+
 def planar_covariance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     """Spread a `(3, 3)` covariance of x, y, yaw over a pose message's `(36,) float64`."""
-    full = np.zeros((6, 6))
-    index = np.ix_((0, 1, 5), (0, 1, 5))
-    full[index] = covariance
-    return full.ravel()
+    full = np.zeros(36)
+    full[_X_Y_YAW] = np.asarray(covariance).ravel()
+    return full
 
 
 def covariance_from_pose(covariance: Any) -> NDArray[np.float64]:
