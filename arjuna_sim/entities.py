@@ -79,6 +79,17 @@ class Entity:
         """Return the least and the greatest corner of what is solid, in its own frame [m]."""
         return bounds(self.solid or self.drawn)
 
+    def lifted(self, pose: Pose3) -> Pose3:
+        """Return a pose so high that, where it can be pushed, nothing of it is below height 0.
+
+        It would be thrown out of the ground there.
+        """
+        lowest = float(self.corners(pose)[:, 2].min())
+        if self.mass == 0.0 or lowest >= 0.0:
+            return pose
+        x, y, z = pose.position
+        return Pose3((x, y, z - lowest), pose.quaternion)
+
     def corners(self, pose: Pose3) -> NDArray[np.float64]:
         """Return the corners of its bounding box where it stands, `(8, 3) float64` [m]."""
         sides = np.stack(self.bounds())

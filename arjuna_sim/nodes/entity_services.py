@@ -165,7 +165,7 @@ class EntityServices:
             raise RequestError(Result.RESULT_OPERATION_FAILED, problem)
         else:
             try:
-                self._node.simulator.stage.move(entity.name, pose)
+                self._node.simulator.stage.move(entity.name, entity.lifted(pose))
             except PlaceTakenError as error:
                 raise RequestError(invalid, str(error)) from error
 

@@ -123,11 +123,7 @@ def placed(entity: Entity, name: str, pose: Pose3) -> Entity:
     if path is not None:
         T = pose.planar()
         path = dataclasses.replace(path, poses=tuple(T @ point for point in path.poses))
-    elif entity.mass > 0.0:
-        lowest = float(entity.corners(pose)[:, 2].min())
-        x, y, z = pose.position
-        pose = Pose3((x, y, z - min(0.0, lowest)), pose.quaternion)
-    return dataclasses.replace(entity, name=name, start=pose, trajectory=path)
+    return dataclasses.replace(entity, name=name, start=entity.lifted(pose), trajectory=path)
 
 
 def _parts(result: Result) -> tuple[int, str]:

@@ -131,6 +131,19 @@ def test_resource_string_and_frames_of_other_entities_work(bench: RosBench) -> N
     assert _state(bench, "two").state.pose.position.x == pytest.approx(3.0)
 
 
+def test_free_body_is_put_on_the_ground_not_into_it(bench: RosBench) -> None:
+    sim = _sim(bench)
+    text = CRATE.replace("<static>true</static>", "")  # its origin is its middle
+    assert _spawn(bench, "crate", uri="", text=text).result.result == OK
+    assert _state(bench, "crate").state.pose.position.z == pytest.approx(0.2)
+    request = SetEntityState.Request(entity="crate", set_pose=True)
+    request.state.pose.position.x = 3.0
+    assert bench.call(SetEntityState, "/set_entity_state", request).result.result == OK
+    _run(bench, sim, 50)
+    position = _state(bench, "crate").state.pose.position
+    assert (position.x, position.z) == pytest.approx((3.0, 0.2), abs=2e-3)
+
+
 def test_names_are_unique_or_made_so(bench: RosBench) -> None:
     _sim(bench)
     assert _spawn(bench, "crate").entity_name == "crate"
