@@ -86,6 +86,10 @@ class BehaviorConfig:
     max_rotational_vel: float = param(1.0, "greatest yaw rate", unit="rad/s", minimum=0.01)
     min_rotational_vel: float = param(0.4, "least yaw rate", unit="rad/s", minimum=0.01)
     rotational_acc_lim: float = param(3.2, "deceleration", unit="rad/s^2", minimum=0.01)
+    projection_time: float = param(
+        1.0, "time teleoperation looks ahead, and a command of it holds", unit="s", minimum=0.01
+    )
+    simulation_time_step: float = param(0.1, "step of that look", unit="s", minimum=0.01)
 
 
 class Spin:
@@ -212,6 +216,64 @@ class Wait:
         left = self._duration - (now - self._start)
         status = BehaviorStatus.SUCCEEDED if left <= 0.0 else BehaviorStatus.RUNNING
         return BehaviorResult(status, progress=max(left, 0.0))
+
+
+class AssistedTeleop:
+    """Drives as somebody commands, slower the nearer a collision, until they are done.
+
+    Args:
+        config: Time looked ahead.
+        footprint: The robot.
+        time_allowance: When to give up [s]; 0 never.
+
+    Source: nav2_behaviors, AssistedTeleop. A command that ceases holds no longer than the time
+        looked ahead.
+    """
+
+    def __init__(self, config: BehaviorConfig, footprint: Footprint, time_allowance: float) -> None:
+        self._config = config
+        self._footprint = footprint
+        self._clock = _Allowance(time_allowance)
+        self._start: float | None = None
+        self._command = Velocity()
+        self._commanded_at = -math.inf
+        self._done = False
+
+    def take(self, command: Velocity, now: float) -> None:
+        """Drive by a command from now [s] on."""
+        self._command, self._commanded_at = command, now
+
+    def finish(self) -> None:
+        """Be done at the next tick."""
+        self._done = True
+
+    def tick(self, pose: SE2, costmap: Costmap | None, now: float) -> BehaviorResult:
+        """Return what to drive; `progress` is the time since the start [s]."""
+        if self._start is None:
+            self._start = now
+        elapsed = now - self._start
+        if self._done:
+            return BehaviorResult(BehaviorStatus.SUCCEEDED, progress=elapsed)
+        if self._clock.exceeded(now):
+            return self._clock.result(elapsed)
+        if costmap is None:
+            message = "no local costmap has come"
+            return BehaviorResult(BehaviorStatus.UNKNOWN, progress=elapsed, message=message)
+        part = self._safe_part(pose, costmap, now)
+        v, w = self._command.v * part, self._command.w * part
+        return BehaviorResult(BehaviorStatus.RUNNING, v, w, elapsed)
+
+    def _safe_part(self, pose: SE2, costmap: Costmap, now: float) -> float:
+        """Return the part of the time looked ahead that is free of collisions."""
+        config = self._config
+        if now - self._commanded_at > config.projection_time:
+            return 0.0
+        arc = rollout(pose, self._command, config.projection_time, costmap.frame.resolution)
+        hit = first_collision(costmap, self._footprint, arc)
+        if hit is None:
+            return 1.0
+        part = max(hit - 1, 0) / (len(arc) - 1)  # up to the last pose that is free
+        return part if part * config.projection_time > config.simulation_time_step else 0.0
 
 
 class _Allowance:

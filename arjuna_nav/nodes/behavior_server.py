@@ -1,4 +1,4 @@
-"""Node behavior_server: spin, backup, drive_on_heading, wait."""
+"""Node behavior_server: spin, backup, drive_on_heading, assisted_teleop, wait."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from nav2_msgs.action import BackUp, DriveOnHeading, Spin, Wait
+from nav2_msgs.action import AssistedTeleop, BackUp, DriveOnHeading, Spin, Wait
+from std_msgs.msg import Empty
 
 from arjuna_core.config import param
+from arjuna_core.ros import qos
 from arjuna_core.ros.actions import GoalServer
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.ros.node import ManagedNode
@@ -18,6 +20,7 @@ from arjuna_nav import behaviors
 from arjuna_nav.behaviors import Behavior, BehaviorConfig, BehaviorResult, BehaviorStatus
 from arjuna_nav.controllers.base import Velocity
 from arjuna_nav.nodes.costmap import CostmapNode
+from arjuna_nav.nodes.velocity_input import subscribe_velocity
 from arjuna_nav.nodes.velocity_output import VelocityOutput
 
 _FEEDBACK = {
@@ -25,7 +28,13 @@ _FEEDBACK = {
     "backup": "distance_traveled",
     "drive_on_heading": "distance_traveled",
 }
-_ACTIONS = {"spin": Spin, "backup": BackUp, "drive_on_heading": DriveOnHeading, "wait": Wait}
+_ACTIONS = {
+    "spin": Spin,
+    "backup": BackUp,
+    "drive_on_heading": DriveOnHeading,
+    "assisted_teleop": AssistedTeleop,
+    "wait": Wait,
+}
 
 
 @dataclass(frozen=True)
@@ -40,6 +49,9 @@ class BehaviorServerConfig(BehaviorConfig):
     )
     costmap_update_timeout: float = param(1.0, "how old the costmap may be", unit="s", minimum=0.0)
     cmd_vel_topic: str = param("cmd_vel", "topic of what to drive", read_only=True)
+    cmd_vel_teleop_topic: str = param(
+        "cmd_vel_teleop", "topic of what assisted_teleop is to drive", read_only=True
+    )
     enable_stamped_cmd_vel: bool = param(False, "whether cmd_vel is TwistStamped", read_only=True)
 
 
@@ -70,6 +82,9 @@ class BehaviorServerNode(ManagedNode):
             )
             for kind in config.behavior_plugins
         }
+        teleop, stamped = config.cmd_vel_teleop_topic, config.enable_stamped_cmd_vel
+        subscribe_velocity(self, teleop, stamped, self._on_teleop)
+        self.subscribe(Empty, "preempt_teleop", self._on_preempt_teleop, qos.DEFAULT)
         self.every(1.0 / config.cycle_frequency, self._cycle)
 
     def deactivate(self) -> None:
@@ -87,6 +102,14 @@ class BehaviorServerNode(ManagedNode):
         self._running = None
         for server in self._servers.values():
             server.abort_all(reason)
+
+    def _on_teleop(self, velocity: Velocity) -> None:
+        if self._running is not None and isinstance(self._running[1], behaviors.AssistedTeleop):
+            self._running[1].take(velocity, self.now)
+
+    def _on_preempt_teleop(self, message: Any) -> None:
+        if self._running is not None and isinstance(self._running[1], behaviors.AssistedTeleop):
+            self._running[1].finish()
 
     def _start(self, kind: str) -> None:
         """Begin a behaviour; whichever ran before is aborted."""
@@ -119,6 +142,8 @@ class BehaviorServerNode(ManagedNode):
             return behaviors.Wait(seconds(goal.time))
         footprint = self._costmap.layered.footprint
         rest = (self.config, footprint, seconds(goal.time_allowance))
+        if kind == "assisted_teleop":
+            return behaviors.AssistedTeleop(*rest)
         if kind == "spin":
             return behaviors.Spin(goal.target_yaw, *rest)
         make = behaviors.back_up if kind == "backup" else behaviors.DriveOnHeading
@@ -186,4 +211,6 @@ class BehaviorServerNode(ManagedNode):
 def _feedback(kind: str, progress: float) -> Any:
     if kind == "wait":
         return Wait.Feedback(time_left=duration_msg(progress))
+    if kind == "assisted_teleop":
+        return AssistedTeleop.Feedback(current_teleop_duration=duration_msg(progress))
     return _ACTIONS[kind].Feedback(**{_FEEDBACK[kind]: float(progress)})

@@ -10,8 +10,9 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from geometry_msgs.msg import Point
-from nav2_msgs.action import BackUp, DriveOnHeading, Spin, Wait
+from geometry_msgs.msg import Point, Twist
+from nav2_msgs.action import AssistedTeleop, BackUp, DriveOnHeading, Spin, Wait
+from std_msgs.msg import Empty
 
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.se2 import SE2
@@ -23,9 +24,9 @@ from tests.nav.worlds import block
 pytestmark = pytest.mark.ros
 STILL = Velocity()
 COSTMAP = "local_costmap/local_costmap"
-KINDS = ("spin", "backup", "drive_on_heading", "wait")
-MOVING = KINDS[:3]
-UNKNOWN = {"spin": 700, "backup": 710, "drive_on_heading": 720, "wait": 740}
+KINDS = ("spin", "backup", "drive_on_heading", "assisted_teleop", "wait")
+MOVING = KINDS[:4]
+UNKNOWN = {"spin": 700, "backup": 710, "drive_on_heading": 720, "assisted_teleop": 730, "wait": 740}
 
 
 @pytest.fixture
@@ -64,11 +65,27 @@ def wait(robot: PlayedRobot, time: float) -> Goal:
     return robot.send(Wait, "wait", Wait.Goal(time=duration_msg(time)))
 
 
+def teleop(robot: PlayedRobot, allowance: float = 10.0) -> Goal:
+    request = AssistedTeleop.Goal(time_allowance=duration_msg(allowance))
+    return robot.send(AssistedTeleop, "assisted_teleop", request)
+
+
+def command(robot: PlayedRobot, v: float, w: float = 0.0) -> None:
+    """Command a velocity as a person at a joystick does."""
+    message = Twist()
+    message.linear.x, message.angular.z = v, w
+    robot.bench.publish(Twist, "/cmd_vel_teleop", message)
+
+
 def start(robot: PlayedRobot, kind: str, allowance: float = 10.0) -> Goal:
     if kind == "wait":
         return wait(robot, 3.0)
     if kind == "spin":
         return spin(robot, 3.0, allowance)
+    if kind == "assisted_teleop":
+        goal = teleop(robot, allowance)
+        command(robot, 0.2)
+        return goal
     return (backup if kind == "backup" else drive)(robot, 1.0, 0.2, allowance)
 
 
@@ -133,12 +150,12 @@ def test_wait_stands_still_for_the_time_and_needs_nothing_else(robot: PlayedRobo
 @pytest.mark.parametrize("kind", KINDS)
 def test_cancellation_stops_the_robot_at_once_and_for_good(robot: PlayedRobot, kind: str) -> None:
     goal = start(robot, kind)
-    robot.run(1.0)
+    robot.run(0.8)
     assert (robot.command == STILL) == (kind == "wait")
     robot.forget()
     goal.cancel()
     assert goal.status == CANCELED
-    assert seconds(goal.result.total_elapsed_time) == pytest.approx(1.0, abs=0.05)
+    assert seconds(goal.result.total_elapsed_time) == pytest.approx(0.8, abs=0.05)
     assert robot.command == STILL
     robot.run(1.0)
     assert all(command == STILL for command in robot.commands)
@@ -151,13 +168,17 @@ def test_a_new_goal_ends_the_running_one(robot: PlayedRobot, first: str, second:
     robot.run(0.5)
     newer = start(robot, second)
     assert_failed(older, UNKNOWN[first])
+    if second == "assisted_teleop":
+        robot.run(0.5)
+        robot.bench.publish(Empty, "/preempt_teleop", Empty())
     robot.run_until_done(newer, 10.0)
     assert newer.status == SUCCEEDED
     assert robot.command == STILL
 
 
 @pytest.mark.parametrize(
-    ("kind", "code"), [("spin", 701), ("backup", 711), ("drive_on_heading", 721)]
+    ("kind", "code"),
+    [("spin", 701), ("backup", 711), ("drive_on_heading", 721), ("assisted_teleop", 731)],
 )
 def test_the_time_allowance_ends_a_motion(robot: PlayedRobot, kind: str, code: int) -> None:
     goal = start(robot, kind, allowance=1.0)
@@ -168,7 +189,8 @@ def test_the_time_allowance_ends_a_motion(robot: PlayedRobot, kind: str, code: i
 
 
 @pytest.mark.parametrize(
-    ("kind", "code"), [("spin", 702), ("backup", 712), ("drive_on_heading", 722)]
+    ("kind", "code"),
+    [("spin", 702), ("backup", 712), ("drive_on_heading", 722), ("assisted_teleop", 732)],
 )
 def test_a_pose_that_is_lost_ends_a_motion(robot: PlayedRobot, kind: str, code: int) -> None:
     goal = start(robot, kind)
@@ -210,6 +232,43 @@ def test_backing_up_stops_before_what_is_behind(robot: PlayedRobot) -> None:
     robot.run_until_done(goal, 8.0)
     assert_failed(goal, 714)
     assert robot.pose.x > -0.6 + 0.28
+
+
+def test_teleoperation_drives_as_commanded_until_told_to_end(robot: PlayedRobot) -> None:
+    goal = teleop(robot)
+    robot.run(0.3)
+    assert robot.command == STILL
+    command(robot, 0.3, 0.4)
+    robot.run(0.3)
+    assert robot.command == Velocity(pytest.approx(0.3), pytest.approx(0.4))  # type: ignore[arg-type]
+    robot.run(1.0)
+    assert robot.command == STILL  # nobody commands any more
+    robot.bench.publish(Empty, "/preempt_teleop", Empty())
+    robot.run_until_done(goal, 0.2)
+    assert goal.status == SUCCEEDED
+    assert seconds(goal.feedback[-1].current_teleop_duration) == pytest.approx(1.6, abs=0.15)
+    robot.forget()
+    command(robot, 0.3)
+    robot.run(0.5)
+    assert not robot.commands
+
+
+def test_teleoperation_slows_down_and_stops_before_a_wall(robot: PlayedRobot) -> None:
+    wall_ahead(robot, 1.0)
+    robot.run(0.5)
+    teleop(robot, 0.0)
+    speeds = []
+    for _ in range(40):
+        command(robot, 0.4)
+        robot.run(0.1)
+        speeds.append(robot.command.v)
+    assert speeds[3] == pytest.approx(0.4)
+    assert any(0.05 < speed < 0.35 for speed in speeds)
+    assert speeds[-1] == 0.0
+    assert robot.pose.x < 1.0 - 0.28
+    command(robot, -0.2)
+    robot.run(0.2)
+    assert robot.command.v == pytest.approx(-0.2)
 
 
 def test_spinning_stops_where_a_corner_would_hit() -> None:
