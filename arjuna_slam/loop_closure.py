@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.correlative import Window
+from arjuna_slam.drift import Drift
 from arjuna_slam.pose_graph import Edge, EdgeKind, PoseGraph
 from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher
 from arjuna_slam.submap import Submap
@@ -72,15 +73,14 @@ class LoopCloser:
     def __init__(self, config: LoopConfig, matcher: ScanMatcher) -> None:
         self._config = config
         self._matcher = matcher
-        self._travel: list[float] = []
-        self._closed_at = 0.0
+        self._drift = Drift()
         self._tried: dict[int, float] = {}
         self._witnesses: list[_Witness] = []
 
     @property
     def travel(self) -> tuple[float, ...]:
         """Distance travelled when each keyframe was taken [m]."""
-        return tuple(self._travel)
+        return tuple(self._drift.travel)
 
     def resume(self, travel: NDArray[np.float64]) -> None:
         """Take over the keyframes of another session.
@@ -88,8 +88,7 @@ class LoopCloser:
         Args:
             travel: Distance travelled when each was taken, `(N,) float64` [m].
         """
-        self._travel = travel.tolist()
-        self._closed_at = self._travel[-1]
+        self._drift.resume(travel)
         self._tried.clear()
         self._witnesses.clear()
 
@@ -105,7 +104,7 @@ class LoopCloser:
             surface: What it saw.
             submaps: The finished submaps.
         """
-        self._travel.append(travel)
+        self._drift.travel.append(travel)
         if not self._config.do_loop_closing:
             return []
         edges: list[Edge] = []
@@ -113,13 +112,14 @@ class LoopCloser:
             if travel - self._tried.get(anchor, -math.inf) < _RETRY_DISTANCE:
                 continue
             prior = graph.pose(anchor).inverse() @ graph.pose(node)
-            match = self._match(submap, surface, prior, nearest, travel)
+            match = self._match(submap, surface, prior, self._error(node, nearest))
             if match.status is not MatchStatus.MATCHED:
                 self._tried[anchor] = travel
                 continue
-            edges.extend(self._believe(graph, anchor, node, match, prior))
-        if edges:
-            self._closed_at = travel
+            believed = self._believe(graph, anchor, node, match, prior)
+            if believed:
+                self._drift.close(node, nearest)
+            edges.extend(believed)
         return edges
 
     def close_by_hand(
@@ -157,27 +157,30 @@ class LoopCloser:
             return []
         here = graph.poses[node, :2]
         distance = np.hypot(*(graph.poses[:node, :2] - here).T)
-        near = np.flatnonzero(distance < self._config.loop_search_maximum_distance)
+        config = self._config
+        reach = config.loop_search_maximum_distance
+        widest = max(reach, 0.5 * config.loop_search_space_dimension)
+        near = np.flatnonzero(distance < widest)
         first, last = np.array([(submap.nodes[0], submap.nodes[-1]) for submap in submaps]).T
         seen = np.searchsorted(near, last, "right") > np.searchsorted(near, first)
         found: list[tuple[float, int, int]] = []
         for k in np.flatnonzero(seen).tolist():
             d = distance[submaps[k].nodes]
             best = int(d.argmin())
-            if d[best] < self._config.loop_search_maximum_distance:
-                found.append((float(d[best]), k, submaps[k].nodes[best]))
+            nearest = submaps[k].nodes[best]
+            if d[best] < reach or d[best] < min(widest, self._error(node, nearest)):
+                found.append((float(d[best]), k, nearest))
         found.sort()
         return [(submaps[k].anchor, submaps[k], n) for _, k, n in found[:_CANDIDATES_MAX]]
 
-    def _match(
-        self, submap: Submap, surface: Surface, prior: SE2, nearest: int, travel: float
-    ) -> Match:
+    def _error(self, node: int, past: int) -> float:
+        """Return how far off a keyframe may be as seen from a past one [m]; in radians as well."""
+        return self._config.loop_drift_per_metre * self._drift.between(node, past)
+
+    def _match(self, submap: Submap, surface: Surface, prior: SE2, error: float) -> Match:
         config = self._config
-        since = min(travel - self._travel[nearest], 2.0 * (travel - self._closed_at))
-        half = min(
-            0.3 + config.loop_drift_per_metre * since, 0.5 * config.loop_search_space_dimension
-        )
-        angle = min(0.1 + config.loop_drift_per_metre * since, config.loop_search_angle)
+        half = min(0.3 + error, 0.5 * config.loop_search_space_dimension)
+        angle = min(0.1 + error, config.loop_search_angle)
         window = Window(half, angle, 2 if half < 0.5 else 4)
         match = self._matcher.match(
             submap.field, surface, prior, window, config.loop_match_minimum_response_coarse
@@ -195,7 +198,7 @@ class LoopCloser:
         change = prior.inverse() @ match.T_field_base
         if math.hypot(change.x, change.y) < _SURE_POSITION and abs(change.theta) < _SURE_HEADING:
             return [edge]
-        travel = self._travel[node]
+        travel = self._drift.travel[node]
         self._witnesses = [w for w in self._witnesses if travel - w.travel < _WITNESS_DISTANCE]
         correction = graph.pose(anchor) @ match.T_field_base @ graph.pose(node).inverse()
         here = graph.poses[node : node + 1, :2]
