@@ -82,14 +82,17 @@ class LoopCloser:
         """Distance travelled when each keyframe was taken [m]."""
         return tuple(self._drift.travel)
 
-    def resume(self, travel: NDArray[np.float64]) -> None:
-        """Take over the keyframes of another session.
+    def resume(self, travel: NDArray[np.float64], index: NDArray[np.int64] | None = None) -> None:
+        """Take over other keyframes.
 
         Args:
             travel: Distance travelled when each was taken, `(N,) float64` [m].
+            index: Where they are what is left of those before, the new number of each of those,
+                -1 for those gone; None where they are another session's.
         """
         self._drift.resume(travel)
-        self._tried.clear()
+        left = {} if index is None else {k: int(index[k]) for k in self._tried if index[k] >= 0}
+        self._tried = {left[k]: tried for k, tried in self._tried.items() if k in left}
         self._witnesses.clear()
 
     def close(

@@ -23,21 +23,18 @@ _BRIDGE = np.diag([1.0 / 0.02**2, 1.0 / 0.02**2, 1.0 / 0.01**2])  # information 
 _DOUBT = 0.5  # what the information of a measurement moved to another keyframe is worth
 
 
-def redundant_submap(poses: NDArray[np.float64], submaps: Sequence[Sequence[int]]) -> int | None:
-    """Return the oldest submap that newer keyframes cover, or None.
+def is_redundant(poses: NDArray[np.float64], nodes: Sequence[int]) -> bool:
+    """Tell whether newer keyframes cover a submap.
 
     Args:
         poses: x, y, theta of every keyframe, `(N, 3) float64`.
-        submaps: The keyframes of each finished submap, oldest first.
+        nodes: The submap's keyframes.
     """
-    for k, nodes in enumerate(submaps):
-        newer = poses[max(nodes) + 1 :, :2]
-        if len(newer) == 0:
-            continue
-        gaps = np.linalg.norm(poses[list(nodes), None, :2] - newer[None], axis=2).min(axis=1)
-        if (gaps < _COVERED_WITHIN).mean() >= _COVERED_SHARE:
-            return k
-    return None
+    newer = poses[max(nodes) + 1 :, :2]
+    if len(newer) == 0:
+        return False
+    gaps = np.linalg.norm(poses[list(nodes), None, :2] - newer[None], axis=2).min(axis=1)
+    return bool((gaps < _COVERED_WITHIN).mean() >= _COVERED_SHARE)
 
 
 def prune(session: Session, keep: NDArray[np.bool_]) -> tuple[Session, NDArray[np.int64]]:

@@ -17,7 +17,7 @@ from arjuna_slam.config import SlamConfig
 from arjuna_slam.deskew import motion_within
 from arjuna_slam.loop_closure import LoopCloser
 from arjuna_slam.pose_graph import Edge, EdgeKind, PoseGraph
-from arjuna_slam.pruning import prune, redundant_submap
+from arjuna_slam.pruning import is_redundant, prune
 from arjuna_slam.reference_map import ReferenceMap
 from arjuna_slam.scan_filter import ScanFilter, Skip
 from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher, invert
@@ -202,13 +202,13 @@ class Slam:
         self._travel = float(session.travel[-1])
         self._resumed = ReferenceMap(self._config, session), start
 
-    def _adopt(self, session: Session) -> None:
+    def _adopt(self, session: Session, index: NDArray[np.int64] | None = None) -> None:
         """Take over a session's keyframes and edges."""
         for scan, pose in zip(session.scans, session.poses, strict=True):
             self._add_node(scan, SE2.from_array(pose))
         for edge in session.edges:
             self.graph.add_edge(edge)
-        self._closer.resume(session.travel)
+        self._closer.resume(session.travel, index)
 
     def _start(self, scan: Scan, surface: Surface, T_odom_base: SE2) -> SlamUpdate | None:
         """Begin the local map: at the map's origin, or where the scan lies on a session's map."""
@@ -289,11 +289,15 @@ class Slam:
         return len(edges)
 
     def _forget(self) -> None:
-        """Forget a submap that newer keyframes cover, with the keyframes that only it has."""
-        submaps = [submap.nodes for submap in self._local.finished]
-        found = redundant_submap(self.graph.poses, submaps)
+        """Forget a submap that newer keyframes cover, with the keyframes that only it has.
+
+        One submap is looked at for each keyframe, so that the time that takes does not grow.
+        """
+        if not self._local.finished:
+            return
+        found = len(self.graph) % len(self._local.finished)
         session = self.session()
-        if found is None or session is None:
+        if session is None or not is_redundant(session.poses, session.submaps[found]):
             return
         others = {node for k, nodes in enumerate(session.submaps) if k != found for node in nodes}
         keep = np.array([k in others for k in range(len(self.graph))])
@@ -303,7 +307,7 @@ class Slam:
         undone = self._back_end.undone
         self._begin_graph()
         self._back_end.undone = undone
-        self._adopt(pruned)
+        self._adopt(pruned, index)
 
     def _update(self, match: Match, keyframe: bool, closures: int) -> SlamUpdate:
         anchor = self._local.reference.anchor

@@ -13,7 +13,7 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.localization import Localizer
 from arjuna_slam.pose_graph import Edge, EdgeKind
-from arjuna_slam.pruning import prune, redundant_submap
+from arjuna_slam.pruning import is_redundant, prune
 from arjuna_slam.scan_filter import Skip
 from arjuna_slam.scan_matcher import MatchStatus
 from arjuna_slam.session import Session, Start, StartKind
@@ -136,11 +136,9 @@ def chain() -> Session:
     return Session(scans, poses, np.arange(9.0), tuple(edges), submaps)
 
 
-def test_the_submap_that_newer_keyframes_cover_is_found() -> None:
+def test_a_submap_is_redundant_where_newer_keyframes_cover_it() -> None:
     session = chain()
-    assert redundant_submap(session.poses, session.submaps) == 0
-    assert redundant_submap(session.poses, session.submaps[1:]) is None
-    assert redundant_submap(session.poses, session.submaps[2:]) is None
+    assert [is_redundant(session.poses, nodes) for nodes in session.submaps] == [True, False, False]
 
 
 def test_a_pruned_graph_stays_connected_and_means_the_same() -> None:
