@@ -8,7 +8,6 @@ import numpy as np
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.srv import SetInitialPose
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
-from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
 
@@ -20,8 +19,8 @@ from arjuna_core.ros.scan_queue import ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.errors import LocalizationError, check_particle_limits
-from arjuna_slam.amcl.filter import Estimate, ParticleFilter, Status
-from arjuna_slam.nodes.amcl_config import ALWAYS, AUTO, AmclNodeConfig, filter_part
+from arjuna_slam.amcl.filter import Estimate, ParticleFilter
+from arjuna_slam.nodes.amcl_config import ALWAYS, NEVER, AmclNodeConfig, filter_part
 from arjuna_slam.nodes.amcl_output import AmclOutput
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
@@ -55,14 +54,11 @@ class AmclNode(ManagedNode):
             self.every(1.0 / self.config.save_pose_rate, self._save_pose)
 
     def _listen(self) -> None:
+        c = self.config
         self.subscribe(
-            OccupancyGridMsg,
-            self.config.map_topic,
-            self._on_map,
-            qos.LATCHED,
-            while_inactive=True,
+            OccupancyGridMsg, c.map_topic, self._on_map, qos.LATCHED, while_inactive=True
         )
-        self.subscribe(LaserScan, self.config.scan_topic, self._on_scan, qos.SENSOR_SUBSCRIPTION)
+        self.subscribe(LaserScan, c.scan_topic, self._on_scan, qos.SENSOR_SUBSCRIPTION)
         self.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, qos.DEFAULT)
         self.serve(Empty, "reinitialize_global_localization", self._on_globalize)
         self.serve(Empty, "request_nomotion_update", self._on_nomotion)
@@ -115,38 +111,43 @@ class AmclNode(ManagedNode):
         if self.active:
             self._begin()
 
-    def _refuse(self, what: str, reason: object) -> None:
-        self.get_logger().error(f"{what} refused, all stays as it was: {reason}")
+    def _refuse(self, what: str, why: object) -> None:
+        self.get_logger().error(f"{what} refused, all stays as it was: {why}")
 
     def _begin(self) -> None:
         """Start the filter with what is known of the pose."""
         if self._filter is None:
             return
-        if self.config.global_localization_at_start == ALWAYS and self._estimate is None:
+        mode = self.config.global_localization_at_start
+        if mode != ALWAYS or self._estimate is not None:
+            start = self._given or self._known()
+            if start is not None and self._start_at(*start):
+                return
+        if mode != NEVER:
             self._filter.globalize()
-            return
-        if self._given is None and self._estimate is not None:
-            self._given = (self._estimate.T_map_base, self._estimate.covariance)
-        if self._given is None and self.config.set_initial_pose:
-            start = self.config.initial_pose
-            self._given = (SE2(start.x, start.y, start.yaw), _PARAMETER_COVARIANCE)
-        if self._given is not None:
-            self._start_at(*self._given)
-        elif self.config.global_localization_at_start == AUTO:
-            self._filter.globalize()
-        else:
+        elif not self._filter.initialized:
             self.get_logger().warning("there is no initial pose: publish one on initialpose")
 
-    def _start_at(self, pose: SE2, covariance: Any) -> None:
-        self._given = (pose, covariance)
+    def _known(self) -> tuple[SE2, Any] | None:
+        """Return the last estimate or the configured pose, with its covariance."""
+        if self._estimate is not None:
+            return self._estimate.T_map_base, self._estimate.covariance
+        start = self.config.initial_pose
+        given = (SE2(start.x, start.y, start.yaw), _PARAMETER_COVARIANCE)
+        return given if self.config.set_initial_pose else None
+
+    def _start_at(self, pose: SE2, covariance: Any) -> bool:
+        """Start the filter at a pose, or keep that until a map comes; return whether it started."""
         if self._filter is None:
-            self.get_logger().info("initial pose kept until a map comes")
-            return
+            self._given = (pose, covariance)
+            return False
         self._given = None
         try:
             self._filter.set_pose(pose, covariance)
         except LocalizationError as error:
             self._refuse("initial pose", error)
+            return False
+        return True
 
     def _on_initial_pose(self, message: Any) -> None:
         frame, wanted = message.header.frame_id.lstrip("/"), self.config.global_frame_id
@@ -197,12 +198,5 @@ class AmclNode(ManagedNode):
             self._output.broadcast(self._estimate.T_map_odom, scan.stamp)
 
     def _save_pose(self) -> None:
-        """Write the pose to initial_pose, from where a later start may go on."""
-        if self._estimate is None or self._estimate.status is not Status.TRACKING:
-            return
-        if not self.config.always_reset_initial_pose:
-            pose = self._estimate.T_map_base
-            values = {"x": pose.x, "y": pose.y, "yaw": pose.theta}
-            self.set_parameters(
-                [Parameter(f"initial_pose.{name}", value=value) for name, value in values.items()]
-            )
+        if self._estimate is not None and not self.config.always_reset_initial_pose:
+            self._output.save(self._estimate)

@@ -7,6 +7,7 @@ import math
 from arjuna_interfaces.msg import LocalizationQuality
 from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
 from nav2_msgs.msg import Particle, ParticleCloud
+from rclpy.parameter import Parameter
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
@@ -66,6 +67,15 @@ class AmclOutput:
                 Particle(pose=pose_msg(SE2.from_array(row)), weight=weight) for row, weight in rows
             ]
             self._cloud.publish(ParticleCloud(header=head, particles=particles))
+
+    def save(self, estimate: Estimate) -> None:
+        """Write a pose that is tracked to initial_pose, from where a later start may go on."""
+        if estimate.status is Status.TRACKING:
+            pose = estimate.T_map_base
+            values = {"x": pose.x, "y": pose.y, "yaw": pose.theta}
+            self._node.set_parameters(
+                [Parameter(f"initial_pose.{name}", value=value) for name, value in values.items()]
+            )
 
     def _log_change(self, estimate: Estimate) -> None:
         if estimate.status is self._status:

@@ -345,6 +345,15 @@ def test_odometry_that_is_no_pose_leaves_the_filter_as_it_was(room: Room) -> Non
     assert room.error[0] < 0.06
 
 
+def test_a_configured_pose_off_the_map_is_refused_and_the_map_searched(
+    room: Room, said: list[str]
+) -> None:
+    started(room, set_initial_pose=True, initial_pose={"x": 90.0, "y": 0.0, "yaw": 0.0})
+    assert "lies outside the map" in said[0]
+    room.drive(2)
+    assert room.error[0] < 0.06
+
+
 @pytest.mark.parametrize("mode", ["auto", "always", "never"])
 def test_the_search_at_the_start_is_as_told(room: Room, mode: str) -> None:
     wrong = {"x": 2.0, "y": -4.0, "yaw": 1.0}
