@@ -6,16 +6,19 @@ Source: Khronos, COLLADA 1.4.1 specification, chapters 5 (geometry) and 10 (scen
 from __future__ import annotations
 
 import math
+import warnings
 from itertools import pairwise
 from xml.etree.ElementTree import Element, ParseError  # types only; parsing is defusedxml's
 
 import numpy as np
 from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import fromstring
 from numpy.typing import NDArray
 
+from arjuna_sim.xml_file import parse_xml
+
+_BYTES_MAX = 20_000_000
 _DEPTH_MAX = 64
-_PLACED_MAX = 500_000
+_PLACED_MAX = 200_000
 
 
 def read_collada(content: bytes) -> NDArray[np.float64]:
@@ -32,8 +35,10 @@ def read_collada(content: bytes) -> NDArray[np.float64]:
     Raises:
         ValueError: It is no COLLADA file, unsafe, or its indices lead nowhere.
     """
+    if len(content) > _BYTES_MAX:
+        raise ValueError(f"it has {len(content)} bytes; valid: up to {_BYTES_MAX}")
     try:
-        root: Element = fromstring(content, forbid_dtd=True)
+        root = parse_xml(content)
     except ParseError as error:
         raise ValueError(f"line {error.position[0]}: broken XML: {error.msg}") from error
     except DefusedXmlException as error:
@@ -90,7 +95,7 @@ def _matrix(node: Element) -> NDArray[np.float64]:
     for element in node:
         if element.tag not in ("matrix", "translate", "rotate", "scale"):
             continue
-        values = np.array((element.text or "").split(), np.float64)
+        values = _numbers(element.text)
         step = np.eye(4)
         if element.tag == "matrix":
             step = values.reshape(4, 4)
@@ -102,6 +107,16 @@ def _matrix(node: Element) -> NDArray[np.float64]:
             step[:3, :3] = _rotation(values[:3], math.radians(values[3]))
         T = T @ step
     return T
+
+
+def _numbers(text: str | None) -> NDArray[np.float64]:
+    """Read numbers between spaces; lists of words would take many times the file's size."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)
+        try:
+            return np.fromstring(text or "", np.float64, sep=" ")
+        except DeprecationWarning as error:
+            raise ValueError("what should be numbers is something else") from error
 
 
 def _rotation(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
@@ -134,7 +149,7 @@ def _geometry(geometry: Element) -> NDArray[np.float64]:
 
 
 def _source(source: Element) -> NDArray[np.float64]:
-    values = np.array((source.findtext("float_array") or "").split(), np.float64)
+    values = _numbers(source.findtext("float_array"))
     accessor = source.find("technique_common/accessor")
     stride = 3 if accessor is None else int(accessor.get("stride", "3"))
     if stride < 1:
@@ -149,14 +164,14 @@ def _faces(primitive: Element, sources: dict[str, NDArray[np.float64]]) -> NDArr
         raise ValueError(f"<{primitive.tag}> has no VERTEX input")
     step = 1 + max(int(i.get("offset", "0")) for i in inputs)
     offset = int(vertex.get("offset", "0"))
-    lists = [np.array((p.text or "").split(), np.int64) for p in primitive.findall("p")]
+    lists = [_numbers(p.text).astype(np.int64) for p in primitive.findall("p")]
     rings = [indices[offset::step] for indices in lists]
     if primitive.tag == "triangles":
         faces = np.concatenate([np.zeros(0, np.int64), *rings])
         faces = faces[: len(faces) // 3 * 3].reshape(-1, 3)
     else:
         if primitive.tag == "polylist" and rings:
-            counts = np.array((primitive.findtext("vcount") or "").split(), np.int64)
+            counts = _numbers(primitive.findtext("vcount")).astype(np.int64)
             rings = np.split(rings[0], np.cumsum(counts)[:-1])
         fans = [(ring[0], a, b) for ring in rings for a, b in pairwise(ring[1:])]
         faces = np.array(fans, np.int64).reshape(-1, 3)

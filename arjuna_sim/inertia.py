@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from arjuna_sim.joints import read_origin
 from arjuna_sim.shapes import Kind, Part, Shape, corners
@@ -155,7 +155,11 @@ def _volume(shape: Shape) -> float:
     if shape.kind is Kind.SPHERE:
         return 4.0 / 3.0 * math.pi * shape.size[0] ** 3
     if shape.kind is Kind.MESH:
-        return float(ConvexHull(corners(shape)).volume)
+        try:
+            return float(ConvexHull(corners(shape)).volume)
+        except QhullError:  # too thin for it
+            low, high = _box(shape)
+            return float(np.prod(high - low))
     return 0.0
 
 

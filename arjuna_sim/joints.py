@@ -149,7 +149,7 @@ def _axis(xml: XmlFile, element: Element, place: str) -> tuple[float, float, flo
     axis_element = element.find("axis")
     text = "1 0 0" if axis_element is None else xml.attribute(axis_element, "xyz", place)
     axis = np.array(xml.numbers(text, 3, f"{place} axis"))
-    length = float(np.linalg.norm(axis))
+    length = math.hypot(*axis.tolist())
     if not 0.0 < length < math.inf:
         raise xml.fail(place, "axis must not be zero")
     axis /= length

@@ -14,7 +14,9 @@ from arjuna_sim.collada import read_collada
 
 MESH_SUFFIXES = (".dae", ".obj", ".stl")
 _BYTES_MAX = 60_000_000
-_FACES_MAX = 500_000
+_TEXT_MAX = 20_000_000
+_FACES_MAX = 200_000
+_LINES_MAX = 3 * _FACES_MAX
 _STL_HEADER, _STL_FACE = 84, 50
 
 
@@ -45,7 +47,8 @@ def read_mesh(path: Path) -> NDArray[np.float64]:
     except OSError as error:
         raise MeshError(path, f"cannot be read: {error.strerror}") from error
     try:
-        triangles = {".stl": _stl, ".obj": _obj, ".dae": read_collada}[suffix](content)
+        with np.errstate(all="ignore"):  # what is not finite is refused below
+            triangles = {".stl": _stl, ".obj": _obj, ".dae": read_collada}[suffix](content)
     except (ValueError, IndexError, KeyError, OverflowError, struct.error) as error:
         raise MeshError(path, f"is a broken mesh: {' '.join(str(error).split())}") from error
     if len(triangles) == 0:
@@ -61,21 +64,34 @@ def _stl(content: bytes) -> NDArray[np.float64]:
     """Read STL; text is known by its size, since binary files may begin with `solid` too."""
     if len(content) >= _STL_HEADER:
         (count,) = struct.unpack_from("<I", content, 80)
-        if len(content) >= _STL_HEADER + _STL_FACE * count and not content.startswith(b"solid"):
+        is_whole = len(content) >= _STL_HEADER + _STL_FACE * count
+        if is_whole and not content.startswith(b"solid"):
             return _binary_stl(content, count)
         if len(content) == _STL_HEADER + _STL_FACE * count:
             return _binary_stl(content, count)
     if not content.lstrip().startswith(b"solid"):
         raise ValueError("it is cut off")
+    lines = _lines(content)
     numbers = [
         [float(word) for word in line.split()[1:4]]
-        for line in content.decode("utf-8", "replace").splitlines()
+        for line in lines
         if line.strip().startswith("vertex")
     ]
     return np.array(numbers, np.float64).reshape(-1, 3, 3)
 
 
+def _lines(content: bytes) -> list[str]:
+    """Return the lines of a text, as long as it can be read at once."""
+    count = content.count(b"\n")
+    if len(content) > _TEXT_MAX or count > _LINES_MAX:
+        problem = f"it has {len(content)} bytes of text in {count} lines; valid: up to"
+        raise ValueError(f"{problem} {_TEXT_MAX} bytes in {_LINES_MAX} lines")
+    return content.decode("utf-8", "replace").splitlines()
+
+
 def _binary_stl(content: bytes, count: int) -> NDArray[np.float64]:
+    if count > _FACES_MAX:
+        raise ValueError(f"it has {count} triangles; at most {_FACES_MAX} are read")
     face = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
     faces = np.frombuffer(content, face, count, _STL_HEADER)
     return np.asarray(faces["corners"], np.float64)
@@ -85,7 +101,7 @@ def _obj(content: bytes) -> NDArray[np.float64]:
     """Read corners and faces of Wavefront OBJ; a polygon becomes a fan."""
     corners: list[list[float]] = []
     faces: list[tuple[int, int, int]] = []
-    for line in content.decode("utf-8", "replace").splitlines():
+    for line in _lines(content):
         words = line.split()
         if len(words) >= 4 and words[0] == "v":
             corners.append([float(word) for word in words[1:4]])

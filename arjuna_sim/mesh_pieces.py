@@ -12,6 +12,8 @@ _DEPTH = 0.05  # [m] a wheel must not pass a face within one step
 _FLAT = 1e-3  # [m]
 _FILLED = 0.97  # a body that fills so much of its hull counts as convex
 _FACES_MAX = 2000
+_BODIES_MAX = 2000
+_PIECES_MAX = 5000
 
 
 def hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -41,7 +43,8 @@ def pieces(triangles: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Split a mesh into convex pieces that together are touched like it.
 
     Connected bodies that nearly fill their hull become it; of others each triangle becomes a
-    slab behind its face. Beyond 2000 such triangles a body counts as its hull.
+    slab behind its face. Beyond 2000 such triangles a body counts as its hull, as does a mesh of
+    more than 2000 bodies, and what comes after 5000 pieces.
 
     Args:
         triangles: `(N, 3, 3) float64` [m].
@@ -50,9 +53,13 @@ def pieces(triangles: NDArray[np.float64]) -> list[NDArray[np.float64]]:
         The corners of each piece, `(M, 3) float64` [m].
     """
     found: list[NDArray[np.float64]] = []
-    for body in _bodies(triangles):
+    bodies = _bodies(triangles)
+    if len(bodies) > _BODIES_MAX:
+        return [hull(triangles.reshape(-1, 3))]
+    for body in bodies:
         corners = hull(body.reshape(-1, 3))
-        if len(body) > _FACES_MAX or _volume(body) >= _FILLED * ConvexHull(corners).volume:
+        is_much = len(body) > _FACES_MAX or len(found) + len(body) > _PIECES_MAX
+        if is_much or _volume(body) >= _FILLED * ConvexHull(corners).volume:
             found.append(corners)
         else:
             found.extend(_slabs(body))
@@ -69,8 +76,10 @@ def _bodies(triangles: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     count = int(faces.max()) + 1
     graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
     label = connected_components(graph, directed=False)[1][faces[:, 0]]
-    _, first = np.unique(label, return_index=True)
-    return [triangles[label == label[i]] for i in np.sort(first)]
+    order = np.argsort(label, kind="stable")
+    starts = np.flatnonzero(np.diff(label[order], prepend=-1))
+    groups = sorted(np.split(order, starts[1:]), key=lambda group: int(group[0]))
+    return [triangles[group] for group in groups]
 
 
 def _volume(triangles: NDArray[np.float64]) -> float:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from arjuna_sim.mesh_file import MESH_SUFFIXES, MeshError, read_mesh
 from arjuna_sim.shapes import Kind, Mesh, Shape
 from arjuna_sim.xml_file import XmlFile
+
+_REACH_MAX = 1e5  # [m]
 
 
 def mesh_shape(xml: XmlFile, uri: str, scale: str, place: str) -> Shape | None:
@@ -31,11 +35,13 @@ def mesh_shape(xml: XmlFile, uri: str, scale: str, place: str) -> Shape | None:
         return None
     try:
         if path not in xml.meshes:
-            xml.meshes[path] = read_mesh(path)
-        triangles = xml.meshes[path]
+            xml.meshes[path] = Mesh(path.resolve(), read_mesh(path))
     except MeshError as error:
         if not place.endswith("visual"):
             raise xml.fail(place, f"mesh '{uri}' {error.problem}") from error
         xml.note(f"{place}: mesh '{uri}' {error.problem}, so it is not drawn")
         return None
-    return Shape(Kind.MESH, size, Mesh(path.resolve(), triangles))
+    reach = float(np.abs(xml.meshes[path].triangles).max()) * max(map(abs, size))
+    if not reach <= _REACH_MAX:
+        raise xml.fail(place, f"mesh '{uri}' is {reach:.3g} m large; valid: up to {_REACH_MAX:g}")
+    return Shape(Kind.MESH, size, xml.meshes[path])

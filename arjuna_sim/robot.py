@@ -31,6 +31,7 @@ BODY_JOINT = "arjuna_free_joint"
 ANCHOR = "world"
 _ACROSS = 0.5
 _PASSIVE_DAMPING = 1e-3  # [N m s/rad] lets casters come to rest
+_LEVER = 0.5  # mass times wheel radius from which a robot needs a stiffer servo [kg m]
 _ANCHOR_WEIGHT = 1e9  # [kg] inertia that no arm can move
 # Tyres: stiffness [1/s^2] and damping [1/s] per unit mass. Stiff against damping, and with friction
 # softened by the scene's impratio, a sliding wheel stays on the ground: at MuJoCo's defaults it
@@ -43,10 +44,18 @@ class ServoConfig:
     """How a wheel follows its commanded speed."""
 
     gain: float = param(
-        10.0, "Torque per error of wheel speed.", unit="N m s/rad", minimum=0.0, read_only=True
+        10.0,
+        "Torque per error of wheel speed, more for heavy robots.",
+        unit="N m s/rad",
+        minimum=0.0,
+        read_only=True,
     )
     armature: float = param(
-        0.02, "Rotor inertia as the wheel feels it.", unit="kg m^2", minimum=0.0, read_only=True
+        0.02,
+        "Rotor inertia as the wheel feels it.",
+        unit="kg m^2",
+        minimum=0.0,
+        read_only=True,
     )
 
 
@@ -290,9 +299,14 @@ def _add_mimic(spec: Any, joint: Joint) -> None:
     equality.data[0:2] = (joint.mimic.offset, joint.mimic.multiplier)
 
 
+def _mass(robot: Robot) -> float:
+    return sum(i.mass for link in robot.urdf.links.values() if (i := link.inertial) is not None)
+
+
 def _add_servo(spec: Any, robot: Robot, joint: str, servo: ServoConfig) -> None:
     """Add a motor whose torque is the gain times the error of speed, up to its limit."""
     motor = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-    motor.gainprm[0], motor.biasprm[2] = servo.gain, -servo.gain
+    gain = servo.gain * max(1.0, _mass(robot) * robot.drive.radius / _LEVER)
+    motor.gainprm[0], motor.biasprm[2] = gain, -gain
     motor.forcelimited, motor.forcerange = True, [-robot.drive.torque, robot.drive.torque]

@@ -98,6 +98,7 @@ def _set_physics(spec: Any, timestep: float) -> None:
     spec.option.impratio = _FRICTION_STIFFNESS
     spec.option.tolerance = _SOLVER_TOLERANCE
     spec.compiler.balanceinertia = True
+    spec.compiler.degree = False
 
 
 def _index(model: Any, robot: Robot, models: list[str], owners: list[str]) -> Scene:

@@ -108,6 +108,8 @@ def read_world(xml: XmlFile) -> World:
         raise WorldError(xml.path, "<sdf> must hold a <world>, a <model> or an <actor>")
     if len(xml.root.findall("world")) > 1:
         xml.note("has more than one <world>: only the first is simulated")
+    if sum(1 for e in world.iter() if e.tag in ("collision", "visual")) > _BODIES_MAX:
+        raise WorldError(xml.path, f"has too many parts; valid: up to {_BODIES_MAX}")
     reader = _Reader(xml)
     reader.read(world)
     for plugin in world.iter("plugin"):

@@ -13,6 +13,7 @@ from arjuna_sim.pose3 import ORIGIN, Pose3
 from arjuna_sim.xml_file import XmlFile
 
 _NAMED = ("link", "frame", "joint", "model", "include")
+_CHAIN_MAX = 100
 _OWN = ("__model__", "__root__", "world", "")
 
 
@@ -99,6 +100,9 @@ class Scope:
             return ORIGIN
         if name in seen:
             problem = f"frame '{name}' is relative to itself: {' -> '.join((*seen, name))}"
+            raise self._xml.fail(self._place, problem)
+        if len(seen) > _CHAIN_MAX:
+            problem = f"frame '{name}' ends a chain of more than {_CHAIN_MAX} frames"
             raise self._xml.fail(self._place, problem)
         first, _, rest = name.partition("::")
         element = self._items.get(name) if name in self._items else self._items.get(first)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -45,6 +45,13 @@ class Mesh:
 
     path: Path
     triangles: NDArray[np.float64]
+    _hulls: dict[tuple[float, ...], NDArray[np.float64]] = field(default_factory=dict)
+
+    def hull(self, scale: tuple[float, ...]) -> NDArray[np.float64]:
+        """Return the corners of its convex hull at a scale, `(N, 3) float64` [m]."""
+        if scale not in self._hulls:
+            self._hulls[scale] = hull(self.triangles.reshape(-1, 3) * np.array(scale))
+        return self._hulls[scale]
 
 
 @dataclass(frozen=True)
@@ -87,7 +94,7 @@ def corners(shape: Shape) -> NDArray[np.float64]:
         return np.zeros((0, 3))
     if shape.kind is Kind.MESH:
         assert shape.mesh is not None
-        return hull(shape.mesh.triangles.reshape(-1, 3) * np.array(shape.size))
+        return shape.mesh.hull(shape.size)
     if shape.kind is Kind.CYLINDER:
         ring = circle(shape.size[0])
         ends = [np.full((_ROUND, 1), sign * shape.size[1] / 2) for sign in (-1, 1)]
@@ -126,7 +133,8 @@ def add_part(spec: Any, body: Any, part: Part, group: Group) -> list[Any]:
     triangles = part.shape.mesh.triangles * np.array(part.shape.size)
     name = f"{part.shape.mesh.path}@{part.shape.size}"
     if group is Group.ROBOT_COLLISION:
-        return [_add_mesh(spec, body, part, group, f"{name}#hull", hull(triangles.reshape(-1, 3)))]
+        outer = part.shape.mesh.hull(part.shape.size)
+        return [_add_mesh(spec, body, part, group, f"{name}#hull", outer)]
     drawn = _add_mesh(spec, body, part, group, name, triangles.reshape(-1, 3), faces=True)
     geoms = [drawn]
     if group is Group.WORLD_COLLISION:

@@ -16,6 +16,7 @@ from arjuna_sim.xml_file import XmlFile
 
 _READ = ("link", "joint", "material", "gazebo", "transmission", "ros2_control")
 _LINKS_MAX = 2000
+_DEPTH_MAX = 100
 _SHAPES = {
     "box": ("size",),
     "cylinder": ("radius", "length"),
@@ -162,4 +163,7 @@ def _root(xml: XmlFile, links: dict[str, Link], joints: dict[str, Joint]) -> str
             link, steps = parents[link], steps + 1
             if steps > len(links):
                 raise xml.fail(f"link '{start}'", "the joints form a loop")
+            if steps > _DEPTH_MAX:
+                problem = f"hangs on more than {_DEPTH_MAX} others, one after the other"
+                raise xml.fail(f"link '{start}'", problem)
     return roots[0]

@@ -21,7 +21,7 @@ import xacro
 from defusedxml import DefusedXmlException, minidom
 from xacro import substitution_args
 
-from arjuna_sim.resources import SearchPath
+from arjuna_sim.resources import SearchPath, home
 
 CPU_SECONDS = 1
 _MEMORY_BYTES = 400_000_000
@@ -52,7 +52,7 @@ class Expansion:
 
     def run(self) -> str:
         """Return the URDF."""
-        xacro.open = _open
+        xacro.open = self._open_data
         xacro.parse = _parse
         xacro.get_include_files = self._files
         xacro.process_include = self._include
@@ -72,6 +72,14 @@ class Expansion:
     def _note(self, text: str) -> None:
         if text not in self.notes:
             self.notes.append(text)
+
+    def _open_data(self, name: str) -> Any:
+        """Open a file of values, which may lie around the robot or in a package only."""
+        files = [self._path, *(Path(file) for file in xacro.filestack)]
+        allowed = [*map(home, files), *self._search.packages, *self._search.models]
+        if not any(Path(name).resolve().is_relative_to(folder.resolve()) for folder in allowed):
+            raise xacro.XacroException(f"'{name}' leads out of {allowed[0]}")
+        return _open(name)
 
     def _package(self, name: str) -> str:
         files = [Path(file) for file in reversed(xacro.filestack)]

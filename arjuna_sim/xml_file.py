@@ -6,17 +6,17 @@ import math
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder  # parsing is defusedxml's
 
-import numpy as np
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
-from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
 from arjuna_sim.resources import EscapeError, SearchPath
+from arjuna_sim.shapes import Mesh
 
 _BYTES_MAX = 20_000_000
 _ELEMENTS_MAX = 300_000
 _DEPTH_MAX = 100
+_TEXT_MAX = 1000
 _SIZE_MAX = 1e5  # [m]
 _PLACE_MAX = 1e6  # [m]
 
@@ -101,7 +101,7 @@ class XmlFile:
         self.search = SearchPath.of() if search is None else search
         self.included: tuple[Path, ...] = (path.resolve(),)
         self.beside: tuple[Path, ...] = (path,)
-        self.meshes: dict[Path, NDArray[np.float64]] = {}
+        self.meshes: dict[Path, Mesh] = {}
         self.notes: list[str] = []
 
     def _parse(self, tag: str) -> Element:
@@ -115,6 +115,8 @@ class XmlFile:
             raise self.error(self.path, problem) from error
         except (ValueError, LookupError) as error:
             raise self.error(self.path, f"is no readable XML: {error}") from error
+        if len(root.get("name", "")) > _TEXT_MAX:
+            raise self.error(self.path, f"has a name of more than {_TEXT_MAX} characters")
         if root.tag != tag:
             raise self.error(self.path, f"has the root <{root.tag}>; valid: <{tag}>")
         return root
@@ -145,6 +147,11 @@ class XmlFile:
         value = element.get(name)
         if value is None or not value.strip():
             raise self.fail(place, f"<{element.tag}> lacks the attribute '{name}'")
+        if len(value) > _TEXT_MAX:
+            problem = (
+                f"the attribute '{name}' has {len(value)} characters; valid: up to {_TEXT_MAX}"
+            )
+            raise self.fail(f"<{element.tag}>", problem)
         return value.strip()
 
     def child(self, element: Element, path: str, place: str) -> Element:

@@ -24,7 +24,8 @@ WHEEL = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:macro name="wheel" params="name y">
 <link name="${name}_wheel"><inertial><mass value="0.2"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4"/>
 </inertial><collision><geometry><cylinder radius="0.06" length="0.02"/></geometry></collision>
-</link><joint name="${name}_joint" type="continuous"><parent link="base"/><child link="${name}_wheel"/>
+</link><joint name="${name}_joint" type="continuous"><parent link="base"/>
+<child link="${name}_wheel"/>
 <origin xyz="0 ${y} 0" rpy="-1.5707963 0 0"/><axis xyz="0 0 1"/></joint></xacro:macro></robot>"""
 
 
