@@ -21,7 +21,7 @@ pytestmark = pytest.mark.ros
 STILL = Velocity()
 UNKNOWN = FollowWaypoints.Result.UNKNOWN
 OUTSIDE = SE2(9.0, 0.0)
-SQUARE = SE2(0.8, 0.0), SE2(0.8, 0.8), SE2(0.0, 0.8)
+SQUARE = SE2(0.5, 0.0), SE2(0.5, 0.5), SE2(0.0, 0.5)
 
 
 def made(**parameters: Any) -> PlayedRobot:
