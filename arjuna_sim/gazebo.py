@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 from arjuna_core.errors import nearest
 from arjuna_sim import sensor_tags
 from arjuna_sim.colours import gazebo_colour
-from arjuna_sim.gazebo_text import plain
+from arjuna_sim.gazebo_text import plain, text_of
 from arjuna_sim.plugins import read_drive
 from arjuna_sim.settings import (
     CameraSettings,
@@ -44,6 +44,10 @@ def read_gazebo(xml: XmlFile, urdf: Urdf) -> GazeboSettings:
     return reader.settings()
 
 
+def _kind(plugin: Element) -> str:
+    return plain(plugin.get("filename", "") + plugin.get("name", ""))
+
+
 class _Reader:
     """Collects what the tags say."""
 
@@ -52,6 +56,7 @@ class _Reader:
         self._urdf = urdf
         self._drive: DriveSettings | None = None
         self._planar = False
+        self._imu: ImuSettings | None = None
         self._friction: dict[str, float] = {}
         self._colours: dict[str, tuple[float, ...]] = {}
         self._stiffness: dict[str, dict[str, float]] = {}
@@ -108,12 +113,14 @@ class _Reader:
         elif "planarmove" in plain(plugin.get("filename", "")):
             self._planar = True
             self._xml.note(f"plugin '{name}': its wheels drive it; it does not move sideways")
+        elif text_of(plugin, "bodyname", "bodyid") in self._urdf.links and "imu" in _kind(plugin):
+            self._imu = self._imu or sensor_tags.imu_plugin(self._xml, plugin)
         else:
             self._other_plugin(plugin, name)
 
     def _other_plugin(self, plugin: Element, name: str) -> None:
         """Say what stands in for a plugin, or that nothing does."""
-        kind = plain(plugin.get("filename", "") + plugin.get("name", ""))
+        kind = _kind(plugin)
         if "jointstate" in kind:
             self._xml.note(f"plugin '{name}': all moving joints are published, each tick")
         elif "p3d" in kind or "posepublisher" in kind or "odometrypublisher" in kind:
@@ -147,7 +154,7 @@ class _Reader:
             self._drive,
             sensor_tags.lidar(xml, *sensors["lidar"]) if "lidar" in sensors else None,
             self._camera(),
-            sensor_tags.imu(xml, *sensors["imu"]) if "imu" in sensors else None,
+            sensor_tags.imu(xml, *sensors["imu"]) if "imu" in sensors else self._imu,
             self._friction,
             self._colours,
             self._planar,

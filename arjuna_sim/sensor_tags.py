@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
-from arjuna_sim.gazebo_text import plain, text_of, topic
+from arjuna_sim.gazebo_text import plain, text_of, topic, value
 from arjuna_sim.settings import TOPICS, CameraSettings, ImuSettings, LidarSettings
 from arjuna_sim.xml_file import XmlFile
 
@@ -111,6 +111,20 @@ def imu(xml: XmlFile, sensor: Element, link: str) -> ImuSettings:
     place = place_of(sensor)
     name = topic(sensor, TOPICS["imu"], "~/out", "topicname", "topic")
     return ImuSettings(link, _frame(sensor, link), _rate(xml, sensor, 50.0, place), name)
+
+
+def imu_plugin(xml: XmlFile, plugin: Element) -> ImuSettings:
+    """Read an IMU that a ROS 1 plugin attaches to a link without a sensor.
+
+    Raises:
+        RobotError: The rate is invalid.
+    """
+    place, link = f"plugin '{plugin.get('name', '?')}'", text_of(plugin, "bodyname", "bodyid")
+    rate = value(xml, plugin, place, 50.0, "updaterate")
+    if rate > _RATE_MAX:
+        raise xml.fail(place, f"<updateRate> is {rate}; valid: up to {_RATE_MAX:g} Hz")
+    frame = text_of(plugin, "frameid", "framename", default=link).lstrip("/")
+    return ImuSettings(link, frame, rate, topic(plugin, TOPICS["imu"], "~/out", "topicname"))
 
 
 def _first(element: Element, *tags: str) -> Element | None:

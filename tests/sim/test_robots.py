@@ -184,3 +184,37 @@ def test_bad_drive_is_refused(tmp_path: Path, old: str, new: str, problem: str) 
     assert old in ROS2
     with pytest.raises(RobotError, match=problem):
         _load(tmp_path, f"{FOUR}<gazebo>{ROS2.replace(old, new, 1)}</gazebo>")
+
+
+LASER = """<gazebo reference="base"><sensor type="ray" name="laser">
+<update_rate>40</update_rate><ray><scan><horizontal><samples>720</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle>
+</horizontal></scan><range><min>0.1</min><max>30</max></range><noise><stddev>0.02</stddev></noise>
+</ray><plugin name="l" filename="libgazebo_ros_laser.so">{}</plugin></sensor></gazebo>"""
+IMU = """<gazebo><plugin name="imu" filename="libhector_gazebo_ros_imu.so">
+<updateRate>25</updateRate><bodyName>base</bodyName><topicName>imu/raw</topicName><frameId>imu_frame</frameId></plugin>
+</gazebo>"""
+
+
+@pytest.mark.parametrize(
+    ("inside", "topic", "frame"),
+    [
+        ("<topicName>/bot/scan</topicName><frameName>eye</frameName>", "/bot/scan", "eye"),
+        ("<remapping>~/out:=front</remapping><frame_name>eye</frame_name>", "front", "eye"),
+        ("<robotNamespace>/bot</robotNamespace>", "/bot/scan", "base"),
+    ],
+    ids=["ros1", "ros2", "namespace"],
+)
+def test_lidar_is_read_in_every_spelling(
+    tmp_path: Path, inside: str, topic: str, frame: str
+) -> None:
+    lidar = _load(tmp_path, FOUR + LASER.format(inside)).settings.lidar
+    assert lidar is not None
+    assert (lidar.topic, lidar.frame, lidar.link) == (topic, frame, "base")
+    assert (lidar.samples, lidar.rate, lidar.noise) == (720, 40.0, 0.02)
+    assert (lidar.angle_min, lidar.range_max) == (-1.5, 30.0)
+
+
+def test_imu_of_a_plugin_without_a_sensor_is_read(tmp_path: Path) -> None:
+    imu = _load(tmp_path, FOUR + IMU).settings.imu
+    assert imu is not None
+    assert (imu.link, imu.frame, imu.rate, imu.topic) == ("base", "imu_frame", 25.0, "imu/raw")
