@@ -63,18 +63,21 @@ class Observation:
         directions = _unit(scan.angles + mount.theta)
         if scan.motion != IDENTITY:
             ranges, directions = _straightened(ranges, scan.rays(), mount, high)
-        telling = np.flatnonzero(ranges >= low)  # NaN is not
         step = max(1, (len(ranges) - 1) // (config.max_beams - 1))
+        stride = max(1, math.ceil(len(ranges) / _MATCHED))
 
-        def beams(of: NDArray[np.int64]) -> Beams:
-            returned = ranges[of] < high
-            ends = directions[of[returned]] * ranges[of[returned], np.newaxis]
+        def beams(each: int) -> Beams:
+            some = np.ascontiguousarray(ranges[::each])
+            ways = np.ascontiguousarray(directions[::each])
+            telling = some >= low  # NaN is not
+            if not telling.all():
+                some, ways = some[telling], ways[telling]
+            returned = some < high
+            ends = ways[returned] * some[returned, np.newaxis]
             ends += (mount.x, mount.y)
-            return Beams(directions[of], ranges[of], returned, ends)
+            return Beams(ways, some, returned, ends)
 
-        many = beams(telling[telling % math.ceil(len(ranges) / _MATCHED) == 0])
-        few = beams(telling[telling % step == 0])
-        return Observation(scan.stamp, scan.range_max, mount, many, few)
+        return Observation(scan.stamp, scan.range_max, mount, beams(stride), beams(step))
 
     @property
     def blind(self) -> bool:
