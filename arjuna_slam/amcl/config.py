@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
 
 DIFFERENTIAL = "nav2_amcl::DifferentialMotionModel"
 OMNIDIRECTIONAL = "nav2_amcl::OmniMotionModel"
@@ -15,7 +16,11 @@ SENSOR_MODELS = ("likelihood_field", "likelihood_field_prob", "beam")
 
 @dataclass(frozen=True)
 class AmclConfig:
-    """Parameters of the particle filter."""
+    """Parameters of the particle filter.
+
+    Raises:
+        ConfigError: The least number of particles exceeds the greatest.
+    """
 
     alpha1: float = param(0.2, "Rotation noise from rotation.", minimum=0.0)
     alpha2: float = param(0.2, "Rotation noise from translation.", minimum=0.0)
@@ -91,3 +96,10 @@ class AmclConfig:
     relocalize_patience: float = param(
         1.0, "How long doubt must last before the map is searched.", unit="s", minimum=0.0
     )
+
+    def __post_init__(self) -> None:
+        if self.min_particles > self.max_particles:
+            raise ConfigError(
+                f"min_particles ({self.min_particles}) must not exceed "
+                f"max_particles ({self.max_particles})"
+            )

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from arjuna_core.errors import ArjunaError
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
-from arjuna_slam.amcl.config import AmclConfig
 
 _PSD_TOLERANCE = 1e-9
 
@@ -34,19 +33,6 @@ def check_map(grid: OccupancyGrid) -> None:
             raise LocalizationError(
                 f"the map ({grid.frame.width} x {grid.frame.height} cells) has no {name} cell"
             )
-
-
-def check_particle_limits(config: AmclConfig) -> None:
-    """Raise unless there is a number of particles within the limits.
-
-    Raises:
-        LocalizationError: The least number of particles exceeds the greatest.
-    """
-    if config.min_particles > config.max_particles:
-        raise LocalizationError(
-            f"min_particles ({config.min_particles}) must not exceed "
-            f"max_particles ({config.max_particles})"
-        )
 
 
 def check_finite(pose: SE2, name: str) -> None:

@@ -19,7 +19,6 @@ from arjuna_slam.amcl.errors import (
     check_finite,
     check_inside,
     check_map,
-    check_particle_limits,
     covariance_root,
 )
 from arjuna_slam.amcl.estimate import Answer, Estimate, Status, conclude
@@ -59,7 +58,6 @@ class ParticleFilter:
 
     def __init__(self, config: AmclConfig, grid: OccupancyGrid, rng: np.random.Generator) -> None:
         check_map(grid)
-        check_particle_limits(config)
         self._config, self._grid = config, grid
         self._field = DistanceField(grid, config.laser_likelihood_max_dist)
         self._belief = Belief(config, self._field, rng)

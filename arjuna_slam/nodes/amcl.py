@@ -18,7 +18,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.amcl.errors import LocalizationError, check_particle_limits
+from arjuna_slam.amcl.errors import LocalizationError
 from arjuna_slam.amcl.filter import Estimate, ParticleFilter
 from arjuna_slam.nodes.amcl_config import ALWAYS, NEVER, AmclNodeConfig, filter_part
 from arjuna_slam.nodes.amcl_output import AmclOutput
@@ -44,7 +44,6 @@ class AmclNode(ManagedNode):
 
     def configure(self) -> None:
         """Create the interfaces; the filter comes with the first map."""
-        check_particle_limits(self.config)
         self._rng = np.random.default_rng(self.config.seed)
         self._scans = ScanQueue(self, self.config.odom_frame_id, self.config.base_frame_id)
         self._update_wanted = False

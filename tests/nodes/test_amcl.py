@@ -22,6 +22,7 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import (
     grid_msg,
@@ -460,9 +461,13 @@ def test_an_inactive_node_neither_publishes_nor_broadcasts(room: Room) -> None:
     assert room.error[0] < 0.08
 
 
-def test_crossed_particle_limits_refuse_the_configuration(room: Room) -> None:
-    node = AmclNode(room.bench.process, {"min_particles": 3000})
-    assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
+def test_crossed_particle_limits_are_refused_at_the_start_and_at_run_time(room: Room) -> None:
+    with pytest.raises(ConfigError, match="must not exceed max_particles"):
+        AmclNode(room.bench.process, {"min_particles": 3000})
+    node = started(room)
+    (result,) = node.set_parameters([Parameter("min_particles", value=3000)])
+    assert "min_particles (3000) must not exceed max_particles (2000)" in result.reason
+    assert node.config.min_particles == node.get_parameter("min_particles").value == 500
 
 
 def test_parameters_change_at_run_time_and_the_pose_stays(room: Room) -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from arjuna_core.errors import ArjunaError
+from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -262,9 +262,8 @@ def test_a_map_in_which_no_robot_can_be_found_is_refused(value: int, missing: st
 
 
 def test_crossed_particle_limits_are_refused() -> None:
-    config = AmclConfig(min_particles=3000)
-    with pytest.raises(LocalizationError, match=r"min_particles \(3000\) must not exceed"):
-        ParticleFilter(config, ROOM, np.random.default_rng(0))
+    with pytest.raises(ConfigError, match=r"min_particles \(3000\) must not exceed"):
+        AmclConfig(min_particles=3000)
 
 
 def test_the_same_seed_gives_the_same_bytes() -> None:
