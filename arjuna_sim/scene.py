@@ -15,10 +15,12 @@ from arjuna_sim.entities import Entity, add_entity
 from arjuna_sim.robot import BODY_JOINT, Robot, ServoConfig, add_robot, wheel_sign
 from arjuna_sim.sdf import World
 from arjuna_sim.shapes import Group
+from arjuna_sim.wheels import turns_by_sliding
 from arjuna_sim.world import add_world
 
 _SOLVER_TOLERANCE = 1e-6
-_FRICTION_STIFFNESS = 0.04  # against the normal force: any firmer, and a sliding wheel hops
+_FIRM = 0.3  # stiffness of friction against the normal force's; wide wheels fight themselves above
+_SOFT = 0.04  # of robots that turn by sliding: any firmer, and a sliding wheel hops
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,9 @@ def build_scene(
         RobotError: MuJoCo refuses the robot or the world, with its reason.
     """
     spec = mujoco.MjSpec()
-    _set_physics(spec, timestep)
+    _set_physics(
+        spec, timestep, _SOFT if turns_by_sliding(robot.urdf, robot.wheel_joints) else _FIRM
+    )
     models = add_world(spec, world)
     add_robot(spec, robot, servo)
     if robot.settings.camera is not None:
@@ -90,12 +94,12 @@ def build_scene(
     return _index(model, robot, models, owners)
 
 
-def _set_physics(spec: Any, timestep: float) -> None:
+def _set_physics(spec: Any, timestep: float, friction_stiffness: float) -> None:
     """Choose the solver: an elliptic cone makes friction the same in all directions."""
     spec.option.timestep = timestep
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = _FRICTION_STIFFNESS
+    spec.option.impratio = friction_stiffness
     spec.option.tolerance = _SOLVER_TOLERANCE
     spec.compiler.balanceinertia = True
     spec.compiler.degree = False

@@ -9,6 +9,8 @@ from arjuna_sim.joints import Joint
 from arjuna_sim.shapes import Kind, corners
 from arjuna_sim.urdf import Urdf
 
+_ABREAST = 0.01  # along the robot, between wheels on one axle [m]
+
 
 def axis(urdf: Urdf, joint: str) -> NDArray[np.float64]:
     """Return a joint's axis in the root's frame, `(3,) float64`."""
@@ -67,6 +69,12 @@ def effective_track(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) -
     track = wheel_separation(urdf, left, right)
     along = np.array([center(urdf, name)[0] for name in left + right])
     return track + 4.0 * float(np.var(along)) / track if track > 0.0 else 0.0
+
+
+def turns_by_sliding(urdf: Urdf, joints: tuple[str, ...]) -> bool:
+    """Return whether driven wheels stand one behind the other, so that some slide in a turn."""
+    along = [float(center(urdf, name)[0]) for name in joints]
+    return max(along, default=0.0) - min(along, default=0.0) > _ABREAST
 
 
 def _points(urdf: Urdf, joint: Joint) -> NDArray[np.float64]:

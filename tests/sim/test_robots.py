@@ -30,6 +30,15 @@ FOUR = "".join(
 LEFT = ("front_left_wheel_joint", "rear_left_wheel_joint")
 
 
+TWO = """<link name="ball">
+<collision><geometry><sphere radius="0.02"/></geometry></collision></link>
+<joint name="ball_joint" type="fixed"><parent link="base"/><child link="ball"/>
+<origin xyz="-0.1 0 -0.03"/></joint>""" + "".join(
+    WHEEL.format(name=f"{side}_wheel", xyz=f"0.1 {y} 0", rpy="-1.5707963 0 0")
+    for side, y in (("left", 0.08), ("right", -0.08))
+).replace('length="0.02"', 'length="0.025"')
+
+
 def _robot(folder: Path, inside: str) -> Path:
     path = folder / "robot.urdf"
     path.write_text(f'<robot name="r">{BASE}{inside}</robot>', encoding="utf-8")
@@ -218,3 +227,9 @@ def test_imu_of_a_plugin_without_a_sensor_is_read(tmp_path: Path) -> None:
     imu = _load(tmp_path, FOUR + IMU).settings.imu
     assert imu is not None
     assert (imu.link, imu.frame, imu.rate, imu.topic) == ("base", "imu_frame", 25.0, "imu/raw")
+
+
+def test_light_robot_on_two_wide_wheels_turns_as_its_wheels_do(tmp_path: Path) -> None:
+    sim = simulator(robot=_robot(tmp_path, TWO))
+    run(sim, 1.0, Velocity(0.0, 0.5))
+    assert run(sim, 2.0, Velocity(0.0, 0.5)).truth.w == pytest.approx(0.5, rel=0.07)
