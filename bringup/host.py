@@ -19,6 +19,7 @@ from bringup.parameters import EVERY_NODE, Parameters
 from bringup.stack import Group
 from bringup.supervisor import QUIT_EXIT
 
+_LINGER = 1.0  # [s] after a client asked to quit
 _POLL = 0.05
 _REFUSED = 2
 
@@ -57,9 +58,17 @@ class Host:
         parent = os.getppid()
         while not self._stopping and os.getppid() == parent:
             self._spin_once()
-            self.quit = any(node.quitting for node in self._paced)
-            self._stopping |= self.quit
+            if any(node.quitting for node in self._paced):
+                self.quit = True
+                self._linger()
+                break
         self._shut_down()
+
+    def _linger(self) -> None:
+        """Stay until the answer has reached who asked to quit: it goes with its writer."""
+        end = time.monotonic() + _LINGER
+        while time.monotonic() < end:
+            self.process.spin_once(_POLL)
 
     def _spin_once(self) -> None:
         """Run what waits; a simulator's tick is due by the wall clock, not by an event."""
