@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ConfigError
+from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2, wrap
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.shapes import Kind, Part, Shape
 from arjuna_sim.xml_file import XmlFile
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.resources import resource
+from arjuna_core.files.shipped import resource
 from arjuna_sim.guess import write_snippet
 from arjuna_sim.map_world import MAP_SUFFIXES
 from arjuna_sim.resources import SearchPath

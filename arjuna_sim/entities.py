@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError
+from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.actors import Actor, Trajectory
-from arjuna_sim.pose3 import ORIGIN, Pose3
 from arjuna_sim.sdf import GROUND, World
 from arjuna_sim.shapes import Group, Kind, Part, add_part, corners
 from arjuna_sim.urdf import Urdf

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.errors import InputFileError, RobotError, WorldError
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.actors import person
 from arjuna_sim.entities import Category, Entity, entity_of_actor, entity_of_robot
 from arjuna_sim.library import Fault, Library, ResourceError
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.sdf import GROUND, Body, World, read_world
 from arjuna_sim.shapes import Kind, Part, Shape
 from arjuna_sim.urdf import read_urdf

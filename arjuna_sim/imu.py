@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
+from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import wrap
 from arjuna_sim.noise import BiasedNoise
-from arjuna_sim.pose3 import Pose3
 
 
 @dataclass(frozen=True)

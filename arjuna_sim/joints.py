@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 import numpy as np
 
 from arjuna_core.errors import nearest
-from arjuna_sim.pose3 import Pose3
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.xml_file import XmlFile
 
 JOINT_KINDS = ("fixed", "continuous", "revolute", "prismatic", "floating", "planar")

@@ -8,7 +8,7 @@ from enum import Enum
 from pathlib import Path
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.resources import resource
+from arjuna_core.files.shipped import resource
 from arjuna_sim.resources import SearchPath
 
 SHIPPED = ("worlds", "urdf", "maps")

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import MapError, WorldError
+from arjuna_core.files.maps import load_map
 from arjuna_core.grid import OccupancyGrid
-from arjuna_core.map_io import load_map
+from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.sdf import Body, World, ground
 from arjuna_sim.shapes import Kind, Part, Shape
 

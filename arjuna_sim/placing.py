@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 
 from arjuna_core.errors import WorldError
+from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.shapes import Group
 from arjuna_sim.stage import Stage
 

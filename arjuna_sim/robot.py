@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.errors import RobotError
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.gazebo import read_gazebo
 from arjuna_sim.guess import guess_drive, stand_up
 from arjuna_sim.joints import Joint
 from arjuna_sim.links import complete_masses, friction_of
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.resources import SearchPath
 from arjuna_sim.settings import DriveSettings, GazeboSettings
 from arjuna_sim.shapes import Group, Kind, Part, Shape, add_part

@@ -8,8 +8,8 @@ from pathlib import Path
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import WorldError
+from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.actors import Actor, read_actor
-from arjuna_sim.pose3 import ORIGIN, Pose3
 from arjuna_sim.resources import SearchPath
 from arjuna_sim.sdf_frames import Scope, raw_pose
 from arjuna_sim.sdf_shapes import read_colour, read_shape

@@ -9,7 +9,7 @@ import math
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
-from arjuna_sim.pose3 import ORIGIN, Pose3
+from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.xml_file import XmlFile
 
 _NAMED = ("link", "frame", "joint", "model", "include")

@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.mesh_pieces import hull, pieces
-from arjuna_sim.pose3 import ORIGIN, Pose3
 
 _ROUND = 64  # corners that stand for a circle
 GREY = (0.7, 0.7, 0.7, 1.0)

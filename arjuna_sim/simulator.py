@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
+from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.camera import Camera, CameraError
 from arjuna_sim.drive import Drive, DriveConfig, Velocity, kinematics_of, limited
@@ -20,7 +21,6 @@ from arjuna_sim.lidar import LidarConfig
 from arjuna_sim.observation import JointStates, Observation, Truth
 from arjuna_sim.odometry import Odometry, OdometryConfig
 from arjuna_sim.placing import Placer
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.robot import Robot, ServoConfig, load_robot
 from arjuna_sim.scene import Scene
 from arjuna_sim.sdf import World

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import nearest
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.entities import (
     Entity,
     EntityMotion,
@@ -21,7 +22,6 @@ from arjuna_sim.entities import (
     model_names,
     moving_entities,
 )
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.robot import Robot, ServoConfig
 from arjuna_sim.scene import Scene, build_scene
 from arjuna_sim.sdf import World

@@ -7,10 +7,10 @@ from pathlib import Path
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import RobotError, nearest
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.inertia import Inertial, read_inertial
 from arjuna_sim.joints import Joint, check_mimics, read_joint, read_origin
 from arjuna_sim.mesh_shape import mesh_shape
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.shapes import GREY, Kind, Part, Shape
 from arjuna_sim.xml_file import XmlFile
 

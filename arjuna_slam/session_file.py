@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.atomic import write_atomically
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.atomic import write_atomically
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.pose_graph import Edge, EdgeKind

@@ -12,7 +12,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.srv import SaveMap
 from std_msgs.msg import String
 
-from arjuna_core.map_io import load_map
+from arjuna_core.files.maps import load_map
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg
 from arjuna_core.se2 import SE2

@@ -19,7 +19,7 @@ FILE_READERS = {
     ("sim", "world"): ("arjuna_sim.world_files", "load_world"),
     ("sim", "robot"): ("arjuna_sim.robot", "load_robot"),
     ("robot_state_publisher", "robot"): ("arjuna_sim.robot", "load_robot"),
-    ("map_server", "yaml_filename"): ("arjuna_core.map_io", "load_map"),
+    ("map_server", "yaml_filename"): ("arjuna_core.files.maps", "load_map"),
 }
 """Parameters that name a file, and what reads it: a bad file is refused before anything starts."""
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from arjuna_core.config import load
 from arjuna_core.errors import InputFileError
-from arjuna_core.map_io import load_map
+from arjuna_core.files.maps import load_map
 from arjuna_core.se2 import SE2
 from bringup.offline_files import Count, make_folder, tum
 from bringup.parameters import for_node, load_parameters, merged, shipped_parameters

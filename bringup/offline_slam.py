@@ -16,7 +16,7 @@ import numpy as np
 
 from arjuna_core.config import load
 from arjuna_core.errors import InputFileError
-from arjuna_core.map_io import save_map
+from arjuna_core.files.maps import save_map
 from bringup.offline_files import Count, make_folder, tum
 from bringup.parameters import for_node, load_parameters, merged, shipped_parameters
 from bringup.pictures import draw_path

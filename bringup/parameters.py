@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from arjuna_core.errors import ConfigError, InputFileError, nearest
-from arjuna_core.resources import resource
-from arjuna_core.yaml_io import read_yaml
+from arjuna_core.files.shipped import resource
+from arjuna_core.files.yaml_file import read_yaml
 
 Parameters = dict[str, dict[str, Any]]
 _KEY = "ros__parameters"

@@ -22,6 +22,7 @@ from simulation_interfaces.srv import (
 )
 
 from arjuna_core.errors import nearest
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.entities import (
     Entity,
     EntityMotion,
@@ -37,7 +38,6 @@ from arjuna_sim.nodes.messages import (
     pose3_from_msg,
 )
 from arjuna_sim.nodes.results import OK, RequestError
-from arjuna_sim.pose3 import Pose3
 
 if TYPE_CHECKING:
     from arjuna_sim.nodes.sim import SimNode

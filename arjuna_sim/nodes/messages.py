@@ -12,12 +12,12 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from simulation_interfaces.msg import Bounds, EntityState
 
+from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg
 from arjuna_sim.entities import EntityMotion
 from arjuna_sim.imu import ImuReading
 from arjuna_sim.observation import JointStates, Truth
 from arjuna_sim.odometry import OdometryEstimate
-from arjuna_sim.pose3 import Pose3
 
 WORLD = "world"
 # The gyro's sum drifts without bound; a client must not take it for a compass.

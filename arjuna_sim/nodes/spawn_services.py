@@ -10,13 +10,13 @@ from simulation_interfaces.msg import Resource, Result, Spawnable, SpawnResult
 from simulation_interfaces.srv import GetSpawnables, SpawnEntities, SpawnEntity
 
 from arjuna_core.errors import ArjunaError
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.actors import Trajectory
 from arjuna_sim.entities import Entity, PlaceTakenError
 from arjuna_sim.entity_files import read_entity
 from arjuna_sim.library import ResourceError
 from arjuna_sim.nodes.entity_services import ALIAS, EntityServices
 from arjuna_sim.nodes.results import OK, RequestError, resource_refusal
-from arjuna_sim.pose3 import Pose3
 
 if TYPE_CHECKING:
     from arjuna_sim.nodes.sim import SimNode

@@ -10,11 +10,11 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 
 from arjuna_core.config import param
 from arjuna_core.errors import MapError
-from arjuna_core.map_io import MODES, MapOptions, save_map
+from arjuna_core.files.maps import MODES, MapOptions, save_map
+from arjuna_core.files.maps_folder import MapsFolderError, inside
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_slam.maps_folder import MapsFolderError, inside
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,13 @@ from nav_msgs.srv import GetMap
 
 from arjuna_core.config import param
 from arjuna_core.errors import MapError
+from arjuna_core.files.maps import load_map
+from arjuna_core.files.maps_folder import MapsFolderError, inside
+from arjuna_core.files.shipped import resource
 from arjuna_core.grid import OccupancyGrid
-from arjuna_core.map_io import load_map
-from arjuna_core.resources import resource
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_slam.maps_folder import MapsFolderError, inside
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from typing import Any
 from slam_toolbox.srv import DeserializePoseGraph, SaveMap, SerializePoseGraph
 
 from arjuna_core.errors import ConfigError, MapError
-from arjuna_core.map_io import save_map
+from arjuna_core.files.maps import save_map
+from arjuna_core.files.maps_folder import MapsFolderError, inside
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
-from arjuna_slam.maps_folder import MapsFolderError, inside
 from arjuna_slam.session import Session, Start, StartKind
 from arjuna_slam.session_file import SUFFIX, SessionFileError, load_session, save_session
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.resources import resource
+from arjuna_core.files.shipped import resource
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 from arjuna_sim.drive import Velocity
 from arjuna_sim.simulator import Simulator, SimulatorConfig

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arjuna_core.map_io import save_map
+from arjuna_core.files.maps import save_map
 from arjuna_core.se2 import SE2
 from bringup import cli
 from bringup.cli_parser import parse

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from arjuna_core.map_io import load_map
+from arjuna_core.files.maps import load_map
 from bringup import cli
 from bringup.cli_parser import parse
 from bringup.progress import Bar

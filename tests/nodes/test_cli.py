@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from arjuna_core.resources import resource
+from arjuna_core.files.shipped import resource
 from bringup import cli, inputs
 from bringup.cli_parser import parse
 from bringup.stack import LOCALIZATION_GROUP

@@ -18,12 +18,12 @@ from nav_msgs.srv import GetMap
 from rclpy.lifecycle import TransitionCallbackReturn
 
 from arjuna_core.errors import ConfigError
+from arjuna_core.files.maps import load_map, save_map
+from arjuna_core.files.maps_folder import MapsFolderError, inside
 from arjuna_core.grid import GridFrame, OccupancyGrid
-from arjuna_core.map_io import load_map, save_map
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, grid_msg
 from arjuna_core.se2 import SE2
-from arjuna_slam.maps_folder import MapsFolderError, inside
 from arjuna_slam.nodes.map_saver import MapSaverNode
 from arjuna_slam.nodes.map_server import MapServerNode
 from tests.helpers.ros import RosBench

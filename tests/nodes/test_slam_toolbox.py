@@ -20,7 +20,7 @@ from slam_toolbox.srv import Clear, LoopClosure, Pause, Reset, SaveMap
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from arjuna_core.map_io import load_map
+from arjuna_core.files.maps import load_map
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, scan_msg, se2_from_pose, seconds
 from arjuna_core.se2 import SE2

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_sim.camera import CameraError, Photographer, focal_length
 from arjuna_sim.entities import Entity
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.shapes import Kind, Part, Shape
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, simulator

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.drive import Drive, DriveConfig, Kinematics, Velocity, limited
 from arjuna_sim.odometry import Odometry, OdometryConfig
 from arjuna_sim.pacing import Pacer
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.settings import DriveSettings
 
 KINEMATICS = Kinematics(track=0.6, radius=0.05)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import ArjunaError, ConfigError
+from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_sim.actors import Trajectory
 from arjuna_sim.contacts import ContactLog
@@ -18,7 +19,6 @@ from arjuna_sim.drive import Velocity
 from arjuna_sim.entities import Entity, PlaceTakenError, UnknownEntityError
 from arjuna_sim.entity_files import read_entity
 from arjuna_sim.library import Fault, Library, ResourceError
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.resources import SearchPath
 from arjuna_sim.simulator import Simulator, SimulatorConfig
 from tests.sim.builders import EMPTY, ROOM, ROOT, run, simulator

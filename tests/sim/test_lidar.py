@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_sim.drive import Velocity
 from arjuna_sim.lidar import LidarConfig
 from arjuna_sim.observation import Truth
-from arjuna_sim.pose3 import Pose3
 from arjuna_sim.simulator import Simulator, SimulatorConfig
 from tests.sim.builders import ROBOT, ROOM, edited, run, simulator
 

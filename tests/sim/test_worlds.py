@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import WorldError
+from arjuna_core.files.maps import save_map
 from arjuna_core.grid import GridFrame, OccupancyGrid
-from arjuna_core.map_io import save_map
 from arjuna_core.se2 import SE2
 from arjuna_sim.drive import Velocity
 from arjuna_sim.map_world import rectangles

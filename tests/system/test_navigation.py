@@ -13,7 +13,7 @@ from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose
 from rclpy.action import ActionClient
 
-from arjuna_core.resources import resource
+from arjuna_core.files.shipped import resource
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from bringup.goals import Goals

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from arjuna_core.errors import MapError
+from arjuna_core.files.maps import FORMATS, MODES, MapOptions, load_map, save_map
 from arjuna_core.grid import GridFrame, OccupancyGrid
-from arjuna_core.map_io import FORMATS, MODES, MapOptions, load_map, save_map
 from arjuna_core.se2 import SE2
 
 FRAME = GridFrame(0.05, 7, 4, SE2(-1.25, 2.5, 0.3))

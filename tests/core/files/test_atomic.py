@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arjuna_core.atomic import write_atomically
+from arjuna_core.files.atomic import write_atomically
+from arjuna_core.files.maps import load_map, save_map
 from arjuna_core.grid import GridFrame, OccupancyGrid
-from arjuna_core.map_io import load_map, save_map
 
 _CHILD = """
 import os, signal, sys
 from pathlib import Path
-from arjuna_core.map_io import load_map, save_map
+from arjuna_core.files.maps import load_map, save_map
 
 new, target, point, number = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
 grid = load_map(new)
@@ -59,7 +59,7 @@ def test_killed_while_saving_a_map_each_file_is_the_old_or_the_new(
     argv = [str(tmp_path / "new.yaml"), str(tmp_path / "map"), point, str(number)]
     child = subprocess.run(
         [sys.executable, "-c", _CHILD, *argv],
-        cwd=Path(__file__).resolve().parents[2],
+        cwd=Path(__file__).resolve().parents[3],
         check=False,
     )
     assert child.returncode == -signal.SIGKILL

@@ -13,11 +13,11 @@ import yaml
 from numpy.typing import NDArray
 from PIL import Image
 
-from arjuna_core.atomic import write_together
 from arjuna_core.errors import MapError, nearest
+from arjuna_core.files.atomic import write_together
+from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
-from arjuna_core.yaml_io import read_yaml
 
 MODES = ("trinary", "scale", "raw")
 FORMATS = ("pgm", "png")
