@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_sim.imu import ImuReading
-from arjuna_sim.odometry import OdometryEstimate
+from arjuna_sim.devices.imu import ImuReading
+from arjuna_sim.devices.odometry import OdometryEstimate
 
 
 @dataclass(frozen=True)

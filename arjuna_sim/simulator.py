@@ -14,20 +14,20 @@ from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_sim.camera import Camera, CameraError
-from arjuna_sim.drive import Drive, DriveConfig, Velocity, kinematics_of, limited
-from arjuna_sim.imu import ImuConfig, ImuReading
-from arjuna_sim.lidar import LidarConfig
+from arjuna_sim.devices.camera import Camera, CameraError
+from arjuna_sim.devices.drive import Drive, DriveConfig, Velocity, kinematics_of, limited
+from arjuna_sim.devices.imu import ImuConfig, ImuReading
+from arjuna_sim.devices.lidar import LidarConfig
+from arjuna_sim.devices.odometry import Odometry, OdometryConfig
+from arjuna_sim.devices.sensors import Sensors
+from arjuna_sim.files.sdf.sdf import World
+from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.robot import Robot, ServoConfig, load_robot
+from arjuna_sim.model.world import surfaces
 from arjuna_sim.observation import JointStates, Observation, Truth
-from arjuna_sim.odometry import Odometry, OdometryConfig
-from arjuna_sim.placing import Placer
-from arjuna_sim.robot import Robot, ServoConfig, load_robot
-from arjuna_sim.scene import Scene
-from arjuna_sim.sdf import World
-from arjuna_sim.sensors import Sensors
-from arjuna_sim.stage import Stage
-from arjuna_sim.world import surfaces
-from arjuna_sim.world_files import load_world
+from arjuna_sim.physics.placing import Placer
+from arjuna_sim.physics.scene import Scene
+from arjuna_sim.physics.stage import Stage
 
 _NANOSECONDS = 1_000_000_000
 _STICTION = 10  # solver iterations that make friction hold: who parks on a slope stays there

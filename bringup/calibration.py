@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> str:
     Raises:
         ArjunaError: An input cannot be used, or the folder not be written.
     """
-    core = importlib.import_module("arjuna_sim.calibration")
+    core = importlib.import_module("arjuna_sim.devices.calibration")
     config = importlib.import_module("arjuna_sim.simulator").SimulatorConfig()
     robot, out = arguments.robot or _ROBOT, arguments.out
     result = core.calibrate(robot, arguments.world or _WORLD, config)

@@ -16,9 +16,9 @@ from bringup.stack import EXPLORER_GROUP, STACKS, Group, NodeSpec
 DEMO_GROUPS = (*(group for groups in STACKS.values() for group in groups), EXPLORER_GROUP)
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
 FILE_READERS = {
-    ("sim", "world"): ("arjuna_sim.world_files", "load_world"),
-    ("sim", "robot"): ("arjuna_sim.robot", "load_robot"),
-    ("robot_state_publisher", "robot"): ("arjuna_sim.robot", "load_robot"),
+    ("sim", "world"): ("arjuna_sim.files.world_file", "load_world"),
+    ("sim", "robot"): ("arjuna_sim.model.robot", "load_robot"),
+    ("robot_state_publisher", "robot"): ("arjuna_sim.model.robot", "load_robot"),
     ("map_server", "yaml_filename"): ("arjuna_core.files.maps", "load_map"),
 }
 """Parameters that name a file, and what reads it: a bad file is refused before anything starts."""
@@ -90,7 +90,7 @@ def _read_files(spec: NodeSpec, values: dict[str, Any]) -> None:
         if node == spec.name and values.get(key):
             read = getattr(importlib.import_module(module), reader)
             if key == "robot":
-                split = importlib.import_module("arjuna_sim.xacro_file").split
+                split = importlib.import_module("arjuna_sim.files.urdf.xacro_file").split
                 read(values[key], arguments=split(values.get("robot_arguments", "")))
             else:
                 read(values[key])

@@ -81,9 +81,9 @@ def check(arguments: argparse.Namespace) -> str:
         ArjunaError: It does not load.
     """
     extend_search(arguments)
-    resources = importlib.import_module("arjuna_sim.resources")
-    macros = importlib.import_module("arjuna_sim.xacro_file")
-    checker = importlib.import_module("arjuna_sim.check")
+    resources = importlib.import_module("arjuna_sim.files.search_path")
+    macros = importlib.import_module("arjuna_sim.files.urdf.xacro_file")
+    checker = importlib.import_module("arjuna_sim.files.check")
     values = macros.parse_arguments(arguments.robot_arguments)
     found = checker.check(arguments.check, resources.SearchPath.of(), values, arguments.save_guess)
     report: str = found.text()

@@ -10,9 +10,9 @@ from sensor_msgs.msg import CameraInfo, Image
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
 from arjuna_core.timing import Periodic
-from arjuna_sim.camera import CameraError, Photographer, Shot, focal_length
+from arjuna_sim.devices.camera import CameraError, Photographer, Shot, focal_length
+from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.nodes.camera_thread import CameraThread
-from arjuna_sim.settings import CameraSettings
 
 if TYPE_CHECKING:
     from arjuna_sim.nodes.sim import SimNode

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_sim.camera import CameraError, Photographer, Shot
-from arjuna_sim.settings import CameraSettings
+from arjuna_sim.devices.camera import CameraError, Photographer, Shot
+from arjuna_sim.model.settings import CameraSettings
 
 _JOIN_TIMEOUT = 5.0
 

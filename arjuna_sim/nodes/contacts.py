@@ -9,8 +9,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
 from arjuna_core.timing import Periodic
-from arjuna_sim.contacts import ContactLog
 from arjuna_sim.nodes.messages import WORLD
+from arjuna_sim.physics.contacts import ContactLog
 
 if TYPE_CHECKING:
     from arjuna_sim.nodes.sim import SimNode

@@ -14,7 +14,7 @@ from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg, seconds, transform_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_sim.fused_odometry import FusedEstimate, FusedOdometry, FusedOdometryConfig
+from arjuna_sim.devices.ekf import FusedEstimate, FusedOdometry, FusedOdometryConfig
 
 WHEEL_ODOMETRY = "wheel_odom"
 _SILENCE = 0.5  # [s] after which wheels that say nothing end the odometry

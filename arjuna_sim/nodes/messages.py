@@ -14,10 +14,10 @@ from simulation_interfaces.msg import Bounds, EntityState
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg
-from arjuna_sim.entities import EntityMotion
-from arjuna_sim.imu import ImuReading
+from arjuna_sim.devices.imu import ImuReading
+from arjuna_sim.devices.odometry import OdometryEstimate
+from arjuna_sim.model.entities import EntityMotion
 from arjuna_sim.observation import JointStates, Truth
-from arjuna_sim.odometry import OdometryEstimate
 
 WORLD = "world"
 # The gyro's sum drifts without bound; a client must not take it for a compass.

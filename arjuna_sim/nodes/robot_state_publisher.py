@@ -14,11 +14,11 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
+from arjuna_sim.files.urdf.urdf import Urdf
+from arjuna_sim.files.urdf.xacro_file import split
+from arjuna_sim.model.robot import load_robot
 from arjuna_sim.nodes.messages import transform3_msg
 from arjuna_sim.nodes.sim import SHIPPED_ROBOT
-from arjuna_sim.robot import load_robot
-from arjuna_sim.urdf import Urdf
-from arjuna_sim.xacro_file import split
 
 
 @dataclass(frozen=True)

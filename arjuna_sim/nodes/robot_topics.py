@@ -17,12 +17,12 @@ from arjuna_core.errors import RobotError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import scan_msg, transform_msg
 from arjuna_core.timing import Periodic
+from arjuna_sim.devices.odometry import OdometryEstimate
+from arjuna_sim.model.settings import TOPICS, DriveSettings, GazeboSettings
 from arjuna_sim.nodes.camera import CameraTopics
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.observation import Observation, Truth
-from arjuna_sim.odometry import OdometryEstimate
-from arjuna_sim.settings import TOPICS, DriveSettings, GazeboSettings
 
 if TYPE_CHECKING:
     from arjuna_sim.nodes.sim import SimNode

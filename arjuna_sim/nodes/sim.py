@@ -16,18 +16,18 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
-from arjuna_sim.drive import CommandError, Velocity
-from arjuna_sim.library import Library
+from arjuna_sim.devices.drive import CommandError, Velocity
+from arjuna_sim.files.library import Library
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.urdf.xacro_file import split
+from arjuna_sim.model.robot import load_robot
 from arjuna_sim.nodes.contacts import ContactTopic
 from arjuna_sim.nodes.robot_topics import RobotTopics
-from arjuna_sim.nodes.services import SimulationServices
+from arjuna_sim.nodes.services.simulation import SimulationServices
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.observation import Observation
-from arjuna_sim.pacing import PaceMeter, Pacer
-from arjuna_sim.resources import SearchPath
-from arjuna_sim.robot import load_robot
+from arjuna_sim.physics.pacing import PaceMeter, Pacer
 from arjuna_sim.simulator import Simulator
-from arjuna_sim.xacro_file import split
 
 SHIPPED = Path(__file__).resolve().parents[2]
 SHIPPED_ROBOT = SHIPPED / "urdf" / "arjuna.urdf"

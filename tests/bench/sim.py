@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from arjuna_sim.drive import Velocity
+from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import ROBOT, ROOM, edited, simulator
 

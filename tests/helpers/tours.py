@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2, wrap
-from arjuna_sim.drive import Velocity
+from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.simulator import Simulator, SimulatorConfig
 
 _ROOT = Path(__file__).resolve().parents[2]

@@ -35,7 +35,7 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, time_msg
 from arjuna_core.se2 import SE2
-from arjuna_sim.camera import CameraError, Photographer, Shot
+from arjuna_sim.devices.camera import CameraError, Photographer, Shot
 from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench

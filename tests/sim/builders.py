@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_sim.drive import Velocity
+from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.observation import Observation
 from arjuna_sim.simulator import Simulator, SimulatorConfig
 

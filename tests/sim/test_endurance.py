@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.se2 import SE2
-from arjuna_sim.drive import DriveConfig, Velocity
+from arjuna_sim.devices.drive import DriveConfig, Velocity
 from arjuna_sim.simulator import SimulatorConfig
 from tests.sim.builders import simulator
 

@@ -1,0 +1,200 @@
+"""The camera, colour and depth: drawn off-screen by MuJoCo, only when a picture is asked for."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.errors import ArjunaError
+from arjuna_sim.files.urdf.gazebo import CameraSettings
+from arjuna_sim.model.shapes import Group
+
+NAME = "camera"
+_BACKENDS = ("egl", "osmesa")
+_GEOMS_MAX = 10_000
+# MuJoCo's cameras look along -z with y up, links along x with z up.
+_FROM_LINK = np.array([0.5, 0.5, -0.5, -0.5])
+
+
+class CameraError(ArjunaError):
+    """Pictures cannot be drawn on this machine."""
+
+
+def add_camera(spec: Any, settings: CameraSettings) -> None:
+    """Put a camera at its link's site.
+
+    Args:
+        spec: The `mujoco.MjSpec` that holds the robot.
+        settings: The camera.
+    """
+    site = spec.site(settings.link)
+    turned = np.zeros(4)
+    mujoco.mju_mulQuat(turned, site.quat, _FROM_LINK)
+    camera = site.parent.add_camera(name=NAME, pos=site.pos, quat=turned)
+    half = math.tan(settings.horizontal_fov / 2) * settings.height / settings.width
+    camera.fovy = math.degrees(2 * math.atan(half))
+    visual = spec.visual.global_
+    visual.offwidth = max(visual.offwidth, settings.width)
+    visual.offheight = max(visual.offheight, settings.height)
+    spec.visual.quality.offsamples = 0  # smooth edges cost most of the time without a GPU
+
+
+def focal_length(settings: CameraSettings) -> float:
+    """Return the focal length [pixels], the same along both axes."""
+    return settings.width / 2 / math.tan(settings.horizontal_fov / 2)
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What a camera saw at one instant, the top row first.
+
+    Attributes:
+        color: `(height, width, 3) uint8` RGB, where it was wanted.
+        depth: Distance along the optical axis, +inf for none, `(height, width) float32` [m],
+            where it was wanted.
+    """
+
+    color: NDArray[np.uint8] | None
+    depth: NDArray[np.float32] | None
+
+
+class Camera:
+    """Draws what the robot's camera sees.
+
+    Args:
+        model: The compiled `mujoco.MjModel`, with a camera of `add_camera`.
+        settings: The camera.
+
+    Raises:
+        CameraError: No off-screen OpenGL works here; the message has each one's reason.
+    """
+
+    def __init__(self, model: Any, settings: CameraSettings) -> None:
+        model.vis.map.znear = settings.near / model.stat.extent
+        model.vis.map.zfar = settings.far / model.stat.extent
+        self._model = model
+        self._settings = settings
+        self._shape = (settings.height, settings.width, 3)
+        self._gl = _open_context(settings.width, settings.height)
+        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._scene = mujoco.MjvScene(model, maxgeom=_GEOMS_MAX)
+        self._view = mujoco.MjvCamera()
+        self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self._view.fixedcamid = model.camera(NAME).id
+        self._option = mujoco.MjvOption()
+        shown = (Group.WORLD_VISUAL.value, Group.ROBOT_VISUAL.value)
+        self._option.geomgroup[:] = [group in shown for group in range(6)]
+        self._option.sitegroup[:] = 0
+
+    def render(self, data: Any) -> NDArray[np.uint8]:
+        """Return a picture, `(height, width, 3) uint8` RGB, top row first.
+
+        Args:
+            data: The `mujoco.MjData`, with positions up to date.
+        """
+        picture = self.shoot(data, color=True, depth=False).color
+        assert picture is not None
+        return picture
+
+    def shoot(self, data: Any, color: bool, depth: bool) -> Shot:
+        """Draw what is wanted.
+
+        Args:
+            data: The `mujoco.MjData`, with positions up to date.
+            color: Whether the colours are wanted.
+            depth: Whether the distances are wanted.
+        """
+        self._gl.make_current()
+        mujoco.mj_camlight(self._model, data)
+        mujoco.mjv_updateScene(
+            self._model,
+            data,
+            self._option,
+            None,
+            self._view,
+            mujoco.mjtCatBit.mjCAT_ALL,
+            self._scene,
+        )
+        image, buffer = None, None
+        if color:
+            image = np.empty(self._shape, np.uint8)
+            self._draw(image, None)
+        if depth:
+            buffer = np.empty(self._shape[:2], np.float32)
+            self._draw(None, buffer)
+        return Shot(
+            None if image is None else image[::-1],
+            None if buffer is None else self._distances(buffer[::-1]),
+        )
+
+    def _draw(self, image: Any, buffer: Any) -> None:
+        """Draw into one of them; the sky has colour, but would have a distance too."""
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = image is not None
+        area = mujoco.MjrRect(0, 0, self._shape[1], self._shape[0])
+        mujoco.mjr_render(area, self._scene, self._context)
+        mujoco.mjr_readPixels(image, buffer, area, self._context)
+
+    def _distances(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Turn a reversed depth buffer (1 near, 0 far) into metres along the optical axis."""
+        near, far = self._settings.near, self._settings.far
+        metres = near * far / (near + buffer.astype(np.float64) * (far - near))
+        metres[buffer <= 0.0] = np.inf  # nothing was hit
+        return metres.astype(np.float32)
+
+    def close(self) -> None:
+        """Free the OpenGL context."""
+        self._gl.make_current()
+        self._context.free()
+        self._gl.free()
+
+
+class Photographer:
+    """A camera that follows the simulation from model to model.
+
+    Args:
+        settings: The camera.
+    """
+
+    def __init__(self, settings: CameraSettings) -> None:
+        self._settings = settings
+        self._model: Any = None
+        self._camera: Camera | None = None
+
+    def shoot(self, model: Any, data: Any, color: bool, depth: bool) -> Shot:
+        """Return what the camera sees; all calls must come from one thread, which OpenGL wants.
+
+        Raises:
+            CameraError: No off-screen OpenGL works here.
+        """
+        if self._camera is None or model is not self._model:
+            self.close()
+            self._camera, self._model = Camera(model, self._settings), model
+        return self._camera.shoot(data, color, depth)
+
+    def close(self) -> None:
+        """Free the OpenGL context."""
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
+
+
+def _open_context(width: int, height: int) -> Any:
+    """Return the first off-screen OpenGL context that works."""
+    reasons = []
+    for name in _BACKENDS:
+        try:
+            context = importlib.import_module(f"mujoco.{name}").GLContext(width, height)
+            context.make_current()
+        except (ImportError, AttributeError, RuntimeError, OSError) as error:
+            reasons.append(f"{name}: {' '.join(str(error).split())}")
+        else:
+            return context
+    raise CameraError(f"no off-screen OpenGL works: {'; '.join(reasons)}")

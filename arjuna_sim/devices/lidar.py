@@ -1,0 +1,183 @@
+"""The planar lidar: rays through the world, with noise, dropouts and beams at their instants."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_sim.files.urdf.gazebo import LidarSettings
+from arjuna_sim.model.shapes import Group
+
+_SIGMAS = 6.0  # a surface just beyond the range may be read within it
+_HIT = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
+_STRIDE = 1e-3  # [m] beams cast from one place may lie this far apart on the sensor's path
+
+
+@dataclass(frozen=True)
+class LidarConfig:
+    """Errors of the lidar."""
+
+    noise: float = param(
+        -1.0,
+        "Standard deviation of a range; below 0 takes that of the robot's file.",
+        unit="m",
+        minimum=-1.0,
+        maximum=1.0,
+        read_only=True,
+    )
+    dropout: float = param(
+        0.0,
+        "Part of the beams that return nothing, read as +inf.",
+        minimum=0.0,
+        maximum=1.0,
+        read_only=True,
+    )
+    sweep: bool = param(
+        False,
+        "Whether each beam is cast at its own instant while the robot moves, as a turning lidar's;"
+        " else all at once.",
+        read_only=True,
+    )
+
+
+class Lidar:
+    """Casts the beams of a sweep, all at once or each from where the sensor was at its instant.
+
+    Args:
+        model: The compiled `mujoco.MjModel`.
+        settings: Beams and ranges.
+        T_base_sensor: Where the lidar sits, seen from above.
+        config: Errors.
+        rng: Where chance comes from.
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        settings: LidarSettings,
+        T_base_sensor: SE2,
+        config: LidarConfig,
+        rng: np.random.Generator,
+    ) -> None:
+        self._model = model
+        self._settings = settings
+        self._T_base_sensor = T_base_sensor
+        self._config = config
+        self._noise = settings.noise if config.noise < 0.0 else config.noise
+        self._rng = rng
+        self._site = model.site(settings.link).id
+        span = settings.angle_max - settings.angle_min
+        self._increment = span / max(1, settings.samples - 1)
+        angles = settings.angle_min + self._increment * np.arange(settings.samples)
+        self._beams = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(len(angles))))
+        self._hits = np.zeros((settings.samples, 1), np.int32)
+        # A mirror that turns once a scan: a narrow view is swept in a part of the period.
+        turn = self._increment / (2.0 * math.pi)
+        self._time_increment = turn / settings.rate if config.sweep else 0.0
+        self._ages = self._time_increment * np.arange(settings.samples - 1, -1, -1)
+        self._trail: list[tuple[float, NDArray[np.float64]]] = []
+
+    def rebind(self, model: Any) -> None:
+        """Go on with another model, in which the robot is the same."""
+        self._model = model
+        self._site = model.site(self._settings.link).id
+
+    def settle(self) -> None:
+        """Forget the path, since the robot was lifted to another place."""
+        self._trail.clear()
+
+    def follow(self, data: Any, now: float) -> None:
+        """Remember where the sensor is at a time [s]; to be called each tick, before `scan`."""
+        if not self._config.sweep:
+            return
+        place = np.concatenate((data.site_xpos[self._site], data.site_xmat[self._site]))
+        self._trail.append((now, place))
+        oldest = now - float(self._ages[0])
+        while len(self._trail) > 2 and self._trail[1][0] <= oldest:
+            self._trail.pop(0)
+
+    def scan(self, data: Any, now: float) -> Scan:
+        """Return a sweep that ends now; the robot itself is not seen.
+
+        By REP 117 a beam without return reads +inf, one that returns from nearer than the minimum
+        -inf.
+
+        Args:
+            data: The `mujoco.MjData`, with positions up to date.
+            now: Time of the last beam [s].
+        """
+        settings = self._settings
+        ranges = self._sweep(data, now) if self._config.sweep else self._cast_at_once(data)
+        ranges += self._noise * self._rng.standard_normal(len(ranges))
+        ranges[ranges < settings.range_min] = -np.inf
+        ranges[ranges > settings.range_max] = np.inf
+        if self._config.dropout > 0.0:
+            ranges[self._rng.random(len(ranges)) < self._config.dropout] = np.inf
+        return Scan(
+            ranges,
+            settings.angle_min,
+            self._increment,
+            settings.range_min,
+            settings.range_max,
+            now - float(self._ages[0]),
+            self._time_increment,
+            T_base_sensor=self._T_base_sensor,
+        )
+
+    def _cast_at_once(self, data: Any) -> NDArray[np.float64]:
+        turn = data.site_xmat[self._site].reshape(3, 3)
+        return self._cast(data, data.site_xpos[self._site], self._beams @ turn.T)
+
+    def _sweep(self, data: Any, now: float) -> NDArray[np.float64]:
+        """Cast beams from where the sensor was, those from places close together at once."""
+        times = np.array([time for time, _ in self._trail])
+        places = np.array([place for _, place in self._trail])
+        columns = [np.interp(now - self._ages, times, places[:, i]) for i in range(12)]
+        origins = np.column_stack(columns[:3])
+        rays = np.column_stack(
+            [
+                columns[3 + 3 * i] * self._beams[:, 0] + columns[4 + 3 * i] * self._beams[:, 1]
+                for i in range(3)
+            ]
+        )
+        rays /= np.linalg.norm(rays, axis=1)[:, None]
+        path = float(np.linalg.norm(np.diff(origins, axis=0), axis=1).sum())
+        count = min(len(rays), 1 + int(path / _STRIDE))
+        return np.concatenate(
+            [
+                self._cast(data, some[len(some) // 2], beams)
+                for some, beams in zip(
+                    np.array_split(origins, count), np.array_split(rays, count), strict=True
+                )
+            ]
+        )
+
+    def _cast(
+        self, data: Any, origin: NDArray[np.float64], rays: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return exact distances from one place along unit vectors, inf where nothing is hit."""
+        ranges = np.empty(len(rays))
+        mujoco.mj_multiRay(
+            self._model,
+            data,
+            np.ascontiguousarray(origin).reshape(3, 1),
+            np.ascontiguousarray(rays).reshape(-1, 1),
+            _HIT,
+            True,
+            -1,
+            self._hits[: len(rays)],
+            ranges.reshape(-1, 1),
+            None,
+            len(rays),
+            self._settings.range_max + _SIGMAS * self._noise,
+        )
+        ranges[ranges < 0.0] = np.inf
+        return ranges

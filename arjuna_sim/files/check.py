@@ -1,0 +1,203 @@
+"""Saying what was understood of a robot or world, and what was not."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.shipped import resource
+from arjuna_sim.files.map_world import MAP_SUFFIXES
+from arjuna_sim.files.sdf.sdf import World
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.urdf.guess import write_snippet
+from arjuna_sim.files.world_file import load_world
+from arjuna_sim.files.xml_file import read_bytes
+from arjuna_sim.model.robot import Robot, ServoConfig, load_robot
+from arjuna_sim.model.settings import DriveSettings, GazeboSettings
+from arjuna_sim.model.shapes import Part
+from arjuna_sim.physics.scene import build_scene
+
+_TIMESTEP = 0.004
+_ROBOT_SUFFIXES = (".urdf", ".xacro")
+_WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
+_ROOT = re.compile(rb"<\s*(sdf|robot)\b")
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a check found.
+
+    Attributes:
+        lines: What was understood, to be printed.
+        notes: What was not, one line each.
+    """
+
+    lines: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def text(self) -> str:
+        """Return all of it, with the notes last."""
+        count = len(self.notes)
+        heading = f"not simulated, or otherwise than the file says ({count}):"
+        rest = [heading, *(f"  - {note}" for note in self.notes)] if count else ["all understood"]
+        return "\n".join([*self.lines, *rest])
+
+
+def check(
+    path: Path,
+    search: SearchPath,
+    arguments: Mapping[str, str],
+    guess: Path | None = None,
+) -> Found:
+    """Load a robot or world as the simulator would.
+
+    Args:
+        path: A URDF, xacro or SDF file, or a map's YAML.
+        search: Where to look for what it refers to.
+        arguments: Values of xacro arguments.
+        guess: Where to write the robot's guessed drive.
+
+    Raises:
+        InputFileError: It does not load, or the guess cannot be written.
+    """
+    if is_robot(path):
+        return _check_robot(path, search, arguments, guess)
+    if guess is not None:
+        raise InputFileError(path, "is a world: only of a robot the drive is guessed")
+    world = load_world(path, search)
+    build_scene(load_robot(resource("urdf/arjuna.urdf")), world, ServoConfig(), _TIMESTEP)
+    return Found((f"{path}: loads", *_world_lines(world)), world.notes)
+
+
+def is_robot(path: Path) -> bool:
+    """Tell whether a file describes a robot rather than a world, by its root, else its suffix.
+
+    Raises:
+        InputFileError: It cannot be read.
+    """
+    root = _ROOT.search(read_bytes(path, InputFileError))
+    if root is not None and path.suffix not in MAP_SUFFIXES:
+        return root.group(1) == b"robot"
+    if path.suffix not in (*_ROBOT_SUFFIXES, *_WORLD_SUFFIXES):
+        valid = ", ".join((*_ROBOT_SUFFIXES, *_WORLD_SUFFIXES))
+        raise InputFileError(path, f"is neither <robot> nor <sdf>; valid: {valid}")
+    return path.suffix in _ROBOT_SUFFIXES
+
+
+def _check_robot(
+    path: Path, search: SearchPath, arguments: Mapping[str, str], guess: Path | None
+) -> Found:
+    robot = load_robot(path, search, arguments)
+    scene = build_scene(robot, load_world(resource("worlds/empty.world")), ServoConfig(), _TIMESTEP)
+    lines = [f"{path}: loads", *_robot_lines(robot)]
+    lines.append(f"  stands with '{robot.urdf.root}' {scene.ride_height:.4g} m above the ground")
+    if guess is not None:
+        if not robot.drive.wheels or robot.settings.drive is not None:
+            problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"
+            raise InputFileError(path, f"{problem}, so there is no guess to save")
+        write_snippet(guess, path, robot.urdf.name, robot.drive)
+        lines.append(f"  guess saved as {guess}, which loads in the robot's place")
+    return Found(tuple(lines), robot.notes)
+
+
+def _robot_lines(robot: Robot) -> Iterator[str]:
+    urdf = robot.urdf
+    yield f"robot '{urdf.name}', root link '{urdf.root}'"
+    yield f"  links ({len(urdf.links)}):"
+    for link in urdf.links.values():
+        mass = "massless" if link.inertial is None else f"{link.inertial.mass:.4g} kg"
+        solid, drawn = _shapes(link.collisions), _shapes(link.visuals)
+        yield f"    {link.name}: {mass}; solid: {solid}; drawn: {drawn}"
+    kinds = Counter(joint.kind for joint in urdf.joints.values())
+    counts = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
+    yield f"  joints ({len(urdf.joints)}): {counts or 'none'}"
+    for joint in urdf.joints.values():
+        if joint.kind != "fixed":
+            limits = (
+                "" if joint.limits is None else f" {joint.limits[0]:.4g} to {joint.limits[1]:.4g}"
+            )
+            mimic = "" if joint.mimic is None else f", follows {joint.mimic.joint}"
+            yield f"    {joint.name}: {joint.kind}{limits}, {joint.parent} -> {joint.child}{mimic}"
+    yield from _drive_lines(robot.drive, urdf.root, bool(robot.anchored))
+    yield from _sensor_lines(robot.settings)
+    for name, mu in robot.settings.friction.items():
+        yield f"  friction of {name}: {mu:g}"
+    for name, values in robot.settings.stiffness.items():
+        read = ", ".join(f"{key} {value:g}" for key, value in values.items())
+        yield f"  contact of {name}: {read} (the simulator's own tyres hold instead)"
+
+
+def _shapes(parts: tuple[Part, ...]) -> str:
+    return ", ".join(_shape(part) for part in parts) or "nothing"
+
+
+def _shape(part: Part) -> str:
+    shape = part.shape
+    if shape.mesh is not None:
+        return f"mesh {shape.mesh.path.name} ({len(shape.mesh.triangles)} triangles)"
+    return f"{shape.kind.value} {' x '.join(f'{size:.4g}' for size in shape.size)}"
+
+
+def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[str]:
+    if not drive.wheels:
+        yield f"  drive: none{', fixed to the world' if anchored else ''}"
+        return
+    source = f"plugin '{drive.plugin}'" if drive.plugin else "guessed (--save-guess FILE keeps it)"
+    yield f"  drive: {source}"
+    yield f"    left: {', '.join(drive.left)}; right: {', '.join(drive.right)}"
+    yield f"    wheel separation {drive.separation:.4g} m, diameter {2 * drive.radius:.4g} m"
+    yield (
+        f"    turns as a track of {drive.effective_track:.4g} m, rolls as a radius of"
+        f" {drive.effective_radius:.4g} m"
+    )
+    acceleration = _or_none(drive.max_acceleration)
+    yield f"    torque {drive.torque:.4g} N m, acceleration {acceleration} m/s^2"
+    yield f"    speed {_or_none(drive.max_velocity)} m/s, rate {_or_none(drive.rate)} Hz"
+    yield f"    commands on {drive.command_topic}, odometry on {drive.odometry_topic}"
+    base, source = drive.base_frame or root, "the world" if drive.from_world else "the encoders"
+    yield f"    odometry of {source}, {drive.odometry_frame} -> {base}"
+    yield f"    publishes: {', '.join(drive.publishes) or 'nothing'}"
+
+
+def _or_none(value: float) -> str:
+    return f"{value:.4g}" if value > 0.0 else "unlimited"
+
+
+def _sensor_lines(settings: GazeboSettings) -> Iterator[str]:
+    if (lidar := settings.lidar) is not None:
+        low, high = math.degrees(lidar.angle_min), math.degrees(lidar.angle_max)
+        yield f"  lidar: topic {lidar.topic}, frame {lidar.frame}, {lidar.rate:g} Hz"
+        yield (
+            f"    {lidar.samples} samples, {low:.1f} to {high:.1f} deg, {lidar.range_min:g} to"
+            f" {lidar.range_max:g} m, noise {lidar.noise:g} m"
+        )
+    if (camera := settings.camera) is not None:
+        kind = "depth camera" if camera.depth else "camera"
+        yield f"  {kind}: topic {camera.topic}, frame {camera.frame}, {camera.rate:g} Hz"
+        yield (
+            f"    {camera.width} x {camera.height}, {math.degrees(camera.horizontal_fov):.1f} deg,"
+            f" {camera.near:g} to {camera.far:g} m"
+        )
+    if (imu := settings.imu) is not None:
+        yield f"  imu: topic {imu.topic}, frame {imu.frame}, {imu.rate:g} Hz"
+    if settings.lidar is None and settings.camera is None and settings.imu is None:
+        yield "  sensors: none"
+
+
+def _world_lines(world: World) -> Iterator[str]:
+    names = list(dict.fromkeys(body.model for body in world.bodies))
+    yield f"world '{world.name}': {len(names)} models, {len(world.actors)} actors"
+    for name in names:
+        bodies = [body for body in world.bodies if body.model == name]
+        solid = Counter(b.part.shape.kind.value for b in bodies if b.collides)
+        drawn = sum(not body.collides for body in bodies)
+        x, y, z = bodies[0].T_world_model.position
+        shapes = ", ".join(f"{count} {kind}" for kind, count in sorted(solid.items())) or "nothing"
+        yield f"  {name} at {x:.4g} {y:.4g} {z:.4g}: solid: {shapes}; drawn: {drawn}"
+    for actor in world.actors:
+        yield f"  actor {actor.name}"

@@ -1,0 +1,1 @@
+"""Meshes: STL, OBJ and COLLADA."""

@@ -1,0 +1,133 @@
+"""Poses in SDF, which may be relative to any named frame, link, joint or model.
+
+Source: SDFormat, Pose Frame Semantics Proposal (versions 1.7 and later).
+"""
+
+from __future__ import annotations
+
+import math
+from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
+
+from arjuna_core.errors import nearest
+from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.files.xml_file import XmlFile
+
+_NAMED = ("link", "frame", "joint", "model", "include")
+_CHAIN_MAX = 100
+_OWN = ("__model__", "__root__", "world", "")
+
+
+def raw_pose(xml: XmlFile, element: Element, place: str) -> Pose3:
+    """Return the numbers of an element's `<pose>`, the origin where it has none.
+
+    Raises:
+        WorldError: They are no pose.
+    """
+    pose = element.find("pose")
+    text = "" if pose is None else (pose.text or "").strip()
+    if pose is None or not text:
+        return ORIGIN
+    if pose.get("rotation_format") == "quat_xyzw":
+        x, y, z, *turn = xml.numbers(text, 7, f"{place} pose")
+        return _of_quaternion(xml, (x, y, z), turn, place)
+    numbers = xml.numbers(text, 6, f"{place} pose")
+    xml.position(" ".join(map(str, numbers[:3])), f"{place} pose")
+    angles = numbers[3:]
+    if pose.get("degrees") == "true":
+        angles = tuple(math.radians(angle) for angle in angles)
+    return Pose3.from_rpy(numbers[:3], angles)
+
+
+def _of_quaternion(
+    xml: XmlFile, place: tuple[float, float, float], turn: list[float], where: str
+) -> Pose3:
+    x, y, z, w = turn
+    length = math.hypot(x, y, z, w)
+    if not 0.0 < length < math.inf:
+        raise xml.fail(f"{where} pose", "its quaternion is no rotation")
+    return Pose3(place, (w / length, x / length, y / length, z / length))
+
+
+def base_of(element: Element) -> str:
+    """Return the name of the frame that an element's pose is relative to, "" for its parent."""
+    pose = element.find("pose")
+    if pose is None:
+        return ""
+    return (pose.get("relative_to") or pose.get("frame") or "").strip()
+
+
+class Scope:
+    """The frames of one model or world.
+
+    Args:
+        xml: The file.
+        element: The `<model>` or `<world>`.
+        place: How messages call it.
+    """
+
+    def __init__(self, xml: XmlFile, element: Element, place: str) -> None:
+        self._xml = xml
+        self._place = place
+        self._items = {_name(child): child for child in element if child.tag in _NAMED}
+
+    def pose(self, element: Element, place: str, parent: Pose3 = ORIGIN) -> Pose3:
+        """Return an element's pose in this scope.
+
+        Args:
+            element: What has a `<pose>`.
+            place: How messages call it.
+            parent: What the pose is relative to, where it does not say.
+
+        Raises:
+            WorldError: It is relative to what does not exist, or to itself.
+        """
+        return self._pose(element, place, parent, ())
+
+    def _pose(self, element: Element, place: str, parent: Pose3, seen: tuple[str, ...]) -> Pose3:
+        base = base_of(element)
+        return (self._find(base, seen) if base else parent) @ raw_pose(self._xml, element, place)
+
+    def find(self, name: str) -> Pose3:
+        """Return the pose of a named thing in this scope.
+
+        Raises:
+            WorldError: It does not exist, or its pose is relative to itself.
+        """
+        return self._find(name, ())
+
+    def _find(self, name: str, seen: tuple[str, ...]) -> Pose3:
+        if name in _OWN:
+            return ORIGIN
+        if name in seen:
+            problem = f"frame '{name}' is relative to itself: {' -> '.join((*seen, name))}"
+            raise self._xml.fail(self._place, problem)
+        if len(seen) > _CHAIN_MAX:
+            problem = f"frame '{name}' ends a chain of more than {_CHAIN_MAX} frames"
+            raise self._xml.fail(self._place, problem)
+        first, _, rest = name.partition("::")
+        element = self._items.get(name) if name in self._items else self._items.get(first)
+        if element is None:
+            problem = f"frame '{name}' does not exist; {nearest(name, self._items)}"
+            raise self._xml.fail(self._place, problem)
+        seen = (*seen, name)
+        pose = self._pose(element, f"{self._place} '{name}'", self._parent(element, seen), seen)
+        if rest and name not in self._items and element.tag == "model":
+            return pose @ Scope(self._xml, element, f"{self._place} '{first}'").find(rest)
+        return pose
+
+    def _parent(self, element: Element, seen: tuple[str, ...]) -> Pose3:
+        """Return what a thing is relative to by its kind."""
+        attached = ""
+        if element.tag == "frame":
+            attached = (element.get("attached_to") or "").strip()
+        elif element.tag == "joint":
+            attached = (element.findtext("child") or "").strip()
+        return self._find(attached, seen) if attached else ORIGIN
+
+
+def _name(element: Element) -> str:
+    return (
+        (element.findtext("name") or "").strip()
+        if element.tag == "include"
+        else element.get("name", "").strip()
+    )

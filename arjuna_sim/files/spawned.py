@@ -1,0 +1,185 @@
+"""What clients spawn: simple shapes by name, SDF models and actors, URDF robots."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+
+import numpy as np
+
+from arjuna_core.errors import InputFileError, RobotError, WorldError
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.library import Fault, Library, ResourceError
+from arjuna_sim.files.sdf.sdf import GROUND, Body, World, read_world
+from arjuna_sim.files.urdf.urdf import read_urdf
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.actors import person
+from arjuna_sim.model.entities import Category, Entity, entity_of_actor, entity_of_robot
+from arjuna_sim.model.shapes import Kind, Part, Shape
+
+FORMATS = ("sdf", "urdf")
+PRIMITIVES = ("box:X,Y,Z", "cylinder:RADIUS,LENGTH", "sphere:RADIUS", "person")
+_COUNTS = {"box": 3, "cylinder": 2, "sphere": 1, "person": 0}
+_PRIMITIVE = re.compile(r"(box|cylinder|sphere|person)(?::([^?]*))?(?:\?mass=(.*))?")
+_SIZES = (1e-3, 100.0)
+_MASS_MAX = 10_000.0
+_PARTS_MAX = 2000
+_TEXT_MAX = 20_000_000
+_ROOT = re.compile(r"<\s*(sdf|robot)\b")
+
+
+def read_entity(uri: str, text: str, library: Library) -> Entity:
+    """Read what a client asks to spawn, named as its file names it, standing at the origin.
+
+    A primitive such as `box:0.4,0.4,1` stands on its origin and is held where it is put;
+    `box:0.4,0.4,1?mass=5` can be pushed. A model of a file can be, unless it is static.
+
+    Args:
+        uri: A primitive, or a file's path or URI; may be empty.
+        text: The file's content, where there is no URI.
+        library: Where files are found.
+
+    Raises:
+        ResourceError: It cannot be read or is nothing that can be spawned.
+    """
+    if not uri.strip():
+        return _read_text(library.folder / "resource_string", text, library)
+    primitive = _PRIMITIVE.fullmatch(uri.strip())
+    if primitive is not None:
+        return _primitive(*primitive.groups())
+    path = library.find(uri.strip(), (".sdf", ".urdf"))
+    try:
+        content = path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise ResourceError(Fault.FORBIDDEN, f"'{uri}' cannot be read: {error.strerror}") from error
+    return _read_text(path, content, library)
+
+
+def _primitive(kind: str, sizes: str | None, mass: str | None) -> Entity:
+    numbers = _numbers(sizes, _COUNTS[kind], kind)
+    weight = 0.0 if mass is None else _numbers(mass, 1, "mass")[0]
+    if not 0.0 <= weight <= _MASS_MAX:
+        problem = f"mass is {weight} kg; valid: 0 to {_MASS_MAX:g}"
+        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
+    about = "a person" if kind == "person" else f"a {kind} of {sizes} m"
+    if kind == "person":
+        return Entity(
+            kind, person(), spawned=True, category=Category.HUMAN, description=about, mass=weight
+        )
+    low, high = _SIZES
+    if any(not low <= number <= high for number in numbers):
+        problem = f"'{kind}:{sizes}' has a size beyond {low:g} to {high:g} m"
+        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
+    shape = Shape(Kind(kind), numbers)
+    height = {"box": numbers[-1] / 2, "cylinder": numbers[-1] / 2, "sphere": numbers[0]}[kind]
+    part = Part(shape, Pose3((0.0, 0.0, height)), (0.9, 0.6, 0.1, 1.0))
+    category = Category.STATIC_OBJECT if weight == 0.0 else Category.OBJECT
+    return Entity(kind, (part,), spawned=True, category=category, description=about, mass=weight)
+
+
+def _numbers(text: str | None, count: int, what: str) -> tuple[float, ...]:
+    words = text.split(",") if text else []
+    try:
+        values = tuple(float(word) for word in words)
+    except ValueError:
+        values = ()
+    if len(words) != count or len(values) != count or not np.isfinite(values).all():
+        valid = ", ".join(PRIMITIVES)
+        problem = f"'{what}:{text or ''}' needs {count} finite numbers; valid: {valid}"
+        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
+    return values
+
+
+def _read_text(path: Path, text: str, library: Library) -> Entity:
+    if not text.strip():
+        problem = "neither a uri nor a resource_string was given"
+        raise ResourceError(Fault.NO_RESOURCE, problem)
+    if len(text) > _TEXT_MAX:
+        problem = f"has {len(text)} characters; at most {_TEXT_MAX} are read"
+        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
+    root = _ROOT.search(text)
+    if root is None:
+        problem = f"holds neither <sdf> nor <robot>; valid formats: {', '.join(FORMATS)}"
+        raise ResourceError(Fault.UNSUPPORTED_FORMAT, problem)
+    read = _read_sdf if root.group(1) == "sdf" else _read_urdf
+    try:
+        return read(path, text.encode(), library)
+    except (InputFileError, ValueError) as error:
+        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, str(error)) from error
+
+
+def _read_sdf(path: Path, text: bytes, library: Library) -> Entity:
+    xml = XmlFile(path, "sdf", WorldError, text, library.search)
+    if xml.root.find("world") is not None:
+        problem = "holds a <world>, which load_world takes; valid: one <model> or <actor>"
+        raise ResourceError(Fault.UNSUPPORTED_FORMAT, problem)
+    world = read_world(xml)
+    check_assets(world.notes)
+    bodies = [body for body in world.bodies if body.model != GROUND]
+    if len(xml.root.findall("model")) + len(xml.root.findall("actor")) != 1:
+        raise xml.fail("sdf", "must hold one <model> or one <actor>")
+    if world.actors:
+        about = "an actor"
+        return dataclasses.replace(
+            entity_of_actor(world.actors[0]), spawned=True, description=about
+        )
+    if any(body.part.shape.kind is Kind.PLANE for body in bodies):
+        problem = "has a <plane>, which only a world can have"
+        raise ResourceError(Fault.UNSUPPORTED_ASSETS, problem)
+    return _of_bodies(xml, world, bodies)
+
+
+def _of_bodies(xml: XmlFile, world: World, bodies: list[Body]) -> Entity:
+    model = xml.child(xml.root, "model", "sdf")
+    name = xml.attribute(model, "name", "a model")
+    if not bodies:
+        raise xml.fail(f"model '{name}'", "has neither <collision> nor <visual>")
+    T_model_world = bodies[0].T_world_model.inverse()
+    parts: dict[bool, list[Part]] = {True: [], False: []}
+    for body in bodies:
+        pose = T_model_world @ body.part.pose
+        parts[body.collides].append(Part(body.part.shape, pose, body.part.rgba))
+    return _entity(name, tuple(parts[True]), tuple(parts[False]), world.masses.get(name, 0.0))
+
+
+def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:
+    xml = XmlFile(path, "robot", RobotError, text, library.search)
+    urdf = read_urdf(xml)
+    check_assets(tuple(xml.notes))
+    robot = entity_of_robot(urdf)
+    if not robot.solid and not robot.drawn:
+        raise xml.fail(f"robot '{urdf.name}'", "has neither <collision> nor <visual>")
+    static = any((e.findtext("static") or "").strip() == "true" for e in xml.root.iter("gazebo"))
+    return _entity(urdf.name, robot.solid, robot.drawn, 0.0 if static else robot.mass)
+
+
+def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: float) -> Entity:
+    """Build an entity; what nothing can touch is held, or it would fall through the ground."""
+    if not 0.0 <= mass <= _MASS_MAX:
+        problem = f"'{name}' weighs {mass:g} kg; valid: 0 to {_MASS_MAX:g}"
+        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
+    if len(solid) + len(drawn) > _PARTS_MAX:
+        problem = f"'{name}' has {len(solid) + len(drawn)} shapes; at most {_PARTS_MAX} are valid"
+        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
+    weight = mass if solid else 0.0
+    category = Category.OBJECT if weight > 0.0 else Category.STATIC_OBJECT
+    return Entity(
+        name, solid, drawn, spawned=True, mass=weight, category=category, description="a model"
+    )
+
+
+def check_assets(notes: tuple[str, ...]) -> None:
+    """Refuse a file that refers to what is not there, or to what cannot be simulated.
+
+    Args:
+        notes: What its reader left out.
+
+    Raises:
+        ResourceError: Something was left out; the message is the first such note.
+    """
+    for note in notes:
+        if "does not exist" in note:
+            raise ResourceError(Fault.MISSING_ASSETS, note)
+        if "left out" in note:
+            raise ResourceError(Fault.UNSUPPORTED_ASSETS, note)

@@ -1,0 +1,1 @@
+"""Robots: URDF, xacro and Gazebo's tags."""

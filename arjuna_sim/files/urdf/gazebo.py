@@ -1,0 +1,172 @@
+"""Reading a URDF's Gazebo tags: the drive, the sensors, friction and colours."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
+
+from arjuna_core.errors import nearest
+from arjuna_sim.files.urdf import sensor_tags
+from arjuna_sim.files.urdf.gazebo_text import plain, text_of
+from arjuna_sim.files.urdf.plugins import read_drive
+from arjuna_sim.files.urdf.urdf import Urdf
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.colours import gazebo_colour
+from arjuna_sim.model.settings import (
+    CameraSettings,
+    DriveSettings,
+    GazeboSettings,
+    ImuSettings,
+    LidarSettings,
+)
+
+_CONTACT = ("kp", "kd")
+_TRUE = ("true", "1")
+__all__ = [
+    "CameraSettings",
+    "DriveSettings",
+    "GazeboSettings",
+    "ImuSettings",
+    "LidarSettings",
+    "read_gazebo",
+]
+_READ = ("sensor", "plugin", "mu1", "mu", "material", "visual", "mu2", *_CONTACT)
+
+
+def read_gazebo(xml: XmlFile, urdf: Urdf) -> GazeboSettings:
+    """Read drive, sensors, friction and colours; what is not understood becomes a note.
+
+    Raises:
+        RobotError: A tag names a joint or link that does not exist, or a value is invalid.
+    """
+    reader = _Reader(xml, urdf)
+    for gazebo in xml.root.findall("gazebo"):
+        reader.read(gazebo)
+    return reader.settings()
+
+
+def _kind(plugin: Element) -> str:
+    return plain(plugin.get("filename", "") + plugin.get("name", ""))
+
+
+class _Reader:
+    """Collects what the tags say."""
+
+    def __init__(self, xml: XmlFile, urdf: Urdf) -> None:
+        self._xml = xml
+        self._urdf = urdf
+        self._drive: DriveSettings | None = None
+        self._planar = False
+        self._imu: ImuSettings | None = None
+        self._friction: dict[str, float] = {}
+        self._colours: dict[str, tuple[float, ...]] = {}
+        self._stiffness: dict[str, dict[str, float]] = {}
+        self._sensors: dict[str, tuple[Element, str]] = {}
+        self._left_out: dict[str, list[str]] = {}
+
+    def read(self, gazebo: Element) -> None:
+        """Take one `<gazebo>`."""
+        link = gazebo.get("reference")
+        if link is not None and link not in self._urdf.links and link not in self._urdf.joints:
+            problem = f"reference '{link}' does not exist; {nearest(link, self._urdf.links)}"
+            raise self._xml.fail("gazebo", problem)
+        for plugin in gazebo.findall("plugin"):
+            self._plugin(plugin)
+        for sensor in gazebo.findall("sensor"):
+            self._sensor(sensor, link or self._urdf.root)
+        if link is not None:
+            self._surface(gazebo, link)
+        for child in gazebo:
+            is_default = plain(child.tag) == "gravity" and (child.text or "").strip() in _TRUE
+            if plain(child.tag) not in _READ and not is_default:
+                self._left_out.setdefault(child.tag, []).append(link or "")
+
+    def _surface(self, gazebo: Element, link: str) -> None:
+        values = {}
+        for child in gazebo:
+            if plain(child.tag) in ("mu1", "mu", "mu2", *_CONTACT):
+                place = f"gazebo '{link}' {child.tag}"
+                text = (child.text or "").strip() or child.get("value", "")
+                values[plain(child.tag)] = self._xml.numbers(text, 1, place)[0]
+        stiffness = {key: value for key, value in values.items() if key in _CONTACT}
+        if stiffness:
+            self._stiffness.setdefault(link, {}).update(stiffness)
+        mu = values.get("mu1", values.get("mu"))
+        if mu is not None:
+            self._friction[link] = max(0.0, mu)
+            if values.get("mu2", mu) != mu:
+                self._xml.note(f"gazebo '{link}': <mu2> is taken to be <mu1>, {mu:g}")
+        name = gazebo.findtext("material")
+        if name and name.strip():
+            colour = gazebo_colour(name)
+            if colour is None:
+                self._xml.note(f"gazebo '{link}': material '{name.strip()}' has no known colour")
+            else:
+                self._colours[link] = colour
+
+    def _plugin(self, plugin: Element) -> None:
+        drive = read_drive(self._xml, plugin, self._urdf)
+        name = plugin.get("name") or plugin.get("filename") or "?"
+        if drive is not None and self._drive is not None:
+            self._xml.note(f"plugin '{name}': a second drive is not simulated")
+        elif drive is not None:
+            self._drive = drive
+        elif "planarmove" in plain(plugin.get("filename", "")):
+            self._planar = True
+            self._xml.note(f"plugin '{name}': its wheels drive it; it does not move sideways")
+        elif text_of(plugin, "bodyname", "bodyid") in self._urdf.links and "imu" in _kind(plugin):
+            self._imu = self._imu or sensor_tags.imu_plugin(self._xml, plugin)
+        else:
+            self._other_plugin(plugin, name)
+
+    def _other_plugin(self, plugin: Element, name: str) -> None:
+        """Say what stands in for a plugin, or that nothing does."""
+        kind = _kind(plugin)
+        if "jointstate" in kind:
+            self._xml.note(f"plugin '{name}': all moving joints are published, each tick")
+        elif "p3d" in kind or "posepublisher" in kind or "odometrypublisher" in kind:
+            self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
+        else:
+            self._xml.note(f"plugin '{name}': not simulated")
+
+    def _sensor(self, sensor: Element, link: str) -> None:
+        """Keep the first sensor of each kind; note the others."""
+        kind, place = sensor.get("type", "?"), sensor_tags.place_of(sensor)
+        key = sensor_tags.KINDS.get(kind)
+        if key is None:
+            valid = ", ".join(sensor_tags.KINDS)
+            self._xml.note(f"{place}: type '{kind}' is not simulated; simulated are {valid}")
+        elif link not in self._urdf.links:
+            self._xml.note(f"{place}: not simulated, since '{link}' is no link")
+        elif key in self._sensors:
+            self._xml.note(f"{place}: a second {key} is not simulated")
+        else:
+            sensor_tags.note_pose(self._xml, sensor)
+            self._sensors[key] = (sensor, link)
+
+    def settings(self) -> GazeboSettings:
+        """Return what was read."""
+        for tag, links in self._left_out.items():
+            names = ", ".join(sorted({name for name in links if name}))
+            where = f" (at {names})" if names else ""
+            self._xml.note(f"gazebo <{tag}>{where}: not simulated")
+        xml, sensors = self._xml, self._sensors
+        return GazeboSettings(
+            self._drive,
+            sensor_tags.lidar(xml, *sensors["lidar"]) if "lidar" in sensors else None,
+            self._camera(),
+            sensor_tags.imu(xml, *sensors["imu"]) if "imu" in sensors else self._imu,
+            self._friction,
+            self._colours,
+            self._planar,
+            self._stiffness,
+        )
+
+    def _camera(self) -> CameraSettings | None:
+        """Return the colour camera, else the depth camera."""
+        found = [key for key in ("camera", "depth") if key in self._sensors]
+        for key in found[1:]:
+            place = sensor_tags.place_of(self._sensors[key][0])
+            self._xml.note(f"{place}: not simulated beside the colour camera")
+        if not found:
+            return None
+        return sensor_tags.camera(self._xml, *self._sensors[found[0]], found[0] == "depth")

@@ -1,0 +1,128 @@
+"""Reading the drive plugins of Gazebo: ROS 1, ROS 2 and gz-sim, differential and skid-steer."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
+
+from arjuna_core.errors import nearest
+from arjuna_sim.files.urdf.gazebo_text import flag, plain, text_of, texts, topic, value
+from arjuna_sim.files.urdf.urdf import Urdf
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.settings import DriveSettings
+from arjuna_sim.model.wheels import center, effective_track, wheel_radius, wheel_separation
+
+TORQUE = 5.0
+"""Greatest torque of a wheel whose file names none, as in Gazebo [N m]."""
+LEFT = ("leftfrontjoint", "leftrearjoint", "leftmiddlejoint", "leftjoint")
+RIGHT = ("rightfrontjoint", "rightrearjoint", "rightmiddlejoint", "rightjoint")
+_DIFFERENT = 0.05  # share from which the file and the wheels' shapes contradict each other
+_OUTPUTS = {
+    "odom": (True, ("publishodom",)),
+    "odom_tf": (True, ("publishodomtf", "broadcasttf", "publishtf")),
+    "wheel_tf": (False, ("publishwheeltf",)),
+    "joint_states": (False, ("publishwheeljointstate",)),
+}
+_READ = {
+    *LEFT,
+    *RIGHT,
+    *(name for _, names in _OUTPUTS.values() for name in names),
+    *("wheelseparation", "wheeldiameter", "wheelradius", "effectivetrackwidth"),
+    *("effectivewheelradius", "torque", "wheeltorque", "maxwheeltorque", "wheelacceleration"),
+    *("maxwheelacceleration", "maxlinearacceleration", "maxlinearvelocity", "updaterate"),
+    *("odompublishfrequency", "commandtopic", "topic", "odometrytopic", "odomtopic"),
+    *("odometryframe", "frameid", "robotbaseframe", "childframeid", "odometrysource"),
+    *("robotnamespace", "namespace", "ros", "remapping", "argument", "numwheelpairs", "plugin"),
+    # what changes nothing here
+    *("alwayson", "legacymode", "rosdebuglevel", "tftopic"),
+}
+
+
+def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | None:
+    """Read a plugin that names left and right wheels; None for another.
+
+    Raises:
+        RobotError: It names a joint that does not exist, or a value is invalid.
+    """
+    left, right = tuple(texts(plugin, *LEFT)), tuple(texts(plugin, *RIGHT))
+    if not left or not right:
+        return None
+    name = plugin.get("name") or plugin.get("filename") or "?"
+    place = f"plugin '{name}'"
+    for joint in left + right:
+        if joint not in urdf.joints:
+            problem = f"joint '{joint}' does not exist; {nearest(joint, urdf.joints)}"
+            raise xml.fail(place, problem)
+    if len(set(left + right)) < len(left + right):
+        raise xml.fail(place, "names a joint twice")
+    if sum(center(urdf, n)[1] for n in left) / len(left) < sum(
+        center(urdf, n)[1] for n in right
+    ) / len(right):
+        xml.note(f"{place}: its left wheels stand on the right, so left and right are exchanged")
+        left, right = right, left
+    _note_unread(xml, plugin, place)
+    separation, radius, track, rolling = _kinematics(xml, plugin, place, urdf, (left, right))
+    return DriveSettings(
+        left,
+        right,
+        separation,
+        radius,
+        value(xml, plugin, place, TORQUE, "torque", "wheeltorque", "maxwheeltorque"),
+        track,
+        rolling,
+        name,
+        value(
+            xml,
+            plugin,
+            place,
+            0.0,
+            *("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration"),
+        ),
+        value(xml, plugin, place, 0.0, "maxlinearvelocity"),
+        value(xml, plugin, place, 0.0, "updaterate", "odompublishfrequency"),
+        topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
+        topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
+        text_of(plugin, "odometryframe", "frameid", default="odom"),
+        text_of(plugin, "robotbaseframe", "childframeid"),
+        text_of(plugin, "odometrysource").lower() in ("1", "world"),
+        tuple(key for key, (on, names) in _OUTPUTS.items() if flag(plugin, on, *names)),
+    )
+
+
+def _kinematics(
+    xml: XmlFile, plugin: Element, place: str, urdf: Urdf, sides: tuple[tuple[str, ...], ...]
+) -> tuple[float, float, float, float]:
+    """Return separation and radius as the file says, and track and radius that the robot drives by.
+
+    Where the file's own numbers contradict its wheels, the robot drives by its wheels.
+    """
+    left, right = sides
+    by_shape = (wheel_separation(urdf, left, right), wheel_radius(urdf, left + right))
+    radius = value(xml, plugin, place, 0.0, "wheeldiameter") / 2
+    radius = radius or value(xml, plugin, place, 0.0, "wheelradius") or by_shape[1]
+    separation = value(xml, plugin, place, 0.0, "wheelseparation") or by_shape[0]
+    if not radius > 0.0:
+        raise xml.fail(place, "the wheels' radius is unknown; <wheel_diameter> gives it")
+    if not separation > 0.0:
+        raise xml.fail(place, "the wheels' separation is unknown; <wheel_separation> gives it")
+    track = value(xml, plugin, place, 0.0, "effectivetrackwidth")
+    rolling = value(xml, plugin, place, 0.0, "effectivewheelradius")
+    for name, said, seen in (
+        ("wheel_separation", separation, by_shape[0]),
+        ("wheel radius", radius, by_shape[1]),
+    ):
+        if seen > 0.0 and abs(said - seen) > _DIFFERENT * seen and not (track or rolling):
+            xml.note(
+                f"{place}: {name} is {said:g}, but the wheels have {seen:g}: it drives by that"
+            )
+    return (
+        separation,
+        radius,
+        track or effective_track(urdf, left, right) or separation,
+        rolling or by_shape[1] or radius,
+    )
+
+
+def _note_unread(xml: XmlFile, plugin: Element, place: str) -> None:
+    unread = sorted({child.tag for child in plugin.iter() if plain(child.tag) not in _READ})
+    if unread:
+        xml.note(f"{place}: not simulated: {', '.join(f'<{tag}>' for tag in unread)}")

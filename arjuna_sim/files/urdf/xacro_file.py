@@ -1,0 +1,116 @@
+"""Expanding xacro macros, where a robot's file has them."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import shlex
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from arjuna_core.errors import ConfigError, RobotError
+from arjuna_sim.files.search_path import SearchPath
+
+_MARK = b"xmlns:xacro"
+_ROOT = Path(__file__).resolve().parents[3]
+_WALL_SECONDS = 20.0  # for a child that waits; one that computes is stopped by its own limit
+
+
+@dataclass(frozen=True)
+class Expanded:
+    """A robot's file after its macros.
+
+    Attributes:
+        text: The URDF.
+        notes: What was missing, and what stands for it.
+        files: The files that it includes.
+    """
+
+    text: bytes
+    notes: tuple[str, ...] = ()
+    files: tuple[Path, ...] = ()
+
+
+def has_macros(path: Path, text: bytes) -> bool:
+    """Tell whether a robot's file has to be expanded."""
+    return path.suffix == ".xacro" or (_MARK in text and (b"<xacro:" in text or b"${" in text))
+
+
+def parse_arguments(words: list[str]) -> dict[str, str]:
+    """Read xacro arguments.
+
+    Args:
+        words: Each `name:=value`.
+
+    Raises:
+        ConfigError: A word is no argument.
+    """
+    for word in words:
+        if not word.partition(":=")[0].isidentifier() or ":=" not in word:
+            raise ConfigError(f"{word!r} is no argument of a robot; valid: name:=value")
+    return {name: value for name, _, value in (word.partition(":=") for word in words)}
+
+
+def split(text: str) -> dict[str, str]:
+    """Read xacro arguments written as in a shell, `name:=value 'other:=two words'`.
+
+    Raises:
+        ConfigError: A word is no argument, or a quote is not closed.
+    """
+    try:
+        return parse_arguments(shlex.split(text))
+    except ValueError as error:
+        raise ConfigError(f"'robot_arguments' {text!r}: {error}") from error
+
+
+def expand(path: Path, search: SearchPath, arguments: Mapping[str, str]) -> Expanded:
+    """Expand a robot's macros, in a process whose time and memory are limited.
+
+    What is missing (an include, a package, the value of an argument) is left out and noted.
+
+    Args:
+        path: The file.
+        search: Where `$(find package)` looks, before the folders around the file.
+        arguments: Values of xacro arguments.
+
+    Raises:
+        RobotError: It cannot be expanded.
+    """
+    if importlib.util.find_spec("xacro") is None:
+        problem = "has xacro macros, and the package xacro is not installed; a plain URDF is valid"
+        raise RobotError(path, problem)
+    request = {
+        "path": str(path.resolve()),
+        "arguments": dict(arguments),
+        "packages": [str(folder.resolve()) for folder in search.packages],
+        "models": [str(folder.resolve()) for folder in search.models],
+    }
+    answer = _ask(path, json.dumps(request))
+    if "error" in answer:
+        raise RobotError(path, f"xacro cannot expand it: {answer['error']}")
+    files = tuple(Path(name) for name in answer["files"])
+    return Expanded(answer["text"].encode(), tuple(answer["notes"]), files)
+
+
+def _ask(path: Path, request: str) -> dict[str, str]:
+    """Run the child; one that dies has hit a limit."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "arjuna_sim.files.urdf.xacro_child"],
+            input=request.encode(),
+            capture_output=True,
+            cwd=_ROOT,
+            timeout=_WALL_SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        problem = f"xacro cannot expand it: no end after {_WALL_SECONDS:g} s"
+        raise RobotError(path, problem) from error
+    if done.returncode != 0:
+        problem = "xacro cannot expand it: it takes more than 1 s of computing, or too much memory"
+        raise RobotError(path, problem)
+    answer: dict[str, str] = json.loads(done.stdout)
+    return answer

@@ -1,0 +1,210 @@
+"""Reading URDF and SDF: hardened XML, and numbers whose errors name the file and the place."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder  # parsing is defusedxml's
+
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import DefusedXMLParser
+
+from arjuna_core.errors import InputFileError
+from arjuna_sim.files.search_path import EscapeError, SearchPath
+from arjuna_sim.model.shapes import Mesh
+
+_BYTES_MAX = 20_000_000
+_ELEMENTS_MAX = 300_000
+_DEPTH_MAX = 100
+_TEXT_MAX = 1000
+_SIZE_MAX = 1e5  # [m]
+_PLACE_MAX = 1e6  # [m]
+
+
+class _Builder(TreeBuilder):
+    """Builds elements, as long as there are not too many of them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._count = self._depth = 0
+
+    def start(self, tag: str, attributes: dict[str, str], /) -> Element:
+        self._count += 1
+        self._depth += 1
+        if self._count > _ELEMENTS_MAX or self._depth > _DEPTH_MAX:
+            problem = f"it has more than {_ELEMENTS_MAX} elements, or more than {_DEPTH_MAX} nested"
+            raise ValueError(problem)
+        return super().start(tag, attributes)
+
+    def end(self, tag: str, /) -> Element:
+        self._depth -= 1
+        return super().end(tag)
+
+
+def parse_xml(text: bytes) -> Element:
+    """Parse plain XML: no DTD, no entities, no more elements than any robot or world has.
+
+    Raises:
+        ParseError: It is broken.
+        DefusedXmlException: It declares a DTD or entities.
+        ValueError: It is too large, or its encoding is unknown.
+    """
+    parser = DefusedXMLParser(target=_Builder(), forbid_dtd=True)
+    parser.feed(text)
+    root: Element = parser.close()
+    return root
+
+
+def read_bytes(path: Path, error: type[InputFileError]) -> bytes:
+    """Return a file's content.
+
+    Raises:
+        InputFileError: As `error`: the file is missing or too large.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise error(path, "cannot be read: it is no file")
+        size = path.stat().st_size
+        if size > _BYTES_MAX:
+            raise error(path, f"has {size} bytes; at most {_BYTES_MAX} are read")
+        return path.read_bytes()
+    except OSError as cause:
+        raise error(path, f"cannot be read: {cause.strerror}") from cause
+
+
+class XmlFile:
+    """A parsed file, and the helpers that turn its text into values.
+
+    Args:
+        path: The file.
+        tag: The tag its root must have.
+        error: The exception to raise.
+        text: The content, where it does not come from the file itself.
+        search: Where to look for what the file refers to; the environment's folders if None.
+
+    Raises:
+        InputFileError: As `error`: the file is missing, too large, broken or unsafe XML.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        tag: str,
+        error: type[InputFileError],
+        text: bytes | None = None,
+        search: SearchPath | None = None,
+    ) -> None:
+        self.path = path
+        self.error = error
+        self.text = read_bytes(path, error) if text is None else text
+        self.root = self._parse(tag)
+        self.search = SearchPath.of() if search is None else search
+        self.included: tuple[Path, ...] = (path.resolve(),)
+        self.beside: tuple[Path, ...] = (path,)
+        self.meshes: dict[Path, Mesh] = {}
+        self.notes: list[str] = []
+
+    def _parse(self, tag: str) -> Element:
+        try:
+            root = parse_xml(self.text)
+        except ParseError as error:
+            line = f"line {error.position[0]}"
+            raise self.error(self.path, f"is broken XML: {error.msg}", line) from error
+        except DefusedXmlException as error:
+            problem = f"declares a DTD or entities ({type(error).__name__}); plain XML is valid"
+            raise self.error(self.path, problem) from error
+        except (ValueError, LookupError) as error:
+            raise self.error(self.path, f"is no readable XML: {error}") from error
+        if len(root.get("name", "")) > _TEXT_MAX:
+            raise self.error(self.path, f"has a name of more than {_TEXT_MAX} characters")
+        if root.tag != tag:
+            raise self.error(self.path, f"has the root <{root.tag}>; valid: <{tag}>")
+        return root
+
+    def fail(self, place: str, problem: str) -> InputFileError:
+        """Return the exception to raise for a place in this file."""
+        return self.error(self.path, problem, place)
+
+    def note(self, text: str) -> None:
+        """Keep one line on what was read but is not simulated."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+    def find(self, uri: str, place: str) -> Path | None:
+        """Return the file that a path or URI of this file, or of one it includes, leads to.
+
+        Raises:
+            InputFileError: It leads out of its package, model or folder.
+        """
+        try:
+            found = (self.search.find(file, uri) for file in self.beside)
+            return next((path for path in found if path is not None), None)
+        except EscapeError as error:
+            raise self.fail(place, str(error)) from error
+
+    def attribute(self, element: Element, name: str, place: str) -> str:
+        """Return an attribute that must be there."""
+        value = element.get(name)
+        if value is None or not value.strip():
+            raise self.fail(place, f"<{element.tag}> lacks the attribute '{name}'")
+        if len(value) > _TEXT_MAX:
+            problem = (
+                f"the attribute '{name}' has {len(value)} characters; valid: up to {_TEXT_MAX}"
+            )
+            raise self.fail(f"<{element.tag}>", problem)
+        return value.strip()
+
+    def child(self, element: Element, path: str, place: str) -> Element:
+        """Return a child that must be there."""
+        found = element.find(path)
+        if found is None:
+            raise self.fail(place, f"<{element.tag}> lacks <{path}>")
+        return found
+
+    def numbers(self, text: str, count: int, place: str) -> tuple[float, ...]:
+        """Return `count` finite numbers of a text."""
+        words = text.split()
+        if len(words) != count:
+            raise self.fail(place, f"has {len(words)} numbers ({text!r}); valid: {count}")
+        try:
+            values = tuple(float(word) for word in words)
+        except ValueError as error:
+            raise self.fail(place, f"{text!r} is not {count} numbers") from error
+        if not all(math.isfinite(value) for value in values):
+            raise self.fail(place, f"{text!r} must be finite")
+        return values
+
+    def positive(self, text: str, count: int, place: str) -> tuple[float, ...]:
+        """Return `count` finite numbers above zero."""
+        values = self.numbers(text, count, place)
+        if min(values) <= 0.0:
+            raise self.fail(place, f"{text!r} must be above zero")
+        return values
+
+    def sizes(self, text: str, count: int, place: str) -> tuple[float, ...]:
+        """Return `count` lengths above zero, of which none is larger than a landscape."""
+        values = self.positive(text, count, place)
+        if max(values) > _SIZE_MAX:
+            raise self.fail(place, f"{text!r} is too large; valid: up to {_SIZE_MAX:g}")
+        return values
+
+    def position(self, text: str, place: str) -> tuple[float, ...]:
+        """Return three coordinates within reach."""
+        values = self.numbers(text, 3, place)
+        if max(map(abs, values)) > _PLACE_MAX:
+            raise self.fail(place, f"{text!r} is too far; valid: up to {_PLACE_MAX:g}")
+        return values
+
+    def count(self, element: Element | None, path: str, default: int, place: str) -> int:
+        """Return the number in a child's text cut to a whole one, or the default."""
+        value = self.number(element, path, default, place)
+        if abs(value) > _PLACE_MAX:
+            raise self.fail(f"{place} <{path}>", f"{value:g} is too large")
+        return int(value)
+
+    def number(self, element: Element | None, path: str, default: float, place: str) -> float:
+        """Return the number in a child's text, or the default where there is no such child."""
+        text = None if element is None else element.findtext(path)
+        if text is None:
+            return default
+        return self.numbers(text, 1, f"{place} <{path}>")[0]

@@ -1,0 +1,1 @@
+"""Robots, worlds and entities as plain values."""

@@ -1,0 +1,232 @@
+"""Entities: the things in a world that can be named, moved, spawned and deleted."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.errors import ArjunaError
+from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.files.sdf.sdf import GROUND, World
+from arjuna_sim.files.urdf.urdf import Urdf
+from arjuna_sim.model.actors import Actor, Trajectory
+from arjuna_sim.model.shapes import Group, Kind, Part, add_part, corners
+
+_PREFIX = "entity:"
+_THIN = 1e-3  # least extent that inertia is computed with [m]
+
+
+class EntityError(ArjunaError):
+    """An entity cannot be what was asked for; nothing has changed."""
+
+
+class UnknownEntityError(EntityError):
+    """No entity has this name."""
+
+
+class PlaceTakenError(EntityError):
+    """An entity would stand in the robot."""
+
+
+class Category(Enum):
+    """What kind of thing an entity is, in the numbers of simulation_interfaces."""
+
+    OBJECT = 0
+    ROBOT = 1
+    HUMAN = 2
+    DYNAMIC_OBJECT = 4
+    STATIC_OBJECT = 5
+
+
+@dataclass(frozen=True)
+class Entity:
+    """Something in a world beside the robot and the ground.
+
+    Attributes:
+        name: Its name, unique in the simulation.
+        solid: The parts that stop robots and rays, in its own frame.
+        drawn: The parts that are only drawn, in its own frame.
+        start: Where it stands at first.
+        mass: What it weighs, where it can be pushed; 0 holds it where it is put [kg].
+        trajectory: How it moves by itself, if it does.
+        spawned: Whether a client put it there, rather than the world's file.
+        category: What kind of thing it is.
+        description: One line on where it comes from.
+    """
+
+    name: str
+    solid: tuple[Part, ...]
+    drawn: tuple[Part, ...] = ()
+    start: Pose3 = ORIGIN
+    mass: float = 0.0
+    trajectory: Trajectory | None = None
+    spawned: bool = False
+    category: Category = Category.STATIC_OBJECT
+    description: str = ""
+
+    @property
+    def body(self) -> str:
+        """Name of its MuJoCo body."""
+        return _PREFIX + self.name
+
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the least and the greatest corner of what is solid, in its own frame [m]."""
+        return bounds(self.solid or self.drawn)
+
+    def lifted(self, pose: Pose3) -> Pose3:
+        """Return a pose so high that, where it can be pushed, nothing of it is below height 0.
+
+        It would be thrown out of the ground there.
+        """
+        lowest = float(self.corners(pose)[:, 2].min())
+        if self.mass == 0.0 or lowest >= 0.0:
+            return pose
+        x, y, z = pose.position
+        return Pose3((x, y, z - lowest), pose.quaternion)
+
+    def corners(self, pose: Pose3) -> NDArray[np.float64]:
+        """Return the corners of its bounding box where it stands, `(8, 3) float64` [m]."""
+        sides = np.stack(self.bounds())
+        picks = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+        return pose.apply(np.take_along_axis(sides, np.array(picks), axis=0))
+
+
+@dataclass(frozen=True)
+class EntityMotion:
+    """Where an entity is and how it moves, in the world.
+
+    Attributes:
+        pose: Its pose.
+        linear: Velocity of its origin [m/s].
+        angular: Turn rates [rad/s].
+    """
+
+    pose: Pose3
+    linear: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    angular: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+def bounds(parts: Iterable[Part]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the least and the greatest corner of parts, `(3,) float64` each [m]."""
+    points = [np.zeros((0, 3)), *(part.pose.apply(corners(part.shape)) for part in parts)]
+    found = np.vstack(points)
+    if not len(found):
+        return np.zeros(3), np.zeros(3)
+    return found.min(axis=0), found.max(axis=0)
+
+
+def model_names(world: World) -> tuple[str, ...]:
+    """Return the names of a world's models, the ground's left out, in the file's order."""
+    flat = {b.model for b in world.bodies if b.part.shape.kind is Kind.PLANE}
+    return tuple(
+        dict.fromkeys(b.model for b in world.bodies if b.model not in flat and b.model != GROUND)
+    )
+
+
+def entity_of_model(world: World, name: str) -> Entity:
+    """Return a model of a world as an entity that stands where the world has it."""
+    bodies = [body for body in world.bodies if body.model == name]
+    T_world_model = bodies[0].T_world_model
+    parts: dict[bool, list[Part]] = {True: [], False: []}
+    for body in bodies:
+        pose = T_world_model.inverse() @ body.part.pose
+        parts[body.collides].append(Part(body.part.shape, pose, body.part.rgba))
+    about = f"a model of the world '{world.name}'"
+    return Entity(name, tuple(parts[True]), tuple(parts[False]), T_world_model, description=about)
+
+
+def entity_of_actor(actor: Actor) -> Entity:
+    """Return an actor as an entity that follows its waypoints."""
+    return Entity(
+        actor.name,
+        actor.parts,
+        start=Pose3.from_se2(actor.start),
+        trajectory=actor.trajectory,
+        category=Category.HUMAN,
+        description="an actor",
+    )
+
+
+def moving_entities(world: World) -> dict[str, Entity]:
+    """Return what a world holds that can move, by name: its actors, and models to be pushed."""
+    moving = {actor.name: entity_of_actor(actor) for actor in world.actors}
+    for name, mass in world.masses.items():
+        model, category = entity_of_model(world, name), Category.DYNAMIC_OBJECT
+        moving[name] = dataclasses.replace(model, mass=mass, category=category)
+    return moving
+
+
+def entity_of_robot(urdf: Urdf) -> Entity:
+    """Return a robot, all its joints at 0, as one rigid entity."""
+    solid, drawn, mass = [], [], 0.0
+    for name, link in urdf.links.items():
+        T_root = urdf.T_root(name)
+        solid += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.collisions]
+        drawn += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.visuals]
+        mass += 0.0 if link.inertial is None else link.inertial.mass
+    about = f"the robot of {urdf.path.name}"
+    return Entity(
+        urdf.name,
+        tuple(solid),
+        tuple(drawn),
+        mass=mass,
+        category=Category.ROBOT,
+        description=about,
+    )
+
+
+def add_entity(spec: Any, entity: Entity) -> int:
+    """Add an entity to a MuJoCo world.
+
+    One that is held or follows a path is a mocap body: nothing moves it but `Stage`. One with a
+    mass is a free body, with the inertia of its bounding box.
+
+    Args:
+        spec: The `mujoco.MjSpec`.
+        entity: What to add.
+
+    Returns:
+        How many geoms it has.
+    """
+    held = entity.mass == 0.0
+    body = spec.worldbody.add_body(
+        name=entity.body, pos=entity.start.position, quat=entity.start.quaternion, mocap=held
+    )
+    geoms = [
+        geom
+        for parts, group in (
+            (entity.solid, Group.WORLD_COLLISION),
+            (entity.drawn or entity.solid, Group.WORLD_VISUAL),
+        )
+        for part in parts
+        for geom in add_part(spec, body, part, group)
+    ]
+    if not held:
+        body.add_freejoint(name=entity.body)
+        _set_mass(body, entity)
+        for geom in geoms:  # it meets the world and its like, as robots do
+            geom.conaffinity = geom.contype
+    return len(geoms)
+
+
+def _set_mass(body: Any, entity: Entity) -> None:
+    low, high = entity.bounds()
+    x, y, z = np.maximum(high - low, _THIN) ** 2
+    body.mass, body.ipos, body.explicitinertial = entity.mass, (low + high) / 2, True
+    body.inertia = np.array([y + z, x + z, x + y]) * entity.mass / 12.0
+
+
+def handle(model: Any, entity: Entity) -> tuple[int, int, int]:
+    """Return an entity's addresses: mocap index (-1 for a free body), in qpos, in qvel."""
+    body = model.body(entity.body)
+    mocap = int(model.body_mocapid[body.id])
+    if mocap >= 0:
+        return mocap, -1, -1
+    joint = model.joint(entity.body)
+    return -1, int(joint.qposadr[0]), int(joint.dofadr[0])

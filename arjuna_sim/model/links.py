@@ -1,0 +1,109 @@
+"""What links lack: masses of moving parts, and the friction of what slides along."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from arjuna_sim.files.urdf.urdf import Urdf
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.inertia import Inertial, estimated, of_parts, volume_of
+from arjuna_sim.model.settings import DriveSettings, GazeboSettings
+from arjuna_sim.model.shapes import Kind, corners
+
+CASTER_FRICTION = 0.01
+"""Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
+_PLAUSIBLE = 20.0  # a body lighter than this lacks masses that its file forgot [kg/m^3]
+_TOUCHES = 0.008  # how far off the ground a caster may be [m]
+_LEAST = 0.01  # mass of a moving part without mass or shape [kg]
+_GRIP = 0.8
+
+
+def complete_masses(xml: XmlFile, urdf: Urdf) -> Urdf:
+    """Give each part that moves a mass: by its shapes, where its links have none.
+
+    Each such link is noted. A link without mass beside links with a plausible one stays massless.
+    """
+    links = dict(urdf.links)
+    for group in rigid_groups(urdf):
+        given = sum(i.mass for n in group if (i := urdf.links[n].inertial) is not None)
+        parts = [part for n in group for part in urdf.links[n].collisions]
+        without = [n for n in group if urdf.links[n].inertial is None]
+        if given > 0.0 and (not parts or given > _PLAUSIBLE * volume_of(parts)):
+            continue
+        for name in without:
+            found = estimated(urdf.links[name].collisions)
+            if found is not None:
+                xml.note(
+                    f"link '{name}': has no <inertial>: {found.mass:.3g} kg and its inertia are"
+                    " computed from its shapes"
+                )
+                links[name] = dataclasses.replace(urdf.links[name], inertial=found)
+        if given == 0.0 and all(links[n].inertial is None for n in group):
+            links[group[0]] = dataclasses.replace(links[group[0]], inertial=_least(urdf, group))
+            xml.note(f"link '{group[0]}': has neither mass nor solid shape: it gets {_LEAST} kg")
+    return dataclasses.replace(urdf, links=links)
+
+
+def _least(urdf: Urdf, group: list[str]) -> Inertial:
+    parts = [part for part in urdf.links[group[0]].visuals if part.shape.kind is not Kind.PLANE]
+    return of_parts(parts, _LEAST)
+
+
+def rigid_groups(urdf: Urdf) -> list[list[str]]:
+    """Return the links that fixed joints hold together, each group's root first."""
+    group_of: dict[str, list[str]] = {}
+    fixed = {j.child: j.parent for j in urdf.joints.values() if j.kind == "fixed"}
+    groups = []
+    for name in urdf.links:
+        chain = [name]
+        while chain[-1] in fixed and chain[-1] not in group_of:
+            chain.append(fixed[chain[-1]])
+        top = chain[-1]
+        if top not in group_of:
+            group_of[top] = [top]
+            groups.append(group_of[top])
+        for link in reversed(chain[:-1]):
+            group_of[link] = group_of[top]
+            group_of[top].append(link)
+    return groups
+
+
+def friction_of(
+    xml: XmlFile, urdf: Urdf, settings: GazeboSettings, drive: DriveSettings
+) -> dict[str, float]:
+    """Return the friction of links: as the file says, low where a fixed shape slides along.
+
+    A robot that Gazebo moved without its wheels' help gets wheels that grip.
+    """
+    friction = dict(settings.friction)
+    wheels = {urdf.joints[name].child for name in drive.wheels}
+    if settings.planar:
+        friction |= {name: max(friction.get(name, 1.0), _GRIP) for name in wheels}
+    if not wheels:
+        return friction
+    lowest = {name: low for name in urdf.links if (low := _lowest(urdf, name)) < np.inf}
+    ground = min((lowest[name] for name in wheels if name in lowest), default=-np.inf)
+    carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
+    for name, low in lowest.items():
+        is_free = name not in friction or not drive.plugin  # a guess needs something that rolls
+        if name in carried and is_free and low < ground + _TOUCHES:
+            friction[name] = CASTER_FRICTION
+            if not _is_ball(urdf, name):
+                xml.note(f"link '{name}': slides along on the ground, as a caster")
+    return friction
+
+
+def _is_ball(urdf: Urdf, name: str) -> bool:
+    return all(part.shape.kind is Kind.SPHERE for part in urdf.links[name].collisions)
+
+
+def _lowest(urdf: Urdf, name: str) -> float:
+    """Return how low a link's solid shapes reach in the root's frame [m], inf without any."""
+    T = urdf.T_root(name)
+    heights = [
+        float((T @ part.pose).apply(corners(part.shape))[:, 2].min())
+        for part in urdf.links[name].collisions
+    ]
+    return min(heights, default=np.inf)

@@ -1,0 +1,95 @@
+"""Which entities a client means: by name, category, tags or place."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from simulation_interfaces.msg import Bounds, EntityInfo, Result, TagsFilter
+
+from arjuna_core.errors import ArjunaError
+from arjuna_sim.model.entities import Entity
+from arjuna_sim.nodes.messages import pose3_from_msg
+
+_PATTERN_MAX = 256
+
+
+class FilterError(ArjunaError):
+    """A filter cannot be applied.
+
+    Args:
+        code: The result's code.
+        problem: What is wrong and what is valid.
+    """
+
+    def __init__(self, code: int, problem: str) -> None:
+        self.code = code
+        super().__init__(problem)
+
+
+def matching(found: list[tuple[Entity, EntityInfo, Any]], filters: Any) -> list[Entity]:
+    """Return the entities that pass all of an EntityFilters message, in their order.
+
+    Args:
+        found: Each entity with its description and its pose in the world.
+        filters: The message; what is empty does not restrict.
+
+    Raises:
+        FilterError: The pattern is no regular expression, or the bounds cannot be used.
+    """
+    name = _pattern(filters.filter)
+    categories = {item.category for item in filters.categories}
+    inside = _space(filters.bounds)
+    return [
+        entity
+        for entity, info, pose in found
+        if name.search(entity.name)
+        and (not categories or info.category.category in categories)
+        and _tagged(info.tags, filters.tags)
+        and (inside is None or _overlaps(inside, entity.corners(pose3_from_msg(pose))))
+    ]
+
+
+def _pattern(text: str) -> re.Pattern[str]:
+    if len(text) > _PATTERN_MAX:
+        problem = f"the filter has {len(text)} characters; at most {_PATTERN_MAX} are valid"
+        raise FilterError(Result.RESULT_OPERATION_FAILED, problem)
+    try:
+        return re.compile(text)
+    except re.error as error:
+        problem = f"the filter '{text}' is no regular expression: {error}"
+        raise FilterError(Result.RESULT_OPERATION_FAILED, problem) from error
+
+
+def _tagged(tags: list[str], wanted: TagsFilter) -> bool:
+    if not wanted.tags:
+        return True
+    held = [tag in tags for tag in wanted.tags]
+    return all(held) if wanted.filter_mode == TagsFilter.FILTER_MODE_ALL else any(held)
+
+
+def _space(bounds: Bounds) -> tuple[int, NDArray[np.float64]] | None:
+    """Return a filter's box or sphere; None where it does not restrict."""
+    if bounds.type == Bounds.TYPE_EMPTY:
+        return None
+    if bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
+        problem = f"bounds of type {bounds.type} are not supported; valid: 1 (box), 3 (sphere)"
+        raise FilterError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
+    points = np.array([[p.x, p.y, p.z] for p in bounds.points]).reshape(-1, 3)
+    if len(points) != 2 or not np.isfinite(points).all():
+        problem = f"bounds of a box or sphere need 2 finite points, got {len(points)}"
+        raise FilterError(Result.RESULT_OPERATION_FAILED, problem)
+    return bounds.type, points
+
+
+def _overlaps(space: tuple[int, NDArray[np.float64]], corners: NDArray[np.float64]) -> bool:
+    """Tell whether a box or sphere meets the upright box around corners."""
+    kind, (first, second) = space
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    if kind == Bounds.TYPE_SPHERE:
+        nearest = np.clip(first, low, high)
+        return bool(np.linalg.norm(nearest - first) <= second[0])
+    least, greatest = np.minimum(first, second), np.maximum(first, second)
+    return bool((low <= greatest).all() and (high >= least).all())

@@ -1,0 +1,130 @@
+"""simulation_interfaces: what can be spawned, and spawning it."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from typing import TYPE_CHECKING, Any
+
+from simulation_interfaces.msg import Resource, Result, Spawnable, SpawnResult
+from simulation_interfaces.srv import GetSpawnables, SpawnEntities, SpawnEntity
+
+from arjuna_core.errors import ArjunaError
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.library import ResourceError
+from arjuna_sim.files.spawned import read_entity
+from arjuna_sim.model.actors import Trajectory
+from arjuna_sim.model.entities import Entity, PlaceTakenError
+from arjuna_sim.nodes.services.entities import ALIAS, EntityServices
+from arjuna_sim.nodes.services.results import OK, RequestError, resource_refusal
+
+if TYPE_CHECKING:
+    from arjuna_sim.nodes.sim import SimNode
+
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./:-]{0,127}")
+_NAMESPACE = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+_EXAMPLES = ("box:0.5,0.5,1.0", "cylinder:0.2,1.0", "sphere:0.25", "person")
+
+
+class SpawnServices:
+    """Serves what brings entities into the world.
+
+    Args:
+        node: The simulator's node, being configured.
+        entities: Knows what is there already.
+    """
+
+    def __init__(self, node: SimNode, entities: EntityServices) -> None:
+        self._node = node
+        self._entities = entities
+        for service, name, answer in (
+            (GetSpawnables, "get_spawnables", self._get_spawnables),
+            (SpawnEntity, "spawn_entity", self._spawn),
+            (SpawnEntities, "spawn_entities", self._spawn_all),
+        ):
+            node.serve(service, name, entities.answering(answer))
+
+    def _get_spawnables(self, request: Any, response: Any) -> None:
+        if request.sources:
+            problem = "only the simulator's own sources are searched; leave sources empty"
+            raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
+        library = self._node.library
+        uris = [*_EXAMPLES, *(str(folder) for folder in library.models())]
+        abouts = dict.fromkeys(_EXAMPLES, "a simple shape; other sizes work as well")
+        response.spawnables = [
+            Spawnable(entity_resource=Resource(uri=uri), description=abouts.get(uri, "a model"))
+            for uri in uris
+        ]
+
+    def _spawn(self, request: Any, response: Any) -> None:
+        response.entity_name = self._spawn_one(request)
+
+    def _spawn_all(self, request: Any, response: Any) -> None:
+        for item in request.spawn_requests:
+            result = SpawnResult(result=OK)
+            try:
+                result.entity_name = self._spawn_one(item)
+            except RequestError as error:
+                result.result = error.result
+            response.results.append(result)
+        failed = sum(r.result.result != Result.RESULT_OK for r in response.results)
+        if failed:
+            problem = f"{failed} of {len(response.results)} entities were not spawned"
+            raise RequestError(SpawnEntities.Response.ENTITIES_SPAWN_FAILED, problem)
+
+    def _spawn_one(self, request: Any) -> str:
+        """Spawn what a request asks for; return its name."""
+        codes = SpawnEntity.Response
+        if request.name and not _NAME.fullmatch(request.name):
+            problem = f"name '{request.name}' is invalid; valid: letters, digits and _ . / : -"
+            raise RequestError(codes.NAME_INVALID, problem)
+        if not request.name and not request.allow_renaming:
+            problem = "the name is empty; give one, or allow renaming"
+            raise RequestError(codes.NAME_INVALID, problem)
+        if request.entity_namespace and not _NAMESPACE.fullmatch(request.entity_namespace):
+            problem = f"namespace '{request.entity_namespace}' is invalid; valid: as /a/b"
+            raise RequestError(codes.NAMESPACE_INVALID, problem)
+        resource = request.entity_resource
+        try:
+            entity = read_entity(resource.uri, resource.resource_string, self._node.library)
+        except ResourceError as error:
+            raise RequestError(*_parts(resource_refusal(codes, error))) from error
+        name = self._free_name(request.name or entity.name, request.allow_renaming)
+        start = request.initial_pose
+        pose = self._entities.pose(start.header.frame_id, start.pose, codes.INVALID_POSE)
+        self._put(placed(entity, name, pose))
+        return name
+
+    def _put(self, entity: Entity) -> None:
+        try:
+            self._node.simulator.stage.spawn(entity)
+        except PlaceTakenError as error:
+            raise RequestError(SpawnEntity.Response.INVALID_POSE, str(error)) from error
+        except ArjunaError as error:  # MuJoCo refuses it
+            code = SpawnEntity.Response.RESOURCE_PARSE_ERROR
+            raise RequestError(code, str(error)) from error
+
+    def _free_name(self, name: str, renaming: bool) -> str:
+        taken = {ALIAS, *(entity.name for entity in self._entities.entities())}
+        if name not in taken:
+            return name
+        if not renaming:
+            problem = f"the name '{name}' is taken; give another, or allow renaming"
+            raise RequestError(SpawnEntity.Response.NAME_NOT_UNIQUE, problem)
+        number = 1
+        while f"{name}_{number}" in taken:
+            number += 1
+        return f"{name}_{number}"
+
+
+def placed(entity: Entity, name: str, pose: Pose3) -> Entity:
+    """Return an entity under a name at a pose, with its path; a free one stands on the ground."""
+    path: Trajectory | None = entity.trajectory
+    if path is not None:
+        T = pose.planar()
+        path = dataclasses.replace(path, poses=tuple(T @ point for point in path.poses))
+    return dataclasses.replace(entity, name=name, start=entity.lifted(pose), trajectory=path)
+
+
+def _parts(result: Result) -> tuple[int, str]:
+    return result.result, result.error_message

@@ -1,0 +1,1 @@
+"""What MuJoCo sees: robot, world and entities as one model."""

@@ -1,0 +1,130 @@
+"""Where a robot can stand: on the ground below it, clear of the world's models."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from arjuna_core.errors import WorldError
+from arjuna_core.pose3 import Pose3
+from arjuna_core.se2 import SE2
+from arjuna_sim.model.shapes import Group
+from arjuna_sim.physics.stage import Stage
+
+_TOP, _BOTTOM = 3.0, -5.0  # between which floors are looked for [m]
+_STEP = 0.25  # how much higher than the lowest a floor may be; what is higher is a roof [m]
+_BELOW = 1e-4  # a ray goes on so far below what it hit [m]
+_RAYS_MAX = 40
+_WIDE, _LEVEL = 1.0, 0.05  # a floor is as high in most directions this far away [m]
+_RADIUS_MAX, _RING = 3.0, 0.1  # how far, and in which steps, a free place is looked for [m]
+_DIRECTIONS = 16
+_HEADINGS = 8
+_HIT = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
+
+
+class Placer:
+    """Finds places for the robot of a stage.
+
+    Args:
+        stage: Holds the world as it is now.
+    """
+
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
+
+    def place(self, pose: SE2) -> Pose3:
+        """Return where the robot's root is when it stands at a pose, blocked or not."""
+        return next((placed for placed, touched in self._tries(pose) if not touched), None) or next(
+            placed for placed, _ in self._tries(pose)
+        )
+
+    def touched(self, pose: SE2) -> tuple[str, ...]:
+        """Return the names of what the robot would touch at a pose; none where it can stand."""
+        tries = list(self._tries(pose))
+        return () if any(not touched for _, touched in tries) else tries[0][1]
+
+    def nearest_free(self, pose: SE2) -> SE2:
+        """Return the free pose nearest to one that may be blocked, of the same heading.
+
+        Any but the pose itself is free whichever way the robot turns there.
+
+        Raises:
+            WorldError: No place within 3 m is free.
+        """
+        if not self.touched(pose):
+            return pose
+        for is_ground in (True, False):  # a raised floor only where the ground is nowhere free
+            found = self._nearest(pose, is_ground)
+            if found is not None:
+                return found
+        problem = f"no place within {_RADIUS_MAX:g} m of ({pose.x:g}, {pose.y:g}) is free"
+        raise WorldError(self._stage.world.path, f"{problem} for the robot")
+
+    def _nearest(self, pose: SE2, is_ground: bool) -> SE2 | None:
+        for ring in range(1, round(_RADIUS_MAX / _RING) + 1):
+            for step in range(_DIRECTIONS):
+                angle = pose.theta + 2.0 * math.pi * step / _DIRECTIONS
+                x = pose.x + ring * _RING * math.cos(angle)
+                y = pose.y + ring * _RING * math.sin(angle)
+                turns = [pose.theta + 2.0 * math.pi * i / _HEADINGS for i in range(_HEADINGS)]
+                if all(self._is_free(SE2(x, y, turn), is_ground) for turn in turns):
+                    return SE2(x, y, pose.theta)
+        return None
+
+    def _is_free(self, pose: SE2, is_ground: bool) -> bool:
+        tries = self._tries(pose)
+        return not next(tries)[1] or (not is_ground and any(not names for _, names in tries))
+
+    def _tries(self, pose: SE2) -> Iterator[tuple[Pose3, tuple[str, ...]]]:
+        """Yield the robot's places at a pose, on one floor after the other, and what it touches."""
+        mujoco.mj_kinematics(self._stage.scene.model, self._stage.data)
+        lowest, *higher = self._levels(pose.x, pose.y) or [0.0]
+        steps = [level for level in higher if level < lowest + _STEP]
+        floors = [lowest, *(level for level in steps if self._is_floor(pose, level))]
+        for level in floors:
+            placed = Pose3.from_se2(pose, self._stage.scene.ride_height + level)
+            yield placed, self._contacts_at(placed)
+
+    def _levels(self, x: float, y: float) -> list[float]:
+        """Return the heights of all surfaces above the highest plane at a point, rising [m]."""
+        model, data = self._stage.scene.model, self._stage.data
+        is_plane = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+        is_solid = model.geom_group == Group.WORLD_COLLISION.value
+        planes = data.geom_xpos[is_plane & is_solid, 2].tolist()
+        ground = max((height for height in planes if height < _TOP), default=_BOTTOM)
+        found = {round(ground, 6)} if planes else set()
+        inside: set[int] = set()
+        height, geom = _TOP, np.zeros(1, np.int32)
+        for _ in range(_RAYS_MAX):
+            start, down = np.array([x, y, height]), np.array([0.0, 0.0, -1.0])
+            distance = mujoco.mj_ray(model, data, start, down, _HIT, 1, -1, geom)
+            if distance < 0.0 or height - distance < ground + _BELOW:
+                break
+            height -= float(distance)
+            if int(geom[0]) not in inside:  # else it is the underside
+                found.add(round(height, 6))
+            inside ^= {int(geom[0])}
+            height -= _BELOW
+        return sorted(found)
+
+    def _is_floor(self, pose: SE2, level: float) -> bool:
+        """Tell whether a surface goes on around the robot, rather than tops a box."""
+        around = [
+            self._levels(pose.x + _WIDE * math.cos(angle), pose.y + _WIDE * math.sin(angle))
+            for angle in np.arange(8) * math.pi / 4
+        ]
+        near = [any(abs(other - level) < _LEVEL for other in levels) for levels in around]
+        return sum(near) >= len(near) // 2
+
+    def _contacts_at(self, placed: Pose3) -> tuple[str, ...]:
+        model, data = self._stage.scene.model, self._stage.data
+        positions, (at, _) = data.qpos.copy(), self._stage.scene.base
+        data.qpos[at : at + 7] = (*placed.position, *placed.quaternion)
+        mujoco.mj_fwdPosition(model, data)
+        touched = self._stage.contacts()
+        data.qpos[:] = positions
+        mujoco.mj_fwdPosition(model, data)
+        return touched

@@ -1,0 +1,160 @@
+"""Robot and world compiled into one MuJoCo model, and where to find things in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.errors import RobotError
+from arjuna_sim.devices.camera import add_camera
+from arjuna_sim.files.sdf.sdf import World
+from arjuna_sim.model.entities import Entity, add_entity
+from arjuna_sim.model.robot import BODY_JOINT, Robot, ServoConfig, add_robot, wheel_sign
+from arjuna_sim.model.shapes import Group
+from arjuna_sim.model.wheels import turns_by_sliding
+from arjuna_sim.model.world import add_world
+
+_SOLVER_TOLERANCE = 1e-6
+_FIRM = 0.3  # stiffness of friction against the normal force's; wide wheels fight themselves above
+_SOFT = 0.04  # of robots that turn by sliding: any firmer, and a sliding wheel hops
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A compiled model.
+
+    Attributes:
+        model: The `mujoco.MjModel`.
+        base: Address of the robot's root in qpos (7 values) and qvel (6 values).
+        rates: How many values of qvel are the robot's; they are the first.
+        joint_position: Addresses of the moving joints in qpos, in the robot's order.
+        joint_velocity: Addresses of the moving joints in qvel, in the robot's order.
+        left: Addresses of the left wheels in qpos.
+        right: Addresses of the right wheels in qpos.
+        left_sign: +1 where positive turning drives forward, else -1.
+        right_sign: As `left_sign`.
+        names: For each geom the model it belongs to, "" for the robot and the ground.
+        is_obstacle: For each geom whether it has such a name, `(G,) bool`.
+        is_robot: For each geom whether it is a collision shape of the robot, `(G,) bool`.
+        ride_height: Height of the robot's root above the ground when it stands [m].
+    """
+
+    model: Any
+    base: tuple[int, int]
+    rates: int
+    joint_position: NDArray[np.int64]
+    joint_velocity: NDArray[np.int64]
+    left: NDArray[np.int64]
+    right: NDArray[np.int64]
+    left_sign: NDArray[np.float64]
+    right_sign: NDArray[np.float64]
+    names: tuple[str, ...]
+    is_obstacle: NDArray[np.bool_]
+    is_robot: NDArray[np.bool_]
+    ride_height: float
+
+
+def build_scene(
+    robot: Robot,
+    world: World,
+    servo: ServoConfig,
+    timestep: float,
+    entities: tuple[Entity, ...] = (),
+) -> Scene:
+    """Compile a robot in a world.
+
+    Args:
+        robot: The robot.
+        world: The world.
+        servo: How the wheels are driven.
+        timestep: Of the physics [s].
+        entities: What moves by itself, was moved or was spawned.
+
+    Raises:
+        RobotError: MuJoCo refuses the robot or the world, with its reason.
+    """
+    spec = mujoco.MjSpec()
+    _set_physics(
+        spec, timestep, _SOFT if turns_by_sliding(robot.urdf, robot.wheel_joints) else _FIRM
+    )
+    models = add_world(spec, world)
+    add_robot(spec, robot, servo)
+    if robot.settings.camera is not None:
+        add_camera(spec, robot.settings.camera)
+    owners = [entity.name for entity in entities for _ in range(add_entity(spec, entity))]
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise RobotError(robot.urdf.path, f"cannot be simulated: {reason}") from error
+    return _index(model, robot, models, owners)
+
+
+def _set_physics(spec: Any, timestep: float, friction_stiffness: float) -> None:
+    """Choose the solver: an elliptic cone makes friction the same in all directions."""
+    spec.option.timestep = timestep
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = friction_stiffness
+    spec.option.tolerance = _SOLVER_TOLERANCE
+    spec.compiler.balanceinertia = True
+    spec.compiler.degree = False
+
+
+def _index(model: Any, robot: Robot, models: list[str], owners: list[str]) -> Scene:
+    """Find things; geoms are in the order of their bodies: the world, the robot, the entities."""
+
+    def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
+        return np.array([model.joint(name).qposadr[0] for name in names], np.int64)
+
+    def signs(names: tuple[str, ...]) -> NDArray[np.float64]:
+        return np.array([wheel_sign(robot.urdf.path, robot.urdf, name) for name in names])
+
+    moving = robot.moving_joints
+    base = model.joint(BODY_JOINT)
+    names = [*models, *[""] * (model.ngeom - len(models) - len(owners)), *owners]
+    return Scene(
+        model,
+        (int(base.qposadr[0]), int(base.dofadr[0])),
+        int(np.isin(model.body_rootid[model.dof_bodyid], base.bodyid).sum()),
+        positions(moving),
+        np.array([model.joint(name).dofadr[0] for name in moving], np.int64),
+        positions(robot.drive.left),
+        positions(robot.drive.right),
+        signs(robot.drive.left),
+        signs(robot.drive.right),
+        tuple(names),
+        np.array([name != "" for name in names]),
+        model.geom_group == Group.ROBOT_COLLISION.value,
+        _ride_height(model),
+    )
+
+
+def _ride_height(model: Any) -> float:
+    """Return how far the lowest point of the robot lies below its root."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    lowest = [
+        data.geom_xpos[geom][2] + _lowest(model, geom, data.geom_xmat[geom][6:9])
+        for geom in range(model.ngeom)
+        if model.geom_group[geom] == Group.ROBOT_COLLISION.value
+    ]
+    return -float(min(lowest, default=0.0))
+
+
+def _lowest(model: Any, geom: int, down: NDArray[np.float64]) -> float:
+    """Return the least of `down . point` over a geom's points in its own frame [m]."""
+    size, kind = model.geom_size[geom], model.geom_type[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        return -float(size[0])
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return -float(size[0] * np.hypot(down[0], down[1]) + size[1] * abs(down[2]))
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        return -float(np.abs(down) @ size)
+    mesh = model.geom_dataid[geom]
+    first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    return float((model.mesh_vert[first : first + count] @ down).min())

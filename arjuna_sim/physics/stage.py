@@ -1,0 +1,321 @@
+"""The stage: robot, world and entities as one MuJoCo model, which may change as time goes on."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.errors import nearest
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.sdf.sdf import World
+from arjuna_sim.model.entities import (
+    Entity,
+    EntityMotion,
+    PlaceTakenError,
+    UnknownEntityError,
+    entity_of_model,
+    handle,
+    model_names,
+    moving_entities,
+)
+from arjuna_sim.model.robot import Robot, ServoConfig
+from arjuna_sim.physics.scene import Scene, build_scene
+
+_UPRIGHT = 0.7  # upward part of a contact's normal, above which a robot stands on what it touches
+_SINKS = 0.02  # deeper than a robot that stands [m]
+# Numbers that a joint has in qpos and in qvel, where it is not one each.
+_SIZES = {
+    int(mujoco.mjtJoint.mjJNT_FREE): (7, 6),
+    int(mujoco.mjtJoint.mjJNT_BALL): (4, 3),
+}
+
+
+class Stage:
+    """Holds the model and its state, and keeps the state when the model changes.
+
+    A world's models are part of the static world until someone moves or deletes one: the model is
+    then compiled anew, as for a spawn, and every joint goes on as it was.
+
+    Args:
+        robot: The robot.
+        world: The world.
+        servo: How the robot's wheels are driven.
+        timestep: Of the physics [s].
+
+    Attributes:
+        world: The world as it was read.
+        scene: The compiled model and where to find things in it.
+        data: The `mujoco.MjData`.
+        on_rebuild: Called when `scene` and `data` were replaced.
+
+    Raises:
+        RobotError: MuJoCo refuses the robot or the world.
+    """
+
+    def __init__(self, robot: Robot, world: World, servo: ServoConfig, timestep: float) -> None:
+        self._robot = robot
+        self._servo = servo
+        self._timestep = timestep
+        self.on_rebuild: Callable[[], None] = lambda: None
+        self._set_up(world)
+
+    def _set_up(self, world: World) -> None:
+        entities, taken = moving_entities(world), frozenset(world.masses)
+        self._install(world, entities, taken, *self._compile(world, entities, taken))
+        self._steps = 0
+        self._began: dict[str, int] = {}
+
+    @property
+    def elapsed(self) -> float:
+        """How long the physics has run since all was last put to its start [s]."""
+        return self._steps * self._timestep
+
+    def load(self, world: World) -> None:
+        """Replace the world and all entities; the robot is at the origin.
+
+        Raises:
+            RobotError: MuJoCo refuses the world; nothing has changed.
+        """
+        self._set_up(world)
+        self.on_rebuild()
+
+    @property
+    def entities(self) -> tuple[Entity, ...]:
+        """All entities: those of the world first, then those that were spawned."""
+        models = [n for n in model_names(self.world) if n not in self._taken]
+        fixed = [entity_of_model(self.world, name) for name in models]
+        return (*fixed, *self._entities.values())
+
+    def entity(self, name: str) -> Entity:
+        """Return the entity of a name.
+
+        Raises:
+            UnknownEntityError: There is none; the message names the nearest.
+        """
+        if name in self._entities:
+            return self._entities[name]
+        models = [n for n in model_names(self.world) if n not in self._taken]
+        if name in models:
+            return entity_of_model(self.world, name)
+        raise UnknownEntityError(
+            f"entity '{name}' does not exist; {nearest(name, [*models, *self._entities])}"
+        )
+
+    def spawn(self, entity: Entity) -> None:
+        """Put an entity of a new name into the world; its trajectory begins now.
+
+        Raises:
+            PlaceTakenError: It would stand in the robot; nothing has changed.
+            RobotError: MuJoCo refuses it; nothing has changed.
+        """
+        if entity.trajectory is not None:
+            start = Pose3.from_se2(entity.trajectory.pose(0.0))
+            entity = dataclasses.replace(entity, start=start)
+        self._change({**self._entities, entity.name: entity}, self._taken, entity)
+        self._began[entity.name] = self._steps
+
+    def delete(self, name: str) -> None:
+        """Take an entity out of the world.
+
+        Raises:
+            UnknownEntityError: There is none of this name.
+        """
+        self.entity(name)
+        kept = {key: entity for key, entity in self._entities.items() if key != name}
+        gone = frozenset() if name in self._entities else frozenset((name,))
+        self._change(kept, self._taken | gone)
+
+    def move(self, name: str, pose: Pose3) -> None:
+        """Put an entity somewhere else, at rest.
+
+        Raises:
+            UnknownEntityError: There is none of this name.
+            PlaceTakenError: It would stand in the robot; nothing has changed.
+        """
+        entity = self.entity(name)
+        if name not in self._entities:  # a model of the static world
+            entities, taken = {**self._entities, name: entity}, self._taken | {name}
+            self._change(entities, taken)
+        before = self.motion(name).pose
+        self._put(entity, pose)
+        if self._touches_robot(entity):
+            self._put(entity, before)
+            self._settle()
+            raise PlaceTakenError(f"'{name}' would stand in the robot there")
+        self._settle()
+
+    def motion(self, name: str) -> EntityMotion:
+        """Return where an entity is and how it moves.
+
+        Raises:
+            UnknownEntityError: There is none of this name.
+        """
+        entity = self.entity(name)
+        if name not in self._entities:
+            return EntityMotion(entity.start)
+        mocap, at, rate = self._handles[name]
+        if mocap >= 0:
+            pose = _pose(self.data.mocap_pos[mocap], self.data.mocap_quat[mocap])
+            if entity.trajectory is None:
+                return EntityMotion(pose)
+            vx, vy, w = entity.trajectory.velocity(self._on_the_way(name))
+            return EntityMotion(pose, (vx, vy, 0.0), (0.0, 0.0, w))
+        pose = _pose(self.data.qpos[at : at + 3], self.data.qpos[at + 3 : at + 7])
+        linear, spin = self.data.qvel[rate : rate + 3], self.data.qvel[rate + 3 : rate + 6]
+        return EntityMotion(pose, _triple(linear), _triple(pose.rotation() @ spin))
+
+    def clear_spawned(self) -> None:
+        """Take out all that was spawned."""
+        kept = {name: entity for name, entity in self._entities.items() if not entity.spawned}
+        if len(kept) < len(self._entities):
+            self._change(kept, self._taken)
+
+    def restore(self) -> None:
+        """Return to the world as it was read, with everything at its start."""
+        moving = list(moving_entities(self.world))
+        if self._taken != frozenset(self.world.masses) or list(self._entities) != moving:
+            self._set_up(self.world)
+            self.on_rebuild()
+        self._steps = 0
+        self.rewind()
+
+    def rewind(self) -> None:
+        """Put everything that is there to its start, at rest."""
+        mujoco.mj_resetData(self.scene.model, self.data)
+        self._began = dict.fromkeys(self._entities, self._steps)
+        self._follow()
+
+    def advance(self, steps: int) -> None:
+        """Run the physics for a number of steps."""
+        if self._walkers:
+            for _ in range(steps):
+                self._steps += 1
+                self._follow()
+                mujoco.mj_step(self.scene.model, self.data)
+        else:
+            self._steps += steps
+            mujoco.mj_step(self.scene.model, self.data, nstep=steps)
+
+    def _on_the_way(self, name: str) -> float:
+        return (self._steps - self._began.get(name, 0)) * self._timestep
+
+    def _follow(self) -> None:
+        """Put what follows a trajectory where it is now."""
+        for entity in self._walkers:
+            assert entity.trajectory is not None
+            on_the_way = self._on_the_way(entity.name)
+            self._put(entity, Pose3.from_se2(entity.trajectory.pose(on_the_way)))
+
+    def contacts(self) -> tuple[str, ...]:
+        """Return the names of what the robot touches, sorted; never what it stands on."""
+        pairs = self.data.contact.geom
+        if len(pairs) == 0:
+            return ()
+        rows, side = np.nonzero(self.scene.is_robot[pairs])
+        others = pairs[rows, 1 - side]
+        is_hit = self.scene.is_obstacle[others]
+        if not is_hit.any():
+            return ()
+        contacts = self.data.contact
+        stands = (np.abs(contacts.frame[rows, 2]) > _UPRIGHT) & (contacts.dist[rows] > -_SINKS)
+        return tuple(sorted({self.scene.names[geom] for geom in others[is_hit & ~stands]}))
+
+    def _compile(
+        self, world: World, entities: dict[str, Entity], taken: frozenset[str]
+    ) -> tuple[Scene, Any]:
+        bodies = tuple(body for body in world.bodies if body.model not in taken)
+        rest = dataclasses.replace(world, bodies=bodies)
+        scene = build_scene(
+            self._robot, rest, self._servo, self._timestep, tuple(entities.values())
+        )
+        return scene, mujoco.MjData(scene.model)
+
+    def _change(
+        self, entities: dict[str, Entity], taken: frozenset[str], new: Entity | None = None
+    ) -> None:
+        """Compile anew and carry the state over; refuse what is new where the robot is."""
+        scene, data = self._compile(self.world, entities, taken)
+        _carry(self.scene.model, self.data, scene.model, data)
+        before = (self.world, self._entities, self._taken, self.scene, self.data)
+        self._install(self.world, entities, taken, scene, data)
+        if new is not None and self._touches_robot(new):
+            self._install(*before)
+            raise PlaceTakenError(f"'{new.name}' would stand in the robot there")
+        self._settle()
+        self.on_rebuild()
+
+    def _install(
+        self,
+        world: World,
+        entities: dict[str, Entity],
+        taken: frozenset[str],
+        scene: Scene,
+        data: Any,
+    ) -> None:
+        self.world, self._entities, self._taken = world, entities, taken
+        self.scene, self.data = scene, data
+        self._handles = {name: handle(scene.model, entity) for name, entity in entities.items()}
+        self._walkers = [entity for entity in entities.values() if entity.trajectory is not None]
+
+    def _put(self, entity: Entity, pose: Pose3) -> None:
+        mocap, at, rate = self._handles[entity.name]
+        if mocap >= 0:
+            self.data.mocap_pos[mocap] = pose.position
+            self.data.mocap_quat[mocap] = pose.quaternion
+        else:
+            self.data.qpos[at : at + 7] = (*pose.position, *pose.quaternion)
+            self.data.qvel[rate : rate + 6] = 0.0
+            self.data.qacc_warmstart[rate : rate + 6] = 0.0
+
+    def _touches_robot(self, entity: Entity) -> bool:
+        mujoco.mj_fwdPosition(self.scene.model, self.data)
+        return entity.name in self.contacts()
+
+    def _settle(self) -> None:
+        """Bring places and velocities up to the state."""
+        mujoco.mj_kinematics(self.scene.model, self.data)
+        mujoco.mj_comPos(self.scene.model, self.data)
+        mujoco.mj_comVel(self.scene.model, self.data)
+
+
+def _carry(old: Any, old_data: Any, new: Any, data: Any) -> None:
+    """Copy the state of all joints and mocap bodies that both models have."""
+    for i in range(new.njnt):
+        name = new.joint(i).name
+        j = mujoco.mj_name2id(old, mujoco.mjtObj.mjOBJ_JOINT, name)
+        if j >= 0:
+            to, of = _span(new, i), _span(old, j)
+            data.qpos[to[0]] = old_data.qpos[of[0]]
+            data.qvel[to[1]] = old_data.qvel[of[1]]
+            data.qacc_warmstart[to[1]] = old_data.qacc_warmstart[of[1]]
+    for i in np.flatnonzero(new.body_mocapid >= 0).tolist():
+        j = mujoco.mj_name2id(old, mujoco.mjtObj.mjOBJ_BODY, new.body(i).name)
+        if j >= 0 and old.body_mocapid[j] >= 0:
+            to_id, of_id = new.body_mocapid[i], old.body_mocapid[j]
+            data.mocap_pos[to_id] = old_data.mocap_pos[of_id]
+            data.mocap_quat[to_id] = old_data.mocap_quat[of_id]
+    data.ctrl[:] = old_data.ctrl  # only robots have actuators
+    data.time = old_data.time
+
+
+def _span(model: Any, joint: int) -> tuple[slice, slice]:
+    """Return where a joint is in qpos and in qvel."""
+    kind = int(model.jnt_type[joint])
+    at, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+    positions, rates = _SIZES.get(kind, (1, 1))
+    return slice(at, at + positions), slice(rate, rate + rates)
+
+
+def _pose(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose3:
+    w, x, y, z = (float(value) for value in quaternion)
+    return Pose3(_triple(position), (w, x, y, z))
+
+
+def _triple(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z

@@ -1,0 +1,84 @@
+"""The camera sees the boxes where they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arjuna_core.pose3 import Pose3
+from arjuna_core.se2 import SE2
+from arjuna_sim.devices.camera import CameraError, Photographer, focal_length
+from arjuna_sim.model.entities import Entity
+from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.simulator import Simulator
+from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, simulator
+
+
+def _picture(sim: Simulator) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    try:
+        return sim.picture()
+    except CameraError as error:
+        pytest.skip(str(error))
+
+
+def test_red_box_stands_in_the_middle_as_wide_as_geometry_says() -> None:
+    sim = simulator(ROOM)
+    picture = _picture(sim).astype(int)
+    sim.close()
+    assert picture.shape == (480, 640, 3)
+    red = (picture[:, :, 0] > 2 * picture[:, :, 1]) & (picture[:, :, 0] > 80)
+    columns = np.flatnonzero(red[230])
+    camera = sim.robot.settings.camera
+    assert camera is not None
+    width = focal_length(camera) * 0.5 / (2.25 - 0.20)
+    assert len(columns) == pytest.approx(width, abs=3)
+    assert columns.mean() == pytest.approx(319.5, abs=2)
+
+
+def test_camera_turns_with_the_robot() -> None:
+    sim = simulator(ROOM, spawn=SE2(0.0, 0.0, 0.3))
+    picture = _picture(sim).astype(int)
+    sim.close()
+    red = (picture[:, :, 0] > 2 * picture[:, :, 1]) & (picture[:, :, 0] > 80)
+    assert np.flatnonzero(red.any(axis=0)).mean() > 400  # turned left, it stands to the right
+
+
+def test_robot_without_a_camera_says_so(tmp_path: Path) -> None:
+    sim = simulator(ROOM, robot=edited(ROBOT, tmp_path, 'type="camera"', 'type="sonar"'))
+    assert any("'sonar' is not simulated" in note for note in sim.notes)
+    with pytest.raises(CameraError, match="has no camera sensor"):
+        sim.picture()
+
+
+def test_depth_is_the_distance_along_the_axis_and_infinite_in_the_sky() -> None:
+    sim = simulator(ROOM)
+    _picture(sim)  # skips where nothing can be drawn
+    sim.close()
+    assert sim.robot.settings.camera is not None
+    photographer = Photographer(sim.robot.settings.camera)
+    shot = photographer.shoot(sim.stage.scene.model, sim.stage.data, color=False, depth=True)
+    photographer.close()
+    assert shot.color is None
+    assert shot.depth is not None
+    assert shot.depth.shape == (480, 640)
+    assert shot.depth[235, 320] == pytest.approx(2.25 - 0.20, abs=0.01)  # the red box
+    assert np.isinf(shot.depth[0]).all()
+
+
+def test_camera_follows_what_is_spawned() -> None:
+    sim = simulator(EMPTY)
+    _picture(sim)
+    sim.close()
+    assert sim.robot.settings.camera is not None
+    photographer = Photographer(sim.robot.settings.camera)
+    far = photographer.shoot(sim.stage.scene.model, sim.stage.data, False, True).depth
+    box = Part(Shape(Kind.BOX, (0.4, 0.4, 1.0)))
+    sim.stage.spawn(Entity("crate", (box,), start=Pose3((2.0, 0.0, 0.5))))
+    near = photographer.shoot(sim.stage.scene.model, sim.stage.data, False, True).depth
+    photographer.close()
+    assert far is not None
+    assert near is not None
+    assert near[235, 320] == pytest.approx(2.0 - 0.2 - 0.2, abs=0.01)
+    assert far[235, 320] > 3.0

@@ -1,0 +1,113 @@
+"""Kinematics, dead reckoning and pacing by exact arithmetic."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.devices.drive import Drive, DriveConfig, Kinematics, Velocity, limited
+from arjuna_sim.devices.odometry import Odometry, OdometryConfig
+from arjuna_sim.model.settings import DriveSettings
+from arjuna_sim.physics.pacing import Pacer
+
+KINEMATICS = Kinematics(track=0.6, radius=0.05)
+
+
+def _odometry(ticks: int, noise: float = 0.0) -> Odometry:
+    config = OdometryConfig(ticks_per_revolution=ticks, encoder_noise=noise)
+    return Odometry(config, KINEMATICS, np.random.default_rng(5))
+
+
+def test_wheel_speeds_and_base_motion_are_inverses() -> None:
+    left, right = KINEMATICS.wheel_speeds(Velocity(0.4, -0.7))
+    assert KINEMATICS.base_motion(left, right) == pytest.approx((0.4, -0.7))
+
+
+def test_odometry_follows_an_exact_circle() -> None:
+    odometry = _odometry(10_000_000)
+    left, right = KINEMATICS.wheel_speeds(Velocity(0.5, 0.5))
+    for i in range(1, 201):
+        last = odometry.update((left * i * 0.01, right * i * 0.01), 0.01)
+    pose = last.T_odom_base  # 2 s at 0.5 rad/s on a circle of radius 1 m
+    assert (pose.x, pose.y, pose.theta) == pytest.approx(
+        (math.sin(1.0), 1.0 - math.cos(1.0), 1.0), abs=1e-5
+    )
+    assert (last.v, last.w) == pytest.approx((0.5, 0.5), abs=1e-3)
+
+
+def test_covariance_does_not_depend_on_how_often_it_is_updated() -> None:
+    results = []
+    for steps in (50, 500):
+        odometry = _odometry(10_000_000)
+        for i in range(1, steps + 1):
+            last = odometry.update((40.0 * i / steps, 50.0 * i / steps), 1.0 / steps)
+        results.append(last.covariance)
+    assert np.allclose(results[0], results[1], rtol=0.05, atol=1e-6)
+    assert np.linalg.eigvalsh(results[0]).min() > 0.0
+
+
+def test_encoders_count_whole_ticks() -> None:
+    odometry = _odometry(4)
+    assert odometry.update((0.5, 0.5), 0.1).v == 0.0
+    assert odometry.update((1.6, 1.6), 0.1).v == pytest.approx(math.pi / 2 * 0.05 / 0.1)
+
+
+def test_noise_of_the_encoders_jitters_and_does_not_add_up() -> None:
+    odometry = _odometry(4096, noise=2.0)
+    poses = [odometry.update((0.0, 0.0), 0.02).T_odom_base for _ in range(2000)]
+    meters_per_tick = 2.0 * math.pi / 4096 * 0.05
+    x = np.array([pose.x for pose in poses]) / meters_per_tick
+    # The mean of two wheels, each rounded to whole ticks.
+    assert x.std() == pytest.approx(math.sqrt((2.0**2 + 1 / 12) / 2), rel=0.1)
+    assert np.abs(x).max() < 12.0
+
+
+def test_limits_of_the_robots_file_lower_the_configured_ones() -> None:
+    wheels = DriveSettings(("l",), ("r",), 0.5, 0.05, 1.0, 0.5, 0.05)
+    config = DriveConfig()
+    assert limited(config, wheels) == config
+    weak = replace(wheels, max_velocity=0.4, max_acceleration=0.2)
+    lowered = limited(config, weak)
+    assert lowered.max_linear_velocity == 0.4
+    assert lowered.max_linear_acceleration == 0.2
+    assert lowered.max_angular_acceleration == pytest.approx(0.8)
+    assert limited(config, replace(wheels, max_velocity=9.0)) == config
+
+
+def test_ramp_stays_within_the_accelerations_and_ends_at_the_command() -> None:
+    drive = Drive(DriveConfig(max_linear_acceleration=1.0), KINEMATICS)
+    drive.command(Velocity(0.05, 0.0), now=0.0)
+    speeds = [drive.wheel_speeds(0.02 * i, 0.02)[0] * 0.05 for i in range(4)]
+    assert speeds == pytest.approx([0.02, 0.04, 0.05, 0.05])
+
+
+def test_pacer_holds_the_factor_and_gives_up_when_far_behind() -> None:
+    real = [100.0]
+    pacer = Pacer(2.0, lambda: real[0])
+    assert pacer.wait(5.0) == 0.0
+    assert pacer.wait(5.02) == pytest.approx(0.01)
+    real[0] = 100.3
+    assert pacer.wait(5.02) == 0.0  # a little behind: catches up
+    assert pacer.wait(5.7) == pytest.approx(0.05)
+    real[0] = 110.0
+    assert pacer.wait(5.72) == 0.0
+    assert pacer.wait(5.74) == pytest.approx(0.01)  # from here on
+
+
+def test_pacer_without_a_limit_never_waits() -> None:
+    assert Pacer(0.0, lambda: 0.0).wait(1e6) == 0.0
+    with pytest.raises(ValueError, match="at least 0"):
+        Pacer(-1.0, lambda: 0.0)
+
+
+def test_pose3_composes_inverts_and_reads_back_its_angles() -> None:
+    a = Pose3.from_rpy((1.0, -2.0, 0.5), (0.3, -0.4, 2.0))
+    b = Pose3.from_rpy((-0.2, 0.7, 0.1), (-1.0, 0.2, -0.5))
+    assert a.rpy() == pytest.approx((0.3, -0.4, 2.0))
+    points = np.array([[0.1, 0.2, 0.3], [-1.0, 0.0, 2.0]])
+    assert np.allclose((a @ b).apply(points), a.apply(b.apply(points)))
+    assert np.allclose((a @ a.inverse()).apply(points), points)

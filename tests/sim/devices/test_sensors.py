@@ -1,0 +1,109 @@
+"""Lidar and IMU against exact geometry and exact statistics."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.devices.imu import ImuConfig
+from arjuna_sim.devices.lidar import LidarConfig
+from arjuna_sim.devices.noise import BiasedNoise
+from arjuna_sim.simulator import Simulator, SimulatorConfig
+from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, run, simulator
+
+
+def _scan(sim: Simulator) -> Scan:
+    while True:
+        scan = sim.step().scan
+        if scan is not None:
+            return scan
+
+
+def _exact(segments: NDArray[np.float64], pose: SE2, angles: NDArray[np.float64]) -> list[float]:
+    """Intersect rays from a pose with line segments by algebra."""
+    ranges = []
+    for angle in angles + pose.theta:
+        ray = np.array([math.cos(angle), math.sin(angle)])
+        start = segments[:, :2] - (pose.x, pose.y)
+        along = segments[:, 2:] - segments[:, :2]
+        cross = ray[0] * along[:, 1] - ray[1] * along[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) / cross
+            place = (start[:, 0] * ray[1] - start[:, 1] * ray[0]) / cross
+        hit = (place >= 0.0) & (place <= 1.0) & (distance > 0.0)
+        ranges.append(float(distance[hit].min()) if hit.any() else math.inf)
+    return ranges
+
+
+@pytest.mark.parametrize("pose", [SE2(0.0, 0.0, 0.0), SE2(-3.2, 1.1, 2.5), SE2(3.9, 3.7, -0.4)])
+def test_noiseless_scan_matches_exact_geometry_within_a_millimetre(pose: SE2) -> None:
+    sim = simulator(ROOM, SimulatorConfig(lidar=LidarConfig(noise=0.0)), spawn=pose)
+    scan = _scan(sim)
+    exact = np.array(_exact(sim.surfaces(), sim.truth().pose, scan.angles))
+    assert len(scan.ranges) == 360
+    error = np.abs(scan.ranges - exact)
+    # A beam that grazes a box's corner sees either side of it.
+    assert np.sort(error)[-5] < 1e-3
+    assert np.median(error) < 1e-4
+
+
+def test_surfaces_of_the_room_are_its_walls_and_boxes() -> None:
+    surfaces = simulator(ROOM).surfaces()
+    assert surfaces.shape == (8 * 4, 4)
+    assert np.abs(surfaces).max() == pytest.approx(5.1)
+
+
+def test_robot_does_not_see_itself_and_empty_world_returns_inf() -> None:
+    assert np.isinf(_scan(simulator(EMPTY)).ranges).all()
+
+
+def test_range_noise_has_the_urdf_sigma_within_five_per_cent() -> None:
+    clean = _scan(simulator(ROOM, SimulatorConfig(lidar=LidarConfig(noise=0.0)))).ranges
+    noisy = simulator(ROOM)
+    errors = np.concatenate([_scan(noisy).ranges - clean for _ in range(40)])
+    errors = errors[np.abs(errors) < 0.1]
+    assert errors.std() == pytest.approx(0.01, rel=0.05)
+    assert abs(errors.mean()) < 0.001
+
+
+def test_range_beyond_the_maximum_is_plus_inf_and_too_near_is_minus_inf(tmp_path: Path) -> None:
+    robot = edited(ROBOT, tmp_path, "<min>0.12</min>", "<min>3.0</min>")
+    robot = edited(robot, tmp_path, "<max>12.0</max>", "<max>5.5</max>")
+    scan = _scan(simulator(ROOM, SimulatorConfig(lidar=LidarConfig(noise=0.0)), robot=robot))
+    assert scan.ranges[225] == np.inf  # the corner, 6.9 m away
+    assert scan.ranges[180] == -np.inf  # the red box, 2.25 m ahead
+    assert scan.ranges[90] == pytest.approx(4.9, abs=0.01)
+
+
+def test_resting_imu_feels_gravity_upward_with_its_noise() -> None:
+    sim = simulator()
+    run(sim, 0.5)
+    readings = [sim.step().imu for _ in range(1000)]
+    force = np.array([r.linear_acceleration for r in readings if r is not None])
+    rates = np.array([r.angular_velocity for r in readings if r is not None])
+    assert force.mean(axis=0) == pytest.approx([0.0, 0.0, 9.81], abs=0.02)
+    assert force.std(axis=0) == pytest.approx([0.02] * 3, rel=0.1)
+    assert rates.std(axis=0) == pytest.approx([0.002] * 3, rel=0.1)
+
+
+def test_imu_measures_turn_rate_and_heading_of_a_spin() -> None:
+    sim = simulator(config=SimulatorConfig(imu=ImuConfig(0.0, 0.0, 0.0, 0.0, 0.0)))
+    last = run(sim, 2.0, Velocity(0.0, 0.8))
+    assert last.imu is not None
+    assert last.imu.angular_velocity[2] == pytest.approx(last.truth.w, abs=1e-9)
+    assert last.imu.rpy[2] == pytest.approx(last.truth.pose.theta, abs=0.01)
+
+
+def test_bias_walks_with_the_root_of_time() -> None:
+    rng = np.random.default_rng(3)
+    noise = BiasedNoise(rng, 4000, sigma=0.0, walk=0.1)
+    for _ in range(100):
+        error = noise.sample(0.04)
+    assert error.std() == pytest.approx(0.1 * math.sqrt(4.0), rel=0.05)

@@ -1,0 +1,125 @@
+"""`sim --check`: what is understood of a file is printed, and all else is listed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from arjuna_core.errors import InputFileError
+from arjuna_sim.files.check import check, is_robot
+from arjuna_sim.files.search_path import SearchPath
+from bringup.cli import OK, REFUSED, run
+from bringup.cli_parser import parse
+from tests.sim.builders import ROBOT, ROOM, ROOT, edited
+
+MACRO = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:arg name="width" default="0.2"/><xacro:include filename="$(find parts)/wheel.xacro"/>
+<link name="base"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
+<collision><geometry><box size="0.3 $(arg width) 0.1"/></geometry></collision></link>
+<xacro:wheel name="left" y="${$(arg width) / 2}"/>
+<xacro:wheel name="right" y="${-$(arg width) / 2}"/></robot>"""
+WHEEL = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:macro name="wheel" params="name y">
+<link name="${name}_wheel"><inertial><mass value="0.2"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4"/>
+</inertial><collision><geometry><cylinder radius="0.06" length="0.02"/></geometry></collision>
+</link><joint name="${name}_joint" type="continuous"><parent link="base"/>
+<child link="${name}_wheel"/>
+<origin xyz="0 ${y} 0" rpy="-1.5707963 0 0"/><axis xyz="0 0 1"/></joint></xacro:macro></robot>"""
+
+
+@pytest.fixture(autouse=True)
+def _no_paths(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH", "AMENT_PREFIX_PATH"):
+        monkeypatch.setenv(name, "")
+
+
+@pytest.fixture
+def macro(tmp_path: Path) -> Path:
+    """Return a xacro file whose package `parts` only a package path finds."""
+    (tmp_path / "robot").mkdir()
+    (tmp_path / "elsewhere" / "parts").mkdir(parents=True)
+    (tmp_path / "elsewhere" / "parts" / "wheel.xacro").write_text(WHEEL, encoding="utf-8")
+    path = tmp_path / "robot" / "r.xacro"
+    path.write_text(MACRO, encoding="utf-8")
+    return path
+
+
+def test_shipped_robot_is_understood_whole(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(parse(["sim", "--check", str(ROBOT)])) == OK
+    said = capsys.readouterr().out
+    for part in (
+        "lidar: topic scan, frame lidar_link, 10 Hz",
+        "360 samples, -180.0 to 180.0 deg, 0.12 to 12 m, noise 0.01 m",
+        "left: front_left_joint, rear_left_joint; right: front_right_joint, rear_right_joint",
+        "front_left_joint: continuous, base_link -> front_left_wheel",
+        "imu: topic imu/data, frame imu_link, 50 Hz",
+        "all understood",
+    ):
+        assert part in said
+
+
+@pytest.mark.parametrize("path", [ROOM, ROOT / "maps" / "arjuna_room.yaml"], ids=["sdf", "map"])
+def test_worlds_are_understood(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(parse(["sim", "--check", str(path)])) == OK
+    assert "loads" in capsys.readouterr().out
+
+
+def test_what_is_left_out_is_listed(tmp_path: Path) -> None:
+    path = edited(ROBOT, tmp_path, "<gazebo>", "<gazebo><frill>1</frill>")
+    found = check(path, SearchPath.of(), {})
+    assert found.notes == ("gazebo <frill>: not simulated",)
+    assert "(1):\n  - gazebo <frill>: not simulated" in found.text()
+
+
+@pytest.mark.parametrize("name", ["none.urdf", "cut.urdf", "notes.txt"])
+def test_file_that_does_not_load_is_refused_in_one_line(
+    tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "cut.urdf").write_bytes(ROBOT.read_bytes()[:2000])
+    (tmp_path / "notes.txt").write_text("hello", encoding="utf-8")
+    assert run(parse(["sim", "--check", str(tmp_path / name)])) == REFUSED
+    said = capsys.readouterr()
+    assert said.err.startswith(f"error: {tmp_path / name}: ")
+    assert said.err.count("\n") == 1
+
+
+def test_package_path_and_arguments_reach_the_macros(
+    macro: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = macro.parents[1] / "elsewhere"
+    options = ["--package-path", str(folder), "width:=0.4", "colour:=red"]
+    assert run(parse(["sim", "--check", str(macro), *options])) == OK
+    said = capsys.readouterr().out
+    assert "wheel separation 0.4 m, diameter 0.12 m" in said
+    assert "argument 'colour' is used nowhere" in said
+    assert os.environ["ROS_PACKAGE_PATH"] == str(folder)
+
+
+def test_missing_package_include_and_macro_are_noted(macro: Path) -> None:
+    found = check(macro, SearchPath(), {})
+    for part in ("package 'parts' does not exist", "wheel.xacro' does not exist", "<xacro:wheel>"):
+        assert any(part in note for note in found.notes)
+
+
+def test_guess_is_saved_and_loads_again(macro: Path, tmp_path: Path) -> None:
+    search = SearchPath((macro.parents[1] / "elsewhere",))
+    saved = tmp_path / "saved.xacro"
+    found = check(macro, search, {}, saved)
+    assert any("guessed are the wheels left_joint (left)" in note for note in found.notes)
+    again = check(saved, search, {})
+    assert not any("guess" in note for note in again.notes)
+    assert "    left: left_joint; right: right_joint" in again.lines
+    with pytest.raises(InputFileError, match="has a drive plugin"):
+        check(saved, search, {}, tmp_path / "twice.xacro")
+
+
+def test_root_tells_robots_from_worlds(tmp_path: Path) -> None:
+    path = tmp_path / "model.xml"
+    path.write_text("<?xml version='1.0'?><robot name='r'/>", encoding="utf-8")
+    assert is_robot(path)
+    assert not is_robot(ROOM)
+    path.write_text("<html/>", encoding="utf-8")
+    with pytest.raises(InputFileError, match="neither <robot> nor <sdf>"):
+        is_robot(path)

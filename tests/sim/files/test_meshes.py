@@ -1,0 +1,135 @@
+"""Meshes: every form reads to the same triangles, and a hollow one can be driven into."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.files.meshes.pieces import hull, pieces
+from arjuna_sim.files.meshes.triangles import MeshError, read_mesh
+from arjuna_sim.files.sdf.sdf import load_world
+from arjuna_sim.files.search_path import EscapeError, SearchPath
+from arjuna_sim.model.world import surfaces
+from tests.sim.builders import run, simulator
+
+_RING = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+DAE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="0.5"/><up_axis>Y_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+  <source id="p"><float_array id="a" count="{count}">{numbers}</float_array>
+    <technique_common><accessor source="#a" stride="3"/></technique_common></source>
+  <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+  <triangles count="{faces}"><input semantic="VERTEX" source="#v" offset="0"/>
+    <p>{order}</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node><translate>2 0 0</translate>
+  <instance_geometry url="#g"/></node></visual_scene></library_visual_scenes></COLLADA>"""
+WORLD = """<sdf version="1.6"><world name="w"><model name="hall"><static>true</static>
+<link name="l"><collision name="c"><geometry><mesh><uri>hall.stl</uri><scale>2 2 1</scale></mesh>
+</geometry></collision></link></model></world></sdf>"""
+
+
+def _prism(height: float = 1.0) -> NDArray[np.float64]:
+    """Return the four outward walls of a square tube, edges 2."""
+    faces = []
+    for (x0, y0), (x1, y1) in zip(_RING, _RING[1:] + _RING[:1], strict=True):
+        a, b, c, d = (x0, y0, 0.0), (x1, y1, 0.0), (x1, y1, height), (x0, y0, height)
+        faces += [(a, b, c), (a, c, d)]
+    return np.array(faces, np.float64)
+
+
+def _binary_stl(triangles: NDArray[np.float64]) -> bytes:
+    faces = [struct.pack("<12fH", 0, 0, 0, *face.ravel(), 0) for face in triangles]
+    return bytes(80) + struct.pack("<I", len(triangles)) + b"".join(faces)
+
+
+def _write(folder: Path, form: str, triangles: NDArray[np.float64]) -> Path:
+    path, points = folder / f"mesh.{form}", triangles.reshape(-1, 3)
+    if form == "obj":
+        lines = [f"v {x} {y} {z}" for x, y, z in points]
+        lines += [f"f {3 * i + 1}/1 {3 * i + 2}/1 {3 * i + 3}/1" for i in range(len(triangles))]
+        path.write_text("\n".join(lines), encoding="utf-8")
+    elif form == "dae":
+        numbers = " ".join(str(v) for v in (points * 2 - (2, 0, 0)).ravel())
+        order = " ".join(str(i) for i in range(len(points)))
+        text = DAE.format(count=points.size, numbers=numbers, faces=len(triangles), order=order)
+        path.write_text(text, encoding="utf-8")
+    else:
+        path.write_bytes(_binary_stl(triangles))
+    return path
+
+
+@pytest.mark.parametrize("form", ["stl", "obj", "dae"])
+def test_every_form_reads_to_the_same_triangles(tmp_path: Path, form: str) -> None:
+    assert np.allclose(read_mesh(_write(tmp_path, form, _prism())), _prism())
+
+
+def test_text_stl_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "mesh.stl"
+    corners = "\n".join(f"vertex {x} {y} {z}" for x, y, z in _prism().reshape(-1, 3))
+    path.write_text(f"solid tube\n{corners}\nendsolid", encoding="utf-8")
+    assert np.allclose(read_mesh(path), _prism())
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "problem"),
+    [
+        ("a.stl", b"solid nothing\nendsolid", "has no triangles"),
+        ("a.stl", bytes(80) + struct.pack("<I", 10**9), "cut off"),
+        ("a.stl", _binary_stl(np.full((1, 3, 3), np.nan)), "must be finite"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9", "a corner that does not exist"),
+        ("a.dae", b"<COLLADA><asset>", "line 1: broken XML"),
+        ("a.dae", b"<!DOCTYPE a [<!ENTITY b 'c'>]><COLLADA/>", "declares a DTD or entities"),
+        ("a.ply", b"ply", "valid: .dae, .obj, .stl"),
+    ],
+)
+def test_broken_mesh_is_refused(tmp_path: Path, name: str, content: bytes, problem: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(MeshError, match=problem):
+        read_mesh(tmp_path / name)
+
+
+def test_tube_is_touched_wall_by_wall_and_a_box_as_one(tmp_path: Path) -> None:
+    assert len(pieces(_prism())) == 8
+    lid = np.array([[(-1, -1), (1, -1), (1, 1)], [(-1, -1), (1, 1), (-1, 1)]], np.float64)
+    top = np.dstack([lid, np.ones((2, 3))])
+    bottom = np.dstack([lid[:, ::-1], np.zeros((2, 3))])
+    box = np.concatenate([_prism(), top, bottom])
+    assert len(pieces(box)) == 1
+    assert len(hull(box.reshape(-1, 3))) == 8
+
+
+def test_robot_drives_inside_a_hollow_mesh_until_it_meets_its_wall(tmp_path: Path) -> None:
+    inward = _prism()[:, ::-1]
+    (tmp_path / "hall.stl").write_bytes(_binary_stl(inward))
+    path = tmp_path / "hall.world"
+    path.write_text(WORLD, encoding="utf-8")
+    cut = surfaces(load_world(path), 0.28)
+    assert sorted(np.unique(np.abs(cut).max(axis=1)).tolist()) == [2.0]
+    sim = simulator(path, spawn=SE2(-1.0, 0.0, 0.0))
+    free = run(sim, 2.0, Velocity(0.5, 0.0))
+    assert free.contacts == ()
+    assert free.scan is None or np.nanmin(free.scan.ranges) < 2.1
+    stopped = run(sim, 4.0, Velocity(0.5, 0.0))
+    assert stopped.contacts == ("hall",)
+    assert 1.6 < stopped.truth.pose.x < 2.0
+
+
+def test_search_path_finds_packages_and_keeps_inside_them(tmp_path: Path) -> None:
+    mesh = tmp_path / "stack" / "robot_description" / "meshes" / "a.stl"
+    mesh.parent.mkdir(parents=True)
+    mesh.write_bytes(b"")
+    (tmp_path / "secret.stl").write_bytes(b"")
+    beside = Path("/nowhere/robot.urdf")
+    for folder in (tmp_path / "stack" / "robot_description", tmp_path / "stack", tmp_path):
+        search = SearchPath.of([folder])
+        assert search.find(beside, "package://robot_description/meshes/a.stl") == mesh
+        with pytest.raises(EscapeError, match="leads out of its package"):
+            search.find(beside, "package://robot_description/../../secret.stl")
+    assert SearchPath.of([tmp_path]).find(beside, "package://../secret.stl") is None

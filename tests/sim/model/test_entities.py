@@ -1,0 +1,375 @@
+"""Entities come, go and move while the simulation runs, and nothing else notices."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import ArjunaError, ConfigError
+from arjuna_core.pose3 import Pose3
+from arjuna_core.se2 import SE2
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.files.library import Fault, Library, ResourceError
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.spawned import read_entity
+from arjuna_sim.model.actors import Trajectory
+from arjuna_sim.model.entities import Entity, PlaceTakenError, UnknownEntityError
+from arjuna_sim.physics.contacts import ContactLog
+from arjuna_sim.simulator import Simulator, SimulatorConfig
+from tests.sim.builders import EMPTY, ROOM, ROOT, run, simulator
+
+BOX = """<sdf version="1.7"><model name="crate">{static}<link name="l">{inertial}
+<collision name="c"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></collision>
+</link></model></sdf>"""
+CART = """<robot name="cart"><link name="base"><inertial><mass value="4"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision>
+<geometry><box size="0.2 0.4 0.6"/></geometry></collision></link></robot>"""
+QUIET = SimulatorConfig(lidar=dataclasses.replace(SimulatorConfig().lidar, noise=0.0))
+
+
+def _library(folder: Path) -> Library:
+    return Library(folder, SearchPath())
+
+
+def _entity(text: str, name: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Entity:
+    read = read_entity(text, "", _library(ROOT))
+    return dataclasses.replace(read, name=name, start=Pose3((x, y, z)))
+
+
+def _ahead(sim: Simulator) -> float:
+    """Return what the beam straight ahead reads [m]."""
+    sim.reset_time()
+    scan = next(o.scan for o in (sim.step() for _ in range(10)) if o.scan is not None)
+    return float(scan.ranges[len(scan.ranges) // 2])
+
+
+def test_spawned_box_is_seen_at_its_place_and_gone_when_deleted() -> None:
+    sim = simulator(EMPTY, QUIET)
+    run(sim, 0.1)
+    assert math.isinf(_ahead(sim))
+    sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=2.0))
+    seen = _ahead(sim)
+    assert seen == pytest.approx(2.0 - 0.2 - sim.truth().pose.x - _lidar_x(sim), abs=2e-3)
+    sim.stage.move("crate", Pose3((3.0, 0.0, 0.0)))
+    assert _ahead(sim) == pytest.approx(seen + 1.0, abs=2e-3)
+    sim.stage.delete("crate")
+    assert math.isinf(_ahead(sim))
+
+
+def _lidar_x(sim: Simulator) -> float:
+    lidar = sim.robot.settings.lidar
+    assert lidar is not None
+    return sim.robot.urdf.T_root(lidar.link).position[0]
+
+
+def test_nothing_jumps_when_something_is_spawned_far_away() -> None:
+    """A twin without the spawn drives the same, bit by bit, and its sensors read the same."""
+    plain, changed = simulator(ROOM, seed=3), simulator(ROOM, seed=3)
+    for sim in (plain, changed):
+        run(sim, 1.0, Velocity(0.5, 0.4))
+    changed.stage.spawn(_entity("sphere:0.1", "ball", x=4.0, y=4.0))
+    changed.stage.delete("ball")
+    changed.stage.spawn(_entity("box:0.1,0.1,0.1?mass=1", "die", x=4.0, y=4.0))
+    for _ in range(50):
+        a, b = plain.step(Velocity(0.5, 0.4)), changed.step(Velocity(0.5, 0.4))
+        assert a.truth.pose.distance(b.truth.pose) < 1e-9
+        assert a.odometry.T_odom_base.distance(b.odometry.T_odom_base) < 1e-9
+        assert a.imu is not None
+        assert b.imu is not None
+        assert np.allclose(a.imu.linear_acceleration, b.imu.linear_acceleration, atol=1e-6)
+    assert changed.time == plain.time
+
+
+def test_models_of_the_world_can_be_moved_and_deleted_and_come_back() -> None:
+    sim = simulator(ROOM, QUIET)
+    seen = _ahead(sim)  # the red box
+    names = [entity.name for entity in sim.stage.entities]
+    place = sim.stage.motion("obstacle_red").pose
+    sim.stage.move("obstacle_red", Pose3((place.position[0] + 0.5, *place.position[1:])))
+    assert _ahead(sim) == pytest.approx(seen + 0.5, abs=2e-3)
+    sim.stage.delete("obstacle_red")
+    assert _ahead(sim) > seen + 1.0
+    with pytest.raises(UnknownEntityError, match="'obstacle_red' does not exist"):
+        sim.stage.motion("obstacle_red")
+    sim.reset()
+    assert [entity.name for entity in sim.stage.entities] == names
+    assert sim.stage.motion("obstacle_red").pose == place
+    assert _ahead(sim) == pytest.approx(seen, abs=2e-3)
+
+
+def test_what_was_spawned_survives_a_reset_of_the_state_at_its_start_only() -> None:
+    sim = simulator(EMPTY)
+    sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=2.0))
+    sim.stage.move("crate", Pose3((3.0, 1.0, 0.0)))
+    run(sim, 0.5, Velocity(0.5, 0.0))
+    sim.reset_state()
+    assert sim.time == 0.5
+    assert sim.truth().pose.distance(SE2()) < 1e-9
+    assert sim.stage.motion("crate").pose.position == (2.0, 0.0, 0.0)
+    sim.reset()
+    assert sim.stage.entities == ()
+
+
+def test_run_after_a_reset_is_the_first_run_whatever_was_spawned() -> None:
+    def drive(sim: Simulator) -> list[bytes]:
+        steps = [sim.step(Velocity(0.6, 0.5)) for _ in range(60)]
+        return [o.truth.pose.array().tobytes() + repr(o.contacts).encode() for o in steps]
+
+    sim = simulator(ROOM, seed=5)
+    first = drive(sim)
+    sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=-2.0))
+    sim.stage.delete("obstacle_red")
+    drive(sim)
+    sim.reset()
+    assert drive(sim) == first
+
+
+def test_time_alone_can_be_reset_and_the_robot_drives_on() -> None:
+    sim = simulator(EMPTY)
+    run(sim, 2.0, Velocity(0.5, 0.0))
+    x = sim.truth().pose.x
+    sim.reset_time()
+    assert sim.time == 0.0
+    assert sim.step().truth.v == pytest.approx(0.5, abs=0.02)
+    assert sim.truth().pose.x == pytest.approx(x + 0.01, abs=2e-3)
+
+
+@pytest.mark.parametrize("x", [0.0, 0.2])
+def test_nothing_can_be_put_into_the_robot(x: float) -> None:
+    sim = simulator(EMPTY)
+    before = sim.truth()
+    with pytest.raises(PlaceTakenError, match="'crate' would stand in the robot"):
+        sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=x))
+    assert sim.stage.entities == ()
+    sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=2.0))
+    with pytest.raises(PlaceTakenError, match="'crate' would stand in the robot"):
+        sim.stage.move("crate", Pose3((x, 0.0, 0.0)))
+    assert sim.stage.motion("crate").pose.position == (2.0, 0.0, 0.0)
+    assert sim.truth() == before
+
+
+def test_robot_stops_at_a_held_box_and_pushes_a_free_one() -> None:
+    held, free = simulator(EMPTY), simulator(EMPTY)
+    held.stage.spawn(_entity("box:0.4,0.4,0.4", "crate", x=1.0))
+    free.stage.spawn(_entity("box:0.4,0.4,0.4?mass=1", "crate", x=1.0))
+    last = run(held, 4.0, Velocity(0.5, 0.0))
+    assert last.contacts == ("crate",)
+    assert last.truth.pose.x < 0.8
+    assert held.stage.motion("crate").pose.position == (1.0, 0.0, 0.0)
+    run(free, 4.0, Velocity(0.5, 0.0))
+    assert free.stage.motion("crate").pose.position[0] > 1.2
+    assert free.stage.motion("crate").pose.position[2] == pytest.approx(0.0, abs=0.01)
+
+
+def test_box_at_rest_on_the_ground_is_no_contact_of_the_robot() -> None:
+    sim = simulator(EMPTY)
+    sim.stage.spawn(_entity("box:0.4,0.4,0.4?mass=2", "crate", x=2.0))
+    assert run(sim, 1.0).contacts == ()
+    assert sim.stage.motion("crate").pose.position[0] == pytest.approx(2.0, abs=1e-3)
+
+
+def _walker(points: list[list[float]], speed: float, loop: bool = False) -> Entity:
+    path = Trajectory.along(np.array(points), speed, loop)
+    return dataclasses.replace(_entity("person", "walker"), trajectory=path)
+
+
+def test_actor_walks_its_path_shows_in_the_lidar_and_bumps_the_robot() -> None:
+    sim = simulator(EMPTY, QUIET)
+    sim.stage.spawn(_walker([[4.0, 0.0], [-4.0, 0.0]], 1.0))
+    ranges, bumped = [], False
+    for _ in range(250):
+        observation = sim.step()
+        bumped = bumped or "walker" in observation.contacts
+        if observation.scan is not None:
+            ranges.append(float(observation.scan.ranges[180]))
+    motion = sim.stage.motion("walker")
+    assert motion.pose.position[0] == pytest.approx(4.0 - 5.0, abs=1e-9)
+    assert motion.linear == pytest.approx((-1.0, 0.0, 0.0), abs=1e-6)
+    assert np.diff(ranges[:20]) == pytest.approx(-0.1, abs=1e-3)
+    assert bumped
+    assert sim.truth().pose.x < -0.2  # it was pushed along, not run through
+    assert abs(sim.truth().z) < 0.05
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.5])
+def test_robot_between_a_person_and_a_wall_stays_in_the_room(speed: float) -> None:
+    sim = simulator(ROOM, spawn=SE2(4.0, 1.0, 0.0))
+    sim.stage.spawn(_walker([[2.0, 1.0], [4.4, 1.0], [2.0, 1.05]], speed, loop=True))
+    for _ in range(500):
+        truth = sim.step().truth
+        assert truth.pose.x < 4.9  # the wall's face, less than half the robot's width
+        assert abs(truth.z) < 0.15
+    assert sim.truth().pose.x > 4.5  # it was pushed there
+
+
+def test_path_of_what_is_spawned_begins_when_it_is() -> None:
+    sim = simulator(EMPTY)
+    run(sim, 1.0)
+    sim.stage.spawn(_walker([[3.0, 0.0], [3.0, 2.0]], 0.5))
+    run(sim, 1.0)
+    assert sim.stage.motion("walker").pose.position == pytest.approx((3.0, 0.5, 0.0))
+
+
+def test_actors_of_a_world_walk_from_the_start_and_again_after_a_reset(tmp_path: Path) -> None:
+    path = tmp_path / "a.world"
+    path.write_text(
+        '<sdf version="1.7"><world name="w"><actor name="walker"><script><trajectory id="0"'
+        ' type="walk"><waypoint><time>0</time><pose>2 0 0 0 0 0</pose></waypoint><waypoint>'
+        "<time>10</time><pose>2 5 0 0 0 0</pose></waypoint></trajectory></script></actor>"
+        "</world></sdf>"
+    )
+    sim = simulator(path)
+    for _ in range(2):
+        run(sim, 2.0)
+        assert sim.stage.motion("walker").pose.position == pytest.approx((2.0, 1.0, 0.0))
+        sim.reset()
+    assert sim.stage.motion("walker").pose.position == pytest.approx((2.0, 0.0, 0.0))
+
+
+def test_contacts_are_counted_when_they_begin() -> None:
+    log = ContactLog()
+    changes = [log.update(touched) for touched in ((), ("a",), ("a",), ("a", "b"), (), ("a",))]
+    assert changes == [False, True, False, True, True, True]
+    assert (log.counts, log.total) == ({"a": 2, "b": 1}, 3)
+
+
+@pytest.mark.parametrize(
+    ("uri", "low", "high"),
+    [
+        ("box:0.4,0.6,1", (-0.2, -0.3, 0.0), (0.2, 0.3, 1.0)),
+        ("cylinder:0.2,1", (-0.2, -0.2, 0.0), (0.2, 0.2, 1.0)),
+        ("sphere:0.25", (-0.25, -0.25, 0.0), (0.25, 0.25, 0.5)),
+    ],
+)
+def test_primitive_stands_on_its_origin(
+    uri: str, low: tuple[float, ...], high: tuple[float, ...]
+) -> None:
+    found = read_entity(uri, "", _library(ROOT)).bounds()
+    assert found[0] == pytest.approx(low, abs=1e-9)
+    assert found[1] == pytest.approx(high, abs=1e-9)
+
+
+def test_files_say_what_is_held_and_what_weighs(tmp_path: Path) -> None:
+    def mass(text: str) -> float:
+        return read_entity("", text, _library(tmp_path)).mass
+
+    heavy = "<inertial><mass>7</mass></inertial>"
+    assert mass(BOX.format(static="", inertial=heavy)) == 7.0
+    assert mass(BOX.format(static="", inertial="")) == 1.0
+    assert mass(BOX.format(static="<static>true</static>", inertial=heavy)) == 0.0
+    assert mass(CART) == 4.0
+
+
+MESH = "<mesh><uri>none.stl</uri></mesh>"
+
+
+@pytest.mark.parametrize(
+    ("uri", "text", "fault", "problem"),
+    [
+        ("", "", Fault.NO_RESOURCE, "neither a uri nor a resource_string"),
+        ("", "hello", Fault.UNSUPPORTED_FORMAT, "neither <sdf> nor <robot>"),
+        ("", BOX[:80], Fault.RESOURCE_PARSE_ERROR, "broken XML"),
+        ("", BOX.format(static="", inertial="").replace("0.4", "nan"), None, "finite"),
+        ("", "<sdf version='1.7'><world name='w'/></sdf>", Fault.UNSUPPORTED_FORMAT, "load_world"),
+        ("", "<sdf version='1.7'><model name='m'/></sdf>", Fault.RESOURCE_PARSE_ERROR, "neither"),
+        ("", "<!DOCTYPE x [<!ENTITY a 'a'>]><sdf>&a;</sdf>", None, "DTD"),
+        ("", CART.replace('value="4"', 'value="1e9"'), None, "weighs 1e\\+09 kg"),
+        ("", CART.replace('<box size="0.2 0.4 0.6"/>', ""), None, "geometry"),
+        ("box:1,1", "", Fault.RESOURCE_PARSE_ERROR, "needs 3 finite numbers"),
+        ("box:1,1,nan", "", Fault.RESOURCE_PARSE_ERROR, "needs 3 finite numbers"),
+        ("box:1,1,1e9", "", Fault.RESOURCE_PARSE_ERROR, "size beyond"),
+        ("sphere:0", "", Fault.RESOURCE_PARSE_ERROR, "size beyond"),
+        ("box:1,1,1?mass=-1", "", Fault.RESOURCE_PARSE_ERROR, "mass is -1"),
+        ("none.sdf", "", Fault.NOT_FOUND, "does not exist"),
+        ("model://nothing", "", Fault.NOT_FOUND, "model path"),
+        ("../../etc/passwd", "", Fault.FORBIDDEN, "lies outside"),
+        ("file:///etc/passwd", "", Fault.FORBIDDEN, "lies outside"),
+        ("http://a/b.sdf", "", Fault.UNSUPPORTED_FORMAT, "valid: a path"),
+        ("notes.txt", "", Fault.UNSUPPORTED_FORMAT, "none of .sdf, .urdf"),
+        ("link.sdf", "", Fault.FORBIDDEN, "lies outside"),
+    ],
+)
+def test_what_cannot_be_spawned_is_refused_with_its_reason(
+    tmp_path: Path, uri: str, text: str, fault: Fault | None, problem: str
+) -> None:
+    (tmp_path / "notes.txt").write_text("x")
+    (tmp_path / "link.sdf").symlink_to("/etc/hostname")
+    with pytest.raises(ResourceError, match=problem) as caught:
+        read_entity(uri, text, _library(tmp_path))
+    assert caught.value.fault is (fault or Fault.RESOURCE_PARSE_ERROR)
+
+
+def test_missing_mesh_of_a_spawned_model_is_a_missing_asset(tmp_path: Path) -> None:
+    text = BOX.format(static="", inertial="").replace("<box><size>0.4 0.4 0.4</size></box>", MESH)
+    with pytest.raises(ResourceError, match=r"mesh 'none.stl' does not exist") as caught:
+        read_entity("", text, _library(tmp_path))
+    assert caught.value.fault is Fault.MISSING_ASSETS
+
+
+def test_library_finds_models_and_worlds_in_its_folder_and_the_shipped(tmp_path: Path) -> None:
+    crate = tmp_path / "models" / "crate"
+    crate.mkdir(parents=True)
+    (crate / "model.sdf").write_text(BOX.format(static="", inertial=""))
+    (tmp_path / "mine.world").write_text("<sdf/>")
+    library = _library(tmp_path)
+    assert library.models() == (crate,)
+    assert read_entity("models/crate", "", library).name == "crate"
+    assert read_entity("model://crate", "", library).name == "crate"
+    names = [path.name for path in library.worlds()]
+    assert {"mine.world", "arjuna_room.world", "empty.world"} <= set(names)
+    assert library.find("worlds/empty.world", (".world",)).name == "empty.world"
+
+
+def test_impossible_trajectory_is_refused() -> None:
+    with pytest.raises(ConfigError, match="two or more"):
+        _walker([[0.0, 0.0]], 1.0)
+
+
+WALKER = """<sdf version='1.7'><actor name='w'><script><trajectory id='0' type='walk'>
+<waypoint><time>0</time><pose>0 0 0 0 0 0</pose></waypoint>
+<waypoint><time>4</time><pose>0 2 0 0 0 0</pose></waypoint></trajectory></script></actor></sdf>"""
+TOKENS = ("1e9", "1e308", "-1", "nan", "inf", "0", "", "<", "</link>", "&a;", "1e-300", "9" * 400)
+
+
+def _mutated(text: str, rng: np.random.Generator) -> str:
+    """Replace a number, insert a token, or cut a passage out."""
+    kind, at = int(rng.integers(3)), int(rng.integers(len(text)))
+    token = TOKENS[int(rng.integers(len(TOKENS)))]
+    if kind == 0:
+        found = list(re.finditer(r"-?\d+(\.\d+)?", text))
+        number = found[int(rng.integers(len(found)))]
+        return text[: number.start()] + token + text[number.end() :]
+    end = at if kind == 1 else at + int(rng.integers(1, 30))
+    return text[:at] + (token if kind == 1 else "") + text[end:]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_whatever_a_client_sends_is_spawned_or_refused_and_the_robot_stands(seed: int) -> None:
+    rng, library = np.random.default_rng(seed), _library(ROOT)
+    sim = simulator(EMPTY)
+    corpus = (BOX.format(static="", inertial="<inertial><mass>7</mass></inertial>"), CART, WALKER)
+    spawned = 0
+    for i in range(120):
+        text = _mutated(corpus[i % len(corpus)], rng)
+        try:
+            entity = read_entity("", text, library)
+            sim.stage.spawn(dataclasses.replace(entity, name="it", start=Pose3((3.0, 0.0, 0.0))))
+        except ArjunaError:
+            continue
+        spawned += 1
+        run(sim, 0.1)
+        sim.stage.delete("it")
+    assert 0 < spawned < 120
+    assert sim.truth().pose.distance(SE2()) < 0.01
+
+
+def test_endless_shapes_are_refused() -> None:
+    shape = "<geometry><sphere><radius>0.01</radius></sphere></geometry>"
+    links = f"<link name='l'><collision name='c'>{shape}</collision></link>" * 2001
+    with pytest.raises(ResourceError, match="'m' has 2001 shapes; at most 2000"):
+        read_entity("", f"<sdf><model name='m'>{links}</model></sdf>", _library(ROOT))

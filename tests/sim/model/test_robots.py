@@ -1,0 +1,235 @@
+"""Robots of all kinds: joints, drives by any spelling, guesses, and robots that lie or stand."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import RobotError
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.model.robot import Robot, load_robot
+from tests.sim.builders import run, simulator
+
+INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
+BASE = f"""<link name="base">{INERTIAL.format(2)}
+<collision><geometry><box size="0.3 0.2 0.05"/></geometry></collision></link>"""
+WHEEL = """<link name="{name}">
+<inertial><mass value="0.2"/><inertia ixx="1e-4" iyy="1e-4" izz="2e-4"/></inertial>
+<collision><geometry><cylinder radius="0.05" length="0.02"/></geometry></collision></link>
+<joint name="{name}_joint" type="continuous"><parent link="base"/><child link="{name}"/>
+<origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="0 0 1"/></joint>"""
+FOUR = "".join(
+    WHEEL.format(name=f"{end}_{side}_wheel", xyz=f"{x} {y} 0", rpy="-1.5707963 0 0")
+    for end, x in (("front", 0.1), ("rear", -0.1))
+    for side, y in (("left", 0.13), ("right", -0.13))
+)
+LEFT = ("front_left_wheel_joint", "rear_left_wheel_joint")
+
+
+TWO = """<link name="ball">
+<collision><geometry><sphere radius="0.02"/></geometry></collision></link>
+<joint name="ball_joint" type="fixed"><parent link="base"/><child link="ball"/>
+<origin xyz="-0.1 0 -0.03"/></joint>""" + "".join(
+    WHEEL.format(name=f"{side}_wheel", xyz=f"0.1 {y} 0", rpy="-1.5707963 0 0")
+    for side, y in (("left", 0.08), ("right", -0.08))
+).replace('length="0.02"', 'length="0.025"')
+
+
+def _robot(folder: Path, inside: str) -> Path:
+    path = folder / "robot.urdf"
+    path.write_text(f'<robot name="r">{BASE}{inside}</robot>', encoding="utf-8")
+    return path
+
+
+def _load(folder: Path, inside: str) -> Robot:
+    return load_robot(_robot(folder, inside), SearchPath())
+
+
+def _joint(kind: str, extra: str = "", name: str = "tool") -> str:
+    return f"""<link name="{name}">{INERTIAL.format(0.1)}</link>
+<joint name="{name}_joint" type="{kind}"><parent link="base"/><child link="{name}"/>
+<origin xyz="0 0 0.1"/><axis xyz="0 1 0"/>{extra}</joint>"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "extra", "moving"),
+    [
+        ("fixed", "", False),
+        ("continuous", "", True),
+        ("revolute", '<limit lower="-1" upper="1"/>', True),
+        ("prismatic", '<limit lower="-0.1" upper="0.1"/>', True),
+        ("floating", "", False),
+        ("planar", "", False),
+    ],
+)
+def test_all_joint_types_load_and_drive(
+    tmp_path: Path, kind: str, extra: str, moving: bool
+) -> None:
+    sim = simulator(robot=_robot(tmp_path, FOUR + _joint(kind, extra)))
+    assert ("tool_joint" in sim.robot.moving_joints) == moving
+    last = run(sim, 1.0, Velocity(0.3, 0.0))
+    assert last.truth.v == pytest.approx(0.3, rel=0.1)
+    assert np.isfinite(last.joints.positions).all()
+    is_loose = kind in ("floating", "planar")
+    assert any("moves freely" in note for note in sim.notes) == is_loose
+
+
+def test_mimic_joint_follows(tmp_path: Path) -> None:
+    limits = '<limit lower="-3" upper="3"/>'
+    mimic = limits + '<mimic joint="tool_joint" multiplier="-0.5" offset="0.1"/>'
+    both = _joint("revolute", limits) + _joint("revolute", mimic, "other")
+    sim = simulator(robot=_robot(tmp_path, FOUR + both))
+    sim.stage.data.qvel[sim.stage.scene.joint_velocity[-2]] = 0.5
+    last = run(sim, 1.0)
+    first, second = last.joints.positions[-2:]
+    assert abs(first) > 0.1
+    assert second == pytest.approx(0.1 - 0.5 * first, abs=0.02)
+
+
+ROS1 = """<plugin name="p" filename="libgazebo_ros_skid_steer_drive.so">
+<leftFrontJoint>front_left_wheel_joint</leftFrontJoint>
+<rightFrontJoint>front_right_wheel_joint</rightFrontJoint>
+<leftRearJoint>rear_left_wheel_joint</leftRearJoint>
+<rightRearJoint>rear_right_wheel_joint</rightRearJoint>
+<wheelSeparation>0.26</wheelSeparation><wheelDiameter>0.1</wheelDiameter><torque>7</torque>
+<robotNamespace>/bot</robotNamespace><commandTopic>cmd</commandTopic>
+<odometryTopic>odometry</odometryTopic><robotBaseFrame>base</robotBaseFrame>
+<broadcastTF>false</broadcastTF><updateRate>40</updateRate></plugin>"""
+ROS2 = """<plugin name="p" filename="libgazebo_ros_diff_drive.so">
+<ros><namespace>/bot</namespace><remapping>cmd_vel:=cmd</remapping>
+<remapping>odom:=odometry</remapping></ros><update_rate>40</update_rate>
+<left_joint>front_left_wheel_joint</left_joint><left_joint>rear_left_wheel_joint</left_joint>
+<right_joint>front_right_wheel_joint</right_joint><right_joint>rear_right_wheel_joint</right_joint>
+<wheel_separation>0.26</wheel_separation><wheel_diameter>0.1</wheel_diameter>
+<max_wheel_torque>7</max_wheel_torque><publish_odom_tf>false</publish_odom_tf>
+<robot_base_frame>base</robot_base_frame></plugin>"""
+GZ = """<plugin name="p" filename="gz-sim-diff-drive-system">
+<left_joint>front_left_wheel_joint</left_joint><left_joint>rear_left_wheel_joint</left_joint>
+<right_joint>front_right_wheel_joint</right_joint><right_joint>rear_right_wheel_joint</right_joint>
+<wheel_separation>0.26</wheel_separation><wheel_radius>0.05</wheel_radius><topic>/bot/cmd</topic>
+<odom_topic>/bot/odometry</odom_topic><odom_publish_frequency>40</odom_publish_frequency>
+<child_frame_id>base</child_frame_id></plugin>"""
+
+
+@pytest.mark.parametrize("plugin", [ROS1, ROS2, GZ], ids=["ros1", "ros2", "gz"])
+def test_drive_is_read_in_every_spelling(tmp_path: Path, plugin: str) -> None:
+    robot = _load(tmp_path, f"{FOUR}<gazebo>{plugin}</gazebo>")
+    drive = robot.drive
+    assert drive.left == LEFT
+    assert (drive.separation, drive.radius, drive.rate) == (0.26, 0.05, 40.0)
+    assert (drive.command_topic, drive.odometry_topic) == ("/bot/cmd", "/bot/odometry")
+    assert drive.base_frame == "base"
+    assert drive.torque == (5.0 if plugin is GZ else 7.0)
+    assert drive.publishes == (("odom", "odom_tf") if plugin is GZ else ("odom",))
+    assert robot.notes == ()
+
+
+def test_wheel_numbers_that_contradict_the_wheels_are_noted(tmp_path: Path) -> None:
+    wrong = ROS2.replace("0.26", "0.5")
+    robot = _load(tmp_path, f"{FOUR}<gazebo>{wrong}</gazebo>")
+    assert robot.drive.separation == 0.5
+    assert any("wheel_separation is 0.5, but" in note for note in robot.notes)
+    sim = simulator(robot=_robot(tmp_path, f"{FOUR}<gazebo>{wrong}</gazebo>"))
+    last = run(sim, math.pi / 2, Velocity(0.0, 1.0))
+    assert last.truth.pose.theta == pytest.approx(math.pi / 2, rel=0.15)
+
+
+def test_caster_wheels_are_no_drive(tmp_path: Path) -> None:
+    wheels = FOUR.replace("rear_left_wheel", "caster_left").replace("rear_right_wheel", "caster_r")
+    robot = _load(tmp_path, wheels)
+    assert robot.drive.left == LEFT[:1]
+    assert any("guessed are the wheels front_left_wheel_joint (left)" in n for n in robot.notes)
+
+
+def test_wheel_without_a_partner_turns_freely(tmp_path: Path) -> None:
+    odd = WHEEL.format(name="odd_wheel", xyz="0.3 0.13 0", rpy="-1.5707963 0 0")
+    robot = _load(tmp_path, FOUR + odd)
+    assert robot.drive.left == LEFT
+    assert "joint 'odd_wheel_joint': turns freely: it has no partner on the other side" in (
+        robot.notes
+    )
+
+
+@pytest.mark.parametrize("turn", ["1.5707963 0 0", "0 0 1.5707963", "-1.5707963 0 0"])
+def test_robot_that_lies_on_its_side_is_stood_up(tmp_path: Path, turn: str) -> None:
+    """A robot whose frame is turned: its wheels stand on the ground, and it drives ahead."""
+    lying = f'<link name="cad"/><joint name="cad_joint" type="fixed"><parent link="cad"/>\
+<child link="base"/><origin rpy="{turn}"/></joint>'
+    sim = simulator(robot=_robot(tmp_path, FOUR + lying))
+    assert sim.robot.urdf.root == "base_footprint"
+    assert any("the new root 'base_footprint' carries it" in note for note in sim.notes)
+    last = run(sim, 2.0, Velocity(0.3, 0.0))
+    assert last.truth.z == pytest.approx(0.05, abs=0.005)
+    assert max(abs(last.truth.roll), abs(last.truth.pitch)) < 0.02
+    assert last.truth.v == pytest.approx(0.3, rel=0.05)
+    assert last.truth.pose.x > 0.5
+
+
+def test_robot_whose_root_is_the_world_stays_there(tmp_path: Path) -> None:
+    arm = f"""<link name="world"/><joint name="foot" type="fixed"><parent link="world"/>
+<child link="base"/></joint>{_joint("revolute", '<limit lower="-3" upper="3"/>')}"""
+    sim = simulator(robot=_robot(tmp_path, arm))
+    assert sim.robot.anchored
+    sim.stage.data.qvel[sim.stage.scene.joint_velocity[0]] = 2.0
+    last = run(sim, 2.0)
+    assert last.truth.pose.distance(sim.spawn) < 1e-5
+    assert abs(last.joints.positions[0]) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("front_left_wheel_joint</left_joint>", "none</left_joint>", "joint 'none' does not exist"),
+        ("rear_left_wheel_joint</left_joint>", "front_left_wheel_joint</left_joint>", "twice"),
+        ("<wheel_diameter>0.1", "<wheel_diameter>-0.1", "wheeldiameter.*negative"),
+        ("<max_wheel_torque>7", "<max_wheel_torque>nan", "must be finite"),
+    ],
+)
+def test_bad_drive_is_refused(tmp_path: Path, old: str, new: str, problem: str) -> None:
+    assert old in ROS2
+    with pytest.raises(RobotError, match=problem):
+        _load(tmp_path, f"{FOUR}<gazebo>{ROS2.replace(old, new, 1)}</gazebo>")
+
+
+LASER = """<gazebo reference="base"><sensor type="ray" name="laser">
+<update_rate>40</update_rate><ray><scan><horizontal><samples>720</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle>
+</horizontal></scan><range><min>0.1</min><max>30</max></range><noise><stddev>0.02</stddev></noise>
+</ray><plugin name="l" filename="libgazebo_ros_laser.so">{}</plugin></sensor></gazebo>"""
+IMU = """<gazebo><plugin name="imu" filename="libhector_gazebo_ros_imu.so">
+<updateRate>25</updateRate><bodyName>base</bodyName><topicName>imu/raw</topicName><frameId>imu_frame</frameId></plugin>
+</gazebo>"""
+
+
+@pytest.mark.parametrize(
+    ("inside", "topic", "frame"),
+    [
+        ("<topicName>/bot/scan</topicName><frameName>eye</frameName>", "/bot/scan", "eye"),
+        ("<remapping>~/out:=front</remapping><frame_name>eye</frame_name>", "front", "eye"),
+        ("<robotNamespace>/bot</robotNamespace>", "/bot/scan", "base"),
+    ],
+    ids=["ros1", "ros2", "namespace"],
+)
+def test_lidar_is_read_in_every_spelling(
+    tmp_path: Path, inside: str, topic: str, frame: str
+) -> None:
+    lidar = _load(tmp_path, FOUR + LASER.format(inside)).settings.lidar
+    assert lidar is not None
+    assert (lidar.topic, lidar.frame, lidar.link) == (topic, frame, "base")
+    assert (lidar.samples, lidar.rate, lidar.noise) == (720, 40.0, 0.02)
+    assert (lidar.angle_min, lidar.range_max) == (-1.5, 30.0)
+
+
+def test_imu_of_a_plugin_without_a_sensor_is_read(tmp_path: Path) -> None:
+    imu = _load(tmp_path, FOUR + IMU).settings.imu
+    assert imu is not None
+    assert (imu.link, imu.frame, imu.rate, imu.topic) == ("base", "imu_frame", 25.0, "imu/raw")
+
+
+def test_light_robot_on_two_wide_wheels_turns_as_its_wheels_do(tmp_path: Path) -> None:
+    sim = simulator(robot=_robot(tmp_path, TWO))
+    run(sim, 1.0, Velocity(0.0, 0.5))
+    assert run(sim, 2.0, Velocity(0.0, 0.5)).truth.w == pytest.approx(0.5, rel=0.07)
