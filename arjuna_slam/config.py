@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
-from arjuna_slam.back_end import BackEndConfig
-from arjuna_slam.correlative import Window
-from arjuna_slam.loop_closure import LoopConfig
-from arjuna_slam.mapper import Mapper
-from arjuna_slam.scan_matcher import MatcherConfig
+from arjuna_slam.graph.back_end import BackEndConfig
+from arjuna_slam.graph.loops import LoopConfig
+from arjuna_slam.mapping.mapper import Mapper
+from arjuna_slam.matching.correlative import Window
+from arjuna_slam.matching.scan_matcher import MatcherConfig
 
 
 @dataclass(frozen=True)

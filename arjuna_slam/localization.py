@@ -10,15 +10,15 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.deskew import motion_within
-from arjuna_slam.pose_graph import PoseGraph
-from arjuna_slam.reference_map import ReferenceMap
-from arjuna_slam.scan_filter import ScanFilter, Skip
-from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher, invert
-from arjuna_slam.session import Session, Start, StartKind
+from arjuna_slam.graph.pose_graph import PoseGraph
+from arjuna_slam.mapping.reference_map import ReferenceMap
+from arjuna_slam.mapping.session import Session, Start, StartKind
+from arjuna_slam.matching.deskew import motion_within
+from arjuna_slam.matching.scan_filter import ScanFilter, Skip
+from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
+from arjuna_slam.matching.surface import Surface
+from arjuna_slam.matching.tracking import Tracker
 from arjuna_slam.slam import SlamUpdate
-from arjuna_slam.surface import Surface
-from arjuna_slam.tracking import Tracker
 
 
 class Localizer:

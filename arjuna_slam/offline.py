@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from arjuna_core.errors import InputFileError
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2, wrap
-from arjuna_slam.carmen import COMPRESSED, CarmenLog, read_carmen
-from arjuna_slam.offline_recording import Recording, RecordingTopics
+from arjuna_slam.logs.carmen import COMPRESSED, CarmenLog, read_carmen
+from arjuna_slam.logs.recording import Recording, RecordingTopics
 from arjuna_slam.slam import Slam
 
 __all__ = ["RecordingTopics", "RelationError", "evaluate", "open_log", "read_carmen", "run"]

@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_slam.back_end import BackEnd
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.deskew import motion_within
-from arjuna_slam.loop_closure import LoopCloser
-from arjuna_slam.pose_graph import Edge, EdgeKind, PoseGraph
-from arjuna_slam.pruning import is_redundant, prune
-from arjuna_slam.reference_map import ReferenceMap
-from arjuna_slam.scan_filter import ScanFilter, Skip
-from arjuna_slam.scan_matcher import Match, MatchStatus, ScanMatcher, invert
-from arjuna_slam.session import Session, Start, StartKind
-from arjuna_slam.submap import LocalMap
-from arjuna_slam.surface import Surface, extract
-from arjuna_slam.tracking import Tracker
+from arjuna_slam.graph.back_end import BackEnd
+from arjuna_slam.graph.loops import LoopCloser
+from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.mapping.lifelong import is_redundant, prune
+from arjuna_slam.mapping.reference_map import ReferenceMap
+from arjuna_slam.mapping.session import Session, Start, StartKind
+from arjuna_slam.mapping.submap import LocalMap
+from arjuna_slam.matching.deskew import motion_within
+from arjuna_slam.matching.scan_filter import ScanFilter, Skip
+from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
+from arjuna_slam.matching.surface import Surface, extract
+from arjuna_slam.matching.tracking import Tracker
 
 _AT_START = Match(MatchStatus.MATCHED, IDENTITY, np.zeros((3, 3)), 1.0)
 _VAGUE = np.diag([4.0, 4.0, 10.0])  # information of a start that no scan confirms: 0.5 m, 0.3 rad

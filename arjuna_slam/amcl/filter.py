@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2, wrap
-from arjuna_slam.amcl.agreement import agreement
-from arjuna_slam.amcl.belief import SEED_COVARIANCE, Belief
-from arjuna_slam.amcl.clusters import Cluster
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.errors import (
     LocalizationError,
@@ -23,12 +20,15 @@ from arjuna_slam.amcl.errors import (
 )
 from arjuna_slam.amcl.estimate import Answer, Estimate, Status, conclude
 from arjuna_slam.amcl.field import DistanceField
-from arjuna_slam.amcl.observation import Observation
+from arjuna_slam.amcl.particles.belief import SEED_COVARIANCE, Belief
+from arjuna_slam.amcl.particles.clusters import Cluster
 from arjuna_slam.amcl.recovery import EVIDENCE, LikelihoodAverages, LostDetector, propose
 from arjuna_slam.amcl.refine import refine, refine_around
 from arjuna_slam.amcl.search import GlobalSearch
-from arjuna_slam.amcl.sensor_models import make_sensor
-from arjuna_slam.deskew import motion_within
+from arjuna_slam.amcl.sensors.agreement import agreement
+from arjuna_slam.amcl.sensors.models import make_sensor
+from arjuna_slam.amcl.sensors.observation import Observation
+from arjuna_slam.matching.deskew import motion_within
 
 __all__ = ["AmclConfig", "Estimate", "LocalizationError", "ParticleFilter", "Status"]
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_slam.amcl.agreement import agreement
 from arjuna_slam.amcl.field import DistanceField
-from arjuna_slam.amcl.observation import Observation
 from arjuna_slam.amcl.refine import refine
 from arjuna_slam.amcl.search import GlobalSearch, distinct
+from arjuna_slam.amcl.sensors.agreement import agreement
+from arjuna_slam.amcl.sensors.observation import Observation
 
 EVIDENCE = 40.0  # log-likelihood of one more unit of agreement: so many beams are independent
 _PROPOSALS = 24  # poses of the search that are refined and compared beam by beam

@@ -9,9 +9,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import wrap
-from arjuna_slam.amcl.agreement import agreement
 from arjuna_slam.amcl.field import DistanceField
-from arjuna_slam.amcl.observation import Observation
+from arjuna_slam.amcl.sensors.agreement import agreement
+from arjuna_slam.amcl.sensors.observation import Observation
 
 _SIGMAS = np.array((0.3, 0.3, 0.2, 0.1, 0.1, 0.1, 0.1))  # of the robust kernel, coarse to fine [m]
 _BEAM = 0.05  # deviation of a beam's end from the map, its neighbours' likeness included [m]

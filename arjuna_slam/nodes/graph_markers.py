@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from arjuna_slam.pose_graph import EdgeKind, PoseGraph
+from arjuna_slam.graph.pose_graph import EdgeKind, PoseGraph
 
 _NAMESPACE = "slam_toolbox"
 NODE_COLOR = ColorRGBA(r=1.0, a=1.0)

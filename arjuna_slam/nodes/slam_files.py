@@ -13,8 +13,8 @@ from arjuna_core.files.maps import save_map
 from arjuna_core.files.maps_folder import MapsFolderError, inside
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
-from arjuna_slam.session import Session, Start, StartKind
-from arjuna_slam.session_file import SUFFIX, SessionFileError, load_session, save_session
+from arjuna_slam.mapping.session import Session, Start, StartKind
+from arjuna_slam.mapping.session_file import SUFFIX, SessionFileError, load_session, save_session
 
 Resume = Callable[[Session, Start, bool], None]
 _KINDS = {

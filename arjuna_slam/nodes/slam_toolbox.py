@@ -31,14 +31,14 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.localization import Localizer
+from arjuna_slam.mapping.session import Session, Start, StartKind
+from arjuna_slam.matching.scan_filter import Skip
+from arjuna_slam.matching.scan_matcher import MatchStatus
 from arjuna_slam.nodes.graph_markers import markers
 from arjuna_slam.nodes.scan_intake import ScanIntake, shortened
 from arjuna_slam.nodes.slam_config import SlamNodeConfig
 from arjuna_slam.nodes.slam_files import SlamFiles
 from arjuna_slam.nodes.slam_interactive import InteractiveGraph
-from arjuna_slam.scan_filter import Skip
-from arjuna_slam.scan_matcher import MatchStatus
-from arjuna_slam.session import Session, Start, StartKind
 from arjuna_slam.slam import Slam, SlamUpdate
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]

@@ -15,7 +15,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.filter import ParticleFilter
-from tests.slam.amcl_room import Robot, room_map
+from tests.slam.amcl.room import Robot, room_map
 
 _PARTICLES = (250, 500, 1000, 2000, 5000, 20_000, 200_000)
 _BEAMS = (30, 60, 180, 360)

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph_files import read_graph
-from arjuna_slam.initialization import cost, optimize_globally
-from arjuna_slam.pose_graph import EdgeTable
+from arjuna_slam.graph.files import read_graph
+from arjuna_slam.graph.initialization import cost, optimize_globally
+from arjuna_slam.graph.pose_graph import EdgeTable
 
 _REPEATS = 5
 

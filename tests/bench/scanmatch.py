@@ -18,11 +18,11 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam import offline
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.correlative import Window
-from arjuna_slam.field import Field
-from arjuna_slam.scan_matcher import ScanMatcher
-from arjuna_slam.submap import Submap
-from arjuna_slam.surface import extract
+from arjuna_slam.mapping.submap import Submap
+from arjuna_slam.matching.correlative import Window
+from arjuna_slam.matching.field import Field
+from arjuna_slam.matching.scan_matcher import ScanMatcher
+from arjuna_slam.matching.surface import extract
 from tests.slam.slam_room import room, scan_at
 
 _HALF_WIDTH, _HALF_ANGLE = 0.25, 0.349  # slam_toolbox's default window

@@ -17,7 +17,7 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam import offline
-from arjuna_slam.pose_graph import EdgeKind
+from arjuna_slam.graph.pose_graph import EdgeKind
 from arjuna_slam.slam import Slam, SlamUpdate
 
 _WARM_UP_SCANS = 300

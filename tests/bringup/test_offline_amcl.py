@@ -12,7 +12,7 @@ from arjuna_core.files.maps import save_map
 from arjuna_core.se2 import SE2
 from bringup import cli
 from bringup.cli_parser import parse
-from tests.slam.amcl_room import Robot, ranges_at, room_map
+from tests.slam.amcl.room import Robot, ranges_at, room_map
 
 
 @pytest.fixture

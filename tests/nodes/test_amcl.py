@@ -36,7 +36,7 @@ from arjuna_core.ros.convert import (
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.nodes.amcl import AmclNode
 from tests.helpers.ros import RosBench
-from tests.slam.amcl_room import DT, Robot, error, random_pose, room_map
+from tests.slam.amcl.room import DT, Robot, error, random_pose, room_map
 
 pytestmark = pytest.mark.ros
 

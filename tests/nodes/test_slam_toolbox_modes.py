@@ -23,9 +23,9 @@ from arjuna_core.config import load
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, pose_msg, time_msg, transform_msg
 from arjuna_core.se2 import SE2
+from arjuna_slam.matching.scan_filter import Skip
 from arjuna_slam.nodes.slam_config import SlamNodeConfig
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
-from arjuna_slam.scan_filter import Skip
 from bringup.parameters import for_node, load_parameters
 from tests.helpers.ros import RosBench
 from tests.helpers.slam_robot import DT, LOG, Robot, started

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.mapper import Mapper
-from arjuna_slam.scan_filter import ScanFilter, Skip
+from arjuna_slam.mapping.mapper import Mapper
+from arjuna_slam.matching.scan_filter import ScanFilter, Skip
+from arjuna_slam.matching.surface import extract
 from arjuna_slam.slam import Slam
-from arjuna_slam.surface import extract
 from tests.slam.slam_room import room, scan_at
 from tests.slam.trials import SCENARIOS, Figures, Log, measure, room_log, spoil
 

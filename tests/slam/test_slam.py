@@ -11,8 +11,8 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.mapper import Mapper
-from arjuna_slam.scan_matcher import MatchStatus
+from arjuna_slam.mapping.mapper import Mapper
+from arjuna_slam.matching.scan_matcher import MatchStatus
 from arjuna_slam.slam import Slam, SlamUpdate
 from tests.slam.slam_room import box, distance_to_walls, drive, ranges_at, room, scan_at
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tests.bench import posegraph, scanmatch, slam
-from tests.slam.test_slam_offline import text
+from tests.slam.logs.test_offline import text
 
 SQUARE = """\
 VERTEX_SE2 0 0 0 0

@@ -11,12 +11,12 @@ import pytest
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
+from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.localization import Localizer
-from arjuna_slam.pose_graph import Edge, EdgeKind
-from arjuna_slam.pruning import is_redundant, prune
-from arjuna_slam.scan_filter import Skip
-from arjuna_slam.scan_matcher import MatchStatus
-from arjuna_slam.session import Session, Start, StartKind
+from arjuna_slam.mapping.lifelong import is_redundant, prune
+from arjuna_slam.mapping.session import Session, Start, StartKind
+from arjuna_slam.matching.scan_filter import Skip
+from arjuna_slam.matching.scan_matcher import MatchStatus
 from arjuna_slam.slam import Slam
 from tests.slam.slam_room import distance_to_walls, drive, ranges_at, room
 

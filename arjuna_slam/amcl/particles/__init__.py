@@ -1,0 +1,1 @@
+"""The belief: weighted particles, how they move and which survive."""

@@ -1,0 +1,1 @@
+"""How likely a scan is at each particle."""

@@ -1,0 +1,107 @@
+"""Agreement: what share of a scan's beams the map explains at a pose."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.sensors.observation import Observation
+
+_NEAR = 0.15  # a beam this near to an obstacle hit it [m]
+_THROUGH = 0.5  # a beam this much longer than the map allows went through an obstacle [m] ...
+_OUT = 1.5  # ... as did one that came out of it so far [cells]
+_SHORT = 0.5  # what a beam that ends early counts: someone may stand there
+_HALF_DIAGONAL = math.sqrt(0.5)
+
+
+def agreement(field: DistanceField, pose: NDArray[np.float64], seen: Observation) -> float:
+    """Return the share of beams (0..1) that agree with the map at a pose.
+
+    A beam agrees if it ends near an obstacle of the map and crossed none on its way. One that
+    crossed an obstacle speaks against the pose; one that ended in the open half as much, as people
+    and furniture come and go. A beam without return counts only against the pose, where the map
+    has an obstacle in its way; thus poses are told apart that end points alone do not tell apart.
+
+    Args:
+        field: The map's distances.
+        pose: Of the base, `(3,) float64` in the map frame [m, m, rad].
+        seen: The scan.
+    """
+    sensor = SE2.from_array(pose) @ seen.T_base_sensor
+    origin = field.to_grid(sensor.array()[np.newaxis])[0]
+    origin[2] -= seen.T_base_sensor.theta  # the beams' directions are the base's
+    beams, resolution = seen.many, field.frame.resolution
+    return _agreement(
+        field.distances, resolution, origin, beams.directions, beams.ranges, beams.returned
+    )
+
+
+@njit(cache=True)
+def _agreement(
+    distances: NDArray[np.float32],
+    resolution: float,
+    origin: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    returned: NDArray[np.bool_],
+) -> float:
+    height, width = distances.shape
+    near, through, short = 0, 0, 0
+    turn_c, turn_s = math.cos(origin[2]), math.sin(origin[2])
+    for i in range(len(ranges)):
+        c = turn_c * directions[i, 0] - turn_s * directions[i, 1]
+        s = turn_s * directions[i, 0] + turn_c * directions[i, 1]
+        length = ranges[i] / resolution
+        if _crossed(distances, resolution, origin, c, s, length):
+            through += 1
+        elif returned[i]:
+            column = math.floor(origin[0] + c * length)
+            row = math.floor(origin[1] + s * length)
+            inside = 0 <= row < height and 0 <= column < width
+            if inside and distances[row, column] < _NEAR:
+                near += 1
+            else:
+                short += 1
+    counted = near + through + _SHORT * short
+    return near / counted if counted > 0.0 else 0.0
+
+
+@njit(cache=True)
+def _crossed(
+    distances: NDArray[np.float32],
+    resolution: float,
+    origin: NDArray[np.float64],
+    c: float,
+    s: float,
+    length: float,
+) -> bool:
+    """Whether a ray of `length` [cells] meets an obstacle and comes out of it again.
+
+    Free space is passed in leaps of the free distance. A ray that grazes a wall stays close to it.
+
+    Source: Hart, Sphere tracing, The Visual Computer, 1996.
+    """
+    height, width = distances.shape
+    at, hit = 0.0, np.inf
+    while at < length:
+        column = math.floor(origin[0] + c * at)
+        row = math.floor(origin[1] + s * at)
+        if not (0 <= row < height and 0 <= column < width):
+            at += 1.0
+            continue
+        free = distances[row, column] / resolution
+        if hit < np.inf:
+            if free > _OUT or at - hit > _THROUGH / resolution:
+                return True
+            at += 1.0
+        elif free == 0.0:
+            hit = at
+            at += 1.0
+        else:
+            at += max(free - 2.0 * _HALF_DIAGONAL, 1.0)
+    return False

@@ -1,0 +1,146 @@
+"""The beam model: each range against the one that the map lets expect."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.raycast import cast
+from arjuna_slam.amcl.config import AmclConfig
+from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.sensors.likelihood_field import Likelihood
+from arjuna_slam.amcl.sensors.observation import Observation
+
+_HEADINGS = 360
+_BYTES_MAX = 256e6  # of the cache; coarser headings keep a large map's below it
+_MILLIMETRE = 1e-3
+_UNSEEN, _UNKNOWN = 0, 1 << 15  # entries of the cache: not cast yet; the ray ends in the unknown
+
+
+class BeamModel:
+    """nav2_amcl's `beam`: 1 plus the sum of the beams' cubed densities, a mixture of four.
+
+    A reading is the map's obstacle, something nearer, no return, or anything. Where the ray leaves
+    the known map first, readings beyond that place are uniform.
+
+    Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 6.1; the sum: nav2_amcl.
+    """
+
+    def __init__(self, field: DistanceField, config: AmclConfig) -> None:
+        self._field, self._config = field, config
+        self._blocked = field.occupied | field.unknown
+        headings = _HEADINGS
+        while headings > 45 and self._blocked.size * headings * 2 > _BYTES_MAX:
+            headings //= 2
+        # the system lends zeroed pages only as they are touched
+        self._cache = np.zeros((*self._blocked.shape, headings), np.uint16)
+
+    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
+        """See `SensorModel.weigh`."""
+        c, field = self._config, self._field
+        beams, sensor = seen.few, seen.T_base_sensor
+        mount = np.array([sensor.x, sensor.y]) / field.frame.resolution
+        mixture = np.array([c.z_hit, c.z_short, c.z_max, c.z_rand, c.sigma_hit, c.lambda_short])
+        factors = _weigh(
+            self._cache,
+            field.occupied,
+            self._blocked,
+            field.frame.resolution,
+            seen.range_max,
+            mixture,
+            np.ascontiguousarray(field.to_grid(particles)),
+            mount,
+            np.arctan2(beams.directions[:, 1], beams.directions[:, 0]),
+            beams.ranges,
+            beams.returned,
+        )
+        return Likelihood(factors, factors)
+
+
+@njit(cache=True)
+def _weigh(
+    cache: NDArray[np.uint16],
+    occupied: NDArray[np.bool_],
+    blocked: NDArray[np.bool_],
+    resolution: float,
+    range_max: float,
+    mixture: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    mount: NDArray[np.float64],
+    bearings: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    returned: NDArray[np.bool_],
+) -> NDArray[np.float64]:
+    factors = np.ones(len(poses))
+    for i in range(len(poses)):
+        c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+        column = math.floor(poses[i, 0] + c * mount[0] - s * mount[1])
+        row = math.floor(poses[i, 1] + s * mount[0] + c * mount[1])
+        for j in range(len(bearings)):
+            expected, known = _expected(
+                cache,
+                occupied,
+                blocked,
+                resolution,
+                range_max,
+                row,
+                column,
+                poses[i, 2] + bearings[j],
+            )
+            p = _density(mixture, ranges[j], returned[j], expected, known, range_max)
+            factors[i] += p * p * p
+    return factors
+
+
+@njit(cache=True)
+def _density(
+    mixture: NDArray[np.float64],
+    reading: float,
+    returned: bool,
+    expected: float,
+    known: bool,
+    range_max: float,
+) -> float:
+    z_hit, z_short, z_max, z_rand, sigma, decay = mixture
+    if not known and reading >= expected:
+        return 1.0 / range_max
+    p: float = z_rand / range_max if returned else z_max
+    if known:
+        p += z_hit * math.exp(-((reading - expected) ** 2) / (2.0 * sigma * sigma))
+    if reading < expected:
+        p += z_short * decay * math.exp(-decay * reading)
+    return p
+
+
+@njit(cache=True)
+def _expected(
+    cache: NDArray[np.uint16],
+    occupied: NDArray[np.bool_],
+    blocked: NDArray[np.bool_],
+    resolution: float,
+    range_max: float,
+    row: int,
+    column: int,
+    bearing: float,
+) -> tuple[float, bool]:
+    """Return the range [m] at which a ray is stopped, and whether by an obstacle or no return.
+
+    Else the ray enters the unknown there.
+    """
+    height, width, headings = cache.shape
+    if not (0 <= row < height and 0 <= column < width):
+        return 0.0, False
+    turn = math.floor(bearing / (2.0 * math.pi) * headings + 0.5) % headings
+    entry = cache[row, column, turn]
+    if entry == _UNSEEN:
+        ray = np.array([2.0 * math.pi * turn / headings])
+        x, y = (column + 0.5) * resolution, (row + 0.5) * resolution
+        stopped = cast(blocked, resolution, x, y, ray, range_max)[0]
+        hit = cast(occupied, resolution, x, y, ray, range_max)[0]
+        length = min(max(stopped, _MILLIMETRE), range_max, 32.0)
+        entry = np.uint16(length / _MILLIMETRE) | np.uint16(0 if hit == stopped else _UNKNOWN)
+        cache[row, column, turn] = entry
+    return (entry & (_UNKNOWN - 1)) * _MILLIMETRE, entry < _UNKNOWN

@@ -1,0 +1,130 @@
+"""Sensor models on the likelihood field: how likely a scan is at each particle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_slam.amcl.config import AmclConfig
+from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.lookup import bordered, count_near, sum_at_endpoints
+from arjuna_slam.amcl.sensors.observation import Observation
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """How well a scan fits each particle.
+
+    Attributes:
+        factors: What the particles' weights are multiplied by, `(N,) float64`, all positive.
+        levels: The same on a scale that can be averaged from scan to scan, `(N,) float64`.
+    """
+
+    factors: NDArray[np.float64]
+    levels: NDArray[np.float64]
+
+
+class SensorModel(Protocol):
+    """Weighs particles by a scan."""
+
+    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
+        """Return the likelihood of a scan's few beams at particles.
+
+        Args:
+            particles: `(N, 3) float64` in the map frame [m, m, rad].
+            seen: The scan, with at least one beam.
+        """
+
+
+class _Density:
+    """The density of a beam's end at each cell, tabulated once for each `range_max` seen.
+
+    Where the map is unknown nothing can be expected: there the density is at least that of a
+    uniform reading.
+    """
+
+    def __init__(self, field: DistanceField, config: AmclConfig) -> None:
+        self.field = field
+        self._config = config
+        self._range_max = -1.0
+        self.table: NDArray[np.float64] = np.empty((0, 0))
+        self.outside = 0.0
+
+    def build(self, range_max: float) -> bool:
+        """Tabulate; return whether the table changed."""
+        if range_max == self._range_max:
+            return False
+        self._range_max = range_max
+        self.table = self._hit(self.field.distances, range_max)
+        unknown = self.field.unknown
+        self.table[unknown] = np.maximum(self.table[unknown], 1.0 / range_max)
+        self.outside = float(self._hit(np.array([self.field.max_distance]), range_max)[0])
+        return True
+
+    def _hit(self, distances: NDArray[np.floating], range_max: float) -> NDArray[np.float64]:
+        c = self._config
+        hit = c.z_hit * np.exp(-(distances.astype(np.float64) ** 2) / (2.0 * c.sigma_hit**2))
+        return np.asarray(hit + c.z_rand / range_max)
+
+
+class LikelihoodField:
+    """nav2_amcl's `likelihood_field`: 1 plus the sum of the cubed densities of the beams.
+
+    Source: nav2_amcl; after Probabilistic Robotics, table 6.3, whose product over beams it
+    replaces because neighbouring beams are not independent.
+    """
+
+    def __init__(self, field: DistanceField, config: AmclConfig) -> None:
+        self._density = _Density(field, config)
+        self._cubed: NDArray[np.float32] = field.distances
+
+    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
+        """See `SensorModel.weigh`."""
+        density = self._density
+        if density.build(seen.range_max):
+            self._cubed = bordered(density.table**3, density.outside**3)
+        sums = sum_at_endpoints(self._cubed, *_in_cells(density.field, particles, seen))
+        factors = 1.0 + sums.astype(np.float64)
+        return Likelihood(factors, factors)
+
+
+class LikelihoodFieldProb:
+    """nav2_amcl's `likelihood_field_prob`: the product over beams, with beam skipping.
+
+    Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 6.3; skipping: nav2_amcl.
+    """
+
+    def __init__(self, field: DistanceField, config: AmclConfig) -> None:
+        self._density = _Density(field, config)
+        self._config = config
+        self._distances = bordered(field.distances, field.max_distance)
+        self._logs: NDArray[np.float32] = self._distances
+
+    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
+        """See `SensorModel.weigh`."""
+        density = self._density
+        if density.build(seen.range_max):
+            self._logs = bordered(np.log(density.table), math.log(density.outside))
+        poses, cells = _in_cells(density.field, particles, seen)
+        if self._config.do_beamskip:
+            cells = self._skip(poses, cells)
+        sums = sum_at_endpoints(self._logs, poses, cells).astype(np.float64)
+        return Likelihood(np.exp(sums - sums.max()), np.exp(sums / max(1, len(cells))))
+
+    def _skip(self, poses: NDArray[np.float64], cells: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Leave out beams that fit too few particles, unless that would be nearly all."""
+        c = self._config
+        fits = count_near(self._distances, c.beam_skip_distance, poses, cells)
+        keep = fits > c.beam_skip_threshold * len(poses)
+        skipped = 1.0 - keep.mean()
+        return cells if skipped >= c.beam_skip_error_threshold else cells[keep]
+
+
+def _in_cells(
+    field: DistanceField, particles: NDArray[np.float64], seen: Observation
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return field.to_grid(particles), seen.few.endpoints / field.frame.resolution

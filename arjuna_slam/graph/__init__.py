@@ -1,0 +1,1 @@
+"""Pose graphs: what they hold, how they are optimised and how loops are closed."""

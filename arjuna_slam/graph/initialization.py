@@ -1,0 +1,97 @@
+"""Optimising a pose graph from a start that may be far off.
+
+Besides the start that is given there is one from the edges alone: headings first, then positions,
+both linear. Source: Carlone et al., Initialization techniques for 3D SLAM, 2015, section IV-B
+(chordal relaxation), in the plane.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix, identity
+from scipy.sparse.linalg import splu
+
+from arjuna_slam.graph.linearization import chi2
+from arjuna_slam.graph.optimizer import OptimizerResult, optimize
+from arjuna_slam.graph.pose_graph import EdgeTable
+
+_REGULAR = 1e-12  # share of the greatest weight; holds what no edge joins to node 0
+
+
+def optimize_globally(
+    poses: NDArray[np.float64], edges: EdgeTable, *, iterations: int = 100
+) -> OptimizerResult:
+    """Return the poses of least cost, the first held, from the better of two starts.
+
+    A graph that then still disagrees with itself may be in a local minimum: the other start is
+    tried as well.
+
+    Args:
+        poses: Start, `(N, 3) float64` of x, y, theta [m, m, rad].
+        edges: The measurements; they must connect all nodes.
+        iterations: Most steps from each start.
+    """
+    if not len(edges) or len(poses) < 2:
+        return optimize(poses, edges)
+    starts = sorted((poses, initialize(poses, edges)), key=lambda start: cost(start, edges))
+    result = optimize(starts[0], edges, iterations=iterations)
+    if result.trace[-1] <= 3.0 * (len(edges) - len(poses) + 1):
+        return result
+    other = optimize(starts[1], edges, iterations=iterations)
+    return min(result, other, key=lambda found: found.trace[-1])
+
+
+def cost(poses: NDArray[np.float64], edges: EdgeTable) -> float:
+    """Return the sum of the edges' chi2."""
+    i, j = np.ascontiguousarray(edges.i), np.ascontiguousarray(edges.j)
+    return float(chi2(poses, i, j, edges.measured, edges.information).sum())
+
+
+def initialize(poses: NDArray[np.float64], edges: EdgeTable) -> NDArray[np.float64]:
+    """Return poses that fit the edges, as a start for the optimiser.
+
+    Args:
+        poses: `(N, 3) float64` [m, m, rad]; only the first counts, and stays.
+        edges: The measurements.
+    """
+    i, j, count, first = edges.i, edges.j, len(poses), poses[0]
+    weight = edges.information[:, 2, 2]
+    turn = np.exp(1j * edges.measured[:, 2])
+    heading = _solve(
+        count, i, j, weight, turn, np.zeros(len(i), np.complex128), np.exp(1j * first[2])
+    )
+    direction = heading / np.maximum(np.abs(heading), 1e-12)
+    step = direction[i] * (edges.measured[:, 0] + 1j * edges.measured[:, 1])
+    spread = 0.5 * (edges.information[:, 0, 0] + edges.information[:, 1, 1])
+    place = _solve(
+        count, i, j, spread, np.ones(len(i), np.complex128), step, complex(first[0], first[1])
+    )
+    return np.column_stack((place.real, place.imag, np.angle(direction)))
+
+
+def _solve(
+    count: int,
+    i: NDArray[np.int64],
+    j: NDArray[np.int64],
+    weight: NDArray[np.float64],
+    factor: NDArray[np.complex128],
+    offset: NDArray[np.complex128],
+    first: complex,
+) -> NDArray[np.complex128]:
+    """Return z of least sum weight |z_j - factor z_i - offset|^2 with z_0 given."""
+    rows = np.concatenate((i, j, i, j))
+    columns = np.concatenate((i, j, j, i))
+    across = -weight * factor
+    values = np.concatenate((weight * np.abs(factor) ** 2, weight, np.conj(across), across))
+    links = coo_matrix((values, (rows, columns)), shape=(count, count))
+    matrix = (links + _REGULAR * weight.max() * identity(count)).tocsc()
+    right = np.zeros(count, np.complex128)
+    np.add.at(right, j, weight * offset)
+    np.add.at(right, i, -weight * np.conj(factor) * offset)
+    right = right[1:] - matrix[1:, 0].toarray().ravel() * first
+    free = splu(
+        matrix[1:, 1:], permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    ).solve(right)  # fmt: skip
+    return np.concatenate(([first], free))

@@ -1,0 +1,1 @@
+"""Logs and recordings: scans and odometry in."""

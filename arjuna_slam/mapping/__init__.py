@@ -1,0 +1,1 @@
+"""Submaps, maps and sessions."""

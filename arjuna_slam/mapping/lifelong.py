@@ -1,0 +1,94 @@
+"""Forgetting: submaps that newer ones cover, and a graph without their keyframes.
+
+Source: the idea of Kretzschmar and Stachniss, Information-theoretic compression of pose graphs,
+2012: what the map has seen anew may go, and the measurements that go with it are replaced by what
+the graph has made of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_slam.graph.pose_graph import Edge, EdgeKind
+from arjuna_slam.mapping.session import Session
+
+_COVERED_WITHIN = 0.5  # a newer keyframe this near sees what an older one saw [m]
+_COVERED_SHARE = 0.9
+_BRIDGE = np.diag([1.0 / 0.02**2, 1.0 / 0.02**2, 1.0 / 0.01**2])  # information across a gap
+_DOUBT = 0.5  # what the information of a measurement moved to another keyframe is worth
+
+
+def is_redundant(poses: NDArray[np.float64], nodes: Sequence[int]) -> bool:
+    """Tell whether newer keyframes cover a submap.
+
+    Args:
+        poses: x, y, theta of every keyframe, `(N, 3) float64`.
+        nodes: The submap's keyframes.
+    """
+    newer = poses[max(nodes) + 1 :, :2]
+    if len(newer) == 0:
+        return False
+    gaps = np.linalg.norm(poses[list(nodes), None, :2] - newer[None], axis=2).min(axis=1)
+    return bool((gaps < _COVERED_WITHIN).mean() >= _COVERED_SHARE)
+
+
+def prune(session: Session, keep: NDArray[np.bool_]) -> tuple[Session, NDArray[np.int64]]:
+    """Return a session without some keyframes.
+
+    Args:
+        session: The session.
+        keep: Which keyframes stay, `(N,) bool`; at least one.
+
+    Returns:
+        The session, and the new number of each keyframe, `(N,) int64`, -1 for those gone.
+    """
+    kept = np.flatnonzero(keep)
+    index = np.where(keep, np.cumsum(keep) - 1, -1)
+    edges = [moved for edge in session.edges if (moved := _move(session, edge, kept, index))]
+    edges += _bridges(session, kept)
+    submaps = tuple(
+        tuple(int(index[node]) for node in nodes if keep[node])
+        for nodes in session.submaps
+        if keep[nodes[0]]
+    )
+    scans = tuple(session.scans[k] for k in kept)
+    pruned = Session(scans, session.poses[kept], session.travel[kept], tuple(edges), submaps)
+    return pruned, index
+
+
+def _move(
+    session: Session, edge: Edge, kept: NDArray[np.int64], index: NDArray[np.int64]
+) -> Edge | None:
+    """Return an edge between kept keyframes; a loop's end that goes is moved to the next one."""
+    i, j = int(index[edge.i]), int(index[edge.j])
+    if i >= 0 and j >= 0:
+        return Edge(i, j, edge.T_i_j, edge.information, edge.kind)
+    if edge.kind is not EdgeKind.LOOP:
+        return None
+    a, b = _next(kept, edge.i), _next(kept, edge.j)
+    if a == b:
+        return None
+    T_a_i = SE2.from_array(session.poses[a]).inverse() @ SE2.from_array(session.poses[edge.i])
+    T_j_b = SE2.from_array(session.poses[edge.j]).inverse() @ SE2.from_array(session.poses[b])
+    measured = T_a_i @ edge.T_i_j @ T_j_b
+    return Edge(int(index[a]), int(index[b]), measured, _DOUBT * edge.information, edge.kind)
+
+
+def _next(kept: NDArray[np.int64], node: int) -> int:
+    """Return the kept keyframe nearest in time."""
+    return int(kept[np.abs(kept - node).argmin()])
+
+
+def _bridges(session: Session, kept: NDArray[np.int64]) -> list[Edge]:
+    """Return edges over the gaps, as the graph has them now."""
+    edges = []
+    for new, (a, b) in enumerate(pairwise(kept.tolist())):
+        if b != a + 1:
+            T = SE2.from_array(session.poses[a]).inverse() @ SE2.from_array(session.poses[b])
+            edges.append(Edge(new, new + 1, T, _BRIDGE, EdgeKind.MATCH))
+    return edges

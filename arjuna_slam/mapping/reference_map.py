@@ -1,0 +1,71 @@
+"""The map of a finished session as one field, and where a scan lies in it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from arjuna_core.se2 import SE2
+from arjuna_slam.config import SlamConfig
+from arjuna_slam.mapping.session import Session, Start, StartKind
+from arjuna_slam.matching.correlative import Window, search
+from arjuna_slam.matching.field import Field
+from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher
+from arjuna_slam.matching.surface import Surface, extract
+
+_NEAR_POSITION, _NEAR_HEADING, _NEAR_DEPTH = 1.5, 0.6, 4
+_POINTS = 120  # of a scan that is looked for everywhere
+_DEPTH_MIN, _DEPTH_MAX = 3, 7
+_ANYWHERE_RESPONSE = 0.7  # on a whole map much fits somewhat
+
+
+class ReferenceMap:
+    """A field of all keyframes of a session at their optimised poses, in map's frame.
+
+    Args:
+        config: The parameters.
+        session: The session.
+    """
+
+    def __init__(self, config: SlamConfig, session: Session) -> None:
+        self._config = config
+        self._matcher = ScanMatcher(config)
+        self._first = SE2.from_array(session.poses[0])
+        resolution = config.field_resolution
+        self.field = Field(resolution, config.field_deviation)
+        for scan, row in zip(session.scans, session.poses, strict=True):
+            pose = SE2.from_array(row)
+            points, normals = extract(scan, config.max_laser_range).dense(resolution)
+            self.field.add(pose.apply(points), SE2(0.0, 0.0, pose.theta).apply(normals))
+        self.field.trim()
+
+    def find(self, surface: Surface, start: Start) -> Match:
+        """Return where a scan lies on the map.
+
+        Args:
+            surface: The scan.
+            start: What is known of the robot's pose; the match's own pose where it failed.
+        """
+        if start.kind is StartKind.ANYWHERE:
+            return self._search_all(surface)
+        prior = self._first if start.kind is StartKind.FIRST_NODE else start.T_map_base
+        window = Window(_NEAR_POSITION, _NEAR_HEADING, _NEAR_DEPTH)
+        least = self._config.loop_match_minimum_response_coarse
+        return self._matcher.match(self.field, surface, prior, window, least)
+
+    def _search_all(self, surface: Surface) -> Match:
+        rows, columns = self.field.score.shape
+        half = 0.5 * self.field.resolution * np.array([columns, rows])
+        centre = self.field.origin + half
+        depth = round(math.log2(float(half.max()) / self.field.resolution)) - 2
+        window = Window(float(half.max()), math.pi, min(max(depth, _DEPTH_MIN), _DEPTH_MAX))
+        prior = SE2(float(centre[0]), float(centre[1]), 0.0)
+        points = surface.points[:: math.ceil(len(surface) / _POINTS)]
+        found = search(self.field, points, prior, window, _ANYWHERE_RESPONSE)
+        if found is None:
+            return Match(MatchStatus.LOW_RESPONSE, prior, np.eye(3), 0.0)
+        match = self._matcher.track(self.field, surface, found[0])
+        if match.response < self._config.loop_match_minimum_response_fine:
+            return Match(MatchStatus.LOW_RESPONSE, prior, np.eye(3), match.response)
+        return match

@@ -1,0 +1,1 @@
+"""Scan matching: the one stack that mapping and localization use."""

@@ -1,0 +1,275 @@
+"""Correlative search: the best pose of a scan in a window, exact to a cell and an angle step.
+
+Sources: Olson, Real-time correlative scan matching, 2009 (multi-resolution bounds); Hess et al.,
+Real-time loop closure in 2D LIDAR SLAM, 2016, section V (branch and bound); penalties as Karto.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2, wrap
+from arjuna_slam.matching.field import Field
+
+_ANGLE_STEP_MIN = math.radians(0.25)
+_RUN = 16  # points between two looks at whether a block can still win
+
+
+@dataclass(frozen=True)
+class Window:
+    """Where to search and how much to trust the prior.
+
+    Attributes:
+        xy: Half the width of the window [m].
+        theta: Half its angle [rad].
+        depth: Levels of the pyramid.
+        distance_penalty: Variance of the penalty on distance [m^2]; inf for none.
+        angle_penalty: Variance of the penalty on angle [rad^2]; inf for none.
+        floor_xy: Least the distance penalty may become.
+        floor_theta: Least the angle penalty may become.
+    """
+
+    xy: float
+    theta: float
+    depth: int
+    distance_penalty: float = math.inf
+    angle_penalty: float = math.inf
+    floor_xy: float = 0.5
+    floor_theta: float = 0.9
+
+
+def search(
+    field: Field, points: NDArray[np.float64], prior: SE2, window: Window, least: float
+) -> tuple[SE2, float] | None:
+    """Return the pose of the greatest response and the response.
+
+    Args:
+        field: The reference.
+        points: `(N, 2) float64` in the robot's base frame [m].
+        prior: Centre of the window, robot in field.
+        window: Its size.
+        least: Response (0..1, the mean likelihood times the penalties) a pose must exceed.
+
+    Returns:
+        The pose and its response, or None where no pose of the window exceeds `least`.
+    """
+    if len(points) == 0 or field.score.size == 0:
+        return None
+    far = int(0.9 * (len(points) - 1))
+    reach = float(np.partition(np.hypot(points[:, 0], points[:, 1]), far)[far])
+    step = max(field.resolution / max(reach, field.resolution), _ANGLE_STEP_MIN)
+    half_steps = math.ceil(window.theta / step)
+    steps = np.arange(-half_steps, half_steps + 1, dtype=np.float64)
+    thetas = prior.theta + step * steps
+    pyramid, levels = field.pyramid(window.depth)
+    xy = (np.array([prior.x, prior.y]) - field.origin) / field.resolution
+    half_cells = math.ceil(window.xy / field.resolution)
+    penalty = np.array(
+        [
+            0.2 * field.resolution**2 / window.distance_penalty,
+            0.2 / window.angle_penalty,
+            window.floor_xy,
+            window.floor_theta,
+        ]
+    )
+    k, row, column, response = _branch_and_bound(
+        field.score, pyramid, levels, points / field.resolution, xy, thetas, half_cells, penalty,
+        least,
+    )  # fmt: skip
+    if k < 0:
+        return None
+    x = prior.x + column * field.resolution
+    return SE2(x, prior.y + row * field.resolution, float(thetas[k])), response
+
+
+def score(
+    field: Field, points: NDArray[np.float64], prior: SE2, pose: SE2, window: Window
+) -> float:
+    """Return the response that `search` would give a pose.
+
+    Args:
+        field: The reference.
+        points: `(N, 2) float64` in the robot's base frame [m].
+        prior: Centre of the window, robot in field.
+        pose: The pose, robot in field.
+        window: Its penalties.
+    """
+    likelihood = _mean_score(field.score, points, pose.array(), field.origin, field.resolution)
+    gap = (pose.x - prior.x) ** 2 + (pose.y - prior.y) ** 2
+    distance = max(1.0 - 0.2 * gap / window.distance_penalty, window.floor_xy)
+    turn = float(wrap(pose.theta - prior.theta))
+    angle = max(1.0 - 0.2 * turn * turn / window.angle_penalty, window.floor_theta)
+    return likelihood * distance * angle
+
+
+@njit(cache=True)
+def _mean_score(
+    values: NDArray[np.uint8],
+    points: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    resolution: float,
+) -> float:
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    total = 0
+    for i in range(len(points)):
+        x = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y = pose[1] + s * points[i, 0] + c * points[i, 1]
+        column = math.floor((x - origin[0]) / resolution)
+        row = math.floor((y - origin[1]) / resolution)
+        if 0 <= row < values.shape[0] and 0 <= column < values.shape[1]:
+            total += values[row, column]
+    return total / (255.0 * len(points))
+
+
+@njit(cache=True)
+def _bound(
+    score: NDArray[np.uint8],
+    pyramid: NDArray[np.uint8],
+    levels: NDArray[np.int64],
+    h: int,
+    cells: NDArray[np.int32],
+    row: int,
+    column: int,
+    least: float,
+) -> float:
+    """Mean upper bound (0..1) over the points for the block of offsets at (row, column).
+
+    Points are no longer looked at once the bound cannot exceed `least`.
+    """
+    start, height, width = levels[h]
+    total, most = 0, 255 * len(cells)
+    needed = least * most
+    for first in range(0, len(cells), _RUN):
+        last = min(first + _RUN, len(cells))
+        most -= 255 * (last - first)
+        if h == 0:
+            for i in range(first, last):
+                r, c = cells[i, 0] + row, cells[i, 1] + column
+                if r >= 0 and r < height and c >= 0 and c < width:
+                    total += score[r, c]
+        else:
+            for i in range(first, last):
+                r = ((cells[i, 0] + row) >> h) + 1
+                c = ((cells[i, 1] + column) >> h) + 1
+                if r >= 0 and r < height and c >= 0 and c < width:
+                    total += pyramid[start + r * width + c]
+        if total + most <= needed:
+            break
+    return float(total + most) / (255.0 * len(cells))
+
+
+@njit(cache=True)
+def _penalty(row: int, column: int, size: int, turn: float, p: NDArray[np.float64]) -> float:
+    """Greatest penalty factor in a block of offsets `size` cells wide."""
+    dr = 0 if row <= 0 <= row + size - 1 else min(abs(row), abs(row + size - 1))
+    dc = 0 if column <= 0 <= column + size - 1 else min(abs(column), abs(column + size - 1))
+    distance = max(1.0 - p[0] * (dr * dr + dc * dc), p[2])
+    return float(distance * max(1.0 - p[1] * turn * turn, p[3]))
+
+
+@njit(cache=True)
+def _offsets(
+    points: NDArray[np.float64], xy: NDArray[np.float64], thetas: NDArray[np.float64]
+) -> NDArray[np.int32]:
+    """Return the cell (row, column) of each point at each angle, `(T, N, 2) int32`."""
+    cells = np.empty((len(thetas), len(points), 2), np.int32)
+    for k in range(len(thetas)):
+        c, s = math.cos(thetas[k]), math.sin(thetas[k])
+        for i in range(len(points)):
+            cells[k, i, 0] = math.floor(xy[1] + s * points[i, 0] + c * points[i, 1])
+            cells[k, i, 1] = math.floor(xy[0] + c * points[i, 0] - s * points[i, 1])
+    return cells
+
+
+@njit(cache=True)
+def _descend(
+    score: NDArray[np.uint8],
+    pyramid: NDArray[np.uint8],
+    levels: NDArray[np.int64],
+    cells: NDArray[np.int32],
+    top_block: tuple[int, int, int],
+    bound: float,
+    turn: float,
+    penalty: NDArray[np.float64],
+    best: float,
+) -> tuple[bool, int, int, float]:
+    """Search one block of offsets (row, column, level), depth first, the most promising first."""
+    found, best_row, best_column = False, 0, 0
+    depth = top_block[2]
+    stack = np.empty((4 * depth + 4, 3), np.int64)
+    bounds = np.empty(4 * depth + 4)
+    stack[0] = top_block
+    bounds[0] = bound
+    top = 1
+    while top > 0:
+        top -= 1
+        if bounds[top] <= best:
+            continue
+        row, column, h = stack[top]
+        if h == 0:
+            found, best_row, best_column, best = True, row, column, bounds[top]
+            continue
+        child, first = 1 << (h - 1), top
+        for q in range(4):
+            r, c = row + (q // 2) * child, column + (q % 2) * child
+            factor = _penalty(r, c, child, turn, penalty)
+            value = factor * _bound(
+                score, pyramid, levels, h - 1, cells, r, c, best / max(factor, 1e-9)
+            )
+            if value <= best:
+                continue
+            place = top
+            while place > first and bounds[place - 1] > value:
+                stack[place] = stack[place - 1]
+                bounds[place] = bounds[place - 1]
+                place -= 1
+            stack[place] = (r, c, h - 1)
+            bounds[place] = value
+            top += 1
+    return found, best_row, best_column, best
+
+
+@njit(cache=True)
+def _branch_and_bound(
+    score: NDArray[np.uint8],
+    pyramid: NDArray[np.uint8],
+    levels: NDArray[np.int64],
+    points: NDArray[np.float64],
+    xy: NDArray[np.float64],
+    thetas: NDArray[np.float64],
+    half: int,
+    penalty: NDArray[np.float64],
+    least: float,
+) -> tuple[int, int, int, float]:
+    """Return angle index (-1 for none), row, column and response of the best offset."""
+    depth, n_theta = len(levels) - 1, len(thetas)
+    size = 1 << depth
+    blocks = (2 * half) // size + 1
+    cells = _offsets(points, xy, thetas)
+    middle = thetas[n_theta // 2]
+    tops = np.empty(n_theta * blocks * blocks)
+    for t in range(len(tops)):
+        k, b = t // (blocks * blocks), t % (blocks * blocks)
+        row, column = -half + (b // blocks) * size, -half + (b % blocks) * size
+        factor = _penalty(row, column, size, thetas[k] - middle, penalty)
+        tops[t] = factor * _bound(
+            score, pyramid, levels, depth, cells[k], row, column, least / max(factor, 1e-9)
+        )
+    best_k, best_row, best_column, best = -1, 0, 0, least
+    for t in np.argsort(-tops):
+        if tops[t] <= best:
+            break
+        k, b = t // (blocks * blocks), t % (blocks * blocks)
+        block = (-half + (b // blocks) * size, -half + (b % blocks) * size, depth)
+        found, row, column, response = _descend(
+            score, pyramid, levels, cells[k], block, tops[t], thetas[k] - middle, penalty, best
+        )
+        if found:
+            best_k, best_row, best_column, best = k, row, column, response
+    return best_k, best_row, best_column, best

@@ -1,0 +1,213 @@
+"""Scan matching: where a scan lies in a reference field, and how certain that is."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2
+from arjuna_slam.matching.correlative import Window, score, search
+from arjuna_slam.matching.field import Field
+from arjuna_slam.matching.refinement import refine
+from arjuna_slam.matching.surface import Surface
+
+_SEARCH_POINTS_MAX = 360
+_UNKNOWN_INFORMATION = np.diag([1.0, 1.0, 1.0])  # 1 m, 1 rad: what a direction never seen is worth
+_BETTER = 0.02  # what a searched pose's response must gain on the tracked one
+_FLAT = np.zeros((3, 3))
+
+
+class MatchStatus(enum.Enum):
+    """How a match ended."""
+
+    MATCHED = "matched"
+    TOO_FEW_POINTS = "too few points"
+    LOW_RESPONSE = "low response"
+    NOT_CONVERGED = "not converged"
+
+
+@njit(cache=True)
+def invert(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the inverse of a covariance or information matrix, `(3, 3) float64`."""
+    a, b, c = matrix[0]
+    d, e = matrix[1, 1], matrix[1, 2]
+    f = matrix[2, 2]
+    result = np.empty((3, 3))
+    result[0, 0] = d * f - e * e
+    result[0, 1] = result[1, 0] = c * e - b * f
+    result[0, 2] = result[2, 0] = b * e - c * d
+    result[1, 1] = a * f - c * c
+    result[1, 2] = result[2, 1] = b * c - a * e
+    result[2, 2] = a * d - b * b
+    result /= a * result[0, 0] + b * result[0, 1] + c * result[0, 2]
+    return result
+
+
+@dataclass(frozen=True)
+class Match:
+    """The result of matching one scan.
+
+    Attributes:
+        status: Whether the pose can be used.
+        T_field_base: Robot in the field's frame; the prior where the status says it cannot be used.
+        covariance: Of `x, y, theta` in the field's frame, `(3, 3) float64` [m^2, m rad, rad^2].
+        response: Share (0..1) of the scan's points that lie on the reference's surfaces.
+    """
+
+    status: MatchStatus
+    T_field_base: SE2
+    covariance: NDArray[np.float64]
+    response: float
+
+    @property
+    def information(self) -> NDArray[np.float64]:
+        """The inverse of the covariance, `(3, 3) float64`."""
+        return invert(self.covariance)
+
+
+@dataclass(frozen=True)
+class MatcherConfig:
+    """Parameters of scan matching."""
+
+    match_minimum_points: int = param(
+        10, "Valid points below which a scan is not matched.", minimum=3, maximum=10000
+    )
+    match_minimum_response: float = param(
+        0.3,
+        "Share of points on known surfaces below which a match fails.",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    match_iterations: int = param(20, "Most Gauss-Newton steps.", minimum=1, maximum=1000)
+    match_robust_scale: float = param(
+        0.05,
+        "Distance at which a point's weight is a quarter.",
+        unit="m",
+        minimum=1e-3,
+        maximum=1.0,
+    )
+    range_deviation: float = param(
+        0.02, "Deviation of a point from its surface.", unit="m", minimum=1e-4, maximum=1.0
+    )
+    beam_correlation: float = param(
+        10.0,
+        "How many points share one error: divides the information of a match.",
+        minimum=1.0,
+        maximum=1e4,
+    )
+    match_position_floor: float = param(
+        0.005, "Least deviation of a match in position.", unit="m", minimum=1e-5, maximum=1.0
+    )
+    match_heading_floor: float = param(
+        0.002, "Least deviation of a match in heading.", unit="rad", minimum=1e-5, maximum=1.0
+    )
+
+
+class ScanMatcher:
+    """Matches surfaces against fields.
+
+    Args:
+        config: The parameters.
+    """
+
+    def __init__(self, config: MatcherConfig) -> None:
+        self._config = config
+        self._floor = np.diag(
+            [
+                config.match_position_floor**2,
+                config.match_position_floor**2,
+                config.match_heading_floor**2,
+            ]
+        )
+
+    def track(
+        self, field: Field, surface: Surface, prior: SE2, information: NDArray[np.float64] = _FLAT
+    ) -> Match:
+        """Refine a pose known to some centimetres.
+
+        Args:
+            field: The reference.
+            surface: The scan.
+            prior: Robot in the field's frame.
+            information: Of the prior, in the field's frame, `(3, 3) float64`; zero for none.
+        """
+        if len(surface) < self._config.match_minimum_points:
+            return self._failed(MatchStatus.TOO_FEW_POINTS, prior, 0.0)
+        return self._refine(field, surface, prior, prior, information)
+
+    def match(
+        self,
+        field: Field,
+        surface: Surface,
+        prior: SE2,
+        window: Window,
+        least: float,
+        information: NDArray[np.float64] = _FLAT,
+    ) -> Match:
+        """Track a pose from the prior, and search a window for a better one.
+
+        Args:
+            field: The reference.
+            surface: The scan.
+            prior: Centre of the window, robot in the field's frame.
+            window: Where to search.
+            least: Response (0..1) that a pose must exceed in the search.
+            information: Of the prior in the refinement, `(3, 3) float64`; zero for none.
+        """
+        if len(surface) < self._config.match_minimum_points:
+            return self._failed(MatchStatus.TOO_FEW_POINTS, prior, 0.0)
+        points = surface.points[:: math.ceil(len(surface) / _SEARCH_POINTS_MAX)]
+        tracked = self._refine(field, surface, prior, prior, information)
+        if tracked.status is MatchStatus.MATCHED:
+            reached = score(field, points, prior, tracked.T_field_base, window)
+            if reached > least:
+                least = reached + _BETTER
+            else:
+                tracked = self._failed(MatchStatus.LOW_RESPONSE, prior, tracked.response)
+        found = search(field, points, prior, window, least)
+        if found is None:
+            return tracked
+        match = self._refine(field, surface, found[0], prior, information)
+        if tracked.status is not MatchStatus.MATCHED:
+            return match
+        return match if match.response > tracked.response + _BETTER else tracked
+
+    def _refine(
+        self,
+        field: Field,
+        surface: Surface,
+        start: SE2,
+        prior: SE2,
+        information: NDArray[np.float64],
+    ) -> Match:
+        config = self._config
+        pose, h, total, square, steps = refine(
+            field.index, field.planes, field.resolution, field.origin, surface.points,
+            surface.normals,
+            start.array(), prior.array(), information + 1e-6 * _UNKNOWN_INFORMATION,
+            config.match_robust_scale, config.range_deviation, config.match_iterations,
+        )  # fmt: skip
+        response = total / len(surface)
+        if response < config.match_minimum_response:
+            return self._failed(MatchStatus.LOW_RESPONSE, prior, response)
+        if steps < 0:
+            return self._failed(MatchStatus.NOT_CONVERGED, prior, response)
+        return Match(
+            MatchStatus.MATCHED, SE2.from_array(pose), self._covariance(h, square), response
+        )
+
+    def _covariance(self, h: NDArray[np.float64], square: float) -> NDArray[np.float64]:
+        """Return the inverse of the information, scaled up where the points fit worse than told."""
+        config = self._config
+        misfit = max(1.0, square / config.range_deviation**2)
+        information = h / (config.beam_correlation * misfit) + _UNKNOWN_INFORMATION
+        return invert(information) + self._floor
+
+    def _failed(self, status: MatchStatus, prior: SE2, response: float) -> Match:
+        return Match(status, prior, invert(_UNKNOWN_INFORMATION), response)

@@ -1,0 +1,84 @@
+"""Claims: the belief resamples when it should, and chance decides nothing among places that tie."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.config import AmclConfig
+from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.particles.belief import Belief
+from tests.slam.amcl.room import room_map
+
+FIELD = DistanceField(room_map(), 2.0)
+PLACES = np.array([(2.0, 2.0, 0.0), (-2.0, 2.0, 1.5), (-2.0, -3.5, 3.0)])
+
+
+def belief(config: AmclConfig = AmclConfig(), seed: int = 0) -> Belief:  # noqa: B008
+    return Belief(config, FIELD, np.random.default_rng(seed))
+
+
+def test_selective_resampling_waits_until_few_particles_carry_the_weight() -> None:
+    some = belief(AmclConfig(selective_resampling=True))
+    some.spread(SE2(), 0.1 * np.eye(3))
+    before = some.particles.copy()
+    some.reweigh(np.linspace(1.0, 1.5, 2000))
+    some.resample(0.0)
+    np.testing.assert_array_equal(some.particles, before)
+    some.reweigh(np.where(np.arange(2000) < 400, 1.0, 1e-6))
+    some.resample(0.0)
+    assert len(some.particles) < 2000
+    assert len(np.unique(some.particles, axis=0)) <= 400
+    np.testing.assert_allclose(some.weights, 1.0 / len(some.particles))
+
+
+def test_resampling_keeps_to_its_interval() -> None:
+    some = belief(AmclConfig(resample_interval=3))
+    some.spread(SE2(), 0.1 * np.eye(3))
+    counts = []
+    for _ in range(6):
+        some.resample(0.0)
+        counts.append(len(some.particles))
+    assert counts == [2000, 2000, 500, 500, 500, 500]
+
+
+def test_injected_particles_come_from_anywhere_free() -> None:
+    some = belief()
+    some.spread(SE2(), 0.01 * np.eye(3))
+    assert some.resample(0.3)
+    far = np.hypot(*some.particles[:, :2].T) > 0.5
+    assert far.mean() == pytest.approx(0.3, abs=0.08)
+
+
+@pytest.mark.parametrize("tied", [(True, True, True), (True, True, False)])
+def test_a_scan_that_fits_places_alike_leaves_their_shares_alone(
+    tied: tuple[bool, bool, bool],
+) -> None:
+    some = belief()
+    some.seed(PLACES, np.array([0.5, 0.3, 0.2]))
+    clusters = some.clusters()
+    assert [round(one.share, 2) for one in clusters] == [0.5, 0.3, 0.2]
+    place = np.argmin([np.hypot(*(some.particles - at)[:, :2].T) for at in PLACES], axis=0)
+    factors = np.array([1.0, 1.3, 1.3])[place]
+    some.reweigh(some.level(factors, np.array(tied)))
+    shares = np.bincount(place, some.weights)
+    assert shares[0] / shares[1] == pytest.approx(5.0 / 3.0, rel=0.01)
+    if not tied[2]:
+        assert shares[2] / shares[1] > 1.1 * 2.0 / 3.0
+
+
+def test_shifting_clusters_changes_their_shares_by_the_factors() -> None:
+    some = belief()
+    some.seed(PLACES, np.array([0.5, 0.3, 0.2]))
+    some.clusters()
+    shares = some.shift(np.array([1.0, 0.5, 0.25]))
+    np.testing.assert_allclose(shares, np.array([0.5, 0.15, 0.05]) / 0.7, atol=0.002)
+    assert some.weights.sum() == pytest.approx(1.0)
+
+
+def test_downsampled_free_space_is_each_second_row_and_column() -> None:
+    drawn = FIELD.sample_free(500, np.random.default_rng(0), step=2)
+    cells = FIELD.frame.to_cells(drawn[:, :2])
+    assert (cells % 2 == 0).all()
+    assert FIELD.free[cells[:, 0], cells[:, 1]].all()

@@ -1,0 +1,277 @@
+"""Claims: the filter tracks, notices a kidnap, finds itself again, and is never surely wrong."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import ArjunaError, ConfigError
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.config import MOTION_MODELS, SENSOR_MODELS
+from arjuna_slam.amcl.filter import AmclConfig, Estimate, LocalizationError, ParticleFilter, Status
+from tests.slam.amcl.room import Robot, error, random_pose, room_map
+
+DEFAULTS = AmclConfig()
+ROOM = room_map()
+TIGHT = np.diag([0.01, 0.01, 0.01])
+RVIZ = np.diag([0.25, 0.25, 0.0685])
+
+
+class Run:
+    """A robot and its filter, fed with each scan as a node would."""
+
+    def __init__(self, seed: int, config: AmclConfig = DEFAULTS) -> None:
+        self.robot = Robot(np.random.default_rng(seed))
+        self.filter = ParticleFilter(config, ROOM, np.random.default_rng(seed + 1000))
+        self.estimate: Estimate | None = None
+        self.count = 0
+
+    def feed(self, scan: Scan, force: bool = False) -> Estimate | None:
+        estimate = self.filter.update(self.robot.odometry, scan, force)
+        if estimate is not None:
+            self.estimate, self.count = estimate, self.count + 1
+        return estimate
+
+    def drive(self, steps: int) -> None:
+        for _ in range(steps):
+            self.feed(self.robot.step())
+
+    @property
+    def pose(self) -> SE2:
+        assert self.estimate is not None
+        return self.estimate.T_map_odom @ self.robot.odometry
+
+    @property
+    def error(self) -> tuple[float, float]:
+        return error(self.pose, self.robot.pose)
+
+
+def tracked(seed: int, config: AmclConfig = DEFAULTS) -> Run:
+    run = Run(seed, config)
+    run.filter.set_pose(run.robot.pose, TIGHT)
+    run.drive(20)
+    return run
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("motion", MOTION_MODELS)
+@pytest.mark.parametrize("sensor", SENSOR_MODELS)
+def test_tracking_error_is_below_3_cm(seed: int, motion: str, sensor: str) -> None:
+    run = Run(seed, AmclConfig(robot_model_type=motion, laser_model_type=sensor))
+    run.filter.set_pose(run.robot.pose @ SE2(0.2, -0.2, 0.15), RVIZ)
+    run.drive(10)
+    errors = []
+    for _ in range(300):
+        run.drive(1)
+        errors.append(run.error[0])
+        assert run.estimate is not None
+        assert run.estimate.status is Status.TRACKING
+    assert math.sqrt(np.mean(np.square(errors))) <= 0.03
+    assert max(errors) <= 0.08
+
+
+@pytest.mark.parametrize("mode", ["drive", "spin", "stand"])
+@pytest.mark.parametrize("seed", range(7))
+def test_a_kidnapped_robot_notices_and_is_right_again_within_ten_seconds(
+    seed: int, mode: str
+) -> None:
+    run = tracked(seed)
+    run.robot.pose = random_pose(np.random.default_rng(seed + 500))
+    noticed = right = None
+    for tick in range(100):
+        if mode == "drive":
+            scan = run.robot.step()
+        else:
+            run.robot.move(SE2(0.0, 0.0, 0.05 if mode == "spin" else 0.0))
+            scan = run.robot.scan()
+        run.feed(scan)
+        off, turned = run.error
+        assert run.estimate is not None
+        sure = run.estimate.status is Status.TRACKING and run.estimate.quality > 0.7
+        assert not (sure and (off > 0.3 or turned > 0.3)), "surely wrong"
+        noticed = tick if noticed is None and not sure else noticed
+        right = (right if right is not None else tick) if off < 0.1 and turned < 0.1 else None
+    assert noticed is not None
+    assert noticed < 30
+    assert right is not None
+    assert run.estimate is not None
+    assert run.estimate.status is Status.TRACKING
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_global_localization_finds_the_robot_with_one_scan(seed: int) -> None:
+    run = Run(seed)
+    run.filter.globalize()
+    assert run.feed(run.robot.scan()) is not None
+    assert run.error[0] < 0.05
+
+
+def twins(pose: SE2) -> list[SE2]:
+    """The poses of a square room that look like one of them."""
+    return [SE2(0.0, 0.0, quarter * math.pi / 2) @ pose for quarter in range(4)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_in_a_symmetric_room_all_places_are_kept_for_long_and_none_is_sure(seed: int) -> None:
+    square = room_map(boxes=())
+    robot = Robot(np.random.default_rng(seed), boxes=())
+    belief = ParticleFilter(AmclConfig(), square, np.random.default_rng(seed + 50))
+    belief.globalize()
+    T_map_odom = SE2()
+    for _ in range(600):
+        estimate = belief.update(robot.odometry, robot.step())
+        if estimate is not None:
+            T_map_odom = estimate.T_map_odom
+            assert estimate.status is Status.AMBIGUOUS
+            assert estimate.quality < 0.5
+            assert "other places" in estimate.reason
+        pose = T_map_odom @ robot.odometry
+        assert min(pose.distance(twin) for twin in twins(robot.pose)) < 0.1
+    for twin in twins(robot.pose):
+        near = np.hypot(*(belief.particles[:, :2] - (twin.x, twin.y)).T) < 0.5
+        assert belief.weights[near].sum() > 0.1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_room_with_one_box_is_told_apart_by_it(seed: int) -> None:
+    boxes = ((2.5, 0.0),)
+    robot = Robot(np.random.default_rng(seed), boxes=boxes)
+    rng = np.random.default_rng(seed + 50)
+    belief = ParticleFilter(AmclConfig(), room_map(boxes=boxes), rng)
+    belief.globalize()
+    estimate = None
+    for _ in range(100):
+        estimate = belief.update(robot.odometry, robot.step()) or estimate
+    assert estimate is not None
+    assert estimate.status is Status.TRACKING
+    assert error(estimate.T_map_odom @ robot.odometry, robot.pose)[0] < 0.05
+
+
+def test_a_robot_that_stands_is_told_nothing_new() -> None:
+    run = tracked(1)
+    run.feed(run.robot.scan(), force=True)
+    for _ in range(5):
+        assert run.feed(run.robot.scan()) is None
+
+
+def test_particles_wait_until_the_robot_has_moved_enough_and_the_pose_does_not() -> None:
+    run = tracked(1)
+    run.feed(run.robot.scan(), force=True)
+    before = run.filter.particles.copy()
+    run.robot.odometry = run.robot.odometry @ SE2(0.0, 0.0, 0.19)
+    run.robot.pose = run.robot.pose @ SE2(0.0, 0.0, 0.16)  # the wheels slip
+    assert run.feed(run.robot.scan()) is not None
+    np.testing.assert_array_equal(run.filter.particles, before)
+    assert run.error[1] < 0.01
+    run.robot.odometry = run.robot.odometry @ SE2(0.0, 0.0, 0.02)
+    run.robot.pose = run.robot.pose @ SE2(0.0, 0.0, 0.02)
+    assert run.feed(run.robot.scan()) is not None
+    assert len(run.filter.particles) != len(before) or (run.filter.particles != before).any()
+
+
+def test_small_steps_do_not_add_up_to_an_error() -> None:
+    run = tracked(2)
+    for _ in range(400):
+        run.robot.move(SE2(0.005, 0.0, 0.02))
+        run.feed(run.robot.scan())
+        assert run.error[0] < 0.05
+
+
+def test_people_around_the_robot_do_not_throw_it_off() -> None:
+    run = tracked(3)
+    rng = np.random.default_rng(7)
+    for _ in range(150):
+        scan = run.robot.step()
+        ranges, first = scan.ranges.copy(), int(rng.integers(360))
+        blocked = (first + np.arange(70)) % 360
+        ranges[blocked] = np.minimum(ranges[blocked], rng.uniform(0.5, 2.0))
+        run.feed(replace(scan, ranges=ranges))
+        assert run.error[0] < 0.08
+
+
+def test_a_blind_scan_moves_the_estimate_by_odometry_and_says_so() -> None:
+    run = tracked(4)
+    scan = run.robot.step()
+    blind = run.feed(replace(scan, ranges=np.full(360, np.nan)), force=True)
+    assert blind is not None
+    assert blind.status is Status.BLIND
+    assert blind.quality == 0.0
+    assert "odometry" in blind.reason
+    assert run.error[0] < 0.3
+
+
+def test_before_any_pose_there_is_no_estimate() -> None:
+    run = Run(0)
+    assert run.feed(run.robot.scan()) is None
+    assert not run.filter.initialized
+
+
+def test_set_pose_spreads_the_particles_as_told() -> None:
+    run = Run(0)
+    covariance = np.array([[0.2, 0.05, 0.0], [0.05, 0.1, 0.0], [0.0, 0.0, 0.03]])
+    run.filter.set_pose(SE2(1.0, 2.0, 0.5), covariance)
+    np.testing.assert_allclose(run.filter.particles.mean(axis=0), (1.0, 2.0, 0.5), atol=0.05)
+    np.testing.assert_allclose(np.cov(run.filter.particles.T), covariance, atol=0.02)
+    assert run.filter.weights.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("pose", "covariance", "match"),
+    [
+        (SE2(math.nan, 0.0, 0.0), TIGHT, "must be finite"),
+        (SE2(0.0, 0.0, math.inf), TIGHT, "must be finite"),
+        (SE2(40.0, 0.0, 0.0), TIGHT, "lies outside the map, which spans x -5.19 to 5.31 m"),
+        (SE2(), np.diag([1.0, -1.0, 1.0]), "positive semi-definite"),
+        (SE2(), np.array([[1, 0.5, 0], [0, 1, 0], [0, 0, 1.0]]), "symmetric"),
+        (SE2(), np.full((3, 3), np.nan), r"finite \(3, 3\)"),
+        (SE2(), np.eye(2), r"finite \(3, 3\)"),
+    ],
+)
+def test_a_bad_pose_is_refused_and_the_last_good_state_kept(
+    pose: SE2, covariance: np.ndarray, match: str
+) -> None:
+    run = tracked(5)
+    before = run.filter.particles.copy()
+    with pytest.raises(LocalizationError, match=match):
+        run.filter.set_pose(pose, covariance)
+    np.testing.assert_array_equal(run.filter.particles, before)
+    run.drive(20)
+    assert run.error[0] < 0.06
+
+
+def test_bad_odometry_is_refused_and_the_last_good_state_kept() -> None:
+    run = tracked(5)
+    before = run.filter.particles.copy()
+    with pytest.raises(ArjunaError, match="odometry pose must be finite"):
+        run.filter.update(SE2(math.nan, 0.0, 0.0), run.robot.scan(), force=True)
+    np.testing.assert_array_equal(run.filter.particles, before)
+    run.drive(20)
+    assert run.error[0] < 0.06
+
+
+@pytest.mark.parametrize(("value", "missing"), [(-1, "free"), (0, "occupied"), (100, "free")])
+def test_a_map_in_which_no_robot_can_be_found_is_refused(value: int, missing: str) -> None:
+    grid = OccupancyGrid(GridFrame(0.05, 4, 3), np.full((3, 4), value, np.int8))
+    with pytest.raises(LocalizationError, match=f"4 x 3 cells. has no {missing} cell"):
+        ParticleFilter(AmclConfig(), grid, np.random.default_rng(0))
+
+
+def test_crossed_particle_limits_are_refused() -> None:
+    with pytest.raises(ConfigError, match=r"min_particles \(3000\) must not exceed"):
+        AmclConfig(min_particles=3000)
+
+
+def test_the_same_seed_gives_the_same_bytes() -> None:
+    def trace() -> bytes:
+        run = tracked(6)
+        run.robot.pose = random_pose(np.random.default_rng(9))
+        run.drive(40)
+        assert run.estimate is not None
+        return run.filter.particles.tobytes() + run.estimate.T_map_odom.array().tobytes()
+
+    assert trace() == trace()

@@ -1,0 +1,196 @@
+"""Claims: recordings give each scan its odometry, and a bad one says what is wrong with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import InputFileError
+from arjuna_core.se2 import SE2
+from arjuna_slam.logs.cdr import CdrError, read_odometry, read_scan, read_transforms
+from arjuna_slam.offline import RecordingTopics, open_log, run
+from arjuna_slam.slam import Slam
+from tests.slam.logs.recordings import (
+    ODOMETRY,
+    SCAN,
+    TF,
+    Entry,
+    odometry_bytes,
+    scan_bytes,
+    transform_bytes,
+    write,
+)
+from tests.slam.slam_room import drive
+
+LOG = drive(seed=3, laps=0.1)
+MOUNT = ("base_footprint", "laser", SE2(0.2, 0.0, 0.1), 0.0)
+
+
+def entries(tf: bool = True, odometry: bool = False, mount: bool = True) -> list[Entry]:
+    """A drive in which each scan comes before the odometry at its stamp."""
+    result: list[Entry] = []
+    if mount:
+        result.append(("/tf_static", TF, 0.0, transform_bytes(MOUNT)))
+    for scan, pose, _ in LOG:
+        stamp = scan.stamp
+        result.append(("/scan", SCAN, stamp, scan_bytes(scan)))
+        if tf:
+            moved = transform_bytes(("/odom", "base_footprint", pose, stamp))
+            result.append(("/tf", TF, stamp, moved))
+        if odometry:
+            result.append(("/odom", ODOMETRY, stamp, odometry_bytes(pose, stamp)))
+    return result
+
+
+def opened(path: Path, scan: str = "", odometry: str = "") -> list[tuple[object, SE2]]:
+    return [(scan, pose) for scan, pose in open_log(path, RecordingTopics(scan, odometry))]
+
+
+def test_messages_are_read_in_either_byte_order() -> None:
+    scan = LOG[0][0]
+    for order in ("<", ">"):
+        read, frame = read_scan(scan_bytes(scan, "/lidar", order))
+        assert frame == "lidar"
+        assert read.stamp == scan.stamp
+        assert read.angle_increment == pytest.approx(scan.angle_increment)
+        np.testing.assert_allclose(read.ranges, scan.ranges, rtol=1e-6)
+    pose = read_odometry(odometry_bytes(SE2(1.0, -2.0, 0.5), 12.25))
+    assert (pose.stamp, pose.parent, pose.child) == (12.25, "odom", "base_link")
+    assert pose.transform.distance(SE2(1.0, -2.0, 0.5)) < 1e-12
+    assert pose.transform.theta == pytest.approx(0.5)
+    both = read_transforms(transform_bytes(MOUNT, ("a", "b", SE2(), 3.0)))
+    assert [item.child for item in both] == ["laser", "b"]
+
+
+@pytest.mark.parametrize("cut", [0, 3, 10, 30, 60, 100])
+def test_a_message_cut_short_is_an_error_and_no_guess(cut: int) -> None:
+    with pytest.raises(CdrError, match=r"no plain CDR|ends after"):
+        read_scan(scan_bytes(LOG[0][0])[:cut])
+
+
+def test_a_count_of_billions_is_refused_before_it_is_believed() -> None:
+    data = bytearray(scan_bytes(LOG[0][0]))
+    at = data.index(np.float32(LOG[0][0].ranges[0]).tobytes()) - 4
+    data[at : at + 4] = b"\xff\xff\xff\xff"
+    with pytest.raises(CdrError, match="ends after"):
+        read_scan(bytes(data))
+
+
+@pytest.mark.parametrize(("tf", "odometry"), [(True, False), (False, True), (True, True)])
+def test_each_scan_gets_its_odometry_and_its_mount(
+    tmp_path: Path, tf: bool, odometry: bool
+) -> None:
+    log = open_log(write(tmp_path / "a.mcap", entries(tf, odometry)), RecordingTopics())
+    pairs = list(log)
+    assert len(pairs) == len(LOG)
+    for (scan, pose), (_, truth, _) in zip(pairs, LOG, strict=True):
+        assert pose.distance(truth) < 1e-9
+        assert scan.T_base_sensor.distance(MOUNT[2]) < 1e-9
+    assert log.problems == []
+    assert log.progress == pytest.approx(1.0, abs=0.2)
+
+
+def test_an_odometry_topic_asked_for_wins_over_tf(tmp_path: Path) -> None:
+    wrong = [
+        (topic, kind, stamp, transform_bytes(("odom", "base_footprint", SE2(9.0), stamp)))
+        if topic == "/tf"
+        else (topic, kind, stamp, data)
+        for topic, kind, stamp, data in entries(True, True)
+    ]
+    path = write(tmp_path / "a.mcap", wrong)
+    assert opened(path)[5][1].x == 9.0
+    assert opened(path, odometry="/odom")[5][1].distance(LOG[5][1]) < 1e-9
+
+
+def test_a_recording_becomes_the_trajectory_that_was_driven(tmp_path: Path) -> None:
+    mount = [entry for entry in entries() if entry[0] != "/tf_static"]
+    level = ("base_footprint", "laser", SE2(), 0.0)
+    mount.insert(0, ("/tf_static", TF, 0.0, transform_bytes(level)))
+    trajectory = run(Slam(), open_log(write(tmp_path / "a.mcap", mount), RecordingTopics()))
+    end = LOG[0][2].inverse() @ LOG[-1][2]
+    assert len(trajectory) == len(LOG)
+    assert trajectory[-1][1].distance(end) < 0.02
+
+
+def test_a_scan_without_odometry_at_its_stamp_is_counted(tmp_path: Path) -> None:
+    early = [("/scan", SCAN, 0.0, scan_bytes(LOG[k][0])) for k in range(3)]
+    path = write(tmp_path / "a.mcap", early + entries()[7:])
+    log = open_log(path, RecordingTopics())
+    assert len(list(log)) < len(LOG)
+    assert "scans have no odometry at their stamp" in " ".join(log.problems)
+    assert "nothing says where 'laser' is" in " ".join(log.problems)
+
+
+def test_a_rosbag2_folder_is_read_in_the_order_of_its_metadata(tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    every = entries()
+    write(bag / "z.mcap", every[:41])
+    write(bag / "a.mcap", every[41:])
+    (bag / "metadata.yaml").write_text(
+        "rosbag2_bagfile_information: {relative_file_paths: [z.mcap, a.mcap]}"
+    )
+    assert len(opened(bag)) == len(LOG)
+    (bag / "metadata.yaml").write_text("rosbag2_bagfile_information: 3")
+    with pytest.raises(InputFileError, match="is no metadata of rosbag2"):
+        opened(bag)
+
+
+def test_a_recording_cut_short_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.mcap", entries(), chunk=5000)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    log = open_log(path, RecordingTopics())
+    assert 0.3 * len(LOG) < len(list(log)) < 0.7 * len(LOG)
+    assert "cut short" in " ".join(log.problems)
+
+
+@pytest.mark.parametrize(
+    ("topics", "message"),
+    [
+        (RecordingTopics(scan="/front"), "no topic '/front' of sensor_msgs.*valid: /scan"),
+        (RecordingTopics(odometry="/odom"), "no topic '/odom' of nav_msgs.*valid: none"),
+        (RecordingTopics(base_frame="base"), "has no topic of nav_msgs/msg/Odometry"),
+    ],
+)
+def test_what_is_not_there_is_named_with_what_is(
+    tmp_path: Path, topics: RecordingTopics, message: str
+) -> None:
+    path = write(tmp_path / "a.mcap", entries())
+    with pytest.raises(InputFileError, match=message):
+        list(open_log(path, topics))
+
+
+def test_files_that_are_no_recordings_are_refused(tmp_path: Path) -> None:
+    text = tmp_path / "a.mcap"
+    text.write_text("no recording at all")
+    with pytest.raises(InputFileError, match="is no mcap recording"):
+        opened(text)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputFileError, match="a folder without mcap files"):
+        opened(tmp_path / "empty")
+    with pytest.raises(InputFileError, match="does not exist"):
+        opened(tmp_path / "no.mcap")
+    other = text.rename(tmp_path / "a.bag")
+    with pytest.raises(InputFileError, match=r"of no kind that can be read; valid: \.clf"):
+        opened(other)
+    ros1 = write(tmp_path / "ros1.mcap", entries(), encoding="ros1")
+    with pytest.raises(InputFileError, match="encoded as 'ros1'; valid: cdr"):
+        opened(ros1)
+    empty = write(tmp_path / "none.mcap", [("/map", "nav_msgs/msg/OccupancyGrid", 0.0, b"")])
+    with pytest.raises(InputFileError, match=r"no topic of sensor_msgs.*its topics: /map"):
+        opened(empty)
+
+
+def test_a_lidar_that_hangs_upside_down_sees_the_same_room(tmp_path: Path) -> None:
+    every = entries(mount=False)
+    hung = transform_bytes(MOUNT, upside_down=True)
+    every.insert(0, ("/tf_static", TF, 0.0, hung))
+    for (scan, _), (level, _, _) in zip(
+        open_log(write(tmp_path / "a.mcap", every), RecordingTopics()), LOG, strict=True
+    ):
+        assert scan.angle_increment == pytest.approx(-level.angle_increment)
+        assert scan.angle_min == pytest.approx(-level.angle_min)
+        assert scan.T_base_sensor.distance(MOUNT[2]) < 1e-9
+        assert scan.T_base_sensor.theta == pytest.approx(MOUNT[2].theta)
