@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_nav import path as paths
 from arjuna_nav.controllers.base import ControlStatus
+from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 
 GLOBAL_COSTMAP = "global_costmap"

@@ -49,9 +49,11 @@ SLAM_TOOLBOX = NodeSpec("slam_toolbox", "arjuna_slam.nodes.slam_toolbox", "SlamT
 MAP_SAVER = NodeSpec("map_saver", "arjuna_slam.nodes.map_saver", "MapSaverNode")
 MAP_SERVER = NodeSpec("map_server", "arjuna_slam.nodes.map_server", "MapServerNode")
 AMCL = NodeSpec("amcl", "arjuna_slam.nodes.amcl", "AmclNode")
-LOCAL_COSTMAP = NodeSpec("local_costmap/local_costmap", "arjuna_nav.nodes.costmap", "CostmapNode")
+LOCAL_COSTMAP = NodeSpec(
+    "local_costmap/local_costmap", "arjuna_nav.nodes.costmap.node", "CostmapNode"
+)
 GLOBAL_COSTMAP = NodeSpec(
-    "global_costmap/global_costmap", "arjuna_nav.nodes.costmap", "CostmapNode"
+    "global_costmap/global_costmap", "arjuna_nav.nodes.costmap.node", "CostmapNode"
 )
 CONTROLLER_SERVER = NodeSpec(
     "controller_server", "arjuna_nav.nodes.controller_server", "ControllerServerNode"

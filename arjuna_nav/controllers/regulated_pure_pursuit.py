@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
-from arjuna_nav import path as paths
-from arjuna_nav.collision import first_collision
 from arjuna_nav.controllers.base import ControlResult, ControlStatus, Velocity
+from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
-from arjuna_nav.footprint import Footprint
-from arjuna_nav.motion import rollout
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import path as paths
 
 _PLUGIN = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 _TURN_GAIN = 1.5  # yaw rate per angle left; stable with 0.25 s from command to motion [1/s]

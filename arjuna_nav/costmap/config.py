@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
-from arjuna_nav.footprint import Footprint
+from arjuna_nav.costmap.footprint import Footprint
 
 LAYERS = ("static_layer", "obstacle_layer", "inflation_layer")
 

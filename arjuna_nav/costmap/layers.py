@@ -14,7 +14,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import raytrace
 from arjuna_nav.costmap.config import CostmapConfig, SourceConfig
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
-from arjuna_nav.footprint import Footprint
+from arjuna_nav.costmap.footprint import Footprint
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,17 @@ from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import IDENTITY
-from arjuna_nav import behaviors
-from arjuna_nav.behaviors import Behavior, BehaviorConfig, BehaviorResult, BehaviorStatus
+from arjuna_nav.behaviors import behaviors
+from arjuna_nav.behaviors.behaviors import (
+    Behavior,
+    BehaviorConfig,
+    BehaviorResult,
+    BehaviorStatus,
+)
 from arjuna_nav.controllers.base import Velocity
-from arjuna_nav.nodes.costmap import CostmapNode
-from arjuna_nav.nodes.velocity_input import subscribe_velocity
-from arjuna_nav.nodes.velocity_output import VelocityOutput
+from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.velocity.input import subscribe_velocity
+from arjuna_nav.nodes.velocity.output import VelocityOutput
 
 _FEEDBACK = {
     "spin": "angular_distance_traveled",

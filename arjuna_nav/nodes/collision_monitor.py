@@ -16,11 +16,11 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
-from arjuna_nav.collision_monitoring import Action, CollisionMonitor, MonitorConfig, Verdict
 from arjuna_nav.controllers.base import Velocity
-from arjuna_nav.nodes.costmap import CostmapNode
-from arjuna_nav.nodes.velocity_input import subscribe_velocity
-from arjuna_nav.nodes.velocity_output import VelocityOutput
+from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.velocity.input import subscribe_velocity
+from arjuna_nav.nodes.velocity.output import VelocityOutput
+from arjuna_nav.safety.collision_monitor import Action, CollisionMonitor, MonitorConfig, Verdict
 
 _STILL = Velocity()
 _BLIND = "invalid source"

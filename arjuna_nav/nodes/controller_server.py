@@ -21,9 +21,9 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers import ControlStatus, PathError, Velocity
-from arjuna_nav.follower import FollowerConfig, FollowResult, FollowState, PathFollower
-from arjuna_nav.nodes.costmap import CostmapNode
-from arjuna_nav.nodes.velocity_output import VelocityOutput
+from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
+from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.velocity.output import VelocityOutput
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.layered import LayeredCostmap
-from arjuna_nav.exploration import ExplorationConfig, frontiers, next_goal
+from arjuna_nav.exploration.frontiers import ExplorationConfig, frontiers, next_goal
 
 _STILL_THERE = 0.3  # a frontier this much beyond the view distance is still the goal's [m]
 

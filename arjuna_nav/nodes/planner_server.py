@@ -18,9 +18,9 @@ from arjuna_core.ros.convert import duration_msg, path_msg, poses_from_path
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.collision import first_collision
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.nodes.costmap import CostmapNode
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import pose_in
 from arjuna_nav.planners import NavFn, NavFnConfig, PlanResult, PlanStatus, plan_through
 

@@ -16,10 +16,15 @@ from arjuna_core.ros.actions import GoalServer
 from arjuna_core.ros.convert import path_msg, poses_from_path
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
-from arjuna_nav.collision import first_collision
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.nodes.costmap import CostmapNode
-from arjuna_nav.smoothers import SimpleSmoother, SimpleSmootherConfig, SmoothResult, SmoothStatus
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.smoothers.smoothers import (
+    SimpleSmoother,
+    SimpleSmootherConfig,
+    SmoothResult,
+    SmoothStatus,
+)
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.controllers.base import Velocity
-from arjuna_nav.nodes.velocity_input import subscribe_velocity
-from arjuna_nav.nodes.velocity_output import VelocityOutput
-from arjuna_nav.velocity_smoothing import SmoothingConfig, VelocitySmoother
+from arjuna_nav.nodes.velocity.input import subscribe_velocity
+from arjuna_nav.nodes.velocity.output import VelocityOutput
+from arjuna_nav.safety.velocity_smoother import SmoothingConfig, VelocitySmoother
 
 
 @dataclass(frozen=True)

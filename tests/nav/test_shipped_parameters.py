@@ -8,7 +8,7 @@ import pytest
 
 from arjuna_core.config import load
 from arjuna_nav.costmap import CostmapConfig
-from arjuna_nav.footprint import Footprint
+from arjuna_nav.costmap.footprint import Footprint
 from bringup.parameters import for_node, shipped_parameters
 
 COSTMAPS = ("global_costmap/global_costmap", "local_costmap/local_costmap")

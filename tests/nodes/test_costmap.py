@@ -30,7 +30,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, pose_stamped, seconds
 from arjuna_core.se2 import SE2
-from arjuna_nav.nodes.costmap_messages import costmap_from_msg
+from arjuna_nav.nodes.costmap.messages import costmap_from_msg
 from bringup.stack import GLOBAL_COSTMAP, LOCAL_COSTMAP
 from tests.helpers.navigation import PlayedRobot
 from tests.nav.worlds import block, empty_grid

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
-from arjuna_nav.footprint import Footprint
+from arjuna_nav.costmap.footprint import Footprint
 
 _CLEARANCE_EPSILON_CELLS = 1e-6
 

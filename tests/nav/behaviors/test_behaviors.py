@@ -7,7 +7,7 @@ import math
 import pytest
 
 from arjuna_core.se2 import SE2, wrap
-from arjuna_nav.behaviors import (
+from arjuna_nav.behaviors.behaviors import (
     Behavior,
     BehaviorConfig,
     BehaviorResult,
@@ -20,7 +20,7 @@ from arjuna_nav.behaviors import (
 )
 from arjuna_nav.controllers import Velocity
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.footprint import Footprint
+from arjuna_nav.costmap.footprint import Footprint
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid
 
 CONFIG = BehaviorConfig(max_rotational_vel=0.8, rotational_acc_lim=1.5)

@@ -19,14 +19,14 @@ from arjuna_core.ros.scan_queue import ScanQueue
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedScan
-from arjuna_nav.footprint import Footprint
-from arjuna_nav.nodes.costmap_messages import (
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.nodes.costmap.messages import (
     costmap_grid_msg,
     costmap_raw_msg,
     points_from_polygon,
     polygon_msg,
 )
-from arjuna_nav.nodes.costmap_services import CostmapServices
+from arjuna_nav.nodes.costmap.services import CostmapServices
 from arjuna_nav.nodes.frames import robot_pose
 
 _QUEUE = 50

@@ -17,13 +17,13 @@ from nav2_msgs.srv import (
 
 from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.se2 import SE2
-from arjuna_nav.collision import collides
 from arjuna_nav.costmap import LETHAL
-from arjuna_nav.nodes.costmap_messages import costmap_raw_msg
+from arjuna_nav.costmap.collision import collides
+from arjuna_nav.nodes.costmap.messages import costmap_raw_msg
 from arjuna_nav.nodes.frames import pose_in
 
 if TYPE_CHECKING:
-    from arjuna_nav.nodes.costmap import CostmapNode
+    from arjuna_nav.nodes.costmap.node import CostmapNode
 
 _OUTSIDE = -1.0  # what Nav2 answers where there is no cost
 

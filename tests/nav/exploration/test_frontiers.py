@@ -15,9 +15,9 @@ from arjuna_nav.costmap import (
     PlacedScan,
 )
 from arjuna_nav.costmap.config import ObstacleConfig, SourceConfig
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.layers import ObstacleLayer
-from arjuna_nav.exploration import frontiers, next_goal
-from arjuna_nav.footprint import Footprint
+from arjuna_nav.exploration.frontiers import frontiers, next_goal
 from arjuna_nav.planners import NavFn, NavFnConfig, PlanStatus
 from tests.nav.worlds import block, costmap_of, empty_grid, room, scan_from
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.base import Velocity
-from arjuna_nav.footprint import Footprint
+from arjuna_nav.costmap.footprint import Footprint
 
 ZONES = ("PolygonStop", "PolygonSlow", "PolygonLimit", "FootprintApproach")
 

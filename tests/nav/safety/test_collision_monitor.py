@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
-from arjuna_nav.collision_monitoring import Action, CollisionMonitor, MonitorConfig, Verdict
 from arjuna_nav.controllers import Velocity
-from arjuna_nav.footprint import Footprint
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.safety.collision_monitor import Action, CollisionMonitor, MonitorConfig, Verdict
 
 ROBOT = Footprint.circle(0.25)
 BOX = "[[0.5, 0.3], [0.5, -0.3], [-0.3, -0.3], [-0.3, 0.3]]"

@@ -9,10 +9,10 @@ import pytest
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2
-from arjuna_nav.collision import collides, first_collision
 from arjuna_nav.controllers import Velocity
-from arjuna_nav.footprint import Footprint
-from arjuna_nav.motion import rollout
+from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.costmap.collision import collides, first_collision
+from arjuna_nav.costmap.footprint import Footprint
 from tests.nav.worlds import block, costmap_of, empty_grid
 
 BODY = np.array([[0.225, 0.19], [-0.225, 0.19], [-0.225, -0.19], [0.225, -0.19]])

@@ -15,7 +15,7 @@ from arjuna_nav.controllers import (
     RegulatedPurePursuit,
     RegulatedPurePursuitConfig,
 )
-from arjuna_nav.footprint import Footprint
+from arjuna_nav.costmap.footprint import Footprint
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, follow, polyline
 
 XY_TOLERANCE, YAW_TOLERANCE = 0.20, 0.15

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
-from arjuna_nav import path as paths
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.planners import NavFn, NavFnConfig, Planner, PlanStatus, plan_through
+from arjuna_nav.planners import path as paths
 from tests.nav.worlds import block, costmap_of, empty_grid, room
 
 PLANNERS: dict[str, Callable[..., Planner]] = {

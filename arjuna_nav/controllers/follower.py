@@ -11,16 +11,21 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_nav import path as paths
-from arjuna_nav.checkers import GoalConfig, ProgressConfig, SimpleGoalChecker, SimpleProgressChecker
 from arjuna_nav.controllers import (
     ControlStatus,
     RegulatedPurePursuit,
     RegulatedPurePursuitConfig,
     Velocity,
 )
+from arjuna_nav.controllers.checkers import (
+    GoalConfig,
+    ProgressConfig,
+    SimpleGoalChecker,
+    SimpleProgressChecker,
+)
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.footprint import Footprint
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import path as paths
 
 
 @dataclass(frozen=True)

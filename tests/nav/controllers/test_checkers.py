@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from arjuna_core.se2 import SE2
-from arjuna_nav.checkers import (
+from arjuna_nav.controllers.checkers import (
     GoalConfig,
     ProgressConfig,
     SimpleGoalChecker,

@@ -9,11 +9,11 @@ from typing import Protocol
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
-from arjuna_nav.collision import first_collision
 from arjuna_nav.controllers.base import Velocity
+from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
-from arjuna_nav.footprint import Footprint
-from arjuna_nav.motion import rollout
+from arjuna_nav.costmap.footprint import Footprint
 
 
 class BehaviorStatus(enum.Enum):

@@ -1,0 +1,1 @@
+"""Exploration: where to drive so that the map grows."""

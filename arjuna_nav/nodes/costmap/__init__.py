@@ -1,0 +1,1 @@
+"""Costmaps as lifecycle nodes."""

@@ -1,0 +1,1 @@
+"""Velocity commands in and out: Twist, or TwistStamped."""

@@ -1,0 +1,1 @@
+"""The last hands on a velocity before it is driven."""
