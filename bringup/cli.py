@@ -10,14 +10,15 @@ import signal
 import sys
 
 from arjuna_core.errors import ArjunaError, InputFileError
-from bringup import bench, robot_options
-from bringup.child import ChildSpec
-from bringup.inputs import gather, groups_of
-from bringup.parameters import Parameters
-from bringup.supervisor import Supervisor
+from bringup import bench
+from bringup.parameters import robot_options
+from bringup.parameters.files import Parameters
+from bringup.parameters.inputs import gather, groups_of
+from bringup.processes.child import ChildSpec
+from bringup.processes.supervisor import Supervisor
 
 OK, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
-_OFFLINE = {"slam": "bringup.offline_slam", "nav": "bringup.offline_amcl"}
+_OFFLINE = {"slam": "bringup.offline.slam", "nav": "bringup.offline.amcl"}
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -35,13 +36,13 @@ def run(arguments: argparse.Namespace) -> int:
             bench.run(arguments.name, arguments.options)
             return OK
         if arguments.command == "calibrate":
-            _show(importlib.import_module("bringup.calibration").run(arguments))
+            _show(importlib.import_module("bringup.offline.calibration").run(arguments))
             return OK
         if arguments.command in _OFFLINE and arguments.offline is not None:
             _show(importlib.import_module(_OFFLINE[arguments.command]).run(arguments))
             return OK
         if arguments.command in ("entity", "world"):
-            from bringup import simulator_commands
+            from bringup.simulator import commands as simulator_commands
 
             simulator_commands.run(arguments, _show)
             return OK
@@ -75,7 +76,7 @@ def host_command(group: str, parameters: Parameters, log_level: str) -> list[str
     """Return the command of the process that runs a group of nodes."""
     values = json.dumps(parameters)
     ros = ["--ros-args", "--log-level", log_level]
-    return [sys.executable, "-m", "bringup.host", group, "--parameters", values, *ros]
+    return [sys.executable, "-m", "bringup.processes.host", group, "--parameters", values, *ros]
 
 
 def _show(line: str) -> None:
@@ -90,8 +91,8 @@ def _show(line: str) -> None:
 def _demo(arguments: argparse.Namespace, parameters: Parameters) -> int:
     from rclpy.logging import LoggingSeverity, set_logger_level
 
-    from bringup.demo import Demo, DemoOptions
-    from bringup.demo_report import ARTIFACTS, summary
+    from bringup.demo.demo import Demo, DemoOptions
+    from bringup.demo.report import ARTIFACTS, summary
     from bringup.lockstep import LockStepError
     from bringup.progress import Progress
 

@@ -7,7 +7,9 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from bringup import bench, robot_options, simulator_parser
+from bringup import bench
+from bringup.parameters import robot_options
+from bringup.simulator import parser as simulator_parser
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 

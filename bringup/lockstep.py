@@ -10,8 +10,8 @@ from rclpy.node import Node
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process
-from bringup.composition import create_node
-from bringup.parameters import Parameters
+from bringup.parameters.composition import create_node
+from bringup.parameters.files import Parameters
 from bringup.stack import Group
 
 

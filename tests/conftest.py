@@ -21,7 +21,7 @@ def stack() -> Iterator[Callable[..., LockStep]]:
     """
     pytest.importorskip("rclpy", reason="no ROS here")
     from bringup.lockstep import LockStep
-    from bringup.parameters import merged, shipped_parameters
+    from bringup.parameters.files import merged, shipped_parameters
     from bringup.stack import SIM_GROUP
 
     with ExitStack() as opened:

@@ -72,7 +72,7 @@ def _ros_factor(seconds: float) -> float:
     from sensor_msgs.msg import Imu, JointState, LaserScan
 
     from bringup.lockstep import LockStep
-    from bringup.parameters import shipped_parameters
+    from bringup.parameters.files import shipped_parameters
     from bringup.stack import SIM_GROUP
 
     lockstep = LockStep(shipped_parameters())

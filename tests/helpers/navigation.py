@@ -20,8 +20,8 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, scan_msg, transform_msg
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_nav.controllers import Velocity
-from bringup.composition import create_node
-from bringup.parameters import Parameters, merged, shipped_parameters
+from bringup.parameters.composition import create_node
+from bringup.parameters.files import Parameters, merged, shipped_parameters
 from bringup.stack import NodeSpec
 from tests.helpers.ros import TICK, RosBench
 from tests.nav.worlds import room, scan_from

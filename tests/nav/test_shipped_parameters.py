@@ -9,7 +9,7 @@ import pytest
 from arjuna_core.config import load
 from arjuna_nav.costmap import CostmapConfig
 from arjuna_nav.costmap.footprint import Footprint
-from bringup.parameters import for_node, shipped_parameters
+from bringup.parameters.files import for_node, shipped_parameters
 
 COSTMAPS = ("global_costmap/global_costmap", "local_costmap/local_costmap")
 WHEELBASE, TRACK, WHEEL_RADIUS, WHEEL_WIDTH = 0.30, 0.34, 0.05, 0.04

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from tests.bringup.processes import Lines, ended
+from tests.helpers.processes import Lines, ended
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 ACTIVE = "Managed nodes are active"

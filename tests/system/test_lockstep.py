@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.se2 import SE2
-from bringup.goals import Goals
+from bringup.demo.goals import Goals
 from bringup.stack import NAVIGATION_GROUP, SLAM_GROUP
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from rclpy.action import ActionClient
 from arjuna_core.files.shipped import resource
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
-from bringup.goals import Goals
+from bringup.demo.goals import Goals
 from bringup.stack import (
     EXPLORER_GROUP,
     LOCALIZATION_GROUP,

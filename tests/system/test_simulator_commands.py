@@ -10,8 +10,8 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
 from bringup.cli_parser import parse
-from bringup.simulator_client import SimulatorClient, SimulatorError
-from tests.bringup.processes import Lines
+from bringup.simulator.client import SimulatorClient, SimulatorError
+from tests.helpers.processes import Lines
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 

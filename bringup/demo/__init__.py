@@ -1,0 +1,1 @@
+"""The demo: explore, map, localize, drive, be carried off, drive home."""

@@ -1,0 +1,251 @@
+"""The demo: explore, map, localize, drive the waypoints, be carried off, drive home."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from arjuna_interfaces.msg import LocalizationQuality
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav2_msgs.srv import SaveMap
+from std_msgs.msg import String
+
+from arjuna_core.files.maps import load_map
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import header, planar_covariance, pose_msg
+from arjuna_core.se2 import SE2
+from bringup.demo.goals import Goals
+from bringup.demo.log import RunLog
+from bringup.demo.measures import distance_to_surfaces
+from bringup.demo.report import Report, write_report
+from bringup.lockstep import LockStep, LockStepError
+from bringup.parameters.files import Parameters, merged
+from bringup.progress import Progress
+from bringup.recording.recorder import Recorder
+from bringup.stack import (
+    EXPLORER_GROUP,
+    LOCALIZATION_GROUP,
+    NAVIGATION_GROUP,
+    SIM_GROUP,
+    SLAM_GROUP,
+)
+from bringup.viewing.pictures import draw_map, draw_trajectory
+
+WAYPOINTS = (
+    SE2(2.0, 2.0, 0.0),
+    SE2(2.0, -2.0, 0.0),
+    SE2(-2.0, -2.0, 3.14),
+    SE2(-2.0, 2.0, 3.14),
+    SE2(0.0, 0.0, 0.0),
+)
+HOME = SE2(0.0, 0.0, 0.0)
+REACHED_WITHIN = 0.25  # nav2's xy_goal_tolerance, judged by the truth [m]
+KNOWS = 0.5  # localization quality from which the robot's word counts
+_EXPLORE_TIMEOUT, _GOAL_TIMEOUT, _NOTICE_TIMEOUT, _RECOVER_TIMEOUT = 600.0, 120.0, 10.0, 60.0
+_CLEARANCE = 0.6
+_INITIAL_COVARIANCE = np.diag([0.05**2, 0.05**2, 0.05**2])
+
+
+@dataclass(frozen=True)
+class DemoOptions:
+    """What a demo run depends on.
+
+    Attributes:
+        seed: Seed of every random choice.
+        out: Folder for the artifacts.
+        parameters: Parameters of all nodes.
+    """
+
+    seed: int
+    out: Path
+    parameters: Parameters
+
+
+class Demo:
+    """One run of the demo, in lock-step.
+
+    Args:
+        options: What the run depends on.
+        progress: Where progress is shown.
+    """
+
+    def __init__(self, options: DemoOptions, progress: Progress) -> None:
+        self._options = options
+        self._progress = progress
+        self._log = RunLog()
+        self._rng = np.random.default_rng([options.seed, 1])
+        self._quality = 0.0
+        self._exploration = ""
+        self._judge = False
+        self._recovery_s: float | None = None
+
+    def run(self) -> Report:
+        """Run everything and write the artifacts.
+
+        Returns:
+            The report, also written as `report.json`.
+
+        Raises:
+            LockStepError: A phase did not end in time.
+        """
+        maps: Parameters = {"map_saver": {"maps_folder": str(self._options.out)}}
+        robot = self._robot = LockStep(merged(self._options.parameters, maps))
+        robot.on_tick = self._sample
+        self._goals = Goals(robot)
+        self._listen()
+        try:
+            with Recorder(robot.process, self._options.out / "run.mcap"):
+                robot.start(SIM_GROUP)
+                self._explore()
+                self._restart_on_saved_map()
+                self._drive_waypoints()
+                self._kidnap()
+                recovered = self._drive_home() and self._recovery_s is not None
+            self._progress.finish(robot.now)
+            return self._report(recovered)
+        finally:
+            robot.close()
+
+    def _listen(self) -> None:
+        client = self._robot.client
+        client.create_subscription(
+            LocalizationQuality, "amcl/localization_quality", self._on_quality, qos.DEFAULT
+        )
+        client.create_subscription(String, "explorer/status", self._on_status, qos.LATCHED)
+        self._initial_pose = client.create_publisher(
+            PoseWithCovarianceStamped, "initialpose", qos.DEFAULT
+        )
+
+    def _on_quality(self, message: Any) -> None:
+        self._quality = message.quality
+
+    def _on_status(self, message: Any) -> None:
+        self._exploration = message.data
+
+    def _truth(self) -> SE2:
+        pose: SE2 = self._robot.sim.last.truth.pose
+        return pose
+
+    def _estimate(self) -> SE2 | None:
+        return self._robot.process.transforms.try_lookup("map", "base_footprint")
+
+    def _sample(self) -> None:
+        robot = self._robot
+        contacts = robot.sim.last.contacts
+        self._log.add(robot.now, self._truth(), self._estimate(), contacts, self._judge)
+        self._progress.update(robot.now, self._exploration if not self._judge else "")
+
+    def _explore(self) -> None:
+        robot = self._robot
+        self._progress.phase("exploring and mapping", robot.now)
+        robot.start(SLAM_GROUP, NAVIGATION_GROUP, EXPLORER_GROUP)
+        robot.run_until(
+            lambda: self._exploration.startswith("done"), _EXPLORE_TIMEOUT, "exploration"
+        )
+        robot.stop(EXPLORER_GROUP)
+
+    def _restart_on_saved_map(self) -> None:
+        robot = self._robot
+        self._progress.phase("saving the map, restarting on it with AMCL", robot.now)
+        robot.run(1.0)
+        last = self._estimate()
+        stem = self._options.out / "map"
+        request = SaveMap.Request(map_topic="map", map_url=str(stem), image_format="pgm")
+        if not robot.call(SaveMap, "map_saver/save_map", request).result:
+            raise LockStepError(f"map_saver could not save {stem}; see its log above")
+        robot.stop(SLAM_GROUP, NAVIGATION_GROUP)
+        robot.process.transforms.clear()
+        self._start_on_map(stem.with_suffix(".yaml"))
+        assert last is not None
+        self._initial_pose.publish(
+            PoseWithCovarianceStamped(
+                header=header("map", robot.now),
+                pose=_with_covariance(last),
+            )
+        )
+        robot.run_until(lambda: self._estimate() is not None, 10.0, "a first AMCL pose")
+        robot.run(1.0)
+        self._judge = True
+
+    def _start_on_map(self, map_yaml: Path) -> None:
+        on_map: Parameters = {"map_server": {"yaml_filename": str(map_yaml)}}
+        values = merged(self._options.parameters, on_map)
+        self._robot.start(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=values)
+
+    def _go(self, goal: SE2) -> bool:
+        succeeded = self._goals.navigate(goal, _GOAL_TIMEOUT)
+        return succeeded and self._truth().distance(goal) <= REACHED_WITHIN
+
+    def _drive_waypoints(self) -> None:
+        for number, goal in enumerate(WAYPOINTS, 1):
+            name = f"waypoint {number} of {len(WAYPOINTS)}: ({goal.x:.1f}, {goal.y:.1f})"
+            self._progress.phase(name, self._robot.now)
+            self._log.goals.append((goal.x, goal.y, goal.theta, self._go(goal)))
+
+    def _elsewhere(self) -> SE2:
+        """Draw a free pose at least 2 m away; the truth serves only not to drop it into a box."""
+        surfaces = self._robot.sim.simulator.surfaces()
+        while True:
+            x, y = self._rng.uniform(-4.3, 4.3, size=2)
+            pose = SE2(float(x), float(y), float(self._rng.uniform(-np.pi, np.pi)))
+            gap = distance_to_surfaces(np.array([[x, y]]), surfaces)[0]
+            if gap > _CLEARANCE and pose.distance(self._truth()) > 2.0:
+                return pose
+
+    def _kidnap(self) -> None:
+        """Carry the robot off; it has to notice, then to find itself, looking round if need be."""
+        robot = self._robot
+        pose = self._elsewhere()
+        self._progress.phase(f"kidnapped to ({pose.x:.1f}, {pose.y:.1f})", robot.now)
+        self._judge = False
+        robot.sim.simulator.set_pose(pose)
+        start = robot.now
+        robot.run_until(lambda: self._quality < KNOWS, _NOTICE_TIMEOUT, required=False)
+        found = self._found_itself(3.0)
+        while not found and robot.now - start < _RECOVER_TIMEOUT:
+            self._goals.spin(np.pi / 2.0, 15.0)
+            found = self._found_itself(1.0)
+        if found:
+            self._recovery_s = robot.now - start
+            self._judge = True
+
+    def _found_itself(self, timeout: float) -> bool:
+        """Tell whether the robot says within a time [s] that it knows its pose, and is right."""
+        return self._robot.run_until(self._knows_itself, timeout, required=False)
+
+    def _knows_itself(self) -> bool:
+        estimate = self._estimate()
+        near = estimate is not None and estimate.distance(self._truth()) < REACHED_WITHIN
+        return self._quality >= KNOWS and near
+
+    def _drive_home(self) -> bool:
+        self._progress.phase("driving home", self._robot.now)
+        return self._go(HOME)
+
+    def _report(self, recovered: bool) -> Report:
+        out = self._options.out
+        grid = load_map(out / "map.yaml")
+        draw_map(out / "map.png", grid)
+        draw_trajectory(out / "trajectory.png", grid, self._log)
+        simulator = self._robot.sim.simulator
+        report = Report.of(
+            self._log,
+            grid,
+            simulator.surfaces(),
+            self._options.seed,
+            self._progress.wall_time,
+            recovered,
+            self._recovery_s,
+        )
+        write_report(out, report)
+        return report
+
+
+def _with_covariance(pose: SE2) -> Any:
+    from geometry_msgs.msg import PoseWithCovariance
+
+    return PoseWithCovariance(
+        pose=pose_msg(pose), covariance=planar_covariance(_INITIAL_COVARIANCE)
+    )

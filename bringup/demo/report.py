@@ -1,0 +1,119 @@
+"""The demo's report: its figures as JSON and as one screen of text."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.se2 import IDENTITY
+from bringup.demo.log import RunLog
+from bringup.demo.measures import explored_fraction, map_error
+
+ARTIFACTS = ("map.pgm", "map.yaml", "map.png", "trajectory.png", "run.mcap", "report.json")
+
+
+@dataclass(frozen=True)
+class Report:
+    """The figures of one run; lengths [m], angles [rad], times [s]."""
+
+    seed: int
+    waypoints_total: int
+    waypoints_reached: int
+    kidnap_recovered: bool
+    kidnap_recovery_s: float | None
+    collisions: int
+    localization_rmse_m: float
+    localization_rmse_rad: float
+    map_error_m: float
+    explored_fraction: float
+    path_length_m: float
+    sim_time_s: float
+    wall_time_s: float
+    real_time_factor: float
+    trajectory_sha256: str
+    artifacts: tuple[str, ...] = ARTIFACTS
+
+    @staticmethod
+    def of(
+        log: RunLog,
+        grid: OccupancyGrid,
+        surfaces: NDArray[np.float64],
+        seed: int,
+        wall_time: float,
+        kidnap_recovered: bool,
+        kidnap_recovery_s: float | None,
+    ) -> Report:
+        """Work out a run's figures.
+
+        Args:
+            log: What the run saw.
+            grid: The saved map, in the world's frame.
+            surfaces: True segments, `(M, 4) float64` [m].
+            seed: The run's seed.
+            wall_time: Wall time of the run [s].
+            kidnap_recovered: Whether the robot found itself and drove home.
+            kidnap_recovery_s: Time from the kidnap until it knew its pose; None for never [s].
+        """
+        position, heading = log.localization_rmse()
+        sim_time = float(log.table[-1, 0])
+        return Report(
+            seed=seed,
+            waypoints_total=len(log.goals),
+            waypoints_reached=sum(reached for *_, reached in log.goals),
+            kidnap_recovered=kidnap_recovered,
+            kidnap_recovery_s=kidnap_recovery_s,
+            collisions=log.collisions,
+            localization_rmse_m=position,
+            localization_rmse_rad=heading,
+            map_error_m=map_error(grid, surfaces),
+            explored_fraction=explored_fraction(grid, surfaces, IDENTITY),
+            path_length_m=log.path_length(),
+            sim_time_s=sim_time,
+            wall_time_s=wall_time,
+            real_time_factor=sim_time / wall_time,
+            trajectory_sha256=log.sha256(),
+        )
+
+    @property
+    def success(self) -> bool:
+        """Whether the robot did all it was asked to without touching anything."""
+        return (
+            self.waypoints_reached == self.waypoints_total
+            and self.kidnap_recovered
+            and self.collisions == 0
+        )
+
+
+def write_report(folder: Path, report: Report) -> None:
+    """Write `report.json` into a folder."""
+    text = json.dumps(dataclasses.asdict(report), indent=2)
+    (folder / "report.json").write_text(text + "\n", encoding="utf-8")
+
+
+def summary(folder: Path, report: Report) -> str:
+    """Return the report as one screen of text."""
+    recovery = report.kidnap_recovery_s
+    after = f"after {recovery:.1f} s" if recovery is not None else "never"
+    rows = (
+        ("explored", f"{100.0 * report.explored_fraction:.1f} % of the free area"),
+        ("map error", f"{100.0 * report.map_error_m:.1f} cm, mean distance to true surfaces"),
+        ("waypoints", f"{report.waypoints_reached} of {report.waypoints_total} reached"),
+        ("kidnap", f"found itself {after}" + (", drove home" if report.kidnap_recovered else "")),
+        ("collisions", f"{report.collisions}"),
+        (
+            "localization",
+            f"{100.0 * report.localization_rmse_m:.1f} cm, "
+            f"{np.degrees(report.localization_rmse_rad):.2f} deg RMSE",
+        ),
+        ("driven", f"{report.path_length_m:.1f} m in {report.sim_time_s:.0f} s of simulated time"),
+        ("speed", f"{report.real_time_factor:.1f} x real time ({report.wall_time_s:.0f} s)"),
+        ("artifacts", f"{folder}: {', '.join(report.artifacts)}"),
+    )
+    verdict = "SUCCESS" if report.success else "FAILED"
+    return "\n".join([f"demo, seed {report.seed}: {verdict}", *(f"  {a:13}{b}" for a, b in rows)])

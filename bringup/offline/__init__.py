@@ -1,0 +1,1 @@
+"""What runs without ROS: SLAM and AMCL on logs, calibration."""

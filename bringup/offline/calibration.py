@@ -1,0 +1,141 @@
+"""`calibrate`: find a robot's effective track width and wheel radius, and write them down."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from arjuna_core.errors import InputFileError
+
+mpl.use("Agg")
+_ROOT = Path(__file__).resolve().parents[2]
+_ROBOT, _WORLD = _ROOT / "urdf" / "arjuna.urdf", _ROOT / "worlds" / "empty.world"
+_KINDS = ("straight", "spin", "arc")
+_PATH_BOUND, _TURN_BOUND = 0.02, 0.04
+PARAMETERS, SNIPPET, PICTURE = "calibration.yaml", "calibration.urdf.xml", "calibration.png"
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Calibrate a robot and write a parameter file, a URDF snippet and a picture.
+
+    Args:
+        arguments: What `cli_parser.parse` returned.
+
+    Returns:
+        The report as text.
+
+    Raises:
+        ArjunaError: An input cannot be used, or the folder not be written.
+    """
+    core = importlib.import_module("arjuna_sim.devices.calibration")
+    config = importlib.import_module("arjuna_sim.simulator").SimulatorConfig()
+    robot, out = arguments.robot or _ROBOT, arguments.out
+    result = core.calibrate(robot, arguments.world or _WORLD, config)
+    figure = _draw(core, result, robot.name)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / PARAMETERS).write_text(_parameters(result, robot.name), encoding="utf-8")
+        (out / SNIPPET).write_text(_snippet(result), encoding="utf-8")
+        figure.savefig(out / PICTURE, dpi=110)
+    except OSError as error:
+        problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
+        raise InputFileError(out, problem) from error
+    return _report(result, out)
+
+
+def _parameters(result: Any, name: str) -> str:
+    found, noise = result.found, result.noise
+    return (
+        f"# The calibration of {name}: python -m bringup sim --robot {name} --params {PARAMETERS}\n"
+        "sim:\n  ros__parameters:\n    drive:\n"
+        f"      effective_track_width: {found.track:.5f}\n"
+        f"      effective_wheel_radius: {found.radius:.6f}\n"
+        "    odometry:\n"
+        f"      linear_noise: {noise.linear_noise:.5f}\n"
+        f"      angular_noise: {noise.angular_noise:.5f}\n"
+        f"      drift_noise: {noise.drift_noise:.5f}\n"
+    )
+
+
+def _snippet(result: Any) -> str:
+    return (
+        "<!-- For the drive plugin of the robot's URDF, instead of a parameter file. -->\n"
+        f"<effectiveTrackWidth>{result.found.track:.5f}</effectiveTrackWidth>\n"
+        f"<effectiveWheelRadius>{result.found.radius:.6f}</effectiveWheelRadius>\n"
+    )
+
+
+def _report(result: Any, out: Path) -> str:
+    lines = [
+        f"{'':<12}{'nominal':>10}{'effective':>11}",
+        f"{'track':<12}{result.nominal.track:>8.4f} m{result.found.track:>9.4f} m",
+        f"{'radius':<12}{result.nominal.radius:>8.4f} m{result.found.radius:>9.4f} m",
+        "greatest errors of odometry, before and after",
+    ]
+    for kind in _KINDS:
+        before, after = (_worst(rows, kind) for rows in (result.before, result.after))
+        if kind != "spin":
+            lines.append(f"  {kind:<9} distance {before[0]:8.2%} {after[0]:8.2%}")
+        if kind != "straight":
+            lines.append(f"  {kind:<9} turn     {before[1]:8.2%} {after[1]:8.2%}")
+    path, turn = (max(_worst(result.after, kind)[i] for kind in _KINDS) for i in (0, 1))
+    good = path <= _PATH_BOUND and turn <= _TURN_BOUND
+    lines.append(f"within {_PATH_BOUND:.0%} and {_TURN_BOUND:.0%}: {'yes' if good else 'no'}")
+    lines.append(f"files        {out}: {PARAMETERS}, {SNIPPET}, {PICTURE}")
+    return "\n".join(lines)
+
+
+def _worst(rows: Sequence[Any], kind: str) -> tuple[float, float]:
+    """Return the greatest relative errors of path and turn among manoeuvres of a kind."""
+    some = [row for row in rows if row.manoeuvre.kind == kind]
+    return max(abs(row.path_error) for row in some), max(abs(row.turn_error) for row in some)
+
+
+def _draw(core: Any, result: Any, name: str) -> Figure:
+    figure = Figure(figsize=(15.0, 5.0))
+    axes = figure.subplots(1, 3)
+    titles = ("before: the wheels' separation", "after: the effective track")
+    for panel, title, kinematics in zip(axes, titles, (result.nominal, result.found), strict=False):
+        truth = result.check.truth
+        _draw_paths(panel, truth, core.dead_reckon(result.check, kinematics))
+        panel.set_title(f"{name}, {title} ({kinematics.track:.3f} m)", fontsize=10)
+    _draw_errors(axes[2], result)
+    figure.tight_layout()
+    return figure
+
+
+def _draw_paths(
+    panel: mpl.axes.Axes, truth: NDArray[np.float64], odometry: NDArray[np.float64]
+) -> None:
+    panel.plot(truth[:, 0], truth[:, 1], color="black", linewidth=2.5, label="truth")
+    panel.plot(odometry[:, 0], odometry[:, 1], color="tab:red", linewidth=1.2, label="odometry")
+    panel.plot(0.0, 0.0, "o", color="black", label="start")
+    panel.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    panel.grid(alpha=0.3)
+    panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=3, fontsize=8)
+
+
+def _draw_errors(panel: mpl.axes.Axes, result: Any) -> None:
+    """Draw each manoeuvre's error of turn, or of distance for a straight, before and after."""
+    parts = [row.manoeuvre for row in result.after]
+    places = np.arange(len(parts))
+    for shift, rows, colour, label in (
+        (-0.2, result.before, "tab:red", "before"),
+        (0.2, result.after, "tab:green", "after"),
+    ):
+        errors = [100.0 * abs(row.turn_error or row.path_error) for row in rows]
+        panel.barh(places + shift, errors, 0.4, color=colour, label=label)
+    names = [f"{m.kind} {m.command.v:g} m/s {m.command.w:g} rad/s" for m in parts]
+    panel.set_yticks(places, names, fontsize=8)
+    panel.axvline(100.0 * _TURN_BOUND, color="black", linestyle=":", label="bound of turns")
+    panel.set(xscale="log", xlabel="error of turn (straight: of distance) [%]")
+    panel.invert_yaxis()
+    panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=3, fontsize=8)

@@ -1,0 +1,102 @@
+"""What the command line and parameter files ask for, as the nodes' parameters, checked."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import shlex
+from pathlib import Path
+from typing import Any
+
+from arjuna_core.errors import ConfigError, InputFileError
+from bringup.parameters.composition import check_parameters, node_class
+from bringup.parameters.files import (
+    Parameters,
+    for_node,
+    load_parameters,
+    merged,
+    shipped_parameters,
+)
+from bringup.stack import EXPLORER_GROUP, STACKS, Group, NodeSpec
+
+DEMO_GROUPS = (*(group for groups in STACKS.values() for group in groups), EXPLORER_GROUP)
+"""Every group: the demo runs them all, and a parameter file may name any node of theirs."""
+FILE_READERS = {
+    ("sim", "world"): ("arjuna_sim.files.world_file", "load_world"),
+    ("sim", "robot"): ("arjuna_sim.model.robot", "load_robot"),
+    ("robot_state_publisher", "robot"): ("arjuna_sim.model.robot", "load_robot"),
+    ("map_server", "yaml_filename"): ("arjuna_core.files.maps", "load_map"),
+}
+"""Parameters that name a file, and what reads it: a bad file is refused before anything starts."""
+
+
+def groups_of(command: str) -> tuple[Group, ...]:
+    """Return the groups of nodes that a command runs."""
+    return DEMO_GROUPS if command == "demo" else STACKS[command]
+
+
+def gather(arguments: argparse.Namespace) -> Parameters:
+    """Return the parameters of all nodes, the command line's over the files' over the shipped.
+
+    Args:
+        arguments: What `cli_parser.parse` returned.
+
+    Raises:
+        ArjunaError: A file cannot be used, or a node, key or value is not valid.
+    """
+    groups = groups_of(arguments.command)
+    parameters = shipped_parameters()
+    for path in arguments.params:
+        parameters = merged(parameters, load_parameters([path]))
+        try:
+            check_parameters(parameters, groups, _known())
+        except ConfigError as error:
+            raise InputFileError(path, str(error)) from error
+    parameters = merged(parameters, _of_options(arguments, groups))
+    check_parameters(parameters, groups, _known())
+    for group in groups:
+        for spec in group.nodes:
+            _read_files(spec, for_node(parameters, spec.name))
+    return parameters
+
+
+def _known() -> list[str]:
+    """Return the names of all nodes."""
+    return [spec.name for group in DEMO_GROUPS for spec in group.nodes]
+
+
+def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Parameters:
+    """Return the parameters that command line options stand for."""
+    options = vars(arguments)
+    found: Parameters = {}
+
+    def put(node: str, key: str, value: Any) -> None:
+        if value is not None:
+            found.setdefault(node, {})[key] = value
+
+    put("sim", "world", _absolute(options.get("world")))
+    for node in ("sim", "robot_state_publisher"):
+        put(node, "robot", _absolute(options.get("robot")))
+        put(node, "robot_arguments", shlex.join(options.get("robot_arguments") or []) or None)
+    put("sim", "real_time_factor", options.get("rtf"))
+    put("map_server", "yaml_filename", _absolute(options.get("map")))
+    for group in groups:
+        for spec in group.nodes:
+            if "seed" in node_class(spec).Config.__dataclass_fields__:
+                put(spec.name, "seed", options.get("seed"))
+    return found
+
+
+def _absolute(path: Path | None) -> str | None:
+    return None if path is None else str(path.resolve())
+
+
+def _read_files(spec: NodeSpec, values: dict[str, Any]) -> None:
+    for (node, key), (module, reader) in FILE_READERS.items():
+        if node == spec.name and values.get(key):
+            read = getattr(importlib.import_module(module), reader)
+            if key == "robot":
+                split = importlib.import_module("arjuna_sim.files.urdf.xacro_file").split
+                read(values[key], arguments=split(values.get("robot_arguments", "")))
+            else:
+                read(values[key])

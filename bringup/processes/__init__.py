@@ -1,0 +1,1 @@
+"""The interactive stack's processes: started, watched, restarted, ended."""

@@ -1,0 +1,119 @@
+"""One process of the interactive stack: a group of nodes under one executor."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import time
+from collections.abc import Sequence
+
+from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.process import Process
+from bringup.parameters.composition import create_node
+from bringup.parameters.files import EVERY_NODE, Parameters
+from bringup.parameters.inputs import DEMO_GROUPS
+from bringup.processes.lifecycle import LifecycleManager
+from bringup.processes.supervisor import QUIT_EXIT
+from bringup.stack import Group
+
+_LINGER = 1.0  # [s] after a client asked to quit
+_POLL = 0.05
+_REFUSED = 2
+
+
+class Host:
+    """A group's nodes and their lifecycle manager in one process.
+
+    Args:
+        group: The nodes.
+        parameters: Parameters of all nodes.
+
+    Raises:
+        ConfigError: A parameter is not valid.
+    """
+
+    def __init__(self, group: Group, parameters: Parameters) -> None:
+        use_sim_time = bool(parameters.get(EVERY_NODE, {}).get("use_sim_time", True))
+        self.process = Process(f"{group.name}_host", use_sim_time=use_sim_time)
+        self.nodes = [create_node(self.process, spec, parameters) for spec in group.nodes]
+        self.manager = LifecycleManager(
+            self.process,
+            group.manager,
+            [spec.name for spec in group.nodes],
+            commandable=group.commandable,
+        )
+        self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
+        self._stopping = False
+        self.quit = False
+
+    def stop(self, number: int = 0, frame: object = None) -> None:
+        """Make `run` end; a signal handler."""
+        self._stopping = True
+
+    def run(self) -> None:
+        """Spin until stopped or orphaned, then take the nodes down in order."""
+        parent = os.getppid()
+        while not self._stopping and os.getppid() == parent:
+            self._spin_once()
+            if any(node.quitting for node in self._paced):
+                self.quit = True
+                self._linger()
+                break
+        self._shut_down()
+
+    def _linger(self) -> None:
+        """Stay until the answer has reached who asked to quit: it goes with its writer."""
+        end = time.monotonic() + _LINGER
+        while time.monotonic() < end:
+            self.process.spin_once(_POLL)
+
+    def _spin_once(self) -> None:
+        """Run what waits; a simulator's tick is due by the wall clock, not by an event."""
+        wait = _POLL
+        for node in self._paced:
+            due = node.realtime_due(time.monotonic()) if node.active else _POLL
+            if due <= 0.0:
+                node.tick()
+                self.process.drain()
+                wait = 0.0
+            wait = min(wait, due)
+        if wait > 0.0:
+            self.process.spin_once(wait)
+
+    def _shut_down(self) -> None:
+        for node in reversed(self.nodes):
+            if node.active:
+                node.trigger_deactivate()
+            node.trigger_shutdown()
+            self.process.drain()
+        self.manager.destroy_node()
+        self.process.close()
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a group of nodes.
+
+    Returns:
+        0 after a clean stop, 2 where an input is refused, 3 where a client asked to quit.
+    """
+    groups = {group.name: group for group in DEMO_GROUPS}
+    parser = argparse.ArgumentParser(prog="python -m bringup.processes.host", description=__doc__)
+    parser.add_argument("group", choices=sorted(groups))
+    parser.add_argument("--parameters", type=json.loads, default={}, help="JSON: node: name: value")
+    arguments, _ = parser.parse_known_args(argv)  # what follows --ros-args is rclpy's
+    try:
+        host = Host(groups[arguments.group], arguments.parameters)
+    except ArjunaError as error:
+        sys.stderr.write(f"error: {error}\n")
+        return _REFUSED
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, host.stop)
+    host.run()
+    return QUIT_EXIT if host.quit else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

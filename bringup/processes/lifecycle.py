@@ -1,0 +1,179 @@
+"""The lifecycle managers: brings nodes up in order, and takes commands as Nav2's manager does."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from lifecycle_msgs.srv import ChangeState, GetState
+from nav2_msgs.srv import ManageLifecycleNodes
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from arjuna_core.ros.process import Process
+from bringup.processes.deferred import DeferredService
+from bringup.processes.lifecycle_plan import Command, State, Step, Transition, Verdict, judge, plan
+
+SERVICE_DEADLINE = 10.0
+"""How long a node's services may take to appear [s]."""
+TRANSITION_DEADLINE = 90.0
+"""How long a transition may take [s]; the first ever compiles the algorithms."""
+_PERIOD = 0.05
+
+
+@dataclass
+class _Job:
+    """A command under way: what is left of it, and whom to tell."""
+
+    command: Command
+    steps: deque[Step]
+    reply: Callable[[bool], None]
+    started: float = 0.0
+    step_started: float = 0.0
+    future: Any = None
+    failures: list[str] = field(default_factory=list)
+
+
+class LifecycleManager(Node):
+    """A lifecycle manager: `<name>/manage_nodes` and `<name>/is_active`.
+
+    Deadlines run on a steady clock: bringing nodes up must not wait for a simulator's time.
+
+    Args:
+        process: The process it lives in.
+        name: Its name.
+        nodes: The managed nodes in the order of bring-up.
+        autostart: Whether to bring them up at once.
+        commandable: Whether clients may command it by `<name>/manage_nodes`.
+    """
+
+    def __init__(
+        self,
+        process: Process,
+        name: str,
+        nodes: Sequence[str],
+        autostart: bool = True,
+        commandable: bool = True,
+    ) -> None:
+        super().__init__(name, context=process.context)
+        self.declare_parameter("node_names", list(nodes))
+        self.declare_parameter("autostart", autostart)
+        self.system_active = False
+        self._nodes = tuple(nodes)
+        self._states = {n: self.create_client(GetState, f"{n}/get_state") for n in nodes}
+        self._changes = {n: self.create_client(ChangeState, f"{n}/change_state") for n in nodes}
+        self._jobs: deque[_Job] = deque()
+        if commandable:
+            DeferredService(self, ManageLifecycleNodes, f"{name}/manage_nodes", self._on_manage)
+        self.create_service(Trigger, f"{name}/is_active", self._on_is_active)
+        self._timer = self.create_timer(
+            _PERIOD, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        process.executor.add_node(self)
+        if autostart:
+            self.submit(Command.STARTUP, lambda success: None)
+
+    def submit(self, command: Command, reply: Callable[[bool], None]) -> None:
+        """Queue a command; `reply` is called with its success when it is done."""
+        self._jobs.append(_Job(command, deque(plan(command, self._nodes)), reply))
+        self._timer.reset()
+
+    def _on_is_active(self, request: Any, response: Any) -> Any:
+        response.success = self.system_active
+        response.message = "Managed nodes are active" if self.system_active else "not active"
+        return response
+
+    def _on_manage(self, request: Any, reply: Callable[[Any], None]) -> None:
+        if request.command not in list(Command):
+            valid = ", ".join(f"{command.value} {command.name}" for command in Command)
+            self.get_logger().error(f"unknown command {request.command}; valid: {valid}")
+            reply(ManageLifecycleNodes.Response(success=False))
+            return
+        self.submit(
+            Command(request.command),
+            lambda success: reply(ManageLifecycleNodes.Response(success=success)),
+        )
+
+    def _advance(self) -> None:
+        """Take the command under way one step on, if what it waits for has come."""
+        if not self._jobs:
+            self._timer.cancel()
+            return
+        job, now = self._jobs[0], time.monotonic()
+        if job.started == 0.0:
+            job.started = job.step_started = now
+        if not job.steps:
+            self._finish(job)
+        elif job.future is None:
+            self._ask(job, now)
+        elif now - job.step_started > TRANSITION_DEADLINE:
+            self._fail(job, f"no answer within {TRANSITION_DEADLINE:.0f} s")
+
+    def _ask(self, job: _Job, now: float) -> None:
+        """Ask the next node for its state once its services are there."""
+        node = job.steps[0].node
+        if self._states[node].service_is_ready() and self._changes[node].service_is_ready():
+            self._wait_for(job, self._states[node].call_async(GetState.Request()), self._on_state)
+        elif now - job.step_started > SERVICE_DEADLINE:
+            self._fail(job, f"offers no lifecycle services after {SERVICE_DEADLINE:.0f} s")
+
+    def _wait_for(self, job: _Job, future: Any, then: Callable[[_Job, Any], None]) -> None:
+        def done(finished: Any) -> None:
+            if job.future is finished:  # else its deadline has passed
+                then(job, finished.result())
+
+        job.future = future
+        future.add_done_callback(done)
+
+    def _on_state(self, job: _Job, answer: Any) -> None:
+        step, state = job.steps[0], State(answer.current_state.id)
+        verdict = judge(step.transition, state)
+        if verdict is Verdict.SKIP:
+            self._next(job)
+        elif verdict is Verdict.REFUSE:
+            self._fail(job, f"is {state.name.lower()}: cannot {step.transition.name.lower()}")
+        else:
+            request = ChangeState.Request()
+            request.transition.id = step.transition.number
+            future = self._changes[step.node].call_async(request)
+            self._wait_for(job, future, self._on_changed)
+
+    def _on_changed(self, job: _Job, answer: Any) -> None:
+        step = job.steps[0]
+        if not answer.success:
+            self._fail(job, f"refused to {step.transition.name.lower()}; its log says why")
+            return
+        if step.transition is Transition.ACTIVATE:
+            seconds = time.monotonic() - job.started
+            self.get_logger().info(f"{step.node} active after {seconds:.1f} s")
+        self._next(job)
+
+    def _next(self, job: _Job) -> None:
+        job.steps.popleft()
+        job.future = None
+        job.step_started = time.monotonic()
+        self._advance()
+
+    def _fail(self, job: _Job, problem: str) -> None:
+        """Give up bringing up; go on taking down, so that as much as possible rests."""
+        step = job.steps[0]
+        job.failures.append(step.node)
+        self.get_logger().error(f"{step.node} {problem}")
+        if step.transition.upward:
+            job.steps = deque([step])
+        self._next(job)
+
+    def _finish(self, job: _Job) -> None:
+        self._jobs.popleft()
+        success = not job.failures
+        ups = (Command.STARTUP, Command.RESUME)
+        self.system_active = success if job.command in ups else False
+        if success and job.command in ups:
+            self.get_logger().info("Managed nodes are active")
+        elif not success:
+            self.get_logger().error(f"{job.command.name} failed: {', '.join(job.failures)}")
+        job.reply(success)

@@ -1,0 +1,174 @@
+"""Processes started, watched, restarted when they die, and all ended at the end."""
+
+from __future__ import annotations
+
+import os
+import selectors
+import signal
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from bringup.processes.child import Child, ChildSpec, describe_exit
+from bringup.processes.restart import RestartLimits, RestartPolicy
+
+USAGE_EXIT = 2
+"""The exit code of a process that refuses its input: to start it again changes nothing."""
+QUIT_EXIT = 3
+"""The exit code of a process that a client asked to quit, and all the others with it."""
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_TICK = 0.2
+
+
+@dataclass(frozen=True)
+class StopTimes:
+    """How long processes may take to end [s].
+
+    Attributes:
+        interrupt: From SIGINT until SIGTERM follows.
+        terminate: From SIGTERM until SIGKILL follows.
+    """
+
+    interrupt: float = 5.0
+    terminate: float = 3.0
+
+
+LIMITS = RestartLimits()
+STOP_TIMES = StopTimes()
+
+
+class _Supervised:
+    """One process's place: the process while it runs, else when it starts again."""
+
+    def __init__(self, spec: ChildSpec, limits: RestartLimits) -> None:
+        self.spec = spec
+        self.policy = RestartPolicy(limits)
+        self.child: Child | None = None
+        self.start_at: float | None = 0.0
+
+
+class Supervisor:
+    """Keeps processes running until SIGINT or SIGTERM, until one quits or one cannot be kept.
+
+    Args:
+        specs: What to run; stopped together.
+        write: Takes each line to show.
+        limits: Back-off of restarts.
+        times: How long each way to stop may take.
+    """
+
+    def __init__(
+        self,
+        specs: Sequence[ChildSpec],
+        write: Callable[[str], None],
+        limits: RestartLimits = LIMITS,
+        times: StopTimes = STOP_TIMES,
+    ) -> None:
+        self._places = [_Supervised(spec, limits) for spec in specs]
+        self._write = write
+        self._times = times
+        self._selector = selectors.DefaultSelector()
+        self._signals = 0
+        self._failed = False
+
+    def run(self) -> int:
+        """Run until stopped; return 0 after a clean stop, 1 if a process could not be kept."""
+        with self._signals_caught():
+            try:
+                while not self._signals and not self._failed:
+                    self._start_due()
+                    self._wait(_TICK)
+                    self._reap()
+            finally:
+                self._stop_all()
+        return 1 if self._failed else 0
+
+    @contextmanager
+    def _signals_caught(self) -> Iterator[None]:
+        """Turn SIGINT and SIGTERM into a count, and wake the selector."""
+        reader, writer = os.pipe()
+        for end in (reader, writer):
+            os.set_blocking(end, False)
+        self._selector.register(reader, selectors.EVENT_READ, lambda: bool(os.read(reader, 64)))
+        previous = {each: signal.signal(each, self._on_signal) for each in _STOP_SIGNALS}
+        wakeup = signal.set_wakeup_fd(writer)
+        try:
+            yield
+        finally:
+            signal.set_wakeup_fd(wakeup)
+            for each, handler in previous.items():
+                signal.signal(each, handler)
+            self._selector.close()
+            os.close(reader)
+            os.close(writer)
+
+    def _on_signal(self, number: int, frame: object) -> None:
+        self._signals += 1
+
+    def _start_due(self) -> None:
+        now = time.monotonic()
+        for place in self._places:
+            if place.start_at is not None and now >= place.start_at:
+                self._start(place)
+
+    def _start(self, place: _Supervised) -> None:
+        place.start_at = None
+        place.child = Child(place.spec, lambda line: self._write(f"[{place.spec.name}] {line}"))
+        self._selector.register(place.child.output, selectors.EVENT_READ, place.child.read)
+
+    def _wait(self, timeout: float) -> None:
+        """Hand on output until a timeout [s], a signal, or the first quiet moment."""
+        for key, _ in self._selector.select(timeout):
+            if not key.data():
+                self._selector.unregister(key.fd)
+
+    def _reap(self, restart: bool = True) -> None:
+        for place in self._places:
+            code = place.child.poll() if place.child else None
+            if place.child is not None and code is not None:
+                if place.child.output in self._selector.get_map():
+                    self._selector.unregister(place.child.output)
+                place.child.close()
+                place.child = None
+                if restart:
+                    self._plan_restart(place, code)
+
+    def _plan_restart(self, place: _Supervised, code: int) -> None:
+        name, how, now = place.spec.name, describe_exit(code), time.monotonic()
+        if code == QUIT_EXIT:
+            self._signals += 1
+            self._write(f"[bringup] {name} quit, and so do all")
+            return
+        delay = None if code == USAGE_EXIT else place.policy.on_death(now)
+        if delay is not None:
+            place.start_at = now + delay
+            self._write(f"[bringup] {name} died ({how}); it starts again in {delay:g} s")
+            return
+        self._failed = True
+        why = "it refused its input" if code == USAGE_EXIT else "it dies again and again"
+        self._write(f"[bringup] {name} died ({how}) and {why}: giving up; see its lines above")
+
+    def _stop_all(self) -> None:
+        """Ask the processes to end, in three ever firmer ways; a further Ctrl-C skips ahead."""
+        for number, patience in (
+            (signal.SIGINT, self._times.interrupt),
+            (signal.SIGTERM, self._times.terminate),
+            (signal.SIGKILL, self._times.terminate),
+        ):
+            for place in self._places:
+                if place.child is not None:
+                    place.child.send(number)
+            self._wait_for_end(patience)
+            late = [place.spec.name for place in self._places if place.child is not None]
+            if not late:
+                return
+            self._write(f"[bringup] {', '.join(late)} did not end on {number.name}")
+
+    def _wait_for_end(self, patience: float) -> None:
+        signals, deadline = self._signals, time.monotonic() + patience
+        while any(place.child for place in self._places):
+            if time.monotonic() >= deadline or self._signals != signals:
+                return
+            self._wait(_TICK / 4)
+            self._reap(restart=False)

@@ -1,0 +1,87 @@
+"""Pictures of a run: the map, and the map under the paths and goals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from arjuna_core.grid import OccupancyGrid
+from bringup.demo.log import RunLog
+
+mpl.use("Agg")
+_LEAP = 0.1
+_UNKNOWN, _FREE, _OCCUPIED = 0.8, 1.0, 0.0
+
+
+def _draw_map(figure: Figure, grid: OccupancyGrid, title: str) -> mpl.axes.Axes:
+    shades = np.select([grid.occupied(), grid.free()], [_OCCUPIED, _FREE], _UNKNOWN)
+    frame = grid.frame
+    right = frame.origin.x + frame.width * frame.resolution
+    top = frame.origin.y + frame.height * frame.resolution
+    axes = figure.add_subplot()
+    axes.imshow(
+        shades,
+        cmap="gray",
+        vmin=0.0,
+        vmax=1.0,
+        origin="lower",
+        extent=(frame.origin.x, right, frame.origin.y, top),
+        interpolation="nearest",
+    )
+    axes.set(xlabel="x [m]", ylabel="y [m]", title=title, aspect="equal")
+    return axes
+
+
+def _save(figure: Figure, path: Path) -> None:
+    figure.tight_layout()
+    figure.savefig(path, dpi=110, metadata={"Software": "arjuna"})
+
+
+def draw_map(path: Path, grid: OccupancyGrid) -> None:
+    """Write a picture of a map."""
+    figure = Figure(figsize=(7.0, 7.0))
+    _draw_map(figure, grid, "Map")
+    _save(figure, path)
+
+
+def _broken_at_leaps(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Put a gap where the robot was carried, so that no line is drawn there."""
+    leaps = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) > _LEAP) + 1
+    return np.insert(points, leaps, np.nan, axis=0)
+
+
+def draw_trajectory(path: Path, grid: OccupancyGrid, log: RunLog) -> None:
+    """Write a picture of a map with the true path, the estimated path and the goals."""
+    figure = Figure(figsize=(7.5, 7.5))
+    axes = _draw_map(figure, grid, "Where the robot was, and where it believed to be")
+    table = log.table
+    axes.plot(*_broken_at_leaps(table[:, 1:3]).T, color="tab:green", lw=2.5, label="true")
+    axes.plot(*_broken_at_leaps(table[:, 4:6]).T, color="tab:blue", lw=1.0, label="estimated")
+    for number, (x, y, yaw, reached) in enumerate(log.goals, 1):
+        colour = "tab:orange" if reached else "tab:red"
+        axes.plot(x, y, "o", color=colour, ms=9)
+        axes.annotate(str(number), (x, y), ha="center", va="center", fontsize=7)
+        axes.arrow(x, y, 0.3 * np.cos(yaw), 0.3 * np.sin(yaw), color=colour, width=0.02)
+    axes.legend(loc="upper right")
+    _save(figure, path)
+
+
+def draw_path(path: Path, grid: OccupancyGrid, poses: NDArray[np.float64]) -> None:
+    """Write a picture of a map with a path on it.
+
+    Args:
+        path: The PNG to write.
+        grid: The map.
+        poses: `(N, 3) float64` of x, y, theta in the map's frame.
+    """
+    figure = Figure(figsize=(9.0, 9.0))
+    axes = _draw_map(figure, grid, "Map and trajectory")
+    axes.plot(*poses[:, :2].T, color="tab:blue", lw=0.8, label="trajectory")
+    axes.plot(*poses[0, :2], "o", color="tab:green", ms=7, label="start")
+    axes.plot(*poses[-1, :2], "s", color="tab:red", ms=7, label="end")
+    axes.legend(loc="upper right")
+    _save(figure, path)

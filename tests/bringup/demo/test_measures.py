@@ -1,0 +1,50 @@
+"""Figures of merit against shapes whose figures are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.se2 import SE2
+from bringup.demo.measures import distance_to_surfaces, explored_fraction, map_error, rmse
+
+SQUARE = np.array([[0, 0, 4, 0], [4, 0, 4, 4], [4, 4, 0, 4], [0, 4, 0, 0]], dtype=np.float64)
+
+
+def grid(value: int) -> OccupancyGrid:
+    frame = GridFrame(0.1, 60, 60, SE2(-1.0, -1.0, 0.0))
+    return OccupancyGrid(frame, np.full(frame.shape, value, dtype=np.int8))
+
+
+def test_distance_is_to_the_segment_not_its_line() -> None:
+    points = np.array([[2.0, 1.0], [5.0, 5.0], [-3.0, 0.0]])
+    expected = [1.0, np.sqrt(2.0), 3.0]
+    np.testing.assert_allclose(distance_to_surfaces(points, SQUARE), expected)
+
+
+def test_map_error_is_the_mean_gap_of_occupied_cells() -> None:
+    built = grid(0)
+    row, column = built.frame.to_cell(2.0, 0.25)
+    built.data[row, column] = 100
+    assert map_error(built, SQUARE) == pytest.approx(0.25)
+
+
+def test_map_error_refuses_an_empty_map() -> None:
+    with pytest.raises(ValueError, match="no occupied cell"):
+        map_error(grid(0), SQUARE)
+
+
+def test_explored_fraction_counts_only_reachable_free_area() -> None:
+    start = SE2(2.0, 2.0, 0.0)
+    assert explored_fraction(grid(0), SQUARE, start) == 1.0
+    assert explored_fraction(grid(-1), SQUARE, start) == 0.0
+    half = grid(0)
+    half.data[:, half.frame.to_cell(2.0, 0.0)[1] :] = -1
+    assert explored_fraction(half, SQUARE, start) == pytest.approx(0.5, abs=0.02)
+
+
+def test_rmse_wraps_headings() -> None:
+    position, heading = rmse(np.array([[3.0, 4.0, 3.1]]), np.array([[0.0, 0.0, -3.1]]))
+    assert position == pytest.approx(5.0)
+    assert heading == pytest.approx(2.0 * np.pi - 6.2)

@@ -1,0 +1,133 @@
+"""The commands' inputs: what they become, and that a bad one starts nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from arjuna_core.files.shipped import resource
+from bringup import cli
+from bringup.cli_parser import parse
+from bringup.parameters import inputs
+from bringup.stack import LOCALIZATION_GROUP
+
+pytestmark = pytest.mark.ros
+
+
+class Starts:
+    """Stands in for the supervisor: remembers what it was to start."""
+
+    specs: tuple[Any, ...] = ()
+
+    def __init__(self, specs: Any, write: Any) -> None:
+        Starts.specs = tuple(specs)
+
+    def run(self) -> int:
+        """Pretend a clean stop."""
+        return 0
+
+
+@pytest.fixture(autouse=True)
+def _nothing_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(cli, "Supervisor", Starts)
+    monkeypatch.setattr(Starts, "specs", ())
+    monkeypatch.chdir(tmp_path)
+
+
+def _write(name: str, text: str) -> str:
+    Path(name).write_text(text)
+    return name
+
+
+def _sim(key: str, value: Any, node: str = "sim") -> str:
+    return f"{node}:\n  ros__parameters:\n    {key}: {value}\n"
+
+
+def test_sim_starts_one_process_that_gets_the_checked_parameters() -> None:
+    assert cli.run(parse(["sim", "--seed", "7", "--log-level", "warn"])) == 0
+    (spec,) = Starts.specs
+    assert spec.name == "sim"
+    assert '"seed": 7' in " ".join(spec.command)
+    assert spec.command[-3:] == ["--ros-args", "--log-level", "warn"]
+
+
+def test_options_win_over_files_and_later_files_over_earlier() -> None:
+    first = _write("a.yaml", _sim("seed", 1) + "    real_time_factor: 2.0\n")
+    second = _write("b.yaml", _sim("real_time_factor", 3.0))
+    arguments = parse(["sim", "--params", first, "--params", second, "--seed", "5"])
+    values = inputs.gather(arguments)["sim"]
+    assert (values["seed"], values["real_time_factor"]) == (5, 3.0)
+
+
+def test_files_are_handed_on_as_absolute_paths() -> None:
+    robot = _write("my.urdf", resource("urdf/arjuna.urdf").read_text())
+    parameters = inputs.gather(parse(["sim", "--robot", robot, "--rtf", "0"]))
+    assert parameters["sim"]["robot"] == str(Path("my.urdf").resolve())
+    assert parameters["robot_state_publisher"]["robot"] == parameters["sim"]["robot"]
+    assert parameters["sim"]["real_time_factor"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("files", "argv", "problem"),
+    [
+        ({}, ["--world", "no.world"], "no.world: cannot be read"),
+        ({"w": "<sdf>"}, ["--world", "w"], "w: line 1: "),
+        ({"r": "<sdf/>"}, ["--robot", "r"], "r: "),
+        ({}, ["--params", "no.yaml"], "no.yaml: cannot be read"),
+        ({"p": "a: [1"}, ["--params", "p"], "p: "),
+        ({"p": _sim("sed", 1)}, ["--params", "p"], "unknown parameter 'sed'; did you mean 'seed'?"),
+        ({"p": _sim("seed", "one")}, ["--params", "p"], "'seed' must be int, got 'one' (str)"),
+        ({"p": _sim("tick", 0.03)}, ["--params", "p"], "'tick' 0.03 s must be a whole number of"),
+        ({"p": _sim("real_time_factor", -1.0)}, ["--params", "p"], "the least valid is 0"),
+        (
+            {"p": _sim("seed", 1, "sym")},
+            ["--params", "p"],
+            "unknown node 'sym'; did you mean 'sim'",
+        ),
+    ],
+)
+def test_a_bad_input_is_refused_in_one_line_and_starts_nothing(
+    files: dict[str, str], argv: list[str], problem: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, text in files.items():
+        _write(name, text)
+    assert cli.run(parse(["sim", *argv])) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: ")
+    assert problem in line
+    assert Starts.specs == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (None, "cannot be read"),
+        ("imag: m.pgm\n", "unknown key 'imag'; did you mean 'image'?"),
+        ("image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n", "m.pgm does not exist"),
+    ],
+)
+def test_a_bad_map_is_refused(
+    text: str | None,
+    problem: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(inputs, "groups_of", lambda command: (LOCALIZATION_GROUP,))
+    if text is not None:
+        _write("m.yaml", text)
+    assert cli.run(parse(["nav", "--map", "m.yaml"])) == 2
+    assert problem in capsys.readouterr().err
+    assert Starts.specs == ()
+
+
+def test_a_demo_folder_that_cannot_be_written_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _write("taken", "a file")
+    monkeypatch.setattr(cli, "gather", lambda arguments: {})
+    assert cli.run(parse(["demo", "--out", "taken/demo"])) == 2
+    assert "taken/demo: cannot be written: Not a directory" in capsys.readouterr().err

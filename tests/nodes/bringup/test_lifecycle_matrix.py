@@ -1,0 +1,114 @@
+"""Every node of every stack: all its transitions, twice, and what it leaves behind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from rclpy.lifecycle import TransitionCallbackReturn
+
+from bringup import stack as stacks
+from bringup.parameters.composition import create_node
+from bringup.parameters.files import merged, shipped_parameters
+from bringup.stack import Group, NodeSpec
+from tests.helpers.ros import RosBench
+
+pytestmark = pytest.mark.ros
+GROUPS = tuple(value for value in vars(stacks).values() if isinstance(value, Group))
+CASES = [
+    pytest.param(group, spec, id=f"{group.name}-{spec.name.split('/')[-1]}")
+    for group in GROUPS
+    for spec in group.nodes
+]
+CYCLE = ("configure", "activate", "deactivate", "cleanup")
+TO_STATE = {"unconfigured": (), "inactive": CYCLE[:1], "active": CYCLE[:2], "rested": CYCLE[:3]}
+NEEDED = {"map_server": {"yaml_filename": "maps/arjuna_room.yaml"}}
+PARAMETERS = merged(shipped_parameters(), NEEDED)
+
+
+@pytest.fixture
+def bench() -> Iterator[RosBench]:
+    bench = RosBench()
+    yield bench
+    bench.close()
+
+
+def made(bench: RosBench, group: Group, spec: NodeSpec) -> Any:
+    """Make the nodes of a group, which find each other in the process; return one."""
+    nodes = {each.name: create_node(bench.process, each, PARAMETERS) for each in group.nodes}
+    bench.process.drain()
+    return nodes[spec.name]
+
+
+def step(bench: RosBench, node: Any, transition: str) -> None:
+    """Make a transition and let some time pass after it."""
+    result = getattr(node, f"trigger_{transition}")()
+    assert result == TransitionCallbackReturn.SUCCESS, f"{transition} failed"
+    bench.advance(1.2)
+
+
+def entities(node: Any) -> list[str]:
+    """Return the names of everything a node has in the graph."""
+    topics = [item.topic_name for item in (*node.publishers, *node.subscriptions)]
+    services = [item.srv_name for item in (*node.services, *node.clients)]
+    return sorted(topics + services) + [type(item).__name__ for item in node.waitables]
+
+
+@pytest.mark.parametrize(("group", "spec"), CASES)
+def test_a_node_goes_round_twice_and_leaves_nothing(
+    bench: RosBench, group: Group, spec: NodeSpec
+) -> None:
+    node = made(bench, group, spec)
+    before, configured = entities(node), []
+    for _ in range(2):
+        for transition in CYCLE:
+            step(bench, node, transition)
+            assert node.active == (transition == "activate")
+            if transition == "configure":
+                configured.append(entities(node))
+        assert entities(node) == before
+    assert configured[0] == configured[1] != before
+
+
+@pytest.mark.parametrize("state", TO_STATE)
+@pytest.mark.parametrize(("group", "spec"), CASES)
+def test_a_node_shuts_down_from_every_state(
+    bench: RosBench, group: Group, spec: NodeSpec, state: str
+) -> None:
+    node = made(bench, group, spec)
+    before = entities(node)
+    for transition in TO_STATE[state]:
+        step(bench, node, transition)
+    step(bench, node, "shutdown")
+    assert not node.active
+    assert entities(node) == before
+
+
+@pytest.mark.parametrize(("group", "spec"), CASES)
+def test_a_node_bears_time_set_back_in_every_state(
+    bench: RosBench, group: Group, spec: NodeSpec
+) -> None:
+    node = made(bench, group, spec)
+    for transition in ("", *CYCLE):
+        if transition:
+            step(bench, node, transition)
+        bench.advance(1.0)
+        bench.set_back()
+        bench.advance(1.0)
+    assert not node.active
+
+
+@pytest.mark.parametrize(("group", "spec"), CASES)
+def test_a_node_bears_changed_parameters_in_every_state(
+    bench: RosBench, group: Group, spec: NodeSpec
+) -> None:
+    node = made(bench, group, spec)
+    for transition in ("", *CYCLE):
+        if transition:
+            step(bench, node, transition)
+        node.on_config(node.config)
+        bench.advance(0.2)

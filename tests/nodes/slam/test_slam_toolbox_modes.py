@@ -1,0 +1,285 @@
+"""Claims: pace, bad scans, stock parameters and moving keyframes by hand work as they should."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("slam_toolbox")
+
+from sensor_msgs.msg import LaserScan
+from slam_toolbox.srv import Clear, ClearQueue, LoopClosure, Pause, ToggleInteractive
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerUpdate
+from visualization_msgs.srv import GetInteractiveMarkers
+
+from arjuna_core.config import load
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import grid_from_msg, pose_msg, time_msg, transform_msg
+from arjuna_core.se2 import SE2
+from arjuna_slam.matching.scan_filter import Skip
+from arjuna_slam.nodes.slam_config import SlamNodeConfig
+from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
+from bringup.parameters.files import for_node, load_parameters
+from tests.helpers.ros import RosBench
+from tests.helpers.slam_robot import DT, LOG, Robot, started
+from tests.slam.slam_room import distance_to_walls, room
+
+pytestmark = pytest.mark.ros
+STOCK = Path(__file__).with_name("slam_toolbox_online_async.yaml")
+
+
+@pytest.fixture
+def robot() -> Iterator[Robot]:
+    bench = RosBench()
+    yield Robot(bench)
+    bench.close()
+
+
+class Notes:
+    """A logger that keeps what it is told."""
+
+    def __init__(self) -> None:
+        self.warnings: list[str] = []
+
+    def warning(self, text: str) -> None:
+        self.warnings.append(text)
+
+    def info(self, text: str) -> None:
+        pass
+
+    debug = error = info
+
+
+@pytest.fixture
+def notes(monkeypatch: pytest.MonkeyPatch) -> Notes:
+    found = Notes()
+    monkeypatch.setattr(SlamToolboxNode, "get_logger", lambda node: found)
+    return found
+
+
+def test_a_stock_file_is_accepted_with_one_warning_and_maps_well(
+    robot: Robot, notes: Notes
+) -> None:
+    values = for_node(load_parameters([STOCK]), "slam_toolbox")
+    node = started(robot, **values)
+    robot.drive(len(LOG) - 1)
+    (warning,) = notes.warnings
+    named = set(warning.partition(": ")[2].split(", "))
+    assert {"ceres_loss_function", "solver_plugin", "stack_size_to_use"} <= named
+    assert not {"loop_match_minimum_response_fine", "throttle_scans", "resolution"} & named
+    assert robot.error() < 0.03
+    grid = grid_from_msg(robot.maps[-1])
+    cells = grid.frame.to_points(np.argwhere(grid.occupied()).astype(np.int64))
+    assert distance_to_walls(room(), LOG[0][2].apply(cells)).mean() < 0.03
+    assert len(robot.poses) == pytest.approx(len(LOG) * DT / 0.5, abs=3)
+    assert len(node.slam.graph) < len(LOG) * 0.05 / 0.5 + 3
+
+
+def test_what_has_no_meaning_is_unset_unless_given() -> None:
+    assert SlamNodeConfig().set_in_vain == []
+    config = load(SlamNodeConfig, {"ceres_trust_strategy": "DOGLEG", "scan_buffer_size": 10})
+    assert config.set_in_vain == ["ceres_trust_strategy", "scan_buffer_size"]
+
+
+def test_every_third_scan_or_none_too_soon_if_so_asked(robot: Robot) -> None:
+    node = started(robot, throttle_scans=3)
+    robot.drive(30)
+    assert len(robot.poses) == 10
+    node.trigger_deactivate()
+    started(robot, minimum_time_interval=0.35)
+    robot.poses.clear()
+    robot.drive(40)
+    assert len(robot.poses) == 10
+    assert robot.error() > 0.1  # a second mapper begins its map here
+
+
+@pytest.mark.parametrize(("synchronous", "used"), [(True, 8), (False, 1)])
+def test_scans_that_waited_are_all_used_or_only_the_newest(
+    robot: Robot, synchronous: bool, used: int
+) -> None:
+    node = started(robot, synchronous=synchronous)
+    robot.drive(3)
+    late = []
+    for _ in range(8):
+        robot.wait()
+        robot.send(robot.scan())
+        late.append((robot.odometry, robot.now))
+    assert len(robot.poses) == 3
+    for robot.odometry, robot.now in late:
+        robot.send_odometry()
+    robot.bench.advance(0.02)
+    assert len(robot.poses) == 3 + used
+    assert robot.error() < 0.03
+    assert node.slam.skipped == 0
+
+
+def test_clear_queue_drops_the_scans_that_wait(robot: Robot) -> None:
+    started(robot, synchronous=True)
+    robot.drive(3)
+    for _ in range(4):
+        robot.wait()
+        robot.send(robot.scan())
+    assert robot.call(ClearQueue, "clear_queue").status
+    robot.send_odometry()
+    robot.bench.advance(0.04)
+    assert len(robot.poses) == 3
+    robot.drive(5)
+    assert robot.error() < 0.03
+
+
+def _spoilt(message: Any, **fields: Any) -> Any:
+    for name, value in fields.items():
+        setattr(message, name, value)
+    return message
+
+
+@pytest.mark.parametrize(
+    ("fields", "reason"),
+    [
+        ({"ranges": [math.nan] * 360}, Skip.EMPTY),
+        ({"ranges": [math.inf] * 360}, Skip.EMPTY),
+        ({"ranges": [0.0] * 360}, Skip.EMPTY),
+        ({"ranges": []}, Skip.EMPTY),
+        ({"angle_increment": math.nan}, Skip.GEOMETRY),
+        ({"angle_increment": 0.0}, Skip.GEOMETRY),
+        ({"angle_min": math.inf}, Skip.GEOMETRY),
+        ({"range_max": math.nan}, Skip.GEOMETRY),
+    ],
+)
+def test_bad_scans_are_counted_warned_about_once_and_move_nothing(
+    robot: Robot, notes: Notes, fields: dict[str, Any], reason: Skip
+) -> None:
+    node = started(robot)
+    robot.drive(5)
+    for _ in range(20):
+        robot.wait()
+        robot.send_odometry()
+        robot.send(_spoilt(robot.scan(), **fields))
+    assert node.slam.scans.counts[reason] == node.slam.skipped == 20
+    assert len(notes.warnings) == 1
+    assert reason.value in notes.warnings[0]
+    assert len(robot.poses) == 5
+    robot.drive(5)
+    assert robot.error() < 0.03
+
+
+def test_scans_sent_twice_or_late_are_counted_and_move_nothing(robot: Robot, notes: Notes) -> None:
+    node = started(robot)
+    robot.drive(10)
+    for _ in range(10):
+        robot.drive(1)
+        robot.send(robot.scan())
+        late = robot.scan()
+        late.header.stamp = time_msg(robot.now - 0.5)
+        robot.send(late)
+    assert node.slam.scans.counts[Skip.STALE] == 20
+    assert len(notes.warnings) == 1
+    assert len(robot.poses) == 20
+    assert robot.error() < 0.03
+
+
+def test_beam_counts_may_change_from_scan_to_scan(robot: Robot) -> None:
+    node = started(robot)
+    for k in range(40):
+        robot.wait()
+        robot.send_odometry()
+        message = robot.scan()
+        message.ranges = message.ranges[: 360 - 7 * k]
+        robot.send(message)
+    assert node.slam.skipped == 0
+    assert len(robot.poses) == 40
+    assert robot.error() < 0.03
+
+
+def test_scans_without_transforms_wait_then_are_dropped_and_it_goes_on(
+    robot: Robot, notes: Notes
+) -> None:
+    started(robot)
+    robot.drive(5)
+    for _ in range(15):
+        robot.wait()
+        message = robot.scan()
+        message.header.frame_id = "nowhere"
+        robot.send(message)
+    robot.drive(20)
+    assert robot.error() < 0.03
+    (warning,) = notes.warnings
+    assert "no transform connects 'base_footprint' and 'nowhere'" in warning or "in time" in warning
+
+
+def test_keyframes_can_be_moved_by_hand_and_are_put_back(robot: Robot) -> None:
+    node = started(robot)
+    robot.drive(60)
+    updates = robot.bench.collect(InteractiveMarkerUpdate, "/slam_toolbox/update")
+    scans = robot.bench.collect(LaserScan, "/slam_toolbox/scan_visualization", qos.DEFAULT)
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    assert len(updates[-1].markers) == len(node.slam.graph)
+    count = len(robot.poses)
+    robot.drive(3)
+    assert len(robot.poses) == count  # the graph does not change under the hand
+    where = node.slam.graph.pose(5) @ SE2(0.3, 0.1, 0.0)
+    feedback = InteractiveMarkerFeedback(
+        marker_name="5", pose=pose_msg(where), event_type=InteractiveMarkerFeedback.MOUSE_UP
+    )
+    before = node.slam.graph.poses.copy()
+    for action in (Clear, LoopClosure):
+        robot.bench.publish(InteractiveMarkerFeedback, "/slam_toolbox/feedback", feedback)
+        listed = robot.call(GetInteractiveMarkers, "get_interactive_markers")
+        assert listed.markers[5].pose.position.x == pytest.approx(where.x)
+        name = "clear_changes" if action is Clear else "manual_loop_closure"
+        robot.call(action, name)
+        listed = robot.call(GetInteractiveMarkers, "get_interactive_markers")
+        assert listed.markers[5].pose.position.x == pytest.approx(before[5, 0], abs=0.02)
+    assert scans[-1].header.frame_id == "scan_visualization"
+    assert np.abs(node.slam.graph.poses - before).max() < 0.02  # it did not fit there
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    assert len(updates[-1].erases) == len(node.slam.graph)
+    robot.drive(3)
+    assert robot.error() < 0.03
+
+
+def test_feedback_of_no_keyframe_or_no_pose_is_ignored(robot: Robot) -> None:
+    node = started(robot, enable_interactive_mode=True)
+    robot.call(Pause, "pause_new_measurements")
+    for name in ("99", "-1", "all", ""):
+        message = InteractiveMarkerFeedback(marker_name=name, event_type=5)
+        robot.bench.publish(InteractiveMarkerFeedback, "/slam_toolbox/feedback", message)
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    robot.call(Pause, "pause_new_measurements")
+    robot.drive(5)
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    broken = InteractiveMarkerFeedback(marker_name="0", event_type=5)
+    broken.pose.position.x = math.nan
+    robot.bench.publish(InteractiveMarkerFeedback, "/slam_toolbox/feedback", broken)
+    robot.call(LoopClosure, "manual_loop_closure")
+    assert np.isfinite(node.slam.graph.poses).all()
+
+
+def test_lifelong_and_short_range_reach_the_mapper(robot: Robot) -> None:
+    node = started(robot, mode="lifelong", min_laser_range=2.5)
+    robot.drive(30)
+    session = node.slam.session()
+    assert session is not None
+    assert session.scans[0].range_min == 2.5
+    assert robot.error() < 0.03
+
+
+def test_a_lidar_that_hangs_upside_down_maps_the_same_room(robot: Robot) -> None:
+    started(robot)
+    mount = transform_msg(SE2(), "base_footprint", "lidar_link", 0.0)
+    mount.transform.rotation.x, mount.transform.rotation.w = 1.0, 0.0
+    robot.bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[mount]), qos.TF_STATIC)
+    for _ in range(40):
+        robot.wait()
+        robot.send_odometry()
+        message = robot.scan()
+        message.angle_min, message.angle_increment = -message.angle_min, -message.angle_increment
+        robot.send(message)
+    assert robot.error() < 0.03
