@@ -8,18 +8,22 @@ from pathlib import Path
 
 import pytest
 
+from bringup import cli
 from bringup.cli_parser import parse
+from bringup.commands import COMMANDS
 
-COMMANDS = {"sim": [], "slam": [], "nav": ["--map", "m.yaml"], "demo": []}
+NODE_COMMANDS = {"sim": [], "slam": [], "nav": ["--map", "m.yaml"], "demo": []}
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", NODE_COMMANDS)
 def test_every_command_takes_parameter_files_in_order(command: str) -> None:
-    arguments = parse([command, *COMMANDS[command], "--params", "a.yaml", "--params", "b.yaml"])
+    arguments = parse(
+        [command, *NODE_COMMANDS[command], "--params", "a.yaml", "--params", "b.yaml"]
+    )
     assert arguments.params == [Path("a.yaml"), Path("b.yaml")]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", NODE_COMMANDS)
 def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="0"):
         parse([command, "--help"])
@@ -31,7 +35,6 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
     [
         (["nav"], "required: --map"),
         (["fly"], "invalid choice: 'fly'"),
-        ([], "required: COMMAND"),
         (["sim", "--seed", "-1"], "'-1' is no seed; valid: a whole number from 0"),
         (["sim", "--seed", "1.5"], "'1.5' is no seed"),
         (["sim", "--seed", "9223372036854775808"], "is no seed"),
@@ -53,6 +56,21 @@ def test_a_wrong_command_line_is_refused_with_exit_code_2(
 def test_the_demo_writes_to_out_demo_unless_told_otherwise() -> None:
     assert parse(["demo"]).out == Path("out/demo")
     assert parse(["demo", "--out", "x"]).out == Path("x")
+
+
+def test_without_a_command_the_first_page_says_what_to_type(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert cli.run(parse([])) == 0
+    page = capsys.readouterr().out
+    assert "nav --map" in page
+    assert all(f"  {name} " in page for group in COMMANDS.values() for name in group)
+
+
+def test_every_command_of_the_table_has_a_file() -> None:
+    for name in (name for group in COMMANDS.values() for name in group):
+        with pytest.raises(SystemExit, match="0"):
+            parse([name, "--help"])
 
 
 def test_help_imports_neither_numpy_nor_ros() -> None:

@@ -13,6 +13,7 @@ from arjuna_core.files.shipped import resource
 from bringup import cli
 from bringup.cli_parser import parse
 from bringup.parameters import inputs
+from bringup.processes import interactive
 from bringup.stack import LOCALIZATION_GROUP
 
 pytestmark = pytest.mark.ros
@@ -33,7 +34,7 @@ class Starts:
 
 @pytest.fixture(autouse=True)
 def _nothing_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(cli, "Supervisor", Starts)
+    monkeypatch.setattr(interactive, "Supervisor", Starts)
     monkeypatch.setattr(Starts, "specs", ())
     monkeypatch.chdir(tmp_path)
 
@@ -128,6 +129,6 @@ def test_a_demo_folder_that_cannot_be_written_is_refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     _write("taken", "a file")
-    monkeypatch.setattr(cli, "gather", lambda arguments: {})
+    monkeypatch.setattr(inputs, "gather", lambda arguments: {})
     assert cli.run(parse(["demo", "--out", "taken/demo"])) == 2
     assert "taken/demo: cannot be written: Not a directory" in capsys.readouterr().err

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from arjuna_core.errors import InputFileError, nearest
 
-_ROOT = Path(__file__).resolve().parent.parent
+_ROOT = Path(__file__).resolve().parents[2]
 _FOLDER = _ROOT / "tests" / "bench"
 
 
@@ -24,7 +24,19 @@ def names() -> list[str]:
     return sorted(path.stem for path in _FOLDER.glob("[a-z]*.py"))
 
 
-def run(name: str, argv: Sequence[str]) -> None:
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument("name", metavar="NAME", help=f"one of: {', '.join(names())}")
+    parser.add_argument("options", nargs=argparse.REMAINDER, help="its own; see NAME --help")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the benchmark that is named."""
+    measure(arguments.name, arguments.options)
+    return 0
+
+
+def measure(name: str, argv: Sequence[str]) -> None:
     """Run a benchmark.
 
     Args:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import InputFileError
-from bringup import bench
+from bringup.commands import bench
 
 SOURCE = """
 def add_arguments(parser):
@@ -32,14 +32,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_benchmark_takes_its_own_options_and_writes_its_numbers(folder: Path) -> None:
     assert bench.names() == ["toy"]
-    bench.run("toy", ["--factor", "2", "--json", str(folder / "new" / "x.json")])
+    bench.measure("toy", ["--factor", "2", "--json", str(folder / "new" / "x.json")])
     assert json.loads((folder / "new" / "x.json").read_text()) == {"answer": 42}
 
 
 @pytest.mark.usefixtures("folder")
 def test_an_unknown_benchmark_is_refused_with_the_nearest() -> None:
     with pytest.raises(InputFileError, match="no such benchmark; did you mean 'toy'"):
-        bench.run("toyy", [])
+        bench.measure("toyy", [])
 
 
 def test_without_a_checkout_the_message_says_so(
@@ -47,4 +47,4 @@ def test_without_a_checkout_the_message_says_so(
 ) -> None:
     monkeypatch.setattr(bench, "_FOLDER", tmp_path / "none")
     with pytest.raises(InputFileError, match="they come with a checkout"):
-        bench.run("toy", [])
+        bench.measure("toy", [])

@@ -17,7 +17,15 @@ def test_spawn_takes_a_place_and_a_path() -> None:
 
 def test_robot_is_moved_by_name_with_negative_places() -> None:
     arguments = parse(["entity", "move", "robot", "-1.5", "-2", "--yaw", "-0.5"])
-    assert (arguments.name, arguments.at, arguments.yaw) == ("robot", [-1.5, -2.0], -0.5)
+    assert (arguments.name, arguments.x, arguments.y) == ("robot", -1.5, -2.0)
+    assert arguments.yaw == -0.5
+
+
+@pytest.mark.parametrize("action", ["spawn", "move", "delete", "list"])
+def test_every_action_has_help(action: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        parse(["entity", action, "--help"])
+    assert "usage: " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,25 @@
+"""The commands of `arjuna`: one file each, with `configure(parser)` and `run(arguments)`.
+
+`configure` is argparse only, so that `--help` is instant; `run` imports what it needs, raises
+ArjunaError where an input cannot be used, and returns the exit code.
+"""
+
+from __future__ import annotations
+
+COMMANDS = {
+    "Run the robot": {
+        "sim": "the simulated robot in its world, in real time",
+        "slam": "mapping and localization of a running robot, or of a log",
+        "nav": "localization and navigation of a running robot on a map, or AMCL of a log",
+        "demo": "explore, map, drive waypoints, be carried off and drive home, as fast as it goes",
+    },
+    "The world": {
+        "entity": "spawn, move, delete and list what is in the simulation",
+        "world": "pause, step, reset and replace the simulated world",
+    },
+    "Measure": {
+        "calibrate": "find a robot's effective track width and wheel radius by driving it",
+        "bench": "measure a part of the robot",
+    },
+}
+"""What each command does, under the headings of the first page, in its order."""

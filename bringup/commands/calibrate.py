@@ -1,0 +1,30 @@
+"""`calibrate`: a robot's effective track width and wheel radius, from driving it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument("--robot", type=Path, metavar="FILE", help="the URDF (urdf/arjuna.urdf)")
+    parser.add_argument(
+        "--world", type=Path, metavar="FILE", help="with 4 m free space (worlds/empty.world)"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("out/calibration"),
+        metavar="FOLDER",
+        help="where parameter file, URDF snippet and picture go (%(default)s)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Calibrate and print the report."""
+    from bringup.offline import calibration
+    from bringup.terminal import show
+
+    show(calibration.run(arguments))
+    return 0

@@ -1,0 +1,63 @@
+"""`demo`: the whole robot in lock-step, as fast as it goes."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from arjuna_core.errors import InputFileError
+from bringup.parameters import options, robot_options
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    options.add_node_options(parser)
+    robot_options.add_options(parser)
+    options.add_seed(parser)
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("out/demo"),
+        metavar="FOLDER",
+        help="where the report, pictures, map and recording go (%(default)s)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the demo; return 0 where it succeeds, 1 where it does not."""
+    from rclpy.logging import LoggingSeverity, set_logger_level
+
+    from bringup.demo.demo import Demo, DemoOptions
+    from bringup.demo.report import summary
+    from bringup.lockstep import LockStepError
+    from bringup.parameters.inputs import gather
+    from bringup.progress import Progress
+    from bringup.terminal import show
+
+    robot_options.extend_search(arguments)
+    parameters = gather(arguments)
+    out = _emptied(arguments.out)
+    set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
+    try:
+        report = Demo(DemoOptions(arguments.seed or 0, out, parameters), Progress()).run()
+    except LockStepError as error:
+        sys.stderr.write(f"error: {error}\n")
+        return 1
+    show(summary(arguments.out, report))
+    return 0 if report.success else 1
+
+
+def _emptied(folder: Path) -> Path:
+    """Make the folder, without an earlier demo's files: the recorder overwrites nothing."""
+    from bringup.demo.report import ARTIFACTS
+
+    out = folder.resolve()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name in ARTIFACTS:
+            (out / name).unlink(missing_ok=True)
+    except OSError as error:
+        problem = f"cannot be written: {error.strerror}; valid: a folder that can be written"
+        raise InputFileError(folder, problem) from error
+    return out

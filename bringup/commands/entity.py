@@ -1,0 +1,121 @@
+"""`entity`: what is in a running simulator's world, and how it comes and goes."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import closing
+from typing import TYPE_CHECKING
+
+from bringup.parameters.options import finite, positive
+
+if TYPE_CHECKING:
+    from bringup.simulator.client import SimulatorClient
+
+_WHAT = (
+    "box:X,Y,Z, cylinder:RADIUS,LENGTH, sphere:RADIUS or person, with ?mass=KG where it"
+    " can be pushed; or an SDF or URDF file, or model://NAME"
+)
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's actions."""
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    _configure_spawn(_action(actions, "spawn", "put something into the world"))
+    delete = _action(actions, "delete", "take something out of the world")
+    delete.add_argument("name", metavar="NAME")
+    move = _action(actions, "move", "put something, or the robot, somewhere else")
+    move.add_argument("name", metavar="NAME", help="'robot' for the robot")
+    move.add_argument("x", type=finite, metavar="X", help="where [m]")
+    move.add_argument("y", type=finite, metavar="Y", help="where [m]")
+    _add_height_and_heading(move)
+    listing = _action(actions, "list", "print names and poses of what there is")
+    listing.add_argument("--filter", default="", metavar="REGEX", help="only names that match")
+
+
+def _action(
+    actions: argparse._SubParsersAction[argparse.ArgumentParser], name: str, about: str
+) -> argparse.ArgumentParser:
+    return actions.add_parser(name, help=about, description=f"{about.capitalize()}.")
+
+
+def _configure_spawn(spawn: argparse.ArgumentParser) -> None:
+    spawn.add_argument("name", metavar="NAME", help="its name")
+    spawn.add_argument("what", metavar="WHAT", help=_WHAT)
+    spawn.add_argument(
+        "--at", nargs=2, type=finite, default=(0.0, 0.0), metavar=("X", "Y"), help="where [m]"
+    )
+    _add_height_and_heading(spawn)
+    spawn.add_argument(
+        "--path",
+        type=_path,
+        metavar="POINTS",
+        help="points that a person walks by, and back to the first, as '1,0 3,0 3,2'",
+    )
+    spawn.add_argument("--speed", type=positive, default=1.0, help="on the path [m/s] (1)")
+    spawn.add_argument("--once", action="store_true", help="stop at the path's end")
+
+
+def _add_height_and_heading(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--z", type=finite, default=0.0, help="height of its origin [m] (0)")
+    parser.add_argument("--yaw", type=finite, default=0.0, help="heading [rad] (0)")
+
+
+def _path(text: str) -> list[tuple[float, float]]:
+    points = []
+    for word in text.split():
+        x, comma, y = word.partition(",")
+        if not comma:
+            raise argparse.ArgumentTypeError(f"{word!r} is no point; valid: X,Y")
+        points.append((finite(x), finite(y)))
+    if len(points) < 2:
+        raise argparse.ArgumentTypeError(f"{text!r} is no path; valid: two or more points X,Y")
+    return points
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Ask the simulator that runs on this machine.
+
+    Raises:
+        SimulatorError: Nobody answers in time, or the request is refused.
+    """
+    from bringup.simulator.client import SimulatorClient
+    from bringup.terminal import show
+
+    with closing(SimulatorClient()) as client:
+        for line in _ACTIONS[arguments.action](client, arguments):
+            show(line)
+    return 0
+
+
+def _list(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
+    return client.entities(arguments.filter)
+
+
+def _delete(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
+    client.delete(arguments.name)
+    return [f"{arguments.name} is gone"]
+
+
+def _move(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
+    from bringup.simulator.client import pose_at
+
+    x, y = arguments.x, arguments.y
+    client.move(arguments.name, pose_at(x, y, arguments.z, arguments.yaw))
+    return [f"{arguments.name} is at {x:g}, {y:g}"]
+
+
+def _spawn(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
+    from bringup.simulator.client import SimulatorError, pose_at, resource_of, walker
+
+    if arguments.path is None:
+        resource = resource_of(arguments.what)
+    elif arguments.what == "person":
+        resource = walker(arguments.name, arguments.path, arguments.speed, arguments.once)
+    else:
+        raise SimulatorError(f"only a person walks a path, not '{arguments.what}'")
+    x, y = arguments.at
+    pose = pose_at(x, y, arguments.z, arguments.yaw)
+    return [f"{client.spawn(arguments.name, resource, pose)} is there"]
+
+
+_ACTIONS = {"list": _list, "delete": _delete, "move": _move, "spawn": _spawn}

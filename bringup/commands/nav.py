@@ -1,0 +1,31 @@
+"""`nav`: AMCL and navigation of a running robot; or AMCL on a log."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from bringup.parameters import options
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    options.add_node_options(parser)
+    parser.add_argument(
+        "--map", required=True, type=Path, metavar="FILE", help="the map's YAML file"
+    )
+    options.add_log_options(parser, "out/amcl", "where trajectory, report and picture go")
+    options.add_seed(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Navigate until stopped, or localize a log."""
+    if arguments.offline is None:
+        from bringup.processes.interactive import supervise
+
+        return supervise(arguments)
+    from bringup.offline import amcl
+    from bringup.terminal import show
+
+    show(amcl.run(arguments))
+    return 0

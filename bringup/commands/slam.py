@@ -1,0 +1,32 @@
+"""`slam`: slam_toolbox and map_saver on a running robot; or SLAM on a log."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from bringup.parameters import options
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    options.add_node_options(parser)
+    group = options.add_log_options(
+        parser, "out/slam", "where map, trajectory, report and picture go"
+    )
+    group.add_argument(
+        "--relations", type=Path, metavar="FILE", help="reference relations to compare with"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Map until stopped, or map a log."""
+    if arguments.offline is None:
+        from bringup.processes.interactive import supervise
+
+        return supervise(arguments)
+    from bringup.offline import slam
+    from bringup.terminal import show
+
+    show(slam.run(arguments))
+    return 0

@@ -1,0 +1,98 @@
+"""Options that several commands share, and the types of their values."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
+
+
+def add_node_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every command that runs nodes."""
+    parser.add_argument(
+        "--params",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="a ROS parameter file; may be given again, later files win",
+    )
+    parser.add_argument(
+        "--log-level", choices=LOG_LEVELS, default="info", help="what to log at least (info)"
+    )
+
+
+def add_log_options(
+    parser: argparse.ArgumentParser, out: str, what: str
+) -> argparse._ArgumentGroup:
+    """Add the options of a command that can run on a log instead of a robot.
+
+    Args:
+        parser: The command's.
+        out: The folder that results go to by default.
+        what: Says what goes there.
+
+    Returns:
+        The group they are in, for more.
+    """
+    group = parser.add_argument_group("on a log")
+    group.add_argument(
+        "--offline",
+        type=Path,
+        metavar="INPUT",
+        help="a CARMEN log (.clf, .log, also .xz, .gz, .bz2), an mcap recording or rosbag2 folder",
+    )
+    group.add_argument(
+        "--out", type=Path, default=Path(out), metavar="FOLDER", help=f"{what} (%(default)s)"
+    )
+    group.add_argument("--scan-topic", metavar="TOPIC", help="of a recording (/scan)")
+    group.add_argument(
+        "--odom-topic", metavar="TOPIC", help="of a recording, instead of what /tf says"
+    )
+    return group
+
+
+def add_seed(parser: argparse.ArgumentParser) -> None:
+    """Add the seed of every random choice."""
+    parser.add_argument(
+        "--seed", type=seed, metavar="N", help="seed of every random choice, 0 or more (0)"
+    )
+
+
+def seed(text: str) -> int:
+    """Return a seed."""
+    if not text.isascii() or not text.isdigit() or int(text) >= 2**63:
+        raise argparse.ArgumentTypeError(f"{text!r} is no seed; valid: a whole number from 0")
+    return int(text)
+
+
+def factor(text: str) -> float:
+    """Return a factor of time, 0 for as fast as it goes."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no factor; valid: a number from 0")
+    return value
+
+
+def finite(text: str) -> float:
+    """Return a finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is no finite number")
+    return value
+
+
+def positive(text: str) -> float:
+    """Return a finite number above 0."""
+    value = finite(text)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r} must be above 0")
+    return value

@@ -1,0 +1,16 @@
+"""Lines for the person at the terminal."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+
+
+def show(line: str) -> None:
+    """Print a line; where nobody reads any more, as after `| head`, stop."""
+    try:
+        print(line, flush=True)
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 - for the rest of the process
+        os.kill(os.getpid(), signal.SIGTERM)
