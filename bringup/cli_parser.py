@@ -7,7 +7,7 @@ import importlib
 import sys
 from collections.abc import Sequence
 
-from bringup.commands import COMMANDS
+from bringup.commands import COMMANDS, FOLDERS
 
 _FIRST = """Arjuna: a ROS 2 robot to map, localize and navigate with, simulated or real.
 
@@ -44,12 +44,14 @@ def _parser(chosen: str | None) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         dest="command", metavar="COMMAND", prog=parser.prog, help=argparse.SUPPRESS
     )
-    for name, about in (row for group in COMMANDS.values() for row in group.items()):
-        command = commands.add_parser(name, description=f"{about[0].upper()}{about[1:]}.")
-        if name == chosen:
-            module = importlib.import_module(f"bringup.commands.{name.replace('-', '_')}")
-            module.configure(command)
-            command.set_defaults(run=module.run)
+    for heading, group in COMMANDS.items():
+        for name, about in group.items():
+            command = commands.add_parser(name, description=f"{about[0].upper()}{about[1:]}.")
+            if name == chosen:
+                file = f"{FOLDERS.get(heading, '')}{name.replace('-', '_')}"
+                module = importlib.import_module(f"bringup.commands.{file}")
+                module.configure(command)
+                command.set_defaults(run=module.run)
     return parser
 
 

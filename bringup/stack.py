@@ -102,4 +102,6 @@ STACKS: dict[str, tuple[Group, ...]] = {
     "sim": (SIM_GROUP,),
     "slam": (SLAM_GROUP,),
     "nav": (LOCALIZATION_GROUP, NAVIGATION_GROUP),
+    "nav --slam": (SLAM_GROUP, NAVIGATION_GROUP),
+    "explore": (EXPLORER_GROUP,),
 }

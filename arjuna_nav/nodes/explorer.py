@@ -37,10 +37,15 @@ class ExplorerConfig:
 
 
 class ExplorerNode(ManagedNode):
-    """Sends `navigate_to_pose` goals; says `exploring: ...` or `done: ...` on explorer/status."""
+    """Sends `navigate_to_pose` goals; says `exploring: ...` or `done: ...` on explorer/status.
+
+    Attributes:
+        done: Whether nothing is left to explore.
+    """
 
     Config = ExplorerConfig
     DEFAULT_NAME = "explorer"
+    done = False
 
     def configure(self) -> None:
         """Create the status topic, the map's subscription and the goal client."""
@@ -48,7 +53,7 @@ class ExplorerNode(ManagedNode):
         self._goal: SE2 | None = None
         self._tried: list[SE2] = []
         self._idle_since: float | None = None
-        self._done = False
+        self.done = False
         self._costmap = LayeredCostmap(self.config.costmap)
         self._status = self.publisher(String, "explorer/status", qos.LATCHED)
         self.subscribe(OccupancyGridMsg, "map", self._on_map, qos.LATCHED, while_inactive=True)
@@ -57,7 +62,7 @@ class ExplorerNode(ManagedNode):
 
     def activate(self) -> None:
         """Look again, even if there was nothing left before."""
-        self._done, self._idle_since = False, None
+        self.done, self._idle_since = False, None
 
     def on_time_jump(self) -> None:
         """Be patient from now on."""
@@ -81,7 +86,7 @@ class ExplorerNode(ManagedNode):
         if not self._client.ready:
             self._goal = None  # whoever had it has gone, and will not say how it ended
             return
-        if self._done or self._grid is None or T_map_base is None:
+        if self.done or self._grid is None or T_map_base is None:
             return
         if self._goal is not None and self._worthwhile(self._goal):
             return
@@ -120,7 +125,7 @@ class ExplorerNode(ManagedNode):
         if self._idle_since is None:
             self._idle_since = self.now
         elif self.now - self._idle_since >= self.config.patience:
-            self._done = True
+            self.done = True
             self._say(f"done: looked from {len(self._tried)} places")
 
     def _say(self, text: str) -> None:

@@ -13,6 +13,15 @@ COMMANDS = {
         "nav": "localization and navigation of a running robot on a map, or AMCL of a log",
         "demo": "explore, map, drive waypoints, be carried off and drive home, as fast as it goes",
     },
+    "Drive": {
+        "teleop": "drive by keys",
+        "avoid": "drive about by itself, away from what the lidar sees",
+        "goto": "drive to a place of the map",
+        "tour": "drive to the way-points of a file, one after the other",
+        "explore": "drive to the edges of the map until all is seen (beside nav --slam)",
+        "initial-pose": "tell AMCL where the robot is",
+        "save-map": "write the map to files",
+    },
     "The world": {
         "entity": "spawn, move, delete and list what is in the simulation",
         "world": "pause, step, reset and replace the simulated world",
@@ -23,3 +32,5 @@ COMMANDS = {
     },
 }
 """What each command does, under the headings of the first page, in its order."""
+FOLDERS = {"Drive": "drive."}
+"""Where the files of a heading's commands are, if not here."""

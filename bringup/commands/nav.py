@@ -11,9 +11,9 @@ from bringup.parameters import options
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     options.add_node_options(parser)
-    parser.add_argument(
-        "--map", required=True, type=Path, metavar="FILE", help="the map's YAML file"
-    )
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--map", type=Path, metavar="FILE", help="the map's YAML file")
+    where.add_argument("--slam", action="store_true", help="map while navigating")
     options.add_log_options(parser, "out/amcl", "where trajectory, report and picture go")
     options.add_seed(parser)
 

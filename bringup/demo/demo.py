@@ -16,7 +16,7 @@ from arjuna_core.files.maps import load_map
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg
 from arjuna_core.se2 import SE2
-from bringup.demo.goals import Goals
+from bringup.client.goals import Goals
 from bringup.demo.log import RunLog
 from bringup.demo.measures import distance_to_surfaces
 from bringup.demo.report import Report, write_report
@@ -175,7 +175,7 @@ class Demo:
         self._robot.start(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=values)
 
     def _go(self, goal: SE2) -> bool:
-        succeeded = self._goals.navigate(goal, _GOAL_TIMEOUT)
+        succeeded = self._goals.navigate(goal, _GOAL_TIMEOUT).succeeded
         return succeeded and self._truth().distance(goal) <= REACHED_WITHIN
 
     def _drive_waypoints(self) -> None:

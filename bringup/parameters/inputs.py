@@ -17,9 +17,9 @@ from bringup.parameters.files import (
     merged,
     shipped_parameters,
 )
-from bringup.stack import EXPLORER_GROUP, STACKS, Group, NodeSpec
+from bringup.stack import STACKS, Group, NodeSpec
 
-DEMO_GROUPS = (*(group for groups in STACKS.values() for group in groups), EXPLORER_GROUP)
+DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group in groups))
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
 FILE_READERS = {
     ("sim", "world"): ("arjuna_sim.files.world_file", "load_world"),
@@ -30,8 +30,11 @@ FILE_READERS = {
 """Parameters that name a file, and what reads it: a bad file is refused before anything starts."""
 
 
-def groups_of(command: str) -> tuple[Group, ...]:
+def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
     """Return the groups of nodes that a command runs."""
+    command = arguments.command
+    if vars(arguments).get("slam"):
+        command += " --slam"
     return DEMO_GROUPS if command == "demo" else STACKS[command]
 
 
@@ -44,7 +47,7 @@ def gather(arguments: argparse.Namespace) -> Parameters:
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
-    groups = groups_of(arguments.command)
+    groups = groups_of(arguments)
     parameters = shipped_parameters()
     for path in arguments.params:
         parameters = merged(parameters, load_parameters([path]))

@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process
@@ -53,10 +53,10 @@ class Host:
         """Make `run` end; a signal handler."""
         self._stopping = True
 
-    def run(self) -> None:
-        """Spin until stopped or orphaned, then take the nodes down in order."""
+    def run(self, done: Callable[[], bool] = lambda: False) -> None:
+        """Spin until done, stopped or orphaned, then take the nodes down in order."""
         parent = os.getppid()
-        while not self._stopping and os.getppid() == parent:
+        while not self._stopping and not done() and os.getppid() == parent:
             self._spin_once()
             if any(node.quitting for node in self._paced):
                 self.quit = True
@@ -93,6 +93,28 @@ class Host:
         self.process.close()
 
 
+def run_until_done(group: Group, parameters: Parameters, timeout: float) -> bool:
+    """Run a group whose first node has an end, `done`; stop it then, on a signal or in time [s].
+
+    Returns:
+        Whether it came to its end.
+
+    Raises:
+        ConfigError: A parameter is not valid.
+    """
+    host = _stoppable(Host(group, parameters))
+    end = time.monotonic() + timeout
+    node = host.nodes[0]
+    host.run(lambda: node.done or time.monotonic() >= end)
+    return bool(node.done)
+
+
+def _stoppable(host: Host) -> Host:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, host.stop)
+    return host
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a group of nodes.
 
@@ -109,9 +131,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ArjunaError as error:
         sys.stderr.write(f"error: {error}\n")
         return _REFUSED
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, host.stop)
-    host.run()
+    _stoppable(host).run()
     return QUIT_EXIT if host.quit else 0
 
 

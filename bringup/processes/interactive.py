@@ -28,7 +28,7 @@ def supervise(arguments: argparse.Namespace) -> int:
     parameters = gather(arguments)
     specs = [
         ChildSpec(group.name, host_command(group.name, parameters, arguments.log_level))
-        for group in groups_of(arguments.command)
+        for group in groups_of(arguments)
     ]
     return Supervisor(specs, show).run()
 

@@ -8,11 +8,7 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-import rclpy
 from geometry_msgs.msg import Pose, PoseStamped
-from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from simulation_interfaces.msg import EntityFilters, EntityState, Resource, Result, SimulationState
 from simulation_interfaces.srv import (
     DeleteEntity,
@@ -28,15 +24,14 @@ from simulation_interfaces.srv import (
     StepSimulation,
 )
 
-from arjuna_core.errors import ArjunaError
-from arjuna_core.ros.ament import add_environment_to_ament_index
 from arjuna_core.ros.convert import quaternion, yaw
+from bringup.client.session import ClientError, Connection
 
 ANSWER_TIMEOUT = 5.0
 _CHUNK = 500  # steps of one call: each is answered well within the deadline
 
 
-class SimulatorError(ArjunaError):
+class SimulatorError(ClientError):
     """No simulator answers, or it refuses a request; the message is its reason."""
 
 
@@ -48,19 +43,12 @@ class SimulatorClient:
     """
 
     def __init__(self, timeout: float = ANSWER_TIMEOUT) -> None:
-        add_environment_to_ament_index()
         self._timeout = timeout
-        self._context = Context()
-        rclpy.init(context=self._context)
-        self._node = Node("simulator_client", context=self._context, start_parameter_services=False)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self._node)
+        self._connection = Connection("simulator_client")
 
     def close(self) -> None:
         """Leave the graph."""
-        self._executor.shutdown()
-        self._node.destroy_node()
-        self._context.shutdown()
+        self._connection.close()
 
     def call(self, service_type: Any, name: str, request: Any) -> Any:
         """Return a service's response.
@@ -68,20 +56,11 @@ class SimulatorClient:
         Raises:
             SimulatorError: Nobody answers in time, or the result is not RESULT_OK.
         """
-        client = self._node.create_client(service_type, name)
         try:
-            if not client.wait_for_service(timeout_sec=self._timeout):
-                raise SimulatorError(
-                    f"no simulator serves '{name}' within {self._timeout:g} s;"
-                    " start one with 'python -m bringup sim'"
-                )
-            future = client.call_async(request)
-            self._executor.spin_until_future_complete(future, timeout_sec=self._timeout)
-            if not future.done():
-                raise SimulatorError(f"'{name}' did not answer within {self._timeout:g} s")
-            response = future.result()
-        finally:
-            self._node.destroy_client(client)
+            response = self._connection.call(service_type, name, request, self._timeout)
+        except ClientError as error:
+            hint = "start a simulator with 'python -m bringup sim'"
+            raise SimulatorError(f"{error}; {hint}") from error
         if response.result.result != Result.RESULT_OK:
             raise SimulatorError(f"{response.result.error_message} ({response.result.result})")
         return response

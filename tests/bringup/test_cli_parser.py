@@ -33,7 +33,8 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
 @pytest.mark.parametrize(
     ("argv", "problem"),
     [
-        (["nav"], "required: --map"),
+        (["nav"], "one of the arguments --map --slam is required"),
+        (["nav", "--map", "m", "--slam"], "not allowed with argument --map"),
         (["fly"], "invalid choice: 'fly'"),
         (["sim", "--seed", "-1"], "'-1' is no seed; valid: a whole number from 0"),
         (["sim", "--seed", "1.5"], "'1.5' is no seed"),

@@ -21,8 +21,17 @@ ORDER = {
         *("controllers", "smoothers", "planners", "costmap"),
     ),
     "bringup": (
-        *("", "commands", "doctor", "demo", "processes", "offline", "simulator", "ros2"),
-        *("viewing", "recording", "lockstep", "parameters", "stack", "progress", "terminal"),
+        *("", "commands", "doctor", "demo", "processes", "offline", "simulator", "client"),
+        *(
+            "ros2",
+            "viewing",
+            "recording",
+            "lockstep",
+            "parameters",
+            "stack",
+            "progress",
+            "terminal",
+        ),
     ),
 }
 # arjuna_interfaces holds messages, so it counts as ROS
@@ -35,7 +44,8 @@ ROS = {
 }
 # What a user can ask of bringup on a machine without ROS: help, checks, stacks, reports
 BRINGUP_WITHOUT_ROS = (
-    *("__init__.py", "__main__.py", "cli", "terminal.py", "stack.py", "progress.py", "offline/"),
+    *("__init__.py", "__main__.py", "cli.py", "cli_parser.py", "terminal.py", "stack.py"),
+    *("progress.py", "offline/", "client/keys.py", "client/avoidance.py", "client/waypoints.py"),
     *("parameters/files.py", "parameters/robot_options.py", "viewing/pictures.py"),
     *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/restart.py"),
     *("processes/child.py", "processes/supervisor.py", "processes/lifecycle_plan.py"),

@@ -117,7 +117,7 @@ def test_a_bad_map_is_refused(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(inputs, "groups_of", lambda command: (LOCALIZATION_GROUP,))
+    monkeypatch.setattr(inputs, "groups_of", lambda arguments: (LOCALIZATION_GROUP,))
     if text is not None:
         _write("m.yaml", text)
     assert cli.run(parse(["nav", "--map", "m.yaml"])) == 2

@@ -1,0 +1,64 @@
+"""Obstacle avoidance by what the lidar sees now: forward while free, else towards more room."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from arjuna_core.scan import Scan
+
+_FRONT, _SIDE = math.radians(15.0), math.radians(90.0)
+_CLEAR = 10.0  # [m] where nothing is seen
+_OWN = 0.01  # [m] nearer than that is the robot itself
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What to do for a scan.
+
+    Attributes:
+        word: FORWARD, TURN LEFT or TURN RIGHT.
+        v: Forward speed [m/s].
+        w: Turn rate [rad/s].
+        front: Nearest thing within 15 degrees of straight ahead [m].
+        left: Nearest from there to 90 degrees left [m].
+        right: Nearest from there to 90 degrees right [m].
+    """
+
+    word: str
+    v: float
+    w: float
+    front: float
+    left: float
+    right: float
+
+    def __str__(self) -> str:
+        seen = f"Front: {self.front:.2f}m Left: {self.left:.2f}m Right: {self.right:.2f}m"
+        return f"[{self.word:<8}] {seen}"
+
+
+def decide(scan: Scan, distance: float, speed: float, turn: float) -> Decision:
+    """Return what to do.
+
+    Args:
+        scan: The scan; its bearings may run from 0 or from -pi.
+        distance: Nearer than this ahead is an obstacle [m].
+        speed: Forward speed where it is free [m/s].
+        turn: Turn rate where it is not [rad/s].
+    """
+    bearings = scan.angles + scan.T_base_sensor.theta
+    bearings = np.arctan2(np.sin(bearings), np.cos(bearings))
+    usable = np.isfinite(scan.ranges) & (scan.ranges > _OWN)
+
+    def nearest(low: float, high: float) -> float:
+        found = scan.ranges[usable & (bearings >= low) & (bearings <= high)]
+        return float(found.min()) if len(found) else _CLEAR
+
+    front, left, right = nearest(-_FRONT, _FRONT), nearest(_FRONT, _SIDE), nearest(-_SIDE, -_FRONT)
+    if front > distance:
+        return Decision("FORWARD", speed, 0.0, front, left, right)
+    if left >= right:
+        return Decision("TURN LEFT", 0.0, turn, front, left, right)
+    return Decision("TURN RIGHT", 0.0, -turn, front, left, right)

@@ -1,0 +1,186 @@
+"""The robot in Python: a thin API for scripts and notebooks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from sensor_msgs.msg import LaserScan
+
+from arjuna_core.files.maps import save_map
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import (
+    grid_from_msg,
+    header,
+    planar_covariance,
+    pose_msg,
+    scan_from_msg,
+)
+from arjuna_core.ros.tf import TransformBuffer, TransformListener
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from bringup.client.goals import GoalEnd, Goals
+from bringup.client.session import Connection, Session
+from bringup.client.velocity import VelocityPublisher
+
+GOAL_TIMEOUT = 600.0
+_INITIAL_COVARIANCE = np.diag([0.5**2, 0.5**2, 0.26**2])  # what RViz's "2D Pose Estimate" sends
+_COMMAND_PERIOD = 0.1
+
+
+class Robot:
+    """A running robot; close it, or use it in a `with` block.
+
+    Args:
+        timeout: How long to wait for what should be there at once [s].
+        namespace: The robot's namespace.
+        session: Another way to reach it, as a lock-step robot; a new connection by default.
+
+    Example:
+        >>> with Robot() as robot:
+        ...     robot.goto(2.0, 2.0)
+        ...     print(robot.pose())
+    """
+
+    def __init__(
+        self, timeout: float = 10.0, namespace: str = "", session: Session | None = None
+    ) -> None:
+        self._timeout = timeout
+        self._own: Connection | None = None
+        if session is None:
+            session = self._own = Connection(namespace=namespace)
+        self.session: Session = session
+        self._goals = Goals(self.session)
+        self._transforms = TransformBuffer()
+        TransformListener(self.session.client, self._transforms)
+        self._velocity: VelocityPublisher | None = None
+
+    def __enter__(self) -> Robot:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stop, if this drove, and leave the graph."""
+        self.stop()
+        if self._own is not None:
+            self._own.close()
+            self._own = None
+
+    def pose(self, frame: str = "map", base_frame: str = "base_footprint") -> SE2:
+        """Return where the robot is in a frame, `map` or `odom` [m, m, rad].
+
+        Raises:
+            ArjunaError: Nobody says so in time.
+        """
+        found: list[SE2] = []
+
+        def known() -> bool:
+            pose = self._transforms.try_lookup(frame, base_frame)
+            found.extend([] if pose is None else [pose])
+            return pose is not None
+
+        self._wait(known, f"the transform {frame} -> {base_frame}")
+        return found[-1]
+
+    def scan(self) -> Scan:
+        """Return the lidar's next scan, in the lidar's frame."""
+        return scan_from_msg(self.message(LaserScan, "scan", qos.SENSOR_SUBSCRIPTION))
+
+    def map(self) -> OccupancyGrid:
+        """Return the map."""
+        return grid_from_msg(self.message(OccupancyGridMsg, "map", qos.LATCHED))
+
+    def save_map(self, path: str | Path) -> Path:
+        """Write the map as `path.pgm` and `path.yaml`; return the YAML's path.
+
+        Raises:
+            ArjunaError: There is no map, or the files cannot be written.
+        """
+        return save_map(self.map(), path)[0]
+
+    def goto(
+        self,
+        x: float,
+        y: float,
+        yaw: float = 0.0,
+        timeout: float = GOAL_TIMEOUT,
+        progress: Callable[[Any], None] = lambda feedback: None,
+    ) -> GoalEnd:
+        """Drive to a pose of the map [m, m, rad]; return how that ended, within a time [s].
+
+        `progress` takes nav2's feedback.
+        """
+        return self._goals.navigate(SE2(x, y, yaw), timeout, progress)
+
+    def tour(
+        self, waypoints: Iterable[tuple[float, float, float]], timeout: float = GOAL_TIMEOUT
+    ) -> list[GoalEnd]:
+        """Drive to poses of the map [m, m, rad], one after the other, each within a time [s]."""
+        return [self.goto(*pose, timeout=timeout) for pose in waypoints]
+
+    def set_pose(self, x: float, y: float, yaw: float = 0.0) -> None:
+        """Tell AMCL where the robot is, roughly [m, m, rad].
+
+        Raises:
+            ArjunaError: Nobody listens in time.
+        """
+        session = self.session
+        publisher = session.client.create_publisher(
+            PoseWithCovarianceStamped, "initialpose", qos.DEFAULT
+        )
+        what = "AMCL to listen on 'initialpose'"
+        self._wait(lambda: publisher.get_subscription_count() > 0, what)
+        pose = PoseWithCovariance(
+            pose=pose_msg(SE2(x, y, yaw)), covariance=planar_covariance(_INITIAL_COVARIANCE)
+        )
+        publisher.publish(PoseWithCovarianceStamped(header=header("map", 0.0), pose=pose))
+        session.run_until(lambda: False, _COMMAND_PERIOD, required=False)
+
+    def drive(self, v: float, w: float, duration: float) -> None:
+        """Drive at a speed [m/s] and turn rate [rad/s] for a time [s], then stop."""
+        session = self.session
+        end = session.now + duration
+        while session.now < end:
+            self.command(v, w)
+            wait = min(_COMMAND_PERIOD, end - session.now)
+            session.run_until(lambda: False, wait, required=False)
+        self.stop()
+
+    def command(self, v: float, w: float) -> None:
+        """Ask for a speed [m/s] and turn rate [rad/s] once; the robot stops soon without more."""
+        if self._velocity is None:
+            self._velocity = VelocityPublisher(self.session)
+            self._velocity.wait(self._timeout)
+        self._velocity.send(v, w)
+
+    def stop(self) -> None:
+        """Stop what `drive` or `command` began."""
+        if self._velocity is not None:
+            self._velocity.stop()
+
+    def message(self, message_type: Any, topic: str, profile: Any = qos.DEFAULT) -> Any:
+        """Return the next message of a topic, or the latched one.
+
+        Raises:
+            ArjunaError: None comes in time.
+        """
+        session = self.session
+        found: list[Any] = []
+        subscription = session.client.create_subscription(
+            message_type, topic, found.append, profile
+        )
+        try:
+            self._wait(lambda: bool(found), f"a message on '{topic}'")
+        finally:
+            session.client.destroy_subscription(subscription)
+        return found[0]
+
+    def _wait(self, done: Callable[[], bool], what: str) -> None:
+        self.session.run_until(done, self._timeout, what)

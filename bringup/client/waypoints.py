@@ -1,0 +1,108 @@
+"""Way-points: read from a file, driven one after the other, summed up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.yaml_file import read_yaml
+
+if TYPE_CHECKING:
+    from bringup.client.robot import Robot
+
+Waypoint = tuple[float, float, float]
+_RULE = "_" * 40
+_VALID = "valid: 'waypoints: [[x, y, yaw], ...]' or '- {x: 1.0, y: 2.0, yaw: 0.0}'"
+_STEP = 0.5  # [m] of the way between two lines of progress
+
+
+def load_waypoints(path: Path) -> list[Waypoint]:
+    """Return a file's way-points [m, m, rad].
+
+    Raises:
+        InputFileError: It cannot be read, or holds something else.
+    """
+    document = read_yaml(path)
+    rows = document.get("waypoints") if isinstance(document, dict) else document
+    if not isinstance(rows, list) or not rows:
+        raise InputFileError(path, f"holds no way-points; {_VALID}")
+    return [_waypoint(path, row, number) for number, row in enumerate(rows, 1)]
+
+
+def _waypoint(path: Path, row: Any, number: int) -> Waypoint:
+    if isinstance(row, dict) and set(row) <= {"x", "y", "yaw"} and {"x", "y"} <= set(row):
+        row = [row["x"], row["y"], row.get("yaw", 0.0)]
+    if isinstance(row, list) and len(row) in (2, 3):
+        numbers = [v for v in row if isinstance(v, int | float) and not isinstance(v, bool)]
+        if len(numbers) == len(row) and all(map(math.isfinite, numbers)):
+            x, y, yaw = (*map(float, numbers), 0.0)[:3]
+            return x, y, yaw
+    raise InputFileError(path, f"is no pose: {row!r}; {_VALID}", f"way-point {number}")
+
+
+class Progress:
+    """Says how far it is yet, each half metre; takes the feedback of navigate_to_pose.
+
+    Args:
+        write: Takes each line.
+    """
+
+    def __init__(self, write: Callable[[str], None]) -> None:
+        self._write = write
+        self._said = math.inf
+
+    def __call__(self, feedback: Any) -> None:
+        """Take a feedback message."""
+        left = feedback.distance_remaining
+        if left > 0.0 and abs(self._said - left) >= _STEP:
+            self._said = left
+            self._write(f"  Distance remaining: {left:.2f}m")
+
+
+class Tour:
+    """Drives to way-points and says how it goes.
+
+    Args:
+        robot: The robot.
+        write: Takes each line.
+    """
+
+    def __init__(self, robot: Robot, write: Callable[[str], None]) -> None:
+        self._robot = robot
+        self._write = write
+
+    def drive(self, waypoints: Sequence[Waypoint], timeout: float, pause: float) -> int:
+        """Drive to all, skipping those that fail, and say so.
+
+        Args:
+            waypoints: Poses in the map [m, m, rad].
+            timeout: For each [s].
+            pause: Between two [s].
+
+        Returns:
+            How many were reached.
+        """
+        count = len(waypoints)
+        self._write(f"Starting waypoint navigation - {count} waypoints")
+        reached = 0
+        for number, pose in enumerate(waypoints, 1):
+            self._write(_RULE)
+            x, y, yaw = pose
+            self._write(f"Waypoint {number} / {count} → X: {x:.2f} Y: {y:.2f} Yaw: {yaw:.2f}")
+            reached += self._go(number, pose, timeout)
+            if number < count:
+                self._robot.session.run_until(lambda: False, pause, required=False)
+        self._write("\n".join([_RULE, "NAVIGATION COMPLETE", f"Waypoints reached : {reached}"]))
+        self._write(f"Waypoints failed : {count - reached}\nTotal waypoints : {count}")
+        return reached
+
+    def _go(self, number: int, pose: Waypoint, timeout: float) -> bool:
+        end = self._robot.goto(*pose, timeout=timeout, progress=Progress(self._write))
+        if end.succeeded:
+            self._write(f"✓ Waypoint {number} REACHED")
+        else:
+            self._write(f"✗ Waypoint {number} FAILED: {end.reason}")
+        return end.succeeded

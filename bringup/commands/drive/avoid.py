@@ -1,0 +1,51 @@
+"""`avoid`: drive about by itself, away from what the lidar sees."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from bringup.parameters.options import positive
+
+if TYPE_CHECKING:
+    from bringup.client.robot import Robot
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        "--distance", type=positive, default=0.7, help="that is too near [m] (%(default)s)"
+    )
+    parser.add_argument("--speed", type=positive, default=0.3, help="forward [m/s] (%(default)s)")
+    parser.add_argument("--turn", type=positive, default=0.5, help="turning [rad/s] (%(default)s)")
+    parser.add_argument(
+        "--duration", type=positive, metavar="S", help="end after this time [s]; else with Ctrl-C"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Drive until told to stop; the robot stops however this ends."""
+    from bringup.client.robot import Robot
+    from bringup.terminal import show
+
+    with Robot() as robot:
+        avoid(robot, arguments, show)
+    return 0
+
+
+def avoid(robot: Robot, arguments: argparse.Namespace, write: Callable[[str], None]) -> None:
+    """Decide at each scan and say so, until the time is over.
+
+    Args:
+        robot: The robot; it drives on between scans.
+        arguments: The command's options.
+        write: Takes a line a scan.
+    """
+    from bringup.client.avoidance import decide
+
+    end = robot.session.now + (arguments.duration or float("inf"))
+    while robot.session.now < end:
+        decision = decide(robot.scan(), arguments.distance, arguments.speed, arguments.turn)
+        write(str(decision))
+        robot.command(decision.v, decision.w)

@@ -1,0 +1,37 @@
+"""`goto`: drive to one place of the map."""
+
+from __future__ import annotations
+
+import argparse
+
+from bringup.parameters.options import finite, positive
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument("x", type=finite, metavar="X", help="of the map [m]")
+    parser.add_argument("y", type=finite, metavar="Y", help="of the map [m]")
+    parser.add_argument(
+        "yaw", nargs="?", type=finite, default=0.0, metavar="YAW", help="heading there [rad] (0)"
+    )
+    parser.add_argument(
+        "--timeout", type=positive, default=600.0, help="give up after [s] (%(default)g)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Drive there; return 0 where it was reached, 1 where not."""
+    from bringup.client.robot import Robot
+    from bringup.client.waypoints import Progress
+    from bringup.terminal import show
+
+    x, y, yaw = arguments.x, arguments.y, arguments.yaw
+    with Robot() as robot:
+        show(f"Sending goal → X: {x:.2f} Y: {y:.2f} Yaw: {yaw:.2f}")
+        end = robot.goto(x, y, yaw, arguments.timeout, Progress(show))
+        if not end.succeeded:
+            show(f"GOAL FAILED: {end.reason}")
+            return 1
+        pose = robot.pose()
+        show(f"GOAL REACHED - arrived at ({pose.x:.2f}, {pose.y:.2f}), yaw {pose.theta:.2f}")
+    return 0

@@ -1,0 +1,28 @@
+"""`save-map`: write the map that is on the topic to files."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from bringup.parameters.options import positive
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        "name", type=Path, metavar="NAME", help="path without suffix: NAME.pgm, NAME.yaml"
+    )
+    parser.add_argument(
+        "--timeout", type=positive, default=10.0, help="wait for a map for [s] (%(default)g)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Save the map."""
+    from bringup.client.robot import Robot
+    from bringup.terminal import show
+
+    with Robot(arguments.timeout) as robot:
+        show(f"saved {robot.save_map(arguments.name)}")
+    return 0

@@ -1,0 +1,76 @@
+"""Way-points: the files they come from, and what a tour says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from arjuna_core.errors import InputFileError
+from bringup.client.waypoints import Progress, Tour, load_waypoints
+
+
+def _file(folder: Path, text: str) -> Path:
+    path = folder / "tour.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "waypoints: [[2.0, 2, 0.5], [1, -1]]",
+        "- {x: 2.0, y: 2.0, yaw: 0.5}\n- {x: 1, y: -1}",
+        "- [2, 2, 0.5]\n- [1, -1]",
+    ],
+)
+def test_every_form_is_read(tmp_path: Path, text: str) -> None:
+    assert load_waypoints(_file(tmp_path, text)) == [(2.0, 2.0, 0.5), (1.0, -1.0, 0.0)]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "holds no way-points; valid: 'waypoints: "),
+        ("points: [[1, 2]]", "holds no way-points"),
+        ("- [1]", "way-point 1"),
+        ("- [1, 2]\n- [1, .nan]", "way-point 2"),
+        ("- [1, true]", "is no pose"),
+        ("- {x: 1, z: 2}", "is no pose"),
+        ("- [1, 2", "is no YAML"),
+    ],
+)
+def test_what_is_no_tour_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+    with pytest.raises(InputFileError, match=problem):
+        load_waypoints(_file(tmp_path, text))
+
+
+class Driven:
+    """A robot that reaches all but the way-points with a negative x."""
+
+    session = SimpleNamespace(run_until=lambda *args, **options: False)
+
+    def goto(self, x: float, y: float, yaw: float, timeout: float, progress: Any) -> Any:
+        progress(SimpleNamespace(distance_remaining=1.5))
+        return SimpleNamespace(succeeded=x >= 0.0, reason="aborted: no way (308)")
+
+
+def test_a_tour_skips_what_fails_and_sums_up() -> None:
+    lines: list[str] = []
+    robot: Any = Driven()
+    reached = Tour(robot, lines.append).drive([(1, 1, 0), (-1, 0, 0), (0, 0, 0)], 1.0, 0.1)
+    assert reached == 2
+    text = "\n".join(lines)
+    assert "Waypoint 2 / 3 → X: -1.00 Y: 0.00 Yaw: 0.00" in text
+    assert "✗ Waypoint 2 FAILED: aborted: no way (308)" in text
+    assert text.endswith("Waypoints reached : 2\nWaypoints failed : 1\nTotal waypoints : 3")
+
+
+def test_progress_is_said_each_half_metre() -> None:
+    lines: list[str] = []
+    say = Progress(lines.append)
+    for left in (0.0, 2.0, 1.8, 1.45, 1.4, 0.9):
+        say(SimpleNamespace(distance_remaining=left))
+    assert lines == [f"  Distance remaining: {left:.2f}m" for left in (2.0, 1.45, 0.9)]
