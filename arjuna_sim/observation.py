@@ -4,43 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import OdometryEstimate
-
-
-@dataclass(frozen=True)
-class JointStates:
-    """Positions [rad or m] and velocities of the moving joints, in the URDF's order."""
-
-    names: tuple[str, ...]
-    positions: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Truth:
-    """Where the robot really is: what no robot knows.
-
-    Attributes:
-        pose: Of the robot's root in the world, seen from above.
-        v: Speed along the robot's x axis [m/s].
-        w: Turn rate [rad/s].
-        z: Height of the robot's root [m].
-        roll: [rad].
-        pitch: [rad].
-    """
-
-    pose: SE2
-    v: float
-    w: float
-    z: float
-    roll: float
-    pitch: float
+from arjuna_sim.physics.body import JointStates, Truth
 
 
 @dataclass(frozen=True)

@@ -3,25 +3,52 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.se2 import wrap
+from arjuna_core.se2 import SE2, wrap
 from arjuna_sim.devices.drive import Kinematics, Velocity
 from arjuna_sim.devices.odometry import Odometry, OdometryConfig
-from arjuna_sim.simulator import Simulator, SimulatorConfig
 
-_REST = 1.0  # [s] after each manoeuvre
+_REST = 1.0  # [s] after each manoeuvre, more than twice what braking from 1 m/s takes
 _QUARTER = math.pi / 2
-_LEAST_NOISE = 1e-3
+_LEAST_NOISE = 1e-3  # errors this small are chance: the pattern repeats too little to show less
 
 
 class CalibrationError(ArjunaError):
     """The robot cannot drive the pattern."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What is measured at one instant.
+
+    Attributes:
+        wheels: Left and right wheels' mean angles, by the encoders [rad].
+        pose: Where the robot really is.
+    """
+
+    wheels: tuple[float, float]
+    pose: SE2
+
+
+class Vehicle(Protocol):
+    """What can be driven and observed: a simulated robot, or a real one with a tracker."""
+
+    @property
+    def tick(self) -> float:
+        """How long a command is held [s]."""
+
+    def drive(self, velocity: Velocity) -> None:
+        """Hold a velocity for a tick."""
+
+    def observe(self) -> Measurement:
+        """Measure now."""
 
 
 @dataclass(frozen=True)
@@ -125,9 +152,19 @@ class Calibration:
     after: tuple[Comparison, ...]
     noise: OdometryConfig
 
+    @property
+    def path_before(self) -> NDArray[np.float64]:
+        """The second drive as the nominal kinematics reckon it, `(T, 3) float64`."""
+        return dead_reckon(self.check, self.nominal)
+
+    @property
+    def path_after(self) -> NDArray[np.float64]:
+        """The second drive as the effective kinematics reckon it, `(T, 3) float64`."""
+        return dead_reckon(self.check, self.found)
+
 
 def calibrate(
-    robot_path: str | Path, world_path: str | Path, config: SimulatorConfig
+    vehicle_of: Callable[[Kinematics], Vehicle], nominal: Kinematics, config: OdometryConfig
 ) -> Calibration:
     """Identify the ideal two-wheeled robot that moves as this one does.
 
@@ -136,69 +173,36 @@ def calibrate(
     Source: Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007.
 
     Args:
-        robot_path: A URDF file.
-        world_path: A world with 4 m of free space around its origin.
-        config: Physics; its own calibration does not matter.
+        vehicle_of: Returns the robot, with 4 m of free space around it, which takes velocities for
+            wheel speeds by the kinematics given.
+        nominal: What the wheels' separation and radius suggest.
+        config: Odometry, whose noise is to be found.
 
     Returns:
         Effective track width and radius, and how well they do.
 
     Raises:
-        CalibrationError: The robot has no wheels, does not move, or bumps into something.
-        RobotError: The robot cannot be simulated.
-        WorldError: The world cannot be simulated.
+        CalibrationError: The robot does not move.
     """
-    nominal = _nominal(Simulator(robot_path, world_path, config, np.random.default_rng(0)))
-    found = identify(drive(robot_path, world_path, _with(config, nominal)))
-    check = drive(robot_path, world_path, _with(config, found))
+    found = identify(drive(vehicle_of(nominal)))
+    check = drive(vehicle_of(found))
     after = compare(check, found)
-    noise = _noise(config.odometry, after)
-    return Calibration(nominal, found, check, compare(check, nominal), after, noise)
+    return Calibration(nominal, found, check, compare(check, nominal), after, _noise(config, after))
 
 
-def _nominal(simulator: Simulator) -> Kinematics:
-    settings = simulator.robot.drive
-    if not settings.left or not settings.right:
-        raise CalibrationError(f"{simulator.robot.urdf.path}: has no wheels to calibrate")
-    return Kinematics(settings.separation, settings.radius)
-
-
-def _with(config: SimulatorConfig, kinematics: Kinematics) -> SimulatorConfig:
-    calibrated = replace(
-        config.drive,
-        effective_track_width=kinematics.track,
-        effective_wheel_radius=kinematics.radius,
-    )
-    return replace(config, drive=calibrated)
-
-
-def drive(robot_path: str | Path, world_path: str | Path, config: SimulatorConfig) -> DriveLog:
-    """Drive the pattern.
-
-    Raises:
-        CalibrationError: The robot bumps into something.
-    """
-    simulator = Simulator(robot_path, world_path, config, np.random.default_rng(0))
-    wheels, truth, spans = [simulator.wheel_angles()], [_place(simulator)], []
+def drive(vehicle: Vehicle) -> DriveLog:
+    """Drive the pattern."""
+    seen, spans = [vehicle.observe()], []
     for manoeuvre in PATTERN:
-        start = len(truth) - 1
-        moving = round(manoeuvre.seconds / config.tick)
-        for i in range(moving + round(_REST / config.tick)):
-            touched = simulator.step(manoeuvre.command if i < moving else Velocity()).contacts
-            if touched:
-                problem = f"bumped into {touched[0]}; valid: a world with 4 m of free space"
-                raise CalibrationError(f"{world_path}: the robot {problem}")
-            wheels.append(simulator.wheel_angles())
-            truth.append(_place(simulator))
-        spans.append((manoeuvre, start, len(truth) - 1))
-    places = np.array(truth)
-    places[:, 2] = np.unwrap(places[:, 2])
-    return DriveLog(np.array(wheels), places, tuple(spans), config.tick)
-
-
-def _place(simulator: Simulator) -> tuple[float, float, float]:
-    pose = simulator.truth().pose
-    return pose.x, pose.y, pose.theta
+        start = len(seen) - 1
+        moving, resting = (round(t / vehicle.tick) for t in (manoeuvre.seconds, _REST))
+        for command in [manoeuvre.command] * moving + [Velocity()] * resting:
+            vehicle.drive(command)
+            seen.append(vehicle.observe())
+        spans.append((manoeuvre, start, len(seen) - 1))
+    truth = np.array([item.pose.array() for item in seen])
+    truth[:, 2] = np.unwrap(truth[:, 2])
+    return DriveLog(np.array([item.wheels for item in seen]), truth, tuple(spans), vehicle.tick)
 
 
 def identify(log: DriveLog) -> Kinematics:

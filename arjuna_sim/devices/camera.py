@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError
-from arjuna_sim.files.urdf.gazebo import CameraSettings
+from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.model.shapes import Group
 
 NAME = "camera"
@@ -34,9 +34,9 @@ def add_camera(spec: Any, settings: CameraSettings) -> None:
         settings: The camera.
     """
     site = spec.site(settings.link)
-    turned = np.zeros(4)
-    mujoco.mju_mulQuat(turned, site.quat, _FROM_LINK)
-    camera = site.parent.add_camera(name=NAME, pos=site.pos, quat=turned)
+    rotation = np.zeros(4)
+    mujoco.mju_mulQuat(rotation, site.quat, _FROM_LINK)
+    camera = site.parent.add_camera(name=NAME, pos=site.pos, quat=rotation)
     half = math.tan(settings.horizontal_fov / 2) * settings.height / settings.width
     camera.fovy = math.degrees(2 * math.atan(half))
     visual = spec.visual.global_
@@ -93,16 +93,6 @@ class Camera:
         shown = (Group.WORLD_VISUAL.value, Group.ROBOT_VISUAL.value)
         self._option.geomgroup[:] = [group in shown for group in range(6)]
         self._option.sitegroup[:] = 0
-
-    def render(self, data: Any) -> NDArray[np.uint8]:
-        """Return a picture, `(height, width, 3) uint8` RGB, top row first.
-
-        Args:
-            data: The `mujoco.MjData`, with positions up to date.
-        """
-        picture = self.shoot(data, color=True, depth=False).color
-        assert picture is not None
-        return picture
 
     def shoot(self, data: Any, color: bool, depth: bool) -> Shot:
         """Draw what is wanted.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_sim.files.urdf.gazebo import LidarSettings
+from arjuna_sim.model.settings import LidarSettings
 from arjuna_sim.model.shapes import Group
 
 _SIGMAS = 6.0  # a surface just beyond the range may be read within it

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from arjuna_core.config import param
-from arjuna_sim.simulator import SimulatorConfig
+from arjuna_sim.config import SimulatorConfig
 
 
 @dataclass(frozen=True)

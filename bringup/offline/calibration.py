@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
@@ -14,10 +13,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.shipped import resource
+
+if TYPE_CHECKING:
+    from arjuna_sim.devices.calibration import Calibration, Comparison
 
 mpl.use("Agg")
-_ROOT = Path(__file__).resolve().parents[2]
-_ROBOT, _WORLD = _ROOT / "urdf" / "arjuna.urdf", _ROOT / "worlds" / "empty.world"
 _KINDS = ("straight", "spin", "arc")
 _PATH_BOUND, _TURN_BOUND = 0.02, 0.04
 PARAMETERS, SNIPPET, PICTURE = "calibration.yaml", "calibration.urdf.xml", "calibration.png"
@@ -35,11 +36,11 @@ def run(arguments: argparse.Namespace) -> str:
     Raises:
         ArjunaError: An input cannot be used, or the folder not be written.
     """
-    core = importlib.import_module("arjuna_sim.devices.calibration")
-    config = importlib.import_module("arjuna_sim.simulator").SimulatorConfig()
-    robot, out = arguments.robot or _ROBOT, arguments.out
-    result = core.calibrate(robot, arguments.world or _WORLD, config)
-    figure = _draw(core, result, robot.name)
+    from arjuna_sim.calibrate import calibrate_robot
+
+    robot, out = arguments.robot or resource("urdf/arjuna.urdf"), arguments.out
+    result = calibrate_robot(robot, arguments.world or resource("worlds/empty.world"))
+    figure = _draw(result, robot.name)
     try:
         out.mkdir(parents=True, exist_ok=True)
         (out / PARAMETERS).write_text(_parameters(result, robot.name), encoding="utf-8")
@@ -51,7 +52,7 @@ def run(arguments: argparse.Namespace) -> str:
     return _report(result, out)
 
 
-def _parameters(result: Any, name: str) -> str:
+def _parameters(result: Calibration, name: str) -> str:
     found, noise = result.found, result.noise
     return (
         f"# The calibration of {name}: python -m bringup sim --robot {name} --params {PARAMETERS}\n"
@@ -65,7 +66,7 @@ def _parameters(result: Any, name: str) -> str:
     )
 
 
-def _snippet(result: Any) -> str:
+def _snippet(result: Calibration) -> str:
     return (
         "<!-- For the drive plugin of the robot's URDF, instead of a parameter file. -->\n"
         f"<effectiveTrackWidth>{result.found.track:.5f}</effectiveTrackWidth>\n"
@@ -73,7 +74,7 @@ def _snippet(result: Any) -> str:
     )
 
 
-def _report(result: Any, out: Path) -> str:
+def _report(result: Calibration, out: Path) -> str:
     lines = [
         f"{'':<12}{'nominal':>10}{'effective':>11}",
         f"{'track':<12}{result.nominal.track:>8.4f} m{result.found.track:>9.4f} m",
@@ -93,19 +94,19 @@ def _report(result: Any, out: Path) -> str:
     return "\n".join(lines)
 
 
-def _worst(rows: Sequence[Any], kind: str) -> tuple[float, float]:
+def _worst(rows: Sequence[Comparison], kind: str) -> tuple[float, float]:
     """Return the greatest relative errors of path and turn among manoeuvres of a kind."""
     some = [row for row in rows if row.manoeuvre.kind == kind]
     return max(abs(row.path_error) for row in some), max(abs(row.turn_error) for row in some)
 
 
-def _draw(core: Any, result: Any, name: str) -> Figure:
+def _draw(result: Calibration, name: str) -> Figure:
     figure = Figure(figsize=(15.0, 5.0))
     axes = figure.subplots(1, 3)
     titles = ("before: the wheels' separation", "after: the effective track")
-    for panel, title, kinematics in zip(axes, titles, (result.nominal, result.found), strict=False):
-        truth = result.check.truth
-        _draw_paths(panel, truth, core.dead_reckon(result.check, kinematics))
+    tracks, paths = (result.nominal, result.found), (result.path_before, result.path_after)
+    for panel, title, kinematics, path in zip(axes, titles, tracks, paths, strict=False):
+        _draw_paths(panel, result.check.truth, path)
         panel.set_title(f"{name}, {title} ({kinematics.track:.3f} m)", fontsize=10)
     _draw_errors(axes[2], result)
     figure.tight_layout()
@@ -123,7 +124,7 @@ def _draw_paths(
     panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=3, fontsize=8)
 
 
-def _draw_errors(panel: mpl.axes.Axes, result: Any) -> None:
+def _draw_errors(panel: mpl.axes.Axes, result: Calibration) -> None:
     """Draw each manoeuvre's error of turn, or of distance for a straight, before and after."""
     parts = [row.manoeuvre for row in result.after]
     places = np.arange(len(parts))

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.files.shipped import resource
 from arjuna_core.se2 import IDENTITY, SE2, wrap
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
-from arjuna_sim.simulator import Simulator, SimulatorConfig
+from arjuna_sim.simulator import Simulator
 from tests.slam.slam_room import room
 from tests.slam.trials import SCENARIOS, Figures, Log, measure, room_log, spoil
 

@@ -59,7 +59,6 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
 }
 # What still breaks the order of the wings, to be mended; nothing may be added
 UPWARD = {
-    ("arjuna_sim/devices/calibration.py", "arjuna_sim.simulator"),
     ("arjuna_sim/files/check.py", "arjuna_sim.physics.scene"),
     ("arjuna_sim/model/actors.py", "arjuna_sim.files.xml_file"),
     ("arjuna_sim/model/entities.py", "arjuna_sim.files.sdf.sdf"),

@@ -17,8 +17,9 @@ from scipy.sparse.csgraph import dijkstra
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2, wrap
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
-from arjuna_sim.simulator import Simulator, SimulatorConfig
+from arjuna_sim.simulator import Simulator
 
 _ROOT = Path(__file__).resolve().parents[2]
 _ROBOT = _ROOT / "urdf" / "arjuna.urdf"

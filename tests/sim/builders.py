@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.observation import Observation
-from arjuna_sim.simulator import Simulator, SimulatorConfig
+from arjuna_sim.simulator import Simulator
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOT = ROOT / "urdf" / "arjuna.urdf"

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import load_robot
-from arjuna_sim.simulator import Simulator, SimulatorConfig
+from arjuna_sim.simulator import Simulator
 from tests.sim.builders import ROOT
 
 ROBOTS = sorted(path for path in (ROOT / "urdf").iterdir() if path.suffix in (".urdf", ".xacro"))

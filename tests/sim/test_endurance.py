@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.se2 import SE2
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import DriveConfig, Velocity
-from arjuna_sim.simulator import SimulatorConfig
 from tests.sim.builders import simulator
 
 _HALF = 2.0  # [m] from the middle of the room to its walls' inner faces

@@ -10,9 +10,9 @@ import pytest
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2, wrap
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import CommandError, Velocity
 from arjuna_sim.observation import Observation
-from arjuna_sim.simulator import SimulatorConfig
 from tests.sim.builders import EMPTY, ROOM, run, simulator
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.config import load
-from arjuna_sim.simulator import SimulatorConfig
+from arjuna_sim.config import SimulatorConfig
 from bringup.cli import REFUSED
 from bringup.cli import run as run_cli
 from bringup.cli_parser import parse

@@ -9,7 +9,7 @@ import pytest
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.devices.camera import CameraError, Photographer, focal_length
+from arjuna_sim.devices.camera import CameraError, focal_length
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.shapes import Kind, Part, Shape
 from arjuna_sim.simulator import Simulator
@@ -18,9 +18,18 @@ from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, simulator
 
 def _picture(sim: Simulator) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
     try:
-        return sim.picture()
+        picture = sim.picture().color
     except CameraError as error:
         pytest.skip(str(error))
+    assert picture is not None
+    return picture
+
+
+def _depth(sim: Simulator) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+    shot = sim.picture(color=False, depth=True)
+    assert shot.color is None
+    assert shot.depth is not None
+    return shot.depth
 
 
 def test_red_box_stands_in_the_middle_as_wide_as_geometry_says() -> None:
@@ -55,30 +64,20 @@ def test_robot_without_a_camera_says_so(tmp_path: Path) -> None:
 def test_depth_is_the_distance_along_the_axis_and_infinite_in_the_sky() -> None:
     sim = simulator(ROOM)
     _picture(sim)  # skips where nothing can be drawn
+    depth = _depth(sim)
     sim.close()
-    assert sim.robot.settings.camera is not None
-    photographer = Photographer(sim.robot.settings.camera)
-    shot = photographer.shoot(sim.stage.scene.model, sim.stage.data, color=False, depth=True)
-    photographer.close()
-    assert shot.color is None
-    assert shot.depth is not None
-    assert shot.depth.shape == (480, 640)
-    assert shot.depth[235, 320] == pytest.approx(2.25 - 0.20, abs=0.01)  # the red box
-    assert np.isinf(shot.depth[0]).all()
+    assert depth.shape == (480, 640)
+    assert depth[235, 320] == pytest.approx(2.25 - 0.20, abs=0.01)  # the red box
+    assert np.isinf(depth[0]).all()
 
 
 def test_camera_follows_what_is_spawned() -> None:
     sim = simulator(EMPTY)
     _picture(sim)
-    sim.close()
-    assert sim.robot.settings.camera is not None
-    photographer = Photographer(sim.robot.settings.camera)
-    far = photographer.shoot(sim.stage.scene.model, sim.stage.data, False, True).depth
+    far = _depth(sim)
     box = Part(Shape(Kind.BOX, (0.4, 0.4, 1.0)))
     sim.stage.spawn(Entity("crate", (box,), start=Pose3((2.0, 0.0, 0.5))))
-    near = photographer.shoot(sim.stage.scene.model, sim.stage.data, False, True).depth
-    photographer.close()
-    assert far is not None
-    assert near is not None
+    near = _depth(sim)
+    sim.close()
     assert near[235, 320] == pytest.approx(2.0 - 0.2 - 0.2, abs=0.01)
     assert far[235, 320] > 3.0

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import wrap
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.ekf import FusedEstimate, FusedOdometry, FusedOdometryConfig
 from arjuna_sim.devices.imu import ImuConfig
-from arjuna_sim.simulator import SimulatorConfig
 from tests.sim.builders import simulator
 
 DT = 0.02

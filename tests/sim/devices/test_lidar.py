@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.lidar import LidarConfig
-from arjuna_sim.observation import Truth
-from arjuna_sim.simulator import Simulator, SimulatorConfig
+from arjuna_sim.physics.body import Truth
+from arjuna_sim.simulator import Simulator
 from tests.sim.builders import ROBOT, ROOM, edited, run, simulator
 
 NOISELESS = SimulatorConfig(lidar=LidarConfig(noise=0.0))

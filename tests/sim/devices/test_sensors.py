@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.imu import ImuConfig
 from arjuna_sim.devices.lidar import LidarConfig
 from arjuna_sim.devices.noise import BiasedNoise
-from arjuna_sim.simulator import Simulator, SimulatorConfig
+from arjuna_sim.simulator import Simulator
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, run, simulator
 
 

@@ -13,6 +13,7 @@ import pytest
 from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
+from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.library import Fault, Library, ResourceError
 from arjuna_sim.files.search_path import SearchPath
@@ -20,7 +21,7 @@ from arjuna_sim.files.spawned import read_entity
 from arjuna_sim.model.actors import Trajectory
 from arjuna_sim.model.entities import Entity, PlaceTakenError, UnknownEntityError
 from arjuna_sim.physics.contacts import ContactLog
-from arjuna_sim.simulator import Simulator, SimulatorConfig
+from arjuna_sim.simulator import Simulator
 from tests.sim.builders import EMPTY, ROOM, ROOT, run, simulator
 
 BOX = """<sdf version="1.7"><model name="crate">{static}<link name="l">{inertial}

@@ -7,17 +7,16 @@ import math
 import numpy as np
 import pytest
 
+from arjuna_sim.calibrate import calibrate_robot
 from arjuna_sim.devices.calibration import (
     Calibration,
     CalibrationError,
-    calibrate,
     compare,
     dead_reckon,
     identify,
 )
 from arjuna_sim.devices.drive import Kinematics
 from arjuna_sim.model.robot import load_robot
-from arjuna_sim.simulator import SimulatorConfig
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited
 
 
@@ -26,7 +25,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Calibration:
     """The calibration of the shipped robot, which was robbed of its own."""
     folder = tmp_path_factory.mktemp("robot")
     robot = edited(ROBOT, folder, "effectiveTrackWidth>0.6094<", "effectiveTrackWidth>0.34<")
-    return calibrate(robot, EMPTY, SimulatorConfig())
+    return calibrate_robot(robot, EMPTY)
 
 
 def test_shipped_numbers_are_what_calibration_finds(found: Calibration) -> None:
@@ -48,8 +47,8 @@ def test_dead_reckoning_of_the_pattern_ends_near_the_truth_only_after_it(
     found: Calibration,
 ) -> None:
     end = found.check.truth[-1, :2]
-    after = dead_reckon(found.check, found.found)[-1, :2]
-    before = dead_reckon(found.check, found.nominal)[-1, :2]
+    after = found.path_after[-1, :2]
+    before = found.path_before[-1, :2]
     assert math.dist(end, after) < 0.5  # of 20 m
     assert math.dist(end, before) > 1.0
 
@@ -74,4 +73,4 @@ def test_noise_covers_the_errors_that_remain(found: Calibration) -> None:
 
 def test_a_world_without_room_is_refused() -> None:
     with pytest.raises(CalibrationError, match="bumped into obstacle_red; valid: a world with 4 m"):
-        calibrate(ROBOT, ROOM, SimulatorConfig())
+        calibrate_robot(ROBOT, ROOM)

@@ -1,0 +1,83 @@
+"""Calibrating a robot in simulation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices.calibration import Calibration, CalibrationError, Measurement, calibrate
+from arjuna_sim.devices.drive import Kinematics, Velocity
+from arjuna_sim.files.sdf.sdf import World
+from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.robot import Robot, load_robot
+from arjuna_sim.simulator import Simulator
+
+
+def calibrate_robot(robot_path: Path, world_path: Path) -> Calibration:
+    """Find a robot's effective track width and wheel radius by driving it in simulation.
+
+    Args:
+        robot_path: A URDF file.
+        world_path: A world with 4 m of free space around its origin.
+
+    Raises:
+        CalibrationError: The robot has no wheels, does not move, or bumps into something.
+        RobotError: The robot cannot be simulated.
+        WorldError: The world cannot be simulated.
+    """
+    robot = load_robot(robot_path)
+    world = load_world(world_path)
+    drive, config = robot.drive, SimulatorConfig()
+    if not drive.left or not drive.right:
+        raise CalibrationError(f"{robot.urdf.path}: has no wheels to calibrate")
+    nominal = Kinematics(drive.separation, drive.radius)
+    return calibrate(
+        lambda kinematics: SimulatedVehicle(robot, world, config, kinematics),
+        nominal,
+        config.odometry,
+    )
+
+
+class SimulatedVehicle:
+    """A simulated robot, to be calibrated.
+
+    Args:
+        robot: The robot.
+        world: Where it drives; `drive` refuses to touch what is in it.
+        config: Physics.
+        kinematics: How it takes velocities for wheel speeds.
+    """
+
+    def __init__(
+        self, robot: Robot, world: World, config: SimulatorConfig, kinematics: Kinematics
+    ) -> None:
+        drive = replace(
+            config.drive,
+            effective_track_width=kinematics.track,
+            effective_wheel_radius=kinematics.radius,
+        )
+        rng = np.random.default_rng(0)
+        self._simulator = Simulator(robot, world, replace(config, drive=drive), rng)
+
+    @property
+    def tick(self) -> float:
+        """How long a command is held [s]."""
+        return self._simulator.config.tick
+
+    def drive(self, velocity: Velocity) -> None:
+        """Hold a velocity for a tick.
+
+        Raises:
+            CalibrationError: The robot bumps into something.
+        """
+        touched = self._simulator.step(velocity).contacts
+        if touched:
+            problem = f"bumped into {touched[0]}; valid: a world with 4 m of free space"
+            raise CalibrationError(f"{self._simulator.world.path}: the robot {problem}")
+
+    def observe(self) -> Measurement:
+        """Return the encoders' angles and the true pose."""
+        return Measurement(self._simulator.wheel_angles(), self._simulator.truth().pose)
