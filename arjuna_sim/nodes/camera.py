@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import array
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sensor_msgs.msg import CameraInfo, Image
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
+from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
-from arjuna_sim.devices.camera import CameraError, Photographer, Shot, focal_length
+from arjuna_sim.devices.camera import CameraError, Shot, focal_length
 from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.nodes.camera_thread import CameraThread
-
-if TYPE_CHECKING:
-    from arjuna_sim.nodes.sim import SimNode
+from arjuna_sim.simulator import Simulator
 
 
 class CameraTopics:
@@ -25,12 +24,14 @@ class CameraTopics:
     beside the physics, published when it is done, and left out where drawing is too slow.
 
     Args:
-        node: The simulator's node, being configured.
+        node: The node, being configured.
+        simulator: Has the camera.
         settings: The camera, whose topic is that of the colour image.
     """
 
-    def __init__(self, node: SimNode, settings: CameraSettings) -> None:
-        self._node = node
+    def __init__(self, node: ManagedNode, simulator: Simulator, settings: CameraSettings) -> None:
+        self._log = node.get_logger()
+        self._simulator = simulator
         self._settings = settings
         base = settings.topic.rpartition("/")[0]
         depth = f"{base}/depth" if base else "depth"
@@ -43,11 +44,15 @@ class CameraTopics:
         )
         self._due = Periodic(1.0 / settings.rate, phase=1.0 / settings.rate)
         self._works = True
-        self._here = Photographer(settings)
         self._thread: CameraThread | None = None
 
-    def publish(self, now: float) -> None:
-        """Publish what is due at a time [s] and subscribed to."""
+    def publish(self, now: float, interactive: bool) -> None:
+        """Publish what is due at a time [s] and subscribed to.
+
+        Args:
+            now: The time [s].
+            interactive: Whether time is real, so that drawing must not take any.
+        """
         if self._thread is not None and (done := self._thread.take()) is not None:
             self._finish(*done)
         if not self._due.due(now):
@@ -58,17 +63,20 @@ class CameraTopics:
         color = self._image_out.get_subscription_count() > 0
         depth = self._depth_out.get_subscription_count() > 0
         if self._works and (color or depth):
-            self._shoot(now, color, depth)
+            if interactive:
+                self._ask(now, color, depth)
+            else:
+                self._shoot(now, color, depth)
+
+    def _ask(self, now: float, color: bool, depth: bool) -> None:
+        if self._thread is None:
+            self._thread = CameraThread(self._settings)
+        stage = self._simulator.stage
+        self._thread.ask(stage.scene.model, stage.data, now, color, depth)
 
     def _shoot(self, now: float, color: bool, depth: bool) -> None:
-        stage = self._node.simulator.stage
-        if self._node.interactive:
-            if self._thread is None:
-                self._thread = CameraThread(self._settings)
-            self._thread.ask(stage.scene.model, stage.data, now, color, depth)
-            return
         try:
-            shot: Shot | CameraError = self._here.shoot(stage.scene.model, stage.data, color, depth)
+            shot: Shot | CameraError = self._simulator.picture(color, depth)
         except CameraError as error:
             shot = error
         self._finish(now, shot)
@@ -77,7 +85,7 @@ class CameraTopics:
         """Publish a picture, or give up for good."""
         if isinstance(shot, CameraError):
             self._works = False
-            self._node.get_logger().error(f"the camera stays off: {shot}")
+            self._log.error(f"the camera stays off: {shot}")
             return
         if shot.color is not None:
             self._image_out.publish(self._image(stamp, "rgb8", shot.color))
@@ -96,8 +104,7 @@ class CameraTopics:
         )
 
     def close(self) -> None:
-        """Free what drawing holds."""
-        self._here.close()
+        """End drawing beside the physics."""
         if self._thread is not None:
             self._thread.close()
             self._thread = None

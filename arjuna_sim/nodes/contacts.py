@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
+from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.nodes.messages import WORLD
 from arjuna_sim.physics.contacts import ContactLog
-
-if TYPE_CHECKING:
-    from arjuna_sim.nodes.sim import SimNode
 
 TOPIC = "ground_truth/contacts"
 _PERIOD = 1.0  # [s] of simulated time, where nothing changes
@@ -27,11 +23,12 @@ class ContactTopic:
     each thing by its name.
 
     Args:
-        node: The simulator's node, being configured.
+        node: The node, being configured.
+        robot: The robot's name.
     """
 
-    def __init__(self, node: SimNode) -> None:
-        self._robot = node.simulator.robot.urdf.name
+    def __init__(self, node: ManagedNode, robot: str) -> None:
+        self._robot = robot
         self._out = node.publisher(DiagnosticArray, TOPIC, qos.LATCHED)
         self._due = Periodic(_PERIOD, phase=_PERIOD)
         self.log = ContactLog()

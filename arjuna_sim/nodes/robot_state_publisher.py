@@ -10,6 +10,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import param
+from arjuna_core.files.shipped import resource
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.node import ManagedNode
@@ -18,7 +19,6 @@ from arjuna_sim.files.urdf.urdf import Urdf
 from arjuna_sim.files.urdf.xacro_file import split
 from arjuna_sim.model.robot import load_robot
 from arjuna_sim.nodes.messages import transform3_msg
-from arjuna_sim.nodes.sim import SHIPPED_ROBOT
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,8 @@ class RobotStatePublisherNode(ManagedNode):
     def configure(self) -> None:
         """Load the robot and create the topics."""
         arguments = split(self.config.robot_arguments)
-        self._urdf: Urdf = load_robot(self.config.robot or SHIPPED_ROBOT, arguments=arguments).urdf
+        robot = self.config.robot or resource("urdf/arjuna.urdf")
+        self._urdf: Urdf = load_robot(robot, arguments=arguments).urdf
         self._description = self.publisher(String, "robot_description", qos.LATCHED)
         self._static = self.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
         self._moving = self.publisher(TFMessage, "/tf", qos.TF)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from nav_msgs.msg import Odometry
@@ -16,17 +15,15 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.errors import RobotError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import scan_msg, transform_msg
+from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.odometry import OdometryEstimate
+from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import TOPICS, DriveSettings, GazeboSettings
-from arjuna_sim.nodes.camera import CameraTopics
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.observation import Observation
 from arjuna_sim.physics.body import Truth
-
-if TYPE_CHECKING:
-    from arjuna_sim.nodes.sim import SimNode
 
 _TOLERANCE = 1e-9
 
@@ -63,11 +60,15 @@ class RobotTopics:
     """Publishes an observation: transforms before the sensors that need them.
 
     Args:
-        node: The simulator's node, being configured.
+        node: The node, being configured.
+        robot: The robot.
+
+    Attributes:
+        settings: The sensors, with their topics.
+        drive: The drive, with its topics.
     """
 
-    def __init__(self, node: SimNode) -> None:
-        robot = node.simulator.robot
+    def __init__(self, node: ManagedNode, robot: Robot) -> None:
         plain = node.config.standard_topics
         self.settings = standard(robot.settings) if plain else robot.settings
         self.drive = standard_drive(robot.drive) if plain else robot.drive
@@ -85,7 +86,6 @@ class RobotTopics:
         lidar = sensors.lidar and sensors.lidar.topic
         self._imu_out = node.publisher(Imu, imu or TOPICS["imu"], qos.SENSOR_PUBLISHER)
         self._scan_out = node.publisher(LaserScan, lidar or TOPICS["lidar"], qos.SENSOR_PUBLISHER)
-        self._camera = None if sensors.camera is None else CameraTopics(node, sensors.camera)
         self._truth_out = node.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
         self._odom_due = _slower(self.drive.rate, node.config.tick)
 
@@ -97,15 +97,8 @@ class RobotTopics:
         if self._joints_out.get_subscription_count() > 0:
             self._joints_out.publish(joint_state_msg(observation.joints, now))
         self._publish_sensors(observation)
-        if self._camera is not None:
-            self._camera.publish(now)
         if self._truth and self._truth_out.get_subscription_count() > 0:
             self._truth_out.publish(truth_msg(observation.truth, self._base, now))
-
-    def close(self) -> None:
-        """Free what drawing holds."""
-        if self._camera is not None:
-            self._camera.close()
 
     def _publish_odometry(self, observation: Observation) -> None:
         drive, now = self.drive, observation.time
@@ -142,7 +135,7 @@ def _check_topics(path: Path, drive: DriveSettings, settings: GazeboSettings) ->
             raise RobotError(path, problem) from error
 
 
-def _check_rates(node: SimNode, settings: GazeboSettings) -> None:
+def _check_rates(node: ManagedNode, settings: GazeboSettings) -> None:
     """Say where a sensor is asked to be faster than the simulation."""
     tick, step = node.config.tick, node.config.physics_timestep
     for name, sensor, period in (

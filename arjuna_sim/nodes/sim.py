@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from rosgraph_msgs.msg import Clock
 from simulation_interfaces.msg import SimulationState
 from std_msgs.msg import Float64
 
+from arjuna_core.files.shipped import resource
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from arjuna_core.ros.node import ManagedNode
@@ -21,18 +21,21 @@ from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.xacro_file import split
 from arjuna_sim.model.robot import load_robot
+from arjuna_sim.nodes.camera import CameraTopics
 from arjuna_sim.nodes.contacts import ContactTopic
 from arjuna_sim.nodes.robot_topics import RobotTopics
+from arjuna_sim.nodes.services.entities import EntityServices
+from arjuna_sim.nodes.services.known_entities import KnownEntities
 from arjuna_sim.nodes.services.simulation import SimulationServices
+from arjuna_sim.nodes.services.spawning import SpawnServices
+from arjuna_sim.nodes.services.stepping import StepAction
+from arjuna_sim.nodes.services.worlds import WorldServices
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.observation import Observation
 from arjuna_sim.physics.pacing import PaceMeter, Pacer
 from arjuna_sim.simulator import Simulator
 
-SHIPPED = Path(__file__).resolve().parents[2]
-SHIPPED_ROBOT = SHIPPED / "urdf" / "arjuna.urdf"
-SHIPPED_WORLD = SHIPPED / "worlds" / "arjuna_room.world"
-_CHECK_PERIOD = 2.0
+_CHECK_PERIOD = 2.0  # [s] between looks for who publishes the wrong type
 _TYPES = {False: "geometry_msgs/msg/Twist", True: "geometry_msgs/msg/TwistStamped"}
 
 
@@ -61,8 +64,11 @@ class SimNode(ManagedNode):
         config: SimConfig = self.config
         start = config.initial_pose
         self.simulator = Simulator(
-            load_robot(config.robot or SHIPPED_ROBOT, arguments=split(config.robot_arguments)),
-            config.world or SHIPPED_WORLD,
+            load_robot(
+                config.robot or resource("urdf/arjuna.urdf"),
+                arguments=split(config.robot_arguments),
+            ),
+            config.world or resource("worlds/arjuna_room.world"),
             config,
             np.random.default_rng(config.seed),
             SE2(start.x, start.y, start.yaw),
@@ -79,13 +85,16 @@ class SimNode(ManagedNode):
         self._pacer = Pacer(config.real_time_factor, lambda: self._wall)
         self._meter, self._ticks = PaceMeter(), 0
         self._create_topics()
-        self._server = SimulationServices(self)
+        self._create_services()
 
     def _create_topics(self) -> None:
         """Create publishers in the order of publication, and the command's subscription."""
         self._clock_out = self.publisher(Clock, "/clock", qos.LATEST)
-        self._robot = RobotTopics(self)
-        self.contacts = ContactTopic(self)
+        robot = self.simulator.robot
+        self._robot = RobotTopics(self, robot)
+        camera = self._robot.settings.camera
+        self._camera = None if camera is None else CameraTopics(self, self.simulator, camera)
+        self.contacts = ContactTopic(self, robot.urdf.name)
         self._pace_out = self.publisher(Float64, "real_time_factor", qos.DEFAULT)
         topic = self._robot.drive.command_topic
         if self.config.enable_stamped_cmd_vel:
@@ -94,6 +103,15 @@ class SimNode(ManagedNode):
             self.subscribe(Twist, topic, self._on_twist, qos.LATEST)
         self.every(_CHECK_PERIOD, self._check_command_type)
 
+    def _create_services(self) -> None:
+        """Create the services and the action of simulation_interfaces."""
+        known = KnownEntities(self.simulator)
+        self._steps = StepAction(self, lambda: self.state)
+        SimulationServices(self, self._steps, known.infos.clear)
+        EntityServices(self, known)
+        SpawnServices(self, known)
+        WorldServices(self, known.infos.clear)
+
     def activate(self) -> None:
         """Begin pacing anew."""
         self._pacer.restart()
@@ -101,8 +119,10 @@ class SimNode(ManagedNode):
 
     def deactivate(self) -> None:
         """End what clients wait for, and say how fast it was."""
-        self._server.abort()
-        self._robot.close()
+        self._steps.abort_all()
+        if self._camera is not None:
+            self._camera.close()
+        self.simulator.close()
         if self._meter.summary is not None:
             self.get_logger().info(self._meter.summary)
 
@@ -111,9 +131,13 @@ class SimNode(ManagedNode):
         """Whether simulated time stands still."""
         return bool(self.state != SimulationState.STATE_PLAYING)
 
+    @property
+    def _is_stepping(self) -> bool:
+        """Whether the action simulate_steps wants the next tick."""
+        return self._steps.goal is not None
+
     def cleanup(self) -> None:
         """Drop the simulation."""
-        self.simulator.close()
         self.last = None
         del self.simulator
 
@@ -123,9 +147,9 @@ class SimNode(ManagedNode):
 
     def tick(self) -> None:
         """Advance one tick, unless inactive or paused, and publish what it brought."""
-        if self.active and (not self.paused or self._server.stepping):
+        if self.active and (not self.paused or self._is_stepping):
             self.advance()
-            self._server.after_tick()
+            self._steps.count()
 
     def advance(self) -> None:
         """Advance one tick and publish what it brought: time first, transforms before sensors."""
@@ -136,7 +160,14 @@ class SimNode(ManagedNode):
         now = observation.time
         self._clock_out.publish(Clock(clock=time_msg(now)))
         self._robot.publish(observation)
+        if self._camera is not None:
+            self._camera.publish(now, self.interactive)
         self.contacts.update(observation.contacts, now)
+
+    def begin_anew(self) -> None:
+        """Count contacts from zero, and publish the time, which was set back."""
+        self.contacts.log.reset()
+        self.tell_time()
 
     def tell_time(self) -> None:
         """Publish the time now, where it was set back."""
@@ -155,7 +186,7 @@ class SimNode(ManagedNode):
         if not self.active or self.paused:
             self._pacer.restart()
             self._meter.pause()
-            return 0.0 if self.active and self._server.stepping else math.inf
+            return 0.0 if self.active and self._is_stepping else math.inf
         self._wall = wall_now
         factor = self._meter.update(wall_now, self._ticks * self.config.tick)
         if factor is not None:

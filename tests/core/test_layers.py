@@ -89,15 +89,6 @@ CIRCLES = {
     "arjuna_nav/costmap/layers.py",
     "arjuna_nav/nodes/costmap/node.py",
     "arjuna_nav/nodes/costmap/services.py",
-    "arjuna_sim/nodes/camera.py",
-    "arjuna_sim/nodes/contacts.py",
-    "arjuna_sim/nodes/robot_topics.py",
-    "arjuna_sim/nodes/services/entities.py",
-    "arjuna_sim/nodes/services/simulation.py",
-    "arjuna_sim/nodes/services/spawning.py",
-    "arjuna_sim/nodes/services/stepping.py",
-    "arjuna_sim/nodes/services/worlds.py",
-    "arjuna_sim/nodes/sim.py",
 }
 ROS_FROM_BELOW = {
     ("bringup/offline/amcl.py", "arjuna_slam.nodes.amcl_config"),

@@ -9,24 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from simulation_interfaces.msg import Bounds, EntityInfo, Result, TagsFilter
 
-from arjuna_core.errors import ArjunaError
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.nodes.messages import pose3_from_msg
+from arjuna_sim.nodes.services.results import RequestError
 
-_PATTERN_MAX = 256
-
-
-class FilterError(ArjunaError):
-    """A filter cannot be applied.
-
-    Args:
-        code: The result's code.
-        problem: What is wrong and what is valid.
-    """
-
-    def __init__(self, code: int, problem: str) -> None:
-        self.code = code
-        super().__init__(problem)
+_PATTERN_MAX = 256  # characters: a client's slow expression must not hold the robot up
 
 
 def matching(found: list[tuple[Entity, EntityInfo, Any]], filters: Any) -> list[Entity]:
@@ -37,7 +24,7 @@ def matching(found: list[tuple[Entity, EntityInfo, Any]], filters: Any) -> list[
         filters: The message; what is empty does not restrict.
 
     Raises:
-        FilterError: The pattern is no regular expression, or the bounds cannot be used.
+        RequestError: The pattern is no regular expression, or the bounds cannot be used.
     """
     name = _pattern(filters.filter)
     categories = {item.category for item in filters.categories}
@@ -55,12 +42,12 @@ def matching(found: list[tuple[Entity, EntityInfo, Any]], filters: Any) -> list[
 def _pattern(text: str) -> re.Pattern[str]:
     if len(text) > _PATTERN_MAX:
         problem = f"the filter has {len(text)} characters; at most {_PATTERN_MAX} are valid"
-        raise FilterError(Result.RESULT_OPERATION_FAILED, problem)
+        raise RequestError(Result.RESULT_OPERATION_FAILED, problem)
     try:
         return re.compile(text)
     except re.error as error:
         problem = f"the filter '{text}' is no regular expression: {error}"
-        raise FilterError(Result.RESULT_OPERATION_FAILED, problem) from error
+        raise RequestError(Result.RESULT_OPERATION_FAILED, problem) from error
 
 
 def _tagged(tags: list[str], wanted: TagsFilter) -> bool:
@@ -76,11 +63,11 @@ def _space(bounds: Bounds) -> tuple[int, NDArray[np.float64]] | None:
         return None
     if bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
         problem = f"bounds of type {bounds.type} are not supported; valid: 1 (box), 3 (sphere)"
-        raise FilterError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
+        raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
     points = np.array([[p.x, p.y, p.z] for p in bounds.points]).reshape(-1, 3)
     if len(points) != 2 or not np.isfinite(points).all():
         problem = f"bounds of a box or sphere need 2 finite points, got {len(points)}"
-        raise FilterError(Result.RESULT_OPERATION_FAILED, problem)
+        raise RequestError(Result.RESULT_OPERATION_FAILED, problem)
     return bounds.type, points
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from simulation_interfaces.msg import Result
@@ -10,23 +11,6 @@ from arjuna_core.errors import ArjunaError
 from arjuna_sim.files.library import ResourceError
 
 OK = Result(result=Result.RESULT_OK)
-
-
-def refusal(code: int, problem: str) -> Result:
-    """Return a result that says what is wrong."""
-    return Result(result=code, error_message=problem)
-
-
-def resource_refusal(response_type: Any, error: ResourceError) -> Result:
-    """Return the result for a resource that cannot be used, by a service's own codes.
-
-    Args:
-        response_type: The service's response, which has the codes.
-        error: What is wrong with the resource.
-    """
-    name = error.fault.value
-    holder = Result if name.startswith("RESULT_") else response_type
-    return refusal(getattr(holder, name), str(error))
 
 
 class RequestError(ArjunaError):
@@ -41,5 +25,31 @@ class RequestError(ArjunaError):
     """
 
     def __init__(self, code: int, problem: str) -> None:
-        self.result = refusal(code, problem)
+        self.result = Result(result=code, error_message=problem)
         super().__init__(problem)
+
+
+def resource_error(response_type: Any, error: ResourceError) -> RequestError:
+    """Return the refusal of a resource that cannot be used, by a service's own codes.
+
+    Args:
+        response_type: The service's response, which has the codes.
+        error: What is wrong with the resource.
+    """
+    name = error.fault.value
+    holder = Result if name.startswith("RESULT_") else response_type
+    return RequestError(getattr(holder, name), str(error))
+
+
+def answering(answer: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
+    """Return a service's callback: what the answer raises becomes the response's result."""
+
+    def callback(request: Any, response: Any) -> Any:
+        response.result = OK
+        try:
+            answer(request, response)
+        except RequestError as error:
+            response.result = error.result
+        return response
+
+    return callback

@@ -2,57 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
+from simulation_interfaces import srv
 from simulation_interfaces.msg import Result, SimulationState, SimulatorFeatures
-from simulation_interfaces.srv import (
-    GetSimulationState,
-    GetSimulatorFeatures,
-    ResetSimulation,
-    SetSimulationState,
-    StepSimulation,
-)
 
 from arjuna_sim.files.spawned import FORMATS
-from arjuna_sim.nodes.services.entities import EntityServices
-from arjuna_sim.nodes.services.results import OK, refusal
-from arjuna_sim.nodes.services.spawning import SpawnServices
-from arjuna_sim.nodes.services.stepping import StepAction, refuse_steps
-from arjuna_sim.nodes.services.worlds import WorldServices
+from arjuna_sim.nodes.services.host import Host
+from arjuna_sim.nodes.services.results import RequestError, answering
+from arjuna_sim.nodes.services.stepping import StepAction, check_steps
 
-if TYPE_CHECKING:
-    from arjuna_sim.nodes.sim import SimNode
-
-_STEPS_MAX = 1000
+_STEPS_MAX = 1000  # of the service, which answers after the last; the action takes more
 _FEATURES = (
-    SimulatorFeatures.SPAWNING,
-    SimulatorFeatures.DELETING,
-    SimulatorFeatures.ENTITY_TAGS,
-    SimulatorFeatures.ENTITY_BOUNDS,
-    SimulatorFeatures.ENTITY_BOUNDS_BOX,
-    SimulatorFeatures.ENTITY_CATEGORIES,
-    SimulatorFeatures.SPAWNING_RESOURCE_STRING,
-    SimulatorFeatures.ENTITY_STATE_GETTING,
-    SimulatorFeatures.ENTITY_STATE_SETTING,
-    SimulatorFeatures.ENTITY_INFO_GETTING,
-    SimulatorFeatures.ENTITY_INFO_SETTING,
-    SimulatorFeatures.SPAWNABLES,
-    SimulatorFeatures.SIMULATION_RESET,
-    SimulatorFeatures.SIMULATION_RESET_TIME,
-    SimulatorFeatures.SIMULATION_RESET_STATE,
-    SimulatorFeatures.SIMULATION_RESET_SPAWNED,
-    SimulatorFeatures.SIMULATION_STATE_GETTING,
-    SimulatorFeatures.SIMULATION_STATE_SETTING,
-    SimulatorFeatures.SIMULATION_STATE_PAUSE,
-    SimulatorFeatures.STEP_SIMULATION_SINGLE,
-    SimulatorFeatures.STEP_SIMULATION_MULTIPLE,
-    SimulatorFeatures.STEP_SIMULATION_ACTION,
-    SimulatorFeatures.WORLD_LOADING,
-    SimulatorFeatures.WORLD_RESOURCE_STRING,
-    SimulatorFeatures.WORLD_UNLOADING,
-    SimulatorFeatures.WORLD_INFO_GETTING,
-    SimulatorFeatures.AVAILABLE_WORLDS,
-    SimulatorFeatures.SPAWNING_ENTITIES,
+    *("SPAWNING", "DELETING", "ENTITY_TAGS", "ENTITY_BOUNDS", "ENTITY_BOUNDS_BOX"),
+    *("ENTITY_CATEGORIES", "SPAWNING_RESOURCE_STRING", "ENTITY_STATE_GETTING"),
+    *("ENTITY_STATE_SETTING", "ENTITY_INFO_GETTING", "ENTITY_INFO_SETTING", "SPAWNABLES"),
+    *("SIMULATION_RESET", "SIMULATION_RESET_TIME", "SIMULATION_RESET_STATE"),
+    *("SIMULATION_RESET_SPAWNED", "SIMULATION_STATE_GETTING", "SIMULATION_STATE_SETTING"),
+    *("SIMULATION_STATE_PAUSE", "STEP_SIMULATION_SINGLE", "STEP_SIMULATION_MULTIPLE"),
+    *("STEP_SIMULATION_ACTION", "WORLD_LOADING", "WORLD_RESOURCE_STRING", "WORLD_UNLOADING"),
+    *("WORLD_INFO_GETTING", "AVAILABLE_WORLDS", "SPAWNING_ENTITIES"),
 )
 _STATES = {
     SimulationState.STATE_STOPPED: "stopped",
@@ -63,110 +33,80 @@ _STATES = {
 
 
 class SimulationServices:
-    """Serves simulation_interfaces for a simulator's node.
+    """Serves what concerns the simulation as a whole.
 
     Args:
-        node: The node, being configured.
+        host: The simulator's node, being configured.
+        steps: The action that may be stepping.
+        forget: Called when the entities are those of the start again.
     """
 
-    def __init__(self, node: SimNode) -> None:
-        self._node = node
-        node.serve(GetSimulatorFeatures, "get_simulator_features", self._get_features)
-        node.serve(ResetSimulation, "reset_simulation", self._reset)
-        node.serve(GetSimulationState, "get_simulation_state", self._get_state)
-        node.serve(SetSimulationState, "set_simulation_state", self._set_state)
-        node.serve(StepSimulation, "step_simulation", self._step)
-        self._entities = EntityServices(node)
-        SpawnServices(node, self._entities)
-        WorldServices(node, self._entities.reset)
-        self._steps = StepAction(node)
-
-    @property
-    def stepping(self) -> bool:
-        """Whether the action simulate_steps wants the next tick."""
-        return self._steps.goal is not None
-
-    def after_tick(self) -> None:
-        """Tell a client of simulate_steps that a tick is done."""
-        self._steps.count()
-
-    def abort(self) -> None:
-        """End what runs, since the node stops."""
-        self._steps.abort_all()
+    def __init__(self, host: Host, steps: StepAction, forget: Callable[[], None]) -> None:
+        self._host = host
+        self._steps = steps
+        self._forget = forget
+        host.serve(srv.GetSimulatorFeatures, "get_simulator_features", self._get_features)
+        host.serve(srv.ResetSimulation, "reset_simulation", answering(self._reset))
+        host.serve(srv.GetSimulationState, "get_simulation_state", answering(self._get_state))
+        host.serve(srv.SetSimulationState, "set_simulation_state", answering(self._set_state))
+        host.serve(srv.StepSimulation, "step_simulation", answering(self._step))
 
     def _get_features(self, request: Any, response: Any) -> Any:
-        response.features.features = list(_FEATURES)
+        response.features.features = [getattr(SimulatorFeatures, name) for name in _FEATURES]
         response.features.spawn_formats = list(FORMATS)
         response.features.custom_info = "Arjuna on MuJoCo"
         return response
 
-    def _reset(self, request: Any, response: Any) -> Any:
-        response.result = self._no_world() or self._reset_scope(request.scope)
-        return response
-
-    def _reset_scope(self, scope: int) -> Result:
-        kind = ResetSimulation.Request
-        simulator = self._node.simulator
-        known = kind.SCOPE_TIME | kind.SCOPE_STATE | kind.SCOPE_SPAWNED
+    def _reset(self, request: Any, response: Any) -> None:
+        self._need_world()
+        scope, kind = request.scope, srv.ResetSimulation.Request
+        simulator = self._host.simulator
         if scope in (kind.SCOPE_DEFAULT, kind.SCOPE_ALL):
             self._reset_all()
-            return OK
-        if scope & ~known:
+            return
+        if scope & ~(kind.SCOPE_TIME | kind.SCOPE_STATE | kind.SCOPE_SPAWNED):
             problem = f"scope {scope} is unknown; valid: 0, 255, or a sum of 1, 2 and 4"
-            return refusal(Result.RESULT_FEATURE_UNSUPPORTED, problem)
+            raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
         if scope & kind.SCOPE_SPAWNED:
             simulator.stage.clear_spawned()
         if scope & kind.SCOPE_STATE:
             simulator.reset_state()
         if scope & kind.SCOPE_TIME:
             simulator.reset_time()
-            self._node.tell_time()
-        return OK
+            self._host.tell_time()
 
     def _reset_all(self) -> None:
-        self._node.simulator.reset()
-        self._node.contacts.log.reset()
-        self._entities.reset()
-        self._node.tell_time()
+        self._host.simulator.reset()
+        self._forget()
+        self._host.begin_anew()
 
-    def _no_world(self) -> Result | None:
-        if self._node.state != SimulationState.STATE_NO_WORLD:
-            return None
-        return refusal(Result.RESULT_INCORRECT_STATE, "no world is loaded; load one first")
+    def _need_world(self) -> None:
+        if self._host.state == SimulationState.STATE_NO_WORLD:
+            problem = "no world is loaded; load one first"
+            raise RequestError(Result.RESULT_INCORRECT_STATE, problem)
 
-    def _get_state(self, request: Any, response: Any) -> Any:
-        response.state.state = self._node.state
-        response.result = OK
-        return response
+    def _get_state(self, request: Any, response: Any) -> None:
+        response.state.state = self._host.state
 
-    def _set_state(self, request: Any, response: Any) -> Any:
-        quits = request.state.state == SimulationState.STATE_QUITTING
-        response.result = (None if quits else self._no_world()) or self._enter(request.state.state)
-        return response
-
-    def _enter(self, state: int) -> Result:
+    def _set_state(self, request: Any, response: Any) -> None:
+        state, codes = request.state.state, srv.SetSimulationState.Response
+        if state != SimulationState.STATE_QUITTING:
+            self._need_world()
         if state not in _STATES:
-            problem = f"state {state} cannot be entered; valid: {_listed(_STATES)}"
-            return refusal(Result.RESULT_FEATURE_UNSUPPORTED, problem)
-        if state == self._node.state:
-            problem = f"it is {_STATES[state]} already"
-            return refusal(SetSimulationState.Response.ALREADY_IN_TARGET_STATE, problem)
-        if self.stepping:
+            valid = ", ".join(f"{number} ({name})" for number, name in _STATES.items())
+            problem = f"state {state} cannot be entered; valid: {valid}"
+            raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
+        if state == self._host.state:
+            raise RequestError(codes.ALREADY_IN_TARGET_STATE, f"it is {_STATES[state]} already")
+        if self._steps.goal is not None:
             problem = "steps are being simulated; cancel them first"
-            return refusal(SetSimulationState.Response.STATE_TRANSITION_ERROR, problem)
+            raise RequestError(codes.STATE_TRANSITION_ERROR, problem)
         if state == SimulationState.STATE_STOPPED:
             self._reset_all()
-        self._node.quitting = state == SimulationState.STATE_QUITTING
-        self._node.state = state
-        return OK
+        self._host.quitting = state == SimulationState.STATE_QUITTING
+        self._host.state = state
 
-    def _step(self, request: Any, response: Any) -> Any:
-        response.result = refuse_steps(self._node, request.steps, _STEPS_MAX) or OK
-        if response.result is OK:
-            for _ in range(request.steps):
-                self._node.advance()
-        return response
-
-
-def _listed(names: dict[int, str]) -> str:
-    return ", ".join(f"{number} ({name})" for number, name in names.items())
+    def _step(self, request: Any, response: Any) -> None:
+        check_steps(self._host.state, request.steps, _STEPS_MAX)
+        for _ in range(request.steps):
+            self._host.advance()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simulation_interfaces.msg import Resource, Result, Spawnable, SpawnResult
 from simulation_interfaces.srv import GetSpawnables, SpawnEntities, SpawnEntity
@@ -15,11 +15,10 @@ from arjuna_sim.files.library import ResourceError
 from arjuna_sim.files.spawned import read_entity
 from arjuna_sim.model.actors import Trajectory
 from arjuna_sim.model.entities import Entity, PlaceTakenError
-from arjuna_sim.nodes.services.entities import ALIAS, EntityServices
-from arjuna_sim.nodes.services.results import OK, RequestError, resource_refusal
-
-if TYPE_CHECKING:
-    from arjuna_sim.nodes.sim import SimNode
+from arjuna_sim.nodes.services.entities import in_world
+from arjuna_sim.nodes.services.host import Host
+from arjuna_sim.nodes.services.known_entities import ALIAS, KnownEntities
+from arjuna_sim.nodes.services.results import OK, RequestError, resource_error
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./:-]{0,127}")
 _NAMESPACE = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
@@ -30,25 +29,25 @@ class SpawnServices:
     """Serves what brings entities into the world.
 
     Args:
-        node: The simulator's node, being configured.
-        entities: Knows what is there already.
+        host: The simulator's node, being configured.
+        known: The entities that are there already.
     """
 
-    def __init__(self, node: SimNode, entities: EntityServices) -> None:
-        self._node = node
-        self._entities = entities
+    def __init__(self, host: Host, known: KnownEntities) -> None:
+        self._host = host
+        self._known = known
         for service, name, answer in (
             (GetSpawnables, "get_spawnables", self._get_spawnables),
             (SpawnEntity, "spawn_entity", self._spawn),
             (SpawnEntities, "spawn_entities", self._spawn_all),
         ):
-            node.serve(service, name, entities.answering(answer))
+            host.serve(service, name, in_world(host, answer))
 
     def _get_spawnables(self, request: Any, response: Any) -> None:
         if request.sources:
             problem = "only the simulator's own sources are searched; leave sources empty"
             raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
-        library = self._node.library
+        library = self._host.library
         uris = [*_EXAMPLES, *(str(folder) for folder in library.models())]
         abouts = dict.fromkeys(_EXAMPLES, "a simple shape; other sizes work as well")
         response.spawnables = [
@@ -86,18 +85,18 @@ class SpawnServices:
             raise RequestError(codes.NAMESPACE_INVALID, problem)
         resource = request.entity_resource
         try:
-            entity = read_entity(resource.uri, resource.resource_string, self._node.library)
+            entity = read_entity(resource.uri, resource.resource_string, self._host.library)
         except ResourceError as error:
-            raise RequestError(*_parts(resource_refusal(codes, error))) from error
+            raise resource_error(codes, error) from error
         name = self._free_name(request.name or entity.name, request.allow_renaming)
         start = request.initial_pose
-        pose = self._entities.pose(start.header.frame_id, start.pose, codes.INVALID_POSE)
+        pose = self._known.pose(start.header.frame_id, start.pose, codes.INVALID_POSE)
         self._put(placed(entity, name, pose))
         return name
 
     def _put(self, entity: Entity) -> None:
         try:
-            self._node.simulator.stage.spawn(entity)
+            self._host.simulator.stage.spawn(entity)
         except PlaceTakenError as error:
             raise RequestError(SpawnEntity.Response.INVALID_POSE, str(error)) from error
         except ArjunaError as error:  # MuJoCo refuses it
@@ -105,7 +104,7 @@ class SpawnServices:
             raise RequestError(code, str(error)) from error
 
     def _free_name(self, name: str, renaming: bool) -> str:
-        taken = {ALIAS, *(entity.name for entity in self._entities.entities())}
+        taken = {ALIAS, *(entity.name for entity in self._known.all())}
         if name not in taken:
             return name
         if not renaming:
@@ -124,7 +123,3 @@ def placed(entity: Entity, name: str, pose: Pose3) -> Entity:
         T = pose.planar()
         path = dataclasses.replace(path, poses=tuple(T @ point for point in path.poses))
     return dataclasses.replace(entity, name=name, start=entity.lifted(pose), trajectory=path)
-
-
-def _parts(result: Result) -> tuple[int, str]:
-    return result.result, result.error_message

@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from simulation_interfaces.action import SimulateSteps
 from simulation_interfaces.msg import Result, SimulationState
 
 from arjuna_core.ros.actions import GoalServer
-from arjuna_sim.nodes.services.results import OK, refusal
+from arjuna_core.ros.node import ManagedNode
+from arjuna_sim.nodes.services.results import OK, RequestError
 
-if TYPE_CHECKING:
-    from arjuna_sim.nodes.sim import SimNode
-
-_STEPS_MAX = 1_000_000
+_STEPS_MAX = 1_000_000  # five hours of simulated time; more is a slip of the client's
 
 
-def refuse_steps(node: SimNode, steps: int, most: int) -> Result | None:
-    """Return why a number of steps cannot be simulated, or None."""
-    if node.state != SimulationState.STATE_PAUSED:
+def check_steps(state: int, steps: int, most: int) -> None:
+    """Refuse a number of steps that cannot be simulated in a SimulationState.
+
+    Raises:
+        RequestError: The simulation is not paused, or there are none or too many.
+    """
+    if state != SimulationState.STATE_PAUSED:
         problem = "steps are for a paused simulation; pause it first"
-        return refusal(Result.RESULT_INCORRECT_STATE, problem)
+        raise RequestError(Result.RESULT_INCORRECT_STATE, problem)
     if not 1 <= steps <= most:
         problem = f"steps is {steps}; valid: 1 to {most}"
-        return refusal(Result.RESULT_OPERATION_FAILED, problem)
-    return None
+        raise RequestError(Result.RESULT_OPERATION_FAILED, problem)
 
 
 class StepAction(GoalServer):
@@ -32,19 +34,20 @@ class StepAction(GoalServer):
 
     Args:
         node: The node, being configured.
+        state: Returns the present SimulationState constant.
     """
 
-    def __init__(self, node: SimNode) -> None:
-        super().__init__(
-            node, SimulateSteps, "simulate_steps", self._begin, on_cancel=self._on_cancel_steps
-        )
-        self._sim = node
+    def __init__(self, node: ManagedNode, state: Callable[[], int]) -> None:
+        name, on_cancel = "simulate_steps", self._on_cancel_steps
+        super().__init__(node, SimulateSteps, name, self._begin, on_cancel=on_cancel)
+        self._state = state
         self._done = 0
         node.keep(self)
 
     def explained(self, reason: str) -> Any:
         """Return a result that says why a goal failed."""
-        return SimulateSteps.Result(result=refusal(Result.RESULT_OPERATION_FAILED, reason))
+        error = RequestError(Result.RESULT_OPERATION_FAILED, reason)
+        return SimulateSteps.Result(result=error.result)
 
     def _begin(self) -> None:
         if self.preempt_requested:
@@ -52,9 +55,10 @@ class StepAction(GoalServer):
             return
         self._done = 0
         goal: Any = self.goal
-        refused = refuse_steps(self._sim, goal.steps, _STEPS_MAX)
-        if refused is not None:
-            self.abort(SimulateSteps.Result(result=refused))
+        try:
+            check_steps(self._state(), goal.steps, _STEPS_MAX)
+        except RequestError as error:
+            self.abort(SimulateSteps.Result(result=error.result))
 
     def count(self) -> None:
         """Take note of a tick."""

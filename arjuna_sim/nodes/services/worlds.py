@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simulation_interfaces.msg import Resource, Result, SimulationState, WorldResource
-from simulation_interfaces.srv import (
-    GetAvailableWorlds,
-    GetCurrentWorld,
-    LoadWorld,
-    UnloadWorld,
-)
+from simulation_interfaces.srv import GetAvailableWorlds, GetCurrentWorld, LoadWorld, UnloadWorld
 
 from arjuna_core.errors import ArjunaError, WorldError
 from arjuna_sim.files.library import Fault, ResourceError
@@ -20,14 +15,12 @@ from arjuna_sim.files.sdf.sdf import World, read_world
 from arjuna_sim.files.spawned import check_assets
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.nodes.services.results import OK, refusal, resource_refusal
-
-if TYPE_CHECKING:
-    from arjuna_sim.nodes.sim import SimNode
+from arjuna_sim.nodes.services.host import Host
+from arjuna_sim.nodes.services.results import RequestError, answering, resource_error
 
 _SUFFIXES = (".world", ".sdf", ".yaml")
 _NO_WORLD = b"<sdf version='1.7'><world name='none'/></sdf>"
-_TEXT_MAX = 20_000_000
+_TEXT_MAX = 20_000_000  # as much as of a file
 _UNSUPPORTED = "not simulated"
 
 
@@ -35,40 +28,35 @@ class WorldServices:
     """Serves what concerns worlds.
 
     Args:
-        node: The simulator's node, being configured.
+        host: The simulator's node, being configured.
         forget: Called when the entities of the last world are gone.
     """
 
-    def __init__(self, node: SimNode, forget: Callable[[], None]) -> None:
-        self._node = node
+    def __init__(self, host: Host, forget: Callable[[], None]) -> None:
+        self._host = host
         self._forget = forget
         self._inline = ""
-        node.serve(LoadWorld, "load_world", self._load)
-        node.serve(UnloadWorld, "unload_world", self._unload)
-        node.serve(GetCurrentWorld, "get_current_world", self._get_current)
-        node.serve(GetAvailableWorlds, "get_available_worlds", self._get_available)
+        host.serve(LoadWorld, "load_world", answering(self._load))
+        host.serve(UnloadWorld, "unload_world", answering(self._unload))
+        host.serve(GetCurrentWorld, "get_current_world", answering(self._get_current))
+        host.serve(GetAvailableWorlds, "get_available_worlds", answering(self._get_available))
 
-    def _load(self, request: Any, response: Any) -> Any:
+    def _load(self, request: Any, response: Any) -> None:
         try:
-            world = self._read(request)
-            self._node.simulator.load_world(world)
+            self._enter(self._read(request), SimulationState.STATE_STOPPED)
         except ResourceError as error:
-            response.result = resource_refusal(LoadWorld.Response, error)
+            raise resource_error(LoadWorld.Response, error) from error
         except ArjunaError as error:
-            code = LoadWorld.Response.RESOURCE_PARSE_ERROR
-            response.result = refusal(code, str(error))
-        else:
-            uri = request.world_resource.uri.strip()
-            self._inline = "" if uri else request.world_resource.resource_string
-            self._begin(SimulationState.STATE_STOPPED)
-            response.result, response.world = OK, self._resource()
-        return response
+            raise RequestError(LoadWorld.Response.RESOURCE_PARSE_ERROR, str(error)) from error
+        resource = request.world_resource
+        self._inline = "" if resource.uri.strip() else resource.resource_string
+        response.world = self._resource()
 
-    def _begin(self, state: int) -> None:
+    def _enter(self, world: World, state: int) -> None:
+        self._host.simulator.load_world(world)
         self._forget()
-        self._node.contacts.log.reset()
-        self._node.state = state
-        self._node.tell_time()
+        self._host.state = state
+        self._host.begin_anew()
 
     def _read(self, request: Any) -> World:
         """Read the world that a client names or sends.
@@ -79,7 +67,7 @@ class WorldServices:
         """
         resource = request.world_resource
         if resource.uri.strip():
-            world = load_world(self._node.library.find(resource.uri.strip(), _SUFFIXES))
+            world = load_world(self._host.library.find(resource.uri.strip(), _SUFFIXES))
         else:
             world = self._read_text(resource.resource_string)
         if not request.ignore_missing_or_unsupported_assets:
@@ -97,44 +85,35 @@ class WorldServices:
             raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)
         if "<sdf" not in text:
             raise ResourceError(Fault.UNSUPPORTED_FORMAT, "holds no <sdf>; valid: an SDF world")
-        library = self._node.library
+        library = self._host.library
         path = library.folder / "resource_string"
         return read_world(XmlFile(path, "sdf", WorldError, text.encode(), library.search))
 
-    def _unload(self, request: Any, response: Any) -> Any:
-        if self._node.state == SimulationState.STATE_NO_WORLD:
-            code = UnloadWorld.Response.NO_WORLD_LOADED
-            response.result = refusal(code, "no world is loaded")
-            return response
+    def _unload(self, request: Any, response: Any) -> None:
+        self._need_world(UnloadWorld.Response.NO_WORLD_LOADED)
         empty = read_world(XmlFile(Path("none"), "sdf", WorldError, _NO_WORLD))
-        self._node.simulator.load_world(empty)
-        self._begin(SimulationState.STATE_NO_WORLD)
-        response.result = OK
-        return response
+        self._enter(empty, SimulationState.STATE_NO_WORLD)
 
-    def _get_current(self, request: Any, response: Any) -> Any:
-        if self._node.state == SimulationState.STATE_NO_WORLD:
-            code = GetCurrentWorld.Response.NO_WORLD_LOADED
-            response.result = refusal(code, "no world is loaded")
-        else:
-            response.result, response.world = OK, self._resource()
-        return response
+    def _get_current(self, request: Any, response: Any) -> None:
+        self._need_world(GetCurrentWorld.Response.NO_WORLD_LOADED)
+        response.world = self._resource()
+
+    def _need_world(self, code: int) -> None:
+        if self._host.state == SimulationState.STATE_NO_WORLD:
+            raise RequestError(code, "no world is loaded")
 
     def _resource(self) -> WorldResource:
-        world = self._node.simulator.world
+        world = self._host.simulator.world
         uri = "" if self._inline else str(world.path)
         resource = Resource(uri=uri, resource_string=self._inline)
         return WorldResource(name=world.name, world_resource=resource)
 
-    def _get_available(self, request: Any, response: Any) -> Any:
+    def _get_available(self, request: Any, response: Any) -> None:
         if request.additional_sources and not request.continue_on_error:
             problem = "only the simulator's own sources are searched; leave additional_sources out"
-            response.result = refusal(Result.RESULT_FEATURE_UNSUPPORTED, problem)
-            return response
+            raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
         if not request.filter.tags:  # no world has tags
             response.worlds = [
                 WorldResource(name=path.stem, world_resource=Resource(uri=str(path)))
-                for path in self._node.library.worlds()
+                for path in self._host.library.worlds()
             ]
-        response.result = OK
-        return response

@@ -37,8 +37,9 @@ from simulation_interfaces.srv import (
     SpawnEntity,
 )
 
+from arjuna_core.files.shipped import resource
 from arjuna_core.ros import qos
-from arjuna_sim.nodes.sim import SHIPPED, SimNode
+from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
@@ -57,7 +58,7 @@ def bench() -> Iterator[RosBench]:
 
 
 def _sim(bench: RosBench, world: str = "empty.world") -> SimNode:
-    node = SimNode(bench.process, {"world": str(SHIPPED / "worlds" / world)})
+    node = SimNode(bench.process, {"world": str(resource(f"worlds/{world}"))})
     node.trigger_configure()
     node.trigger_activate()
     bench.process.drain()

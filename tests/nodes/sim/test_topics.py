@@ -16,9 +16,10 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from sensor_msgs.msg import Imu, JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.files.shipped import resource
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
-from arjuna_sim.nodes.sim import SHIPPED_ROBOT, SimNode
+from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
@@ -32,7 +33,7 @@ def bench() -> Iterator[RosBench]:
 
 
 def _robot(folder: Path, *edits: tuple[str, str]) -> str:
-    text = SHIPPED_ROBOT.read_text(encoding="utf-8")
+    text = resource("urdf/arjuna.urdf").read_text(encoding="utf-8")
     for old, new in edits:
         assert old in text
         text = text.replace(old, new, 1)
