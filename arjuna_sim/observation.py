@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from arjuna_core.scan import Scan
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import OdometryEstimate
-from arjuna_sim.physics.body import JointStates, Truth
+from arjuna_sim.physics.robot_motion import JointStates, Truth
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import Robot, load_robot
 from arjuna_sim.model.world import surfaces
 from arjuna_sim.observation import Observation
-from arjuna_sim.physics.body import Body, Truth
 from arjuna_sim.physics.placing import Placer
+from arjuna_sim.physics.robot_motion import RobotMotion, Truth
 from arjuna_sim.physics.stage import Stage
 
 _NANOSECONDS = 1_000_000_000
@@ -53,7 +53,7 @@ class Simulator:
         self.robot = robot if isinstance(robot, Robot) else load_robot(robot)
         world = world if isinstance(world, World) else load_world(world)
         self.stage = Stage(self.robot, world, config.servo, config.physics_timestep)
-        self._body = Body(self.stage, self.robot.moving_joints)
+        self._motion = RobotMotion(self.stage, self.robot.moving_joints)
         self._placer = Placer(self.stage)
         self._wanted = spawn
         self._choose_spawn()
@@ -91,12 +91,12 @@ class Simulator:
         """
         if command is not None:
             self._drive.command(command, self.stage.elapsed)
-        self._body.turn_wheels(*self._drive.wheel_speeds(self.stage.elapsed, self.config.tick))
+        self._motion.turn_wheels(*self._drive.wheel_speeds(self.stage.elapsed, self.config.tick))
         readings = self._advance()
         return Observation(
             self.time,
             self._odometry.update(self.wheel_angles(), self.config.tick),
-            self._body.joint_states(),
+            self._motion.joint_states(),
             readings[-1] if readings else None,
             self._sensors.scan(self.stage.data, self.time),
             self.truth(),
@@ -115,18 +115,18 @@ class Simulator:
             now = self.time if i == slices else start + i * tick / slices
             due = self._sensors.is_imu_due(now)
             if due or i == slices:
-                self._body.refresh()
+                self._motion.refresh()
             if due:
                 readings.append(self._sensors.imu(self.stage.data, now))
         return readings
 
     def truth(self) -> Truth:
         """Return where the robot is now."""
-        return self._body.truth()
+        return self._motion.truth()
 
     def wheel_angles(self) -> tuple[float, float]:
         """Return how far the left and the right wheels have turned forward, in the mean [rad]."""
-        return self._body.wheel_angles()
+        return self._motion.wheel_angles()
 
     def picture(self, color: bool = True, depth: bool = False) -> Shot:
         """Return what the camera sees now: colours, distances or both.
@@ -152,12 +152,12 @@ class Simulator:
     def obstacles_at(self, pose: SE2) -> tuple[str, ...]:
         """Return the names of the world's models that the robot would touch at a pose."""
         touched = self._placer.touched(pose)
-        self._body.refresh()
+        self._motion.refresh()
         return touched
 
     def set_pose(self, pose: SE2) -> None:
         """Pick the robot up and put it down at rest; its odometry does not notice."""
-        self._body.put(self._placer.place(pose))
+        self._motion.put(self._placer.place(pose))
         self._drive.reset()
         self._sensors.settle()
 

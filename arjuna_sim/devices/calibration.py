@@ -17,7 +17,7 @@ from arjuna_sim.devices.odometry import Odometry, OdometryConfig
 
 _REST = 1.0  # [s] after each manoeuvre, more than twice what braking from 1 m/s takes
 _QUARTER = math.pi / 2
-_LEAST_NOISE = 1e-3  # errors this small are chance: the pattern repeats too little to show less
+_LEAST_NOISE = 1e-3  # errors this small are not told from luck by so short a pattern
 
 
 class CalibrationError(ArjunaError):

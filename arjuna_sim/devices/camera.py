@@ -17,7 +17,7 @@ from arjuna_sim.model.shapes import Group
 
 NAME = "camera"
 _BACKENDS = ("egl", "osmesa")
-_GEOMS_MAX = 10_000
+_GEOMS_MAX = 10_000  # that a picture shows; MuJoCo's own viewer takes as many
 # MuJoCo's cameras look along -z with y up, links along x with z up.
 _FROM_LINK = np.array([0.5, 0.5, -0.5, -0.5])
 

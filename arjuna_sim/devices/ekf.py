@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
+from arjuna_sim.devices.odometry import OdometryEstimate
 
 _X, _Y, _THETA, _V, _W, _BIAS = range(6)
-_STRAIGHT = 1e-9  # [rad]
-_STANDS = 1e-3  # [m/s, rad/s] of wheels at rest
-_SLIDES = 0.05  # [rad/s] of a gyro while the wheels rest: the robot is being moved
+_STRAIGHT = 1e-9  # [rad] below it sin(x) / x is 1 in double precision
 
 
 @dataclass(frozen=True)
@@ -48,6 +47,20 @@ class FusedOdometryConfig:
         unit="rad/s",
         minimum=1e-6,
     )
+    rest_speed: float = param(
+        1e-3,
+        "Speed and turn rate below which the wheels are at rest.",
+        unit="m/s, rad/s",
+        minimum=0.0,
+        maximum=0.1,
+    )
+    sliding_rate: float = param(
+        0.05,
+        "Turn rate of the gyro above which a robot whose wheels rest is being moved.",
+        unit="rad/s",
+        minimum=0.0,
+        maximum=10.0,
+    )
     bias_noise: float = param(
         0.01, "Standard deviation of the gyro's bias at the start.", unit="rad/s", minimum=0.0
     )
@@ -55,23 +68,13 @@ class FusedOdometryConfig:
 
 
 @dataclass(frozen=True)
-class FusedEstimate:
+class FusedEstimate(OdometryEstimate):
     """Where wheels and gyro say the robot is.
 
     Attributes:
-        T_odom_base: Pose since the start.
-        v: Speed [m/s].
-        w: Turn rate [rad/s].
-        covariance: Of the pose (x, y, theta), `(3, 3) float64`, in the odom frame.
-        twist_covariance: Of v and w, `(2, 2) float64`.
         bias: Of the gyro [rad/s].
     """
 
-    T_odom_base: SE2
-    v: float
-    w: float
-    covariance: NDArray[np.float64]
-    twist_covariance: NDArray[np.float64]
     bias: float
 
 
@@ -89,7 +92,7 @@ class FusedOdometry:
     """
 
     def __init__(self, config: FusedOdometryConfig) -> None:
-        self._config = config
+        self.config = config
         self._state = np.zeros(6)
         self._covariance = np.zeros((6, 6))
         self._covariance[_BIAS, _BIAS] = config.bias_noise**2
@@ -100,9 +103,9 @@ class FusedOdometry:
     def estimate(self) -> FusedEstimate:
         """What is known now."""
         x, y, theta, v, w, bias = self._state.tolist()
-        covariance = self._covariance
-        twist = covariance[_V : _W + 1, _V : _W + 1].copy()
-        return FusedEstimate(SE2(x, y, theta), v, w, covariance[:3, :3].copy(), twist, bias)
+        pose = self._covariance[:3, :3].copy()
+        twist = float(self._covariance[_V, _V]), float(self._covariance[_W, _W])
+        return FusedEstimate(SE2(x, y, theta), v, w, pose, twist, bias)
 
     def predict(self, dt: float) -> None:
         """Go on by a time [s] along the arc of the present speed and turn rate."""
@@ -124,7 +127,7 @@ class FusedOdometry:
 
     def _drive_noise(self, dt: float, c: float, s: float) -> NDArray[np.float64]:
         """Return what white accelerations along and about do in a time (continuous model)."""
-        config = self._config
+        config = self.config
         along, about = np.zeros((6, 2)), np.zeros((6, 2))
         along[_X, 0], along[_Y, 0], along[_V, 1] = c, s, 1.0
         about[_THETA, 0], about[_W, 1] = 1.0, 1.0
@@ -140,17 +143,17 @@ class FusedOdometry:
         Wheels err by slip, which lasts: their turn rate counts only at rest, where it is exact and
         shows the gyro's bias, and where no gyro has come since the last call.
         """
-        config = self._config
+        config = self.config
         self._measure(_V, 0.0, v, config.rest_noise**2 + (config.wheel_speed_noise * v) ** 2)
         if not self._gyro_came:
             self._measure(_W, 0.0, w, config.rest_noise**2 + (config.wheel_turn_noise * w) ** 2)
-        self._stands, self._gyro_came = max(abs(v), abs(w)) < _STANDS, False
+        self._stands, self._gyro_came = max(abs(v), abs(w)) < config.rest_speed, False
 
     def gyro(self, rate: float, variance: float = 0.0) -> None:
         """Take a turn rate [rad/s] of the gyro, of a variance [rad^2/s^2] if it tells one."""
-        noise = variance if variance > 0.0 else self._config.gyro_noise**2
-        if self._stands and abs(rate - float(self._state[_BIAS])) < _SLIDES:
-            self._measure(_W, 0.0, 0.0, self._config.rest_noise**2)
+        noise = variance if variance > 0.0 else self.config.gyro_noise**2
+        if self._stands and abs(rate - float(self._state[_BIAS])) < self.config.sliding_rate:
+            self._measure(_W, 0.0, 0.0, self.config.rest_noise**2)
         self._measure(_W, 1.0, rate, noise)
         self._gyro_came = True
 

@@ -67,7 +67,7 @@ class Imu:
         model: The compiled `mujoco.MjModel`.
         link: The IMU's link.
         config: Errors.
-        rng: Where chance comes from.
+        rng: Where the noise comes from.
     """
 
     def __init__(self, model: Any, link: str, config: ImuConfig, rng: np.random.Generator) -> None:
@@ -98,14 +98,14 @@ class Imu:
             now: The time [s].
             dt: Time since the last reading [s].
         """
-        turn = data.site_xmat[self._site].reshape(3, 3)
+        rotation = data.site_xmat[self._site].reshape(3, 3)
         velocity, spin = self._motion(data)
         last = velocity if self._last is None else self._last
         self._last = velocity
-        force = turn.T @ ((velocity - last) / dt - self._model.opt.gravity)
-        rates = turn.T @ spin + self._gyro.sample(dt)
+        force = rotation.T @ ((velocity - last) / dt - self._model.opt.gravity)
+        rates = rotation.T @ spin + self._gyro.sample(dt)
         self._yaw = wrap(self._yaw + float(rates[2]) * dt)
-        return self._reading(rates, force + self._accel.sample(dt), turn, now)
+        return self._reading(rates, force + self._accel.sample(dt), rotation, now)
 
     def _motion(self, data: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the site's velocity and turn rate along the world's axes."""
@@ -118,12 +118,12 @@ class Imu:
         self,
         rates: NDArray[np.float64],
         force: NDArray[np.float64],
-        turn: NDArray[np.float64],
+        rotation: NDArray[np.float64],
         now: float,
     ) -> ImuReading:
         config = self._config
         quaternion = np.zeros(4)
-        mujoco.mju_mat2Quat(quaternion, turn.reshape(-1))
+        mujoco.mju_mat2Quat(quaternion, rotation.reshape(-1))
         w, x, y, z = (float(value) for value in quaternion)
         roll, pitch, _ = Pose3(quaternion=(w, x, y, z)).rpy()
         errors = config.tilt_noise * self._rng.standard_normal(2)

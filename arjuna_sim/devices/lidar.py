@@ -16,7 +16,7 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.model.settings import LidarSettings
 from arjuna_sim.model.shapes import Group
 
-_SIGMAS = 6.0  # a surface just beyond the range may be read within it
+_SIGMAS = 6.0  # a surface so much beyond the range is read within it once in 1e9 beams
 _HIT = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
 _STRIDE = 1e-3  # [m] beams cast from one place may lie this far apart on the sensor's path
 
@@ -56,7 +56,7 @@ class Lidar:
         settings: Beams and ranges.
         T_base_sensor: Where the lidar sits, seen from above.
         config: Errors.
-        rng: Where chance comes from.
+        rng: Where the noise comes from.
     """
 
     def __init__(
@@ -80,8 +80,8 @@ class Lidar:
         self._beams = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(len(angles))))
         self._hits = np.zeros((settings.samples, 1), np.int32)
         # A mirror that turns once a scan: a narrow view is swept in a part of the period.
-        turn = self._increment / (2.0 * math.pi)
-        self._time_increment = turn / settings.rate if config.sweep else 0.0
+        revolutions = self._increment / (2.0 * math.pi)
+        self._time_increment = revolutions / settings.rate if config.sweep else 0.0
         self._ages = self._time_increment * np.arange(settings.samples - 1, -1, -1)
         self._trail: list[tuple[float, NDArray[np.float64]]] = []
 
@@ -133,8 +133,8 @@ class Lidar:
         )
 
     def _cast_at_once(self, data: Any) -> NDArray[np.float64]:
-        turn = data.site_xmat[self._site].reshape(3, 3)
-        return self._cast(data, data.site_xpos[self._site], self._beams @ turn.T)
+        rotation = data.site_xmat[self._site].reshape(3, 3)
+        return self._cast(data, data.site_xpos[self._site], self._beams @ rotation.T)
 
     def _sweep(self, data: Any, now: float) -> NDArray[np.float64]:
         """Cast beams from where the sensor was, those from places close together at once."""

@@ -10,7 +10,7 @@ class BiasedNoise:
     """White noise on a bias that walks.
 
     Args:
-        rng: Where chance comes from.
+        rng: Where the noise comes from.
         size: Number of channels.
         sigma: Standard deviation of each reading.
         walk: Growth of the bias' standard deviation [per root second].

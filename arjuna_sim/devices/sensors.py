@@ -1,4 +1,4 @@
-"""The robot's lidar and IMU, each at its own rate and with chance of its own."""
+"""The robot's lidar and IMU, each at its own rate and with noise of its own."""
 
 from __future__ import annotations
 

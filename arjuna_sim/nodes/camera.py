@@ -12,8 +12,8 @@ from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.camera import CameraError, Shot, focal_length
+from arjuna_sim.devices.camera_thread import CameraThread
 from arjuna_sim.model.settings import CameraSettings
-from arjuna_sim.nodes.camera_thread import CameraThread
 from arjuna_sim.simulator import Simulator
 
 

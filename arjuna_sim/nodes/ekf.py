@@ -5,19 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, planar_covariance, pose_msg, seconds, transform_msg
+from arjuna_core.ros.convert import seconds, transform_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.devices.ekf import FusedEstimate, FusedOdometry, FusedOdometryConfig
+from arjuna_sim.nodes.messages import odometry_msg
 
 WHEEL_ODOMETRY = "wheel_odom"
-_SILENCE = 0.5  # [s] after which wheels that say nothing end the odometry
 _YAW_RATE = 8  # place of its variance in an IMU's covariance
 
 
@@ -28,6 +27,13 @@ class EkfConfig(FusedOdometryConfig):
     odom0: str = param(WHEEL_ODOMETRY, "Topic of the wheels' odometry.", read_only=True)
     imu0: str = param("imu/data", "Topic of the IMU, whose z axis points up.", read_only=True)
     odom_topic: str = param("odom", "Topic of the fused odometry.", read_only=True)
+    sensor_timeout: float = param(
+        0.5,
+        "Wheels that say nothing for so long end the odometry.",
+        unit="s",
+        minimum=0.02,
+        maximum=60.0,
+    )
     publish_tf: bool = param(True, "Whether the transform of odometry is published.")
 
 
@@ -50,6 +56,10 @@ class EkfNode(ManagedNode):
         """Start anew at the origin, as the wheels' odometry does."""
         self._begin()
 
+    def on_config(self, config: Any) -> None:
+        """Trust wheels and gyro otherwise."""
+        self._filter.config = config
+
     def _begin(self) -> None:
         self._filter = FusedOdometry(self.config)
         self._stamp: float | None = None
@@ -67,7 +77,7 @@ class EkfNode(ManagedNode):
         if self._wheels is None:
             return
         now, wheels = seconds(message.header.stamp), seconds(self._wheels.header.stamp)
-        if now < wheels or now > wheels + _SILENCE:
+        if now < wheels or now > wheels + self.config.sensor_timeout:
             return
         if self._waiting:
             self._take_wheels()
@@ -95,11 +105,4 @@ class EkfNode(ManagedNode):
         if self.config.publish_tf:
             T = transform_msg(estimate.T_odom_base, frame, child, now)
             self._tf_out.publish(TFMessage(transforms=[T]))
-        message = Odometry(header=header(frame, now), child_frame_id=child)
-        message.pose.pose = pose_msg(estimate.T_odom_base)
-        message.pose.covariance = planar_covariance(estimate.covariance)
-        message.twist.twist.linear.x = estimate.v
-        message.twist.twist.angular.z = estimate.w
-        v_variance, w_variance = np.diag(estimate.twist_covariance).tolist()
-        message.twist.covariance = planar_covariance(np.diag([v_variance, 0.0, w_variance]))
-        self._odom_out.publish(message)
+        self._odom_out.publish(odometry_msg(estimate, frame, child, now))

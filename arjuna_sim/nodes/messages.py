@@ -17,7 +17,7 @@ from arjuna_core.ros.convert import header, planar_covariance, pose_msg
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.model.entities import EntityMotion
-from arjuna_sim.physics.body import JointStates, Truth
+from arjuna_sim.physics.robot_motion import JointStates, Truth
 
 WORLD = "world"
 # The gyro's sum drifts without bound; a client must not take it for a compass.

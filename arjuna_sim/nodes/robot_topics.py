@@ -23,7 +23,7 @@ from arjuna_sim.model.settings import TOPICS, DriveSettings, GazeboSettings
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.observation import Observation
-from arjuna_sim.physics.body import Truth
+from arjuna_sim.physics.robot_motion import Truth
 
 _TOLERANCE = 1e-9
 

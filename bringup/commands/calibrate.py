@@ -23,8 +23,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Calibrate and print the report."""
-    from bringup.offline import calibration
+    from bringup.offline.calibration import write_calibration
     from bringup.terminal import show
 
-    show(calibration.run(arguments))
+    show(write_calibration(arguments.robot, arguments.world, arguments.out))
     return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,11 +23,13 @@ _PATH_BOUND, _TURN_BOUND = 0.02, 0.04
 PARAMETERS, SNIPPET, PICTURE = "calibration.yaml", "calibration.urdf.xml", "calibration.png"
 
 
-def run(arguments: argparse.Namespace) -> str:
+def write_calibration(robot: Path | None, world: Path | None, out: Path) -> str:
     """Calibrate a robot and write a parameter file, a URDF snippet and a picture.
 
     Args:
-        arguments: What `cli_parser.parse` returned.
+        robot: The URDF file; the shipped one if None.
+        world: Where it drives, 4 m of it free; the empty world if None.
+        out: The folder to write into.
 
     Returns:
         The report as text.
@@ -38,8 +39,8 @@ def run(arguments: argparse.Namespace) -> str:
     """
     from arjuna_sim.calibrate import calibrate_robot
 
-    robot, out = arguments.robot or resource("urdf/arjuna.urdf"), arguments.out
-    result = calibrate_robot(robot, arguments.world or resource("worlds/empty.world"))
+    robot = robot or resource("urdf/arjuna.urdf")
+    result = calibrate_robot(robot, world or resource("worlds/empty.world"))
     figure = _draw(result, robot.name)
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -11,13 +11,13 @@ from arjuna_sim.config import SimulatorConfig
 from bringup.cli import REFUSED
 from bringup.cli import run as run_cli
 from bringup.cli_parser import parse
-from bringup.offline import calibration
+from bringup.offline.calibration import write_calibration
 from bringup.parameters.files import for_node, load_parameters
 
 
 def test_calibrate_writes_parameters_a_snippet_and_a_picture(tmp_path: Path) -> None:
     out = tmp_path / "new" / "folder"
-    report = calibration.run(parse(["calibrate", "--out", str(out)]))
+    report = write_calibration(None, None, out)
     assert "within 2% and 4%: yes" in report
     values = for_node(load_parameters([out / "calibration.yaml"]), "sim")
     config = load(SimulatorConfig, values, "sim")

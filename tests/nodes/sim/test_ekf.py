@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
-
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from nav_msgs.msg import Odometry
-from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
@@ -19,23 +16,9 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.nodes.ekf import EkfNode
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import TICK, RosBench
+from tests.nodes.sim.running import start
 
 pytestmark = pytest.mark.ros
-SUCCESS = TransitionCallbackReturn.SUCCESS
-
-
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench()
-    yield bench
-    bench.close()
-
-
-def _start(bench: RosBench, node: Any) -> Any:
-    assert node.trigger_configure() == SUCCESS
-    assert node.trigger_activate() == SUCCESS
-    bench.process.drain()
-    return node
 
 
 def _wheels(now: float, v: float, w: float) -> Odometry:
@@ -51,7 +34,7 @@ def _imu(now: float, rate: float) -> Imu:
 
 
 def test_gyro_overrules_wheels_and_both_outputs_agree(bench: RosBench) -> None:
-    _start(bench, EkfNode(bench.process))
+    start(bench, EkfNode(bench.process))
     odometry = bench.collect(Odometry, "odom")
     transforms = bench.collect(TFMessage, "/tf")
     for i in range(1, 151):
@@ -71,7 +54,7 @@ def test_gyro_overrules_wheels_and_both_outputs_agree(bench: RosBench) -> None:
 
 
 def test_wheels_alone_make_odometry_a_message_late(bench: RosBench) -> None:
-    _start(bench, EkfNode(bench.process))
+    start(bench, EkfNode(bench.process))
     odometry = bench.collect(Odometry, "odom")
     for i in range(1, 51):
         bench.publish(Odometry, "wheel_odom", _wheels(i * TICK, 0.5, 0.0))
@@ -80,7 +63,7 @@ def test_wheels_alone_make_odometry_a_message_late(bench: RosBench) -> None:
 
 
 def test_a_gyro_without_wheels_makes_none(bench: RosBench) -> None:
-    _start(bench, EkfNode(bench.process))
+    start(bench, EkfNode(bench.process))
     odometry = bench.collect(Odometry, "odom")
     bench.publish(Imu, "imu/data", _imu(TICK, 1.0))
     bench.publish(Odometry, "wheel_odom", _wheels(TICK, 0.0, 0.0))
@@ -89,7 +72,7 @@ def test_a_gyro_without_wheels_makes_none(bench: RosBench) -> None:
 
 
 def test_a_gyro_faster_than_the_wheels_is_used_in_between(bench: RosBench) -> None:
-    _start(bench, EkfNode(bench.process))
+    start(bench, EkfNode(bench.process))
     odometry = bench.collect(Odometry, "odom")
     for i in range(1, 101):
         if i % 5 == 1:
@@ -101,7 +84,7 @@ def test_a_gyro_faster_than_the_wheels_is_used_in_between(bench: RosBench) -> No
 
 
 def test_a_clock_that_is_set_back_starts_at_the_origin(bench: RosBench) -> None:
-    _start(bench, EkfNode(bench.process))
+    start(bench, EkfNode(bench.process))
     bench.advance(2.0)
     odometry = bench.collect(Odometry, "odom")
     for now in (1.98, 2.0):
@@ -114,14 +97,38 @@ def test_a_clock_that_is_set_back_starts_at_the_origin(bench: RosBench) -> None:
 
 
 def test_simulator_leaves_odometry_to_the_filter(bench: RosBench) -> None:
-    sim = _start(bench, SimNode(bench.process, {"fused_odometry": True}))
+    sim = start(bench, SimNode(bench.process, {"fused_odometry": True}))
     wheels, odometry = bench.collect(Odometry, "wheel_odom"), bench.collect(Odometry, "odom")
     transforms = bench.collect(TFMessage, "/tf")
     sim.tick()
     bench.process.drain()
     assert (len(wheels), len(odometry), len(transforms)) == (1, 0, 0)
-    _start(bench, EkfNode(bench.process))
+    start(bench, EkfNode(bench.process))
     sim.tick()
     bench.process.drain()
     assert (len(wheels), len(odometry), len(transforms)) == (2, 1, 1)
     assert seconds(odometry[0].header.stamp) == seconds(wheels[1].header.stamp)
+
+
+def test_wheels_that_are_silent_for_the_timeout_end_the_odometry(bench: RosBench) -> None:
+    node = start(bench, EkfNode(bench.process))
+    assert node.set_parameters([Parameter("sensor_timeout", value=0.05)])[0].successful
+    odometry = bench.collect(Odometry, "odom")
+    bench.publish(Odometry, "wheel_odom", _wheels(TICK, 0.1, 0.0))
+    bench.publish(Imu, "imu/data", _imu(0.06, 0.0))
+    assert len(odometry) == 1
+    bench.publish(Imu, "imu/data", _imu(0.08, 0.0))
+    assert len(odometry) == 1  # the wheels have been silent for longer
+
+
+def test_a_trust_changed_at_run_time_reaches_the_filter(bench: RosBench) -> None:
+    node = start(bench, EkfNode(bench.process))
+    odometry = bench.collect(Odometry, "odom")
+    for i in range(1, 4):
+        if i == 3:
+            noise = Parameter("rest_noise", value=0.1)
+            assert node.set_parameters([noise])[0].successful
+        bench.publish(Odometry, "wheel_odom", _wheels(i * TICK, 0.0, 0.0))
+        bench.publish(Imu, "imu/data", _imu(i * TICK, 0.0))
+    before, after = (message.twist.covariance[0] for message in odometry[1:])
+    assert after > 10.0 * before

@@ -16,7 +16,7 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.lidar import LidarConfig
-from arjuna_sim.physics.body import Truth
+from arjuna_sim.physics.robot_motion import Truth
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import ROBOT, ROOM, edited, run, simulator
 

@@ -47,7 +47,7 @@ class Truth:
     pitch: float
 
 
-class Body:
+class RobotMotion:
     """Reads and moves the robot of a stage, whatever model the stage holds at the time.
 
     Args:
