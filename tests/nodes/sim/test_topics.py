@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -21,15 +19,9 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
+from tests.nodes.sim.running import run, start_sim
 
 pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench()
-    yield bench
-    bench.close()
 
 
 def _robot(folder: Path, *edits: tuple[str, str]) -> str:
@@ -42,20 +34,6 @@ def _robot(folder: Path, *edits: tuple[str, str]) -> str:
     return str(path)
 
 
-def _sim(bench: RosBench, **values: Any) -> SimNode:
-    node = SimNode(bench.process, values)
-    node.trigger_configure()
-    node.trigger_activate()
-    bench.process.drain()
-    return node
-
-
-def _run(bench: RosBench, sim: SimNode, ticks: int) -> None:
-    for _ in range(ticks):
-        sim.tick()
-        bench.process.drain()
-
-
 RENAMED = (
     ("<commandTopic>cmd_vel<", "<commandTopic>base/cmd<"),
     ("<odometryTopic>odom<", "<odometryTopic>wheels/odom<"),
@@ -66,7 +44,7 @@ RENAMED = (
 
 
 def test_topics_and_frame_of_the_file_are_used(bench: RosBench, tmp_path: Path) -> None:
-    sim = _sim(bench, robot=_robot(tmp_path, *RENAMED))
+    sim = start_sim(bench, robot=_robot(tmp_path, *RENAMED))
     odom = bench.collect(Odometry, "/wheels/odom")
     scans = bench.collect(LaserScan, "/front/scan", qos.SENSOR_SUBSCRIPTION)
     imu = bench.collect(Imu, "/imu/raw")
@@ -75,7 +53,7 @@ def test_topics_and_frame_of_the_file_are_used(bench: RosBench, tmp_path: Path) 
     command.linear.x = 0.5
     for _ in range(20):
         bench.publish(Twist, "/base/cmd", command)
-        _run(bench, sim, 1)
+        run(bench, sim, 1)
     assert (len(scans), len(imu)) == (4, 20)
     assert odom[-1].header.frame_id == "wheel_odom"
     assert odom[-1].twist.twist.linear.x > 0.3
@@ -83,9 +61,9 @@ def test_topics_and_frame_of_the_file_are_used(bench: RosBench, tmp_path: Path) 
 
 
 def test_standard_topics_can_be_asked_for(bench: RosBench, tmp_path: Path) -> None:
-    sim = _sim(bench, robot=_robot(tmp_path, *RENAMED), standard_topics=True)
+    sim = start_sim(bench, robot=_robot(tmp_path, *RENAMED), standard_topics=True)
     odom = bench.collect(Odometry, "/odom")
-    _run(bench, sim, 2)
+    run(bench, sim, 2)
     assert odom[-1].header.frame_id == "odom"
 
 
@@ -96,9 +74,9 @@ def test_lidar_rate_is_exact_in_sim_time(
     bench: RosBench, tmp_path: Path, rate: float, count: int
 ) -> None:
     edit = ("<update_rate>10", f"<update_rate>{rate:g}")
-    sim = _sim(bench, robot=_robot(tmp_path, edit))
+    sim = start_sim(bench, robot=_robot(tmp_path, edit))
     scans = bench.collect(LaserScan, "/scan", qos.SENSOR_SUBSCRIPTION)
-    _run(bench, sim, 100)
+    run(bench, sim, 100)
     assert len(scans) == count
     late = [seconds(scan.header.stamp) - (i + 1) / rate for i, scan in enumerate(scans)]
     assert min(late) > -1e-6  # none early, and none later than the tick that follows
@@ -108,18 +86,18 @@ def test_lidar_rate_is_exact_in_sim_time(
 @pytest.mark.parametrize("rate", [10.0, 25.0, 50.0])
 def test_odometry_rate_of_the_file_is_exact(bench: RosBench, tmp_path: Path, rate: float) -> None:
     edit = ("<updateRate>50", f"<updateRate>{rate:g}")
-    sim = _sim(bench, robot=_robot(tmp_path, edit))
+    sim = start_sim(bench, robot=_robot(tmp_path, edit))
     odom = bench.collect(Odometry, "/odom")
     transforms = bench.collect(TFMessage, "/tf")
-    _run(bench, sim, 100)
+    run(bench, sim, 100)
     assert len(odom) == len(transforms) == round(2.0 * rate)
 
 
 def test_joint_states_and_imu_keep_their_rates(bench: RosBench, tmp_path: Path) -> None:
-    sim = _sim(bench, robot=_robot(tmp_path, ("<update_rate>50", "<update_rate>20")))
+    sim = start_sim(bench, robot=_robot(tmp_path, ("<update_rate>50", "<update_rate>20")))
     joints = bench.collect(JointState, "/joint_states")
     imu = bench.collect(Imu, "/imu/data")
-    _run(bench, sim, 100)
+    run(bench, sim, 100)
     assert (len(joints), len(imu)) == (100, 40)
     assert [seconds(m.header.stamp) for m in imu[:4]] == pytest.approx([0.06, 0.1, 0.16, 0.2])
 
@@ -127,9 +105,9 @@ def test_joint_states_and_imu_keep_their_rates(bench: RosBench, tmp_path: Path) 
 def test_world_odometry_is_the_truth(bench: RosBench, tmp_path: Path) -> None:
     edit = ("<wheelSeparation>", "<odometrySource>world</odometrySource><wheelSeparation>")
     robot = _robot(tmp_path, edit)
-    sim = _sim(bench, robot=robot, initial_pose={"x": 1.0, "y": 0.5, "yaw": 0.3})
+    sim = start_sim(bench, robot=robot, initial_pose={"x": 1.0, "y": 0.5, "yaw": 0.3})
     odom = bench.collect(Odometry, "/odom")
-    _run(bench, sim, 5)
+    run(bench, sim, 5)
     truth = sim.simulator.truth().pose
     place = odom[-1].pose.pose.position
     assert (place.x, place.y) == pytest.approx((truth.x, truth.y), abs=1e-9)
@@ -138,10 +116,10 @@ def test_world_odometry_is_the_truth(bench: RosBench, tmp_path: Path) -> None:
 
 def test_flags_of_the_file_switch_the_transform_off(bench: RosBench, tmp_path: Path) -> None:
     edit = ("<broadcastTF>1</broadcastTF>", "<broadcastTF>0</broadcastTF>")
-    sim = _sim(bench, robot=_robot(tmp_path, edit))
+    sim = start_sim(bench, robot=_robot(tmp_path, edit))
     odom = bench.collect(Odometry, "/odom")
     transforms = bench.collect(TFMessage, "/tf")
-    _run(bench, sim, 3)
+    run(bench, sim, 3)
     assert (len(odom), len(transforms)) == (3, 0)
 
 
@@ -158,9 +136,9 @@ def test_imu_faster_than_the_tick_reads_between_ticks(
     bench: RosBench, tmp_path: Path, rate: float
 ) -> None:
     edit = ("<update_rate>50", f"<update_rate>{rate:g}")
-    sim = _sim(bench, robot=_robot(tmp_path, edit))
+    sim = start_sim(bench, robot=_robot(tmp_path, edit))
     imu = bench.collect(Imu, "/imu/data", qos.TF)
-    _run(bench, sim, 100)
+    run(bench, sim, 100)
     assert len(imu) == round(2.0 * rate)
     stamps = [seconds(message.header.stamp) for message in imu]
     late = [stamp - (i + 1) / rate for i, stamp in enumerate(stamps)]
@@ -173,7 +151,7 @@ def test_sensor_faster_than_the_simulation_is_said_so(
     bench: RosBench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     edits = (("<update_rate>50", "<update_rate>1000"), ("<update_rate>10", "<update_rate>80"))
-    _sim(bench, robot=_robot(tmp_path, *edits))
+    start_sim(bench, robot=_robot(tmp_path, *edits))
     said = capfd.readouterr().err
     assert "the imu has 1000 Hz, but comes at 250 Hz at most" in said
     assert "the lidar has 80 Hz, but comes at 50 Hz at most" in said

@@ -1,8 +1,7 @@
-"""Worlds, states, steps and resets of the simulator through a plain client."""
+"""Worlds of the simulator through a plain client."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +9,8 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient
-from simulation_interfaces.action import SimulateSteps
 from simulation_interfaces.msg import Resource, Result, SimulationState, SimulatorFeatures
 from simulation_interfaces.srv import (
-    DeleteEntity,
     GetAvailableWorlds,
     GetCurrentWorld,
     GetEntities,
@@ -24,42 +19,27 @@ from simulation_interfaces.srv import (
     LoadWorld,
     ResetSimulation,
     SetSimulationState,
-    SpawnEntity,
-    StepSimulation,
     UnloadWorld,
 )
-from std_msgs.msg import Float64
 
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
+from tests.nodes.sim.running import OK, names, run, spawn, start_sim
 
 pytestmark = pytest.mark.ros
-OK = Result.RESULT_OK
 STATE = SimulationState
 SCOPE = ResetSimulation.Request
 CODES = LoadWorld.Response
-
-
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench()
-    yield bench
-    bench.close()
+WORLD = "<sdf version='1.7'><world name='w'>{}</world></sdf>"
+MESH = (
+    "<model name='m'><static>1</static><link name='l'><collision name='c'><geometry><mesh>"
+    "<uri>none.stl</uri></mesh></geometry></collision></link></model>"
+)
 
 
 @pytest.fixture
 def sim(bench: RosBench, tmp_path: Path) -> SimNode:
-    node = SimNode(bench.process, {"resource_folder": str(tmp_path)})
-    node.trigger_configure()
-    node.trigger_activate()
-    bench.process.drain()
-    return node
-
-
-def _run(bench: RosBench, sim: SimNode, ticks: int) -> None:
-    for _ in range(ticks):
-        sim.tick()
-        bench.process.drain()
+    return start_sim(bench, resource_folder=str(tmp_path))
 
 
 def _set(bench: RosBench, state: int) -> Any:
@@ -78,169 +58,25 @@ def _reset(bench: RosBench, scope: int) -> Any:
     return bench.call(ResetSimulation, "/reset_simulation", request).result
 
 
-def _spawn(bench: RosBench, name: str, x: float) -> None:
-    request = SpawnEntity.Request(name=name, entity_resource=Resource(uri="sphere:0.1"))
-    request.initial_pose.pose.position.x = x
-    assert bench.call(SpawnEntity, "/spawn_entity", request).result.result == OK
-
-
-def _names(bench: RosBench) -> list[str]:
-    return list(bench.call(GetEntities, "/get_entities", GetEntities.Request()).entities)
-
-
 def _load(bench: RosBench, uri: str = "", text: str = "", **flags: bool) -> Any:
     resource = Resource(uri=uri, resource_string=text)
     request = LoadWorld.Request(world_resource=resource, **flags)
     return bench.call(LoadWorld, "/load_world", request)
 
 
-def test_playing_pausing_and_stopping(bench: RosBench, sim: SimNode) -> None:
-    assert _state(bench) == STATE.STATE_PLAYING
-    _run(bench, sim, 5)
-    assert _set(bench, STATE.STATE_PAUSED).result == OK
-    already = _set(bench, STATE.STATE_PAUSED)
-    assert already.result == SetSimulationState.Response.ALREADY_IN_TARGET_STATE
-    _run(bench, sim, 5)
-    assert sim.simulator.time == 0.1
-    _spawn(bench, "ball", 1.0)
-    assert _set(bench, STATE.STATE_STOPPED).result == OK
-    assert (_state(bench), sim.simulator.time, bench.process.now) == (STATE.STATE_STOPPED, 0.0, 0.0)
-    assert "ball" not in _names(bench)
-    assert _set(bench, STATE.STATE_PLAYING).result == OK
-    _run(bench, sim, 1)
-    assert sim.simulator.time == 0.02
-    unknown = _set(bench, STATE.STATE_LOADING_WORLD)
-    assert unknown.result == Result.RESULT_FEATURE_UNSUPPORTED
-    assert "cannot be entered" in unknown.error_message
-
-
-def test_quitting_ends_the_process_that_hosts_it(bench: RosBench, sim: SimNode) -> None:
-    assert not sim.quitting
-    assert _set(bench, STATE.STATE_QUITTING).result == OK
-    assert sim.quitting
-    _run(bench, sim, 2)
-    assert sim.simulator.time == 0.0
-
-
-@pytest.mark.parametrize(
-    ("state", "steps", "code"),
-    [
-        (STATE.STATE_PLAYING, 1, Result.RESULT_INCORRECT_STATE),
-        (STATE.STATE_STOPPED, 1, Result.RESULT_INCORRECT_STATE),
-        (STATE.STATE_PAUSED, 0, Result.RESULT_OPERATION_FAILED),
-        (STATE.STATE_PAUSED, 10**9, Result.RESULT_OPERATION_FAILED),
-        (STATE.STATE_PAUSED, 7, OK),
-    ],
-)
-def test_steps_need_a_pause_and_a_number(
-    bench: RosBench, sim: SimNode, state: int, steps: int, code: int
-) -> None:
-    _set(bench, state)
-    request = StepSimulation.Request(steps=steps)
-    response = bench.call(StepSimulation, "/step_simulation", request)
-    assert response.result.result == code
-    assert sim.simulator.time == pytest.approx(0.14 if code == OK else 0.0)
-
-
-def _goal(bench: RosBench, steps: int, feedback: list[Any] | None = None) -> Any:
-    client = ActionClient(bench.node, SimulateSteps, "/simulate_steps")
-    bench.process.drain()
-    seen = [] if feedback is None else feedback
-    future = client.send_goal_async(
-        SimulateSteps.Goal(steps=steps), feedback_callback=lambda m: seen.append(m.feedback)
-    )
-    bench.process.drain()
-    return future.result()
-
-
-def test_action_steps_with_progress_and_stays_paused(bench: RosBench, sim: SimNode) -> None:
-    _set(bench, STATE.STATE_PAUSED)
-    feedback: list[Any] = []
-    handle = _goal(bench, 4, feedback)
-    result = handle.get_result_async()
-    assert sim.realtime_due(0.0) == 0.0  # the host is to call tick at once
-    _run(bench, sim, 10)
-    assert result.result().status == GoalStatus.STATUS_SUCCEEDED
-    assert result.result().result.result.result == OK
-    assert [(f.completed_steps, f.remaining_steps) for f in feedback] == [
-        (1, 3), (2, 2), (3, 1), (4, 0)
-    ]  # fmt: skip
-    assert sim.simulator.time == 0.08
-    assert _state(bench) == STATE.STATE_PAUSED
-
-
-def test_action_can_be_cancelled_and_refuses_a_second_goal(bench: RosBench, sim: SimNode) -> None:
-    _set(bench, STATE.STATE_PAUSED)
-    first = _goal(bench, 100)
-    done = first.get_result_async()
-    _run(bench, sim, 3)
-    second = _goal(bench, 5).get_result_async()
-    bench.process.drain()
-    assert second.result().status == GoalStatus.STATUS_ABORTED
-    assert "other steps" in second.result().result.result.error_message
-    blocked = _set(bench, STATE.STATE_PLAYING)
-    assert blocked.result == SetSimulationState.Response.STATE_TRANSITION_ERROR
-    first.cancel_goal_async()
-    bench.process.drain()
-    _run(bench, sim, 5)
-    assert done.result().status == GoalStatus.STATUS_CANCELED
-    assert sim.simulator.time == 0.06
-
-
-def test_action_on_a_playing_simulation_fails_with_its_reason(
-    bench: RosBench, sim: SimNode
-) -> None:
-    result = _goal(bench, 5).get_result_async()
-    bench.process.drain()
-    assert result.result().status == GoalStatus.STATUS_ABORTED
-    assert "pause it first" in result.result().result.result.error_message
-
-
-def test_scopes_reset_time_state_and_spawned_apart(bench: RosBench, sim: SimNode) -> None:
-    _spawn(bench, "ball", 1.0)
-    _run(bench, sim, 10)
-    assert _reset(bench, SCOPE.SCOPE_STATE).result == OK
-    assert (sim.simulator.time, "ball" in _names(bench)) == (0.2, True)
-    assert _reset(bench, SCOPE.SCOPE_TIME).result == OK
-    assert (sim.simulator.time, bench.process.now) == (0.0, 0.0)
-    assert "ball" in _names(bench)
-    _run(bench, sim, 10)
-    assert _reset(bench, SCOPE.SCOPE_SPAWNED).result == OK
-    assert (sim.simulator.time, "ball" in _names(bench)) == (0.2, False)
-    assert _reset(bench, 64).result == Result.RESULT_FEATURE_UNSUPPORTED
-    assert sim.simulator.time == 0.2
-
-
-@pytest.mark.parametrize("scope", [SCOPE.SCOPE_DEFAULT, SCOPE.SCOPE_ALL])
-def test_full_reset_brings_the_world_back(bench: RosBench, sim: SimNode, scope: int) -> None:
-    names = _names(bench)
-    _spawn(bench, "ball", 1.0)
-    request = DeleteEntity.Request(entity="obstacle_red")
-    assert bench.call(DeleteEntity, "/delete_entity", request).result.result == OK
-    assert _reset(bench, scope).result == OK
-    assert _names(bench) == names
-
-
 def test_world_is_replaced_and_the_simulation_stopped(bench: RosBench, sim: SimNode) -> None:
-    _spawn(bench, "ball", 1.0)
-    _run(bench, sim, 10)
+    spawn(bench, "ball", "sphere:0.1", 1.0)
+    run(bench, sim, 10)
     response = _load(bench, "worlds/empty.world")
     assert response.result.result == OK, response.result.error_message
     assert Path(response.world.world_resource.uri).name == "empty.world"
-    assert _names(bench) == ["arjuna"]
+    assert names(bench) == ["arjuna"]
     assert (_state(bench), sim.simulator.time) == (STATE.STATE_STOPPED, 0.0)
     current = bench.call(GetCurrentWorld, "/get_current_world", GetCurrentWorld.Request())
     assert current.world == response.world
     assert _set(bench, STATE.STATE_PLAYING).result == OK
-    _run(bench, sim, 5)
+    run(bench, sim, 5)
     assert sim.simulator.time == 0.1
-
-
-WORLD = "<sdf version='1.7'><world name='w'>{}</world></sdf>"
-MESH = (
-    "<model name='m'><static>1</static><link name='l'><collision name='c'><geometry><mesh>"
-    "<uri>none.stl</uri></mesh></geometry></collision></link></model>"
-)
 
 
 def test_world_can_be_sent_as_text(bench: RosBench, sim: SimNode) -> None:
@@ -270,11 +106,11 @@ def test_world_can_be_sent_as_text(bench: RosBench, sim: SimNode) -> None:
 def test_impossible_world_has_its_code_and_changes_nothing(
     bench: RosBench, sim: SimNode, fields: dict[str, Any], code: int, words: str
 ) -> None:
-    names = _names(bench)
+    before = names(bench)
     response = _load(bench, **fields)
     assert response.result.result == code, response.result.error_message
     assert words in response.result.error_message
-    assert (_names(bench), _state(bench)) == (names, STATE.STATE_PLAYING)
+    assert (names(bench), _state(bench)) == (before, STATE.STATE_PLAYING)
 
 
 def test_missing_assets_can_be_ignored(bench: RosBench, sim: SimNode) -> None:
@@ -296,10 +132,10 @@ def test_without_a_world_nothing_runs_until_one_is_loaded(bench: RosBench, sim: 
     assert _reset(bench, SCOPE.SCOPE_ALL).result == Result.RESULT_INCORRECT_STATE
     entities = bench.call(GetEntities, "/get_entities", GetEntities.Request())
     assert entities.result.result == Result.RESULT_INCORRECT_STATE
-    _run(bench, sim, 5)
+    run(bench, sim, 5)
     assert sim.simulator.time == 0.0
     assert _load(bench, "worlds/arjuna_room.world").result.result == OK
-    assert "obstacle_red" in _names(bench)
+    assert "obstacle_red" in names(bench)
 
 
 def test_available_worlds_can_be_loaded(bench: RosBench, sim: SimNode, tmp_path: Path) -> None:
@@ -329,22 +165,3 @@ def test_features_name_what_is_served_and_nothing_else(bench: RosBench, sim: Sim
     for name in ("spawn_entity", "delete_entity", "load_world", "get_entity_bounds"):
         assert f"/{name}" in services
     assert "/get_named_poses" not in services
-
-
-def test_achieved_factor_is_published_once_a_wall_second(
-    bench: RosBench, sim: SimNode, capfd: pytest.CaptureFixture[str]
-) -> None:
-    factors = bench.collect(Float64, "/real_time_factor")
-    for i in range(201):  # a machine that makes two ticks of 20 ms in 80 ms
-        sim.realtime_due(i * 0.08)
-        _run(bench, sim, 2)
-    assert len(factors) == 15
-    assert [f.data for f in factors] == pytest.approx([0.5] * 15, abs=1e-6)
-    sim.trigger_deactivate()
-    assert "real-time factor 0.50" in capfd.readouterr().err
-
-
-def test_lock_step_publishes_no_wall_time(bench: RosBench, sim: SimNode) -> None:
-    factors = bench.collect(Float64, "/real_time_factor")
-    _run(bench, sim, 100)
-    assert factors == []

@@ -1,0 +1,49 @@
+"""The node robot_state_publisher: the description, fixed frames and turning wheels."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.ros import qos
+from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
+from tests.helpers.ros import RosBench
+from tests.nodes.sim.running import run, start, start_sim
+
+pytestmark = pytest.mark.ros
+
+
+def test_description_and_fixed_frames_are_latched(bench: RosBench) -> None:
+    description = bench.collect(String, "/robot_description", qos.LATCHED)
+    static = bench.collect(TFMessage, "/tf_static", qos.TF_STATIC)
+    start(bench, RobotStatePublisherNode(bench.process))
+    assert description[0].data.startswith("<?xml")
+    children = {t.child_frame_id: t for t in static[0].transforms}
+    assert sorted(children) == ["base_link", "camera_link", "imu_link", "lidar_link"]
+    assert children["lidar_link"].header.frame_id == "base_link"
+    assert children["lidar_link"].transform.translation.z == pytest.approx(0.2)
+
+
+def test_wheels_turn_in_tf_at_most_at_the_publish_frequency(bench: RosBench) -> None:
+    sim = start_sim(bench)
+    start(bench, RobotStatePublisherNode(bench.process))
+    messages = bench.collect(TFMessage, "/tf")
+    run(bench, sim, 50)
+    wheels = [m for m in messages if m.transforms[0].child_frame_id.endswith("_wheel")]
+    assert 18 <= len(wheels) <= 21
+    assert len(wheels[0].transforms) == 4
+    rotation = wheels[0].transforms[0].transform.rotation
+    assert rotation.x == pytest.approx(-math.sqrt(0.5), abs=0.01)
+
+
+def test_whole_tree_connects_odom_to_the_lidar(bench: RosBench) -> None:
+    sim = start_sim(bench)
+    start(bench, RobotStatePublisherNode(bench.process))
+    run(bench, sim, 5)
+    assert bench.process.transforms.try_lookup("odom", "lidar_link") is not None

@@ -1,0 +1,140 @@
+"""Entities are spawned through a plain client, or refused with the right code."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from sensor_msgs.msg import LaserScan
+from simulation_interfaces.msg import (
+    Resource,
+    Result,
+)
+from simulation_interfaces.msg import SpawnEntity as SpawnRequest
+from simulation_interfaces.srv import (
+    DeleteEntity,
+    GetSpawnables,
+    SetEntityState,
+    SpawnEntities,
+    SpawnEntity,
+)
+
+from arjuna_core.ros import qos
+from tests.helpers.ros import RosBench
+from tests.nodes.sim.running import OK, names, run, spawn, start_in, state
+
+pytestmark = pytest.mark.ros
+CODES = SpawnEntity.Response
+CRATE = """<sdf version="1.7"><model name="crate"><static>true</static><link name="l">
+<collision name="c"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></collision>
+</link></model></sdf>"""
+
+
+def test_resource_string_and_frames_of_other_entities_work(bench: RosBench) -> None:
+    start_in(bench)
+    assert spawn(bench, "one", uri="", text=CRATE).result.result == OK
+    assert spawn(bench, "two", uri="", text=CRATE, x=1.0, frame="one").result.result == OK
+    assert state(bench, "two").state.pose.position.x == pytest.approx(3.0)
+
+
+def test_free_body_is_put_on_the_ground_not_into_it(bench: RosBench) -> None:
+    sim = start_in(bench)
+    text = CRATE.replace("<static>true</static>", "")  # its origin is its middle
+    assert spawn(bench, "crate", uri="", text=text).result.result == OK
+    assert state(bench, "crate").state.pose.position.z == pytest.approx(0.2)
+    request = SetEntityState.Request(entity="crate", set_pose=True)
+    request.state.pose.position.x = 3.0
+    assert bench.call(SetEntityState, "/set_entity_state", request).result.result == OK
+    run(bench, sim, 50)
+    position = state(bench, "crate").state.pose.position
+    assert (position.x, position.z) == pytest.approx((3.0, 0.2), abs=2e-3)
+
+
+def test_names_are_unique_or_made_so(bench: RosBench) -> None:
+    start_in(bench)
+    assert spawn(bench, "crate").entity_name == "crate"
+    assert spawn(bench, "crate", allow_renaming=True).entity_name == "crate_1"
+    assert spawn(bench, "", allow_renaming=True).entity_name == "box"
+    assert spawn(bench, "", uri="", text=CRATE, allow_renaming=True).entity_name == "crate_2"
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "words"),
+    [
+        ({"name": ""}, CODES.NAME_INVALID, "the name is empty"),
+        ({"name": "a b"}, CODES.NAME_INVALID, "letters, digits"),
+        ({"name": "arjuna"}, CODES.NAME_NOT_UNIQUE, "'arjuna' is taken"),
+        ({"name": "a", "uri": ""}, CODES.NO_RESOURCE, "neither a uri"),
+        ({"name": "a", "uri": "", "text": "mjcf"}, CODES.UNSUPPORTED_FORMAT, "neither <sdf>"),
+        ({"name": "a", "uri": "a.usd"}, Result.RESULT_NOT_FOUND, "does not exist"),
+        ({"name": "a", "uri": "/etc/passwd"}, Result.RESULT_OPERATION_FAILED, "lies outside"),
+        ({"name": "a", "uri": "box:1"}, CODES.RESOURCE_PARSE_ERROR, "needs 3 finite"),
+        ({"name": "a", "entity_namespace": "1/-"}, CODES.NAMESPACE_INVALID, "namespace '1/-'"),
+        ({"name": "a", "x": math.nan}, CODES.INVALID_POSE, "not finite"),
+        ({"name": "a", "x": 1e9}, CODES.INVALID_POSE, "farther than 10000 m"),
+        ({"name": "a", "x": 0.1}, CODES.INVALID_POSE, "would stand in the robot"),
+        ({"name": "a", "frame": "mars"}, CODES.INVALID_POSE, "frame 'mars' is unknown"),
+    ],
+)
+def test_impossible_spawn_has_its_code_and_changes_nothing(
+    bench: RosBench, fields: dict[str, Any], code: int, words: str
+) -> None:
+    sim = start_in(bench)
+    response = spawn(bench, **fields)
+    assert response.result.result == code
+    assert words in response.result.error_message
+    assert names(bench) == ["arjuna"]
+    run(bench, sim, 1)
+    assert sim.simulator.time == 0.02
+
+
+def test_zero_quaternion_is_an_invalid_pose(bench: RosBench) -> None:
+    start_in(bench)
+    request = SpawnEntity.Request(name="a", entity_resource=Resource(uri="sphere:0.2"))
+    request.initial_pose.pose.orientation.w = 0.0
+    response = bench.call(SpawnEntity, "/spawn_entity", request)
+    assert response.result.result == CODES.INVALID_POSE
+    assert "is no rotation" in response.result.error_message
+
+
+def test_several_are_spawned_at_once_each_with_its_result(bench: RosBench) -> None:
+    start_in(bench)
+    good = SpawnRequest(name="a", entity_resource=Resource(uri="sphere:0.2"))
+    good.initial_pose.pose.position.x = 2.0
+    request = SpawnEntities.Request(spawn_requests=[good, SpawnRequest(name="b")])
+    response = bench.call(SpawnEntities, "/spawn_entities", request)
+    assert response.result.result == SpawnEntities.Response.ENTITIES_SPAWN_FAILED
+    assert [r.result.result for r in response.results] == [OK, CODES.NO_RESOURCE]
+    assert names(bench) == ["arjuna", "a"]
+
+
+def test_spawnables_can_all_be_spawned(bench: RosBench) -> None:
+    start_in(bench)
+    response = bench.call(GetSpawnables, "/get_spawnables", GetSpawnables.Request())
+    assert response.result.result == OK
+    for i, spawnable in enumerate(response.spawnables):
+        uri = spawnable.entity_resource.uri
+        assert spawn(bench, f"e{i}", uri=uri, x=3.0 + 2.0 * i).result.result == OK
+    assert len(response.spawnables) >= 4
+
+
+def test_same_requests_give_the_same_scans() -> None:
+    def scans() -> list[bytes]:
+        bench = RosBench()
+        try:
+            sim = start_in(bench, "arjuna_room.world")
+            found = bench.collect(LaserScan, "/scan", qos.SENSOR_SUBSCRIPTION)
+            for i in range(3):
+                spawn(bench, f"e{i}", uri="box:0.3,0.3,0.5?mass=1", x=1.2 + i * 0.1)
+                run(bench, sim, 10)
+                request = DeleteEntity.Request(entity=f"e{i}")
+                bench.call(DeleteEntity, "/delete_entity", request)
+            return [bytes(scan.ranges) for scan in found]
+        finally:
+            bench.close()
+
+    assert scans() == scans()
