@@ -1,0 +1,99 @@
+"""The wheel, installed and used from an empty folder, has all it needs with it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+pytestmark = [pytest.mark.ros, pytest.mark.system]
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("arjuna_core", "arjuna_sim", "arjuna_slam", "arjuna_nav", "bringup")
+DATA = ("urdf", "worlds", "maps", "params")
+DEADLINE = 60.0
+MAP_FOR_A_SECOND = """
+from bringup.lockstep import LockStep
+from bringup.parameters.files import shipped_parameters
+from bringup.stack import SIM_GROUP, SLAM_GROUP
+
+robot = LockStep(shipped_parameters())
+robot.start(SIM_GROUP, SLAM_GROUP)
+robot.run(1.0)
+assert robot.process.transforms.try_lookup("map", "lidar_link") is not None
+robot.close()
+"""
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from a copy, since a build leaves its folders behind."""
+    folder = tmp_path_factory.mktemp("wheel")
+    source = folder / "source"
+    for name in (*PACKAGES, *DATA):
+        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "README.md"):
+        shutil.copy(ROOT / name, source)
+    options = ("--no-deps", "--no-build-isolation", "--no-index", "--quiet")
+    _run(sys.executable, "-m", "pip", "wheel", *options, "-w", folder, source, cwd=folder)
+    return next(folder.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def python(wheel: Path) -> Path:
+    """An environment with the wheel, that sees this one's packages but not this checkout."""
+    folder = wheel.parent / "environment"
+    venv.create(folder)
+    python = folder / "bin" / "python"
+    install = ("--python", python, "install", "--no-deps", "--no-index", "--quiet")
+    _run(sys.executable, "-m", "pip", *install, wheel, cwd=folder)
+    # A path file within a folder that a path file names is not read: so no editable install
+    others = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}
+    (packages,) = folder.glob("lib/python*/site-packages")
+    (packages / "others.pth").write_text("\n".join(others), encoding="utf-8")
+    return python
+
+
+def _run(*words: str | Path, cwd: Path) -> str:
+    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME")}
+    environment["AMENT_PREFIX_PATH"] = sys.prefix
+    done = subprocess.run(
+        [str(word) for word in words],
+        cwd=cwd,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_every_file_of_the_data_folders_is_in_the_wheel(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        packed = {name.partition("/data/share/arjuna/")[2] for name in archive.namelist()}
+    files = (path for name in DATA for path in (ROOT / name).rglob("*") if path.is_file())
+    assert {str(path.relative_to(ROOT)) for path in files} == packed - {""}
+
+
+def test_installed_robots_worlds_and_maps_are_understood(python: Path, tmp_path: Path) -> None:
+    share = python.parents[1] / "share" / "arjuna"
+    for name in ("urdf/arjuna.urdf", "worlds/arjuna_room.world", "maps/arjuna_room.yaml"):
+        report = _run(python, "-m", "bringup", "sim", "--check", share / name, cwd=tmp_path)
+        assert "loads" in report
+
+
+def test_installed_robot_maps_from_an_empty_folder(python: Path, tmp_path: Path) -> None:
+    place = _run(python, "-c", "import bringup; print(bringup.__file__)", cwd=tmp_path)
+    assert Path(place.strip()).is_relative_to(python.parents[1])
+    _run(python, "-c", MAP_FOR_A_SECOND, cwd=tmp_path)
+    assert not list(tmp_path.iterdir())
