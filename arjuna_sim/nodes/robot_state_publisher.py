@@ -10,14 +10,12 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import param
-from arjuna_core.files.shipped import resource
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.files.urdf.urdf import Urdf
-from arjuna_sim.files.urdf.xacro_file import split
-from arjuna_sim.model.robot import load_robot
+from arjuna_sim.inputs import named_robot
 from arjuna_sim.nodes.messages import transform3_msg
 
 
@@ -44,9 +42,7 @@ class RobotStatePublisherNode(ManagedNode):
 
     def configure(self) -> None:
         """Load the robot and create the topics."""
-        arguments = split(self.config.robot_arguments)
-        robot = self.config.robot or resource("urdf/arjuna.urdf")
-        self._urdf: Urdf = load_robot(robot, arguments=arguments).urdf
+        self._urdf: Urdf = named_robot(self.config.robot, self.config.robot_arguments).urdf
         self._description = self.publisher(String, "robot_description", qos.LATCHED)
         self._static = self.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
         self._moving = self.publisher(TFMessage, "/tf", qos.TF)

@@ -11,7 +11,6 @@ from rosgraph_msgs.msg import Clock
 from simulation_interfaces.msg import SimulationState
 from std_msgs.msg import Float64
 
-from arjuna_core.files.shipped import resource
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from arjuna_core.ros.node import ManagedNode
@@ -19,8 +18,7 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.devices.drive import CommandError, Velocity
 from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.xacro_file import split
-from arjuna_sim.model.robot import load_robot
+from arjuna_sim.inputs import named_robot, named_world
 from arjuna_sim.nodes.camera import CameraTopics
 from arjuna_sim.nodes.contacts import ContactTopic
 from arjuna_sim.nodes.robot_topics import RobotTopics
@@ -64,11 +62,8 @@ class SimNode(ManagedNode):
         config: SimConfig = self.config
         start = config.initial_pose
         self.simulator = Simulator(
-            load_robot(
-                config.robot or resource("urdf/arjuna.urdf"),
-                arguments=split(config.robot_arguments),
-            ),
-            config.world or resource("worlds/arjuna_room.world"),
+            named_robot(config.robot, config.robot_arguments),
+            named_world(config.world),
             config,
             np.random.default_rng(config.seed),
             SE2(start.x, start.y, start.yaw),

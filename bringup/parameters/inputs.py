@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import shlex
 from pathlib import Path
 from typing import Any
 
 from arjuna_core.errors import ConfigError, InputFileError
+from arjuna_core.files.maps import load_map
 from bringup.parameters.composition import check_parameters, node_class
 from bringup.parameters.files import (
     Parameters,
@@ -21,13 +21,6 @@ from bringup.stack import STACKS, Group, NodeSpec
 
 DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group in groups))
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
-FILE_READERS = {
-    ("sim", "world"): ("arjuna_sim.files.world_file", "load_world"),
-    ("sim", "robot"): ("arjuna_sim.model.robot", "load_robot"),
-    ("robot_state_publisher", "robot"): ("arjuna_sim.model.robot", "load_robot"),
-    ("map_server", "yaml_filename"): ("arjuna_core.files.maps", "load_map"),
-}
-"""Parameters that name a file, and what reads it: a bad file is refused before anything starts."""
 
 
 def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
@@ -95,11 +88,12 @@ def _absolute(path: Path | None) -> str | None:
 
 
 def _read_files(spec: NodeSpec, values: dict[str, Any]) -> None:
-    for (node, key), (module, reader) in FILE_READERS.items():
-        if node == spec.name and values.get(key):
-            read = getattr(importlib.import_module(module), reader)
-            if key == "robot":
-                split = importlib.import_module("arjuna_sim.files.urdf.xacro_file").split
-                read(values[key], arguments=split(values.get("robot_arguments", "")))
-            else:
-                read(values[key])
+    """Read the files that a node's parameters name: a bad one is refused before anything starts."""
+    from arjuna_sim.inputs import named_robot, named_world
+
+    if spec.name in ("sim", "robot_state_publisher") and values.get("robot"):
+        named_robot(values["robot"], values.get("robot_arguments", ""))
+    if spec.name == "sim" and values.get("world"):
+        named_world(values["world"])
+    if spec.name == "map_server" and values.get("yaml_filename"):
+        load_map(values["yaml_filename"])

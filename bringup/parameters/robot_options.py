@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import os
 import re
 from pathlib import Path
@@ -80,14 +79,10 @@ def check(arguments: argparse.Namespace) -> str:
     Raises:
         ArjunaError: It does not load.
     """
+    from arjuna_sim.inputs import describe_file
+
     extend_search(arguments)
-    resources = importlib.import_module("arjuna_sim.files.search_path")
-    macros = importlib.import_module("arjuna_sim.files.urdf.xacro_file")
-    checker = importlib.import_module("arjuna_sim.files.check")
-    values = macros.parse_arguments(arguments.robot_arguments)
-    found = checker.check(arguments.check, resources.SearchPath.of(), values, arguments.save_guess)
-    report: str = found.text()
-    return report
+    return describe_file(arguments.check, arguments.robot_arguments, arguments.save_guess)
 
 
 def _folder(text: str) -> Path:

@@ -1,0 +1,53 @@
+"""Robots and worlds, by what parameters and the command line say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from arjuna_core.files.shipped import resource
+from arjuna_sim.files.check import check
+from arjuna_sim.files.sdf.sdf import World
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.urdf.xacro_file import parse_arguments, split
+from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.robot import Robot, load_robot
+
+
+def named_robot(path: str, arguments: str) -> Robot:
+    """Return the robot of the parameters `robot` and `robot_arguments`.
+
+    Args:
+        path: A URDF or xacro file; the shipped one's if empty.
+        arguments: Arguments of the xacro file, each `name:=value`, as in a shell.
+
+    Raises:
+        RobotError: The file cannot be read or does not describe a robot.
+        ConfigError: An argument is none.
+    """
+    return load_robot(path or resource("urdf/arjuna.urdf"), arguments=split(arguments))
+
+
+def named_world(path: str) -> World:
+    """Return the world of the parameter `world`: an SDF file's, a map's, or the shipped room.
+
+    Raises:
+        WorldError: The file cannot be read or does not describe a world.
+        MapError: The map cannot be read.
+    """
+    return load_world(path or resource("worlds/arjuna_room.world"))
+
+
+def describe_file(path: Path, arguments: Sequence[str] = (), guess: Path | None = None) -> str:
+    """Say what is understood of a robot, world or map, and what is not.
+
+    Args:
+        path: The file.
+        arguments: Arguments of a xacro file, each `name:=value`.
+        guess: Where to write the drive that is guessed for a robot.
+
+    Raises:
+        InputFileError: The file does not load, or the guess cannot be written.
+        ConfigError: An argument is none.
+    """
+    return check(path, SearchPath.of(), parse_arguments(list(arguments)), guess).text()
