@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.camera import CameraError, Photographer, Shot
+from arjuna_sim.devices.camera import Camera, CameraError, Shot
 from arjuna_sim.devices.drive import Drive, Velocity, kinematics_of, limited
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry
@@ -61,7 +61,7 @@ class Simulator:
         self._kinematics = kinematics_of(self.robot.drive, config.drive)
         self._drive = Drive(limited(config.drive, self.robot.drive), self._kinematics)
         camera = self.robot.settings.camera
-        self._photographer = None if camera is None else Photographer(camera)
+        self._camera = None if camera is None else Camera(camera)
         self._seeds = rng.bit_generator.random_raw(3)
         self.reset()
 
@@ -134,9 +134,9 @@ class Simulator:
         Raises:
             CameraError: The robot has no camera, or this machine cannot draw.
         """
-        if self._photographer is None:
+        if self._camera is None:
             raise CameraError(f"{self.robot.urdf.path}: has no camera sensor")
-        return self._photographer.shoot(self.stage.scene.model, self.stage.data, color, depth)
+        return self._camera.shoot(self.stage.scene.model, self.stage.data, color, depth)
 
     def surfaces(self) -> NDArray[np.float64]:
         """Return the world's true surfaces at the lidar's height.
@@ -206,5 +206,5 @@ class Simulator:
 
     def close(self) -> None:
         """Free what the camera holds."""
-        if self._photographer is not None:
-            self._photographer.close()
+        if self._camera is not None:
+            self._camera.close()

@@ -65,54 +65,44 @@ class Shot:
 
 
 class Camera:
-    """Draws what the robot's camera sees.
+    """Draws what the robot's camera sees, and follows the simulation from model to model.
+
+    All calls must come from one thread, which OpenGL wants.
 
     Args:
-        model: The compiled `mujoco.MjModel`, with a camera of `add_camera`.
         settings: The camera.
-
-    Raises:
-        CameraError: No off-screen OpenGL works here; the message has each one's reason.
     """
 
-    def __init__(self, model: Any, settings: CameraSettings) -> None:
-        model.vis.map.znear = settings.near / model.stat.extent
-        model.vis.map.zfar = settings.far / model.stat.extent
-        self._model = model
+    def __init__(self, settings: CameraSettings) -> None:
         self._settings = settings
         self._shape = (settings.height, settings.width, 3)
-        self._gl = _open_context(settings.width, settings.height)
-        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
-        self._scene = mujoco.MjvScene(model, maxgeom=_GEOMS_MAX)
         self._view = mujoco.MjvCamera()
         self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-        self._view.fixedcamid = model.camera(NAME).id
         self._option = mujoco.MjvOption()
         shown = (Group.WORLD_VISUAL.value, Group.ROBOT_VISUAL.value)
         self._option.geomgroup[:] = [group in shown for group in range(6)]
         self._option.sitegroup[:] = 0
+        self._model: Any = None
+        self._gl: Any = None
 
-    def shoot(self, data: Any, color: bool, depth: bool) -> Shot:
+    def shoot(self, model: Any, data: Any, color: bool, depth: bool) -> Shot:
         """Draw what is wanted.
 
         Args:
+            model: The compiled `mujoco.MjModel`, with a camera of `add_camera`.
             data: The `mujoco.MjData`, with positions up to date.
             color: Whether the colours are wanted.
             depth: Whether the distances are wanted.
+
+        Raises:
+            CameraError: No off-screen OpenGL works here; the message has each one's reason.
         """
+        if self._gl is None or model is not self._model:
+            self._open(model)
         self._gl.make_current()
-        mujoco.mj_camlight(self._model, data)
-        mujoco.mjv_updateScene(
-            self._model,
-            data,
-            self._option,
-            None,
-            self._view,
-            mujoco.mjtCatBit.mjCAT_ALL,
-            self._scene,
-        )
+        mujoco.mj_camlight(model, data)
+        every = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(model, data, self._option, None, self._view, every, self._scene)
         image, buffer = None, None
         if color:
             image = np.empty(self._shape, np.uint8)
@@ -124,6 +114,20 @@ class Camera:
             None if image is None else image[::-1],
             None if buffer is None else self._distances(buffer[::-1]),
         )
+
+    def _open(self, model: Any) -> None:
+        """Make ready to draw a model."""
+        self.close()
+        settings = self._settings
+        model.vis.map.znear = settings.near / model.stat.extent
+        model.vis.map.zfar = settings.far / model.stat.extent
+        gl = _open_context(settings.width, settings.height)
+        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._scene = mujoco.MjvScene(model, maxgeom=_GEOMS_MAX)
+        self._view.fixedcamid = model.camera(NAME).id
+        self._gl, self._model = gl, model
 
     def _draw(self, image: Any, buffer: Any) -> None:
         """Draw into one of them; the sky has colour, but would have a distance too."""
@@ -140,40 +144,12 @@ class Camera:
         return metres.astype(np.float32)
 
     def close(self) -> None:
-        """Free the OpenGL context."""
-        self._gl.make_current()
-        self._context.free()
-        self._gl.free()
-
-
-class Photographer:
-    """A camera that follows the simulation from model to model.
-
-    Args:
-        settings: The camera.
-    """
-
-    def __init__(self, settings: CameraSettings) -> None:
-        self._settings = settings
-        self._model: Any = None
-        self._camera: Camera | None = None
-
-    def shoot(self, model: Any, data: Any, color: bool, depth: bool) -> Shot:
-        """Return what the camera sees; all calls must come from one thread, which OpenGL wants.
-
-        Raises:
-            CameraError: No off-screen OpenGL works here.
-        """
-        if self._camera is None or model is not self._model:
-            self.close()
-            self._camera, self._model = Camera(model, self._settings), model
-        return self._camera.shoot(data, color, depth)
-
-    def close(self) -> None:
-        """Free the OpenGL context."""
-        if self._camera is not None:
-            self._camera.close()
-            self._camera = None
+        """Free the OpenGL context; the next picture opens another."""
+        if self._gl is not None:
+            self._gl.make_current()
+            self._context.free()
+            self._gl.free()
+            self._gl = None
 
 
 def _open_context(width: int, height: int) -> Any:

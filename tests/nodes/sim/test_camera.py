@@ -14,7 +14,7 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
-from arjuna_sim.devices.camera import CameraError, Photographer, Shot
+from arjuna_sim.devices.camera import Camera, CameraError, Shot
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
 
@@ -34,7 +34,7 @@ def test_camera_publishes_only_for_who_looks(
             np.zeros((480, 640, 3), np.uint8), np.ones((480, 640), np.float32) if depth else None
         )
 
-    monkeypatch.setattr(Photographer, "shoot", draw)
+    monkeypatch.setattr(Camera, "shoot", draw)
     run(bench, sim, 10)
     assert drawn == []
     images = bench.collect(Image, "/camera/image_raw", qos.SENSOR_SUBSCRIPTION)
@@ -62,7 +62,7 @@ def test_camera_that_cannot_draw_is_switched_off_and_nothing_else(
         tries.append(sim.simulator.time)
         raise CameraError("no off-screen OpenGL works")
 
-    monkeypatch.setattr(Photographer, "shoot", fail)
+    monkeypatch.setattr(Camera, "shoot", fail)
     bench.collect(Image, "/camera/image_raw", qos.SENSOR_SUBSCRIPTION)
     run(bench, sim, 20)
     assert len(tries) == 1
@@ -81,7 +81,7 @@ def test_in_real_time_pictures_are_drawn_beside_the_physics(
         assert go_on.wait(10.0)
         return Shot(np.zeros((480, 640, 3), np.uint8), None)
 
-    monkeypatch.setattr(Photographer, "shoot", draw)
+    monkeypatch.setattr(Camera, "shoot", draw)
     images = bench.collect(Image, "/camera/image_raw", qos.SENSOR_SUBSCRIPTION)
     sim.realtime_due(0.0)
     run(bench, sim, 20)
@@ -95,4 +95,4 @@ def test_in_real_time_pictures_are_drawn_beside_the_physics(
     assert images[0].header.stamp == time_msg(0.04)
     sim.trigger_deactivate()
     sim.trigger_cleanup()
-    assert not [thread for thread in threading.enumerate() if thread.name == "camera"]
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("camera")]
