@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.calibration import Calibration, CalibrationError, Measurement, calibrate
+from arjuna_sim.devices.calibration import Calibration, CalibrationError, calibrate
 from arjuna_sim.devices.drive import Kinematics, Velocity
+from arjuna_sim.devices.driving_pattern import Measurement
 from arjuna_sim.files.sdf.sdf import World
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import Robot, load_robot
