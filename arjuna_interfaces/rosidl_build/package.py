@@ -33,7 +33,7 @@ class BuildInterfaces(build_ext):
         for package in packages:
             _copy_python(package, out, target)
         compile_packages(packages, toolchain, out, target)
-        self.distribution.data_files = _data_files(packages, out)
+        self.distribution.data_files = _data_files(packages, out, self.distribution.get_version())
 
 
 def _copy_python(package: InterfacePackage, out: Path, target: Path) -> None:
@@ -42,10 +42,15 @@ def _copy_python(package: InterfacePackage, out: Path, target: Path) -> None:
     (target / package.name / "__init__.py").touch()
 
 
-def _data_files(packages: list[InterfacePackage], out: Path) -> list[tuple[str, list[str]]]:
+def _data_files(
+    packages: list[InterfacePackage], out: Path, version: str
+) -> list[tuple[str, list[str]]]:
     """List definitions, type descriptions and ament index entries for `share/`."""
     share = out / "share"
     for package in packages:
+        (share / package.name / "package.xml").write_text(
+            _manifest(package, version), encoding="utf-8"
+        )
         names = sorted(
             p.relative_to(share / package.name) for p in _interface_files(package, share)
         )
@@ -60,10 +65,23 @@ def _data_files(packages: list[InterfacePackage], out: Path) -> list[tuple[str, 
     ]
 
 
+def _manifest(package: InterfacePackage, version: str) -> str:
+    """Return the package.xml that `ros2 pkg xml` shows."""
+    needs = "".join(f"  <depend>{name}</depend>\n" for name in package.dependencies)
+    return (
+        '<?xml version="1.0"?>\n<package format="3">\n'
+        f"  <name>{package.name}</name>\n  <version>{version}</version>\n"
+        f"  <description>The messages of {package.name}, built for Arjuna.</description>\n"
+        '  <maintainer email="arjuna@localhost">The Arjuna developers</maintainer>\n'
+        f"  <license>that of Arjuna</license>\n{needs}"
+        "  <member_of_group>rosidl_interface_packages</member_of_group>\n</package>\n"
+    )
+
+
 def _interface_files(package: InterfacePackage, share: Path) -> list[Path]:
     """List what the ament index names: definitions and .idl, without the .json hashes."""
     return [
         path
         for path in (share / package.name).rglob("*")
-        if path.is_file() and path.suffix != ".json"
+        if path.is_file() and path.suffix not in (".json", ".xml")
     ]

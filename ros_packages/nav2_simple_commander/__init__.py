@@ -1,0 +1,1 @@
+"""Navigation from Python, as nav2_simple_commander offers it."""

@@ -1,0 +1,86 @@
+"""How messages of geometry_msgs are transformed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import (
+    PointStamped,
+    Pose,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+    Vector3Stamped,
+)
+from tf2_ros import TransformRegistration
+
+from arjuna_core.pose3 import Pose3
+
+
+def _motion(transform: TransformStamped) -> Pose3:
+    t, q = transform.transform.translation, transform.transform.rotation
+    return Pose3((t.x, t.y, t.z), (q.w, q.x, q.y, q.z))
+
+
+def _put(point: Any, values: Any) -> None:
+    point.x, point.y, point.z = (float(value) for value in values)
+
+
+def do_transform_point(point: PointStamped, transform: TransformStamped) -> PointStamped:
+    """Return a point in the transform's frame."""
+    moved = PointStamped(header=transform.header)
+    p = point.point
+    _put(moved.point, _motion(transform).apply(np.array([[p.x, p.y, p.z]]))[0])
+    return moved
+
+
+def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -> Vector3Stamped:
+    """Return a direction in the transform's frame: turned, not moved."""
+    moved = Vector3Stamped(header=transform.header)
+    v = vector3.vector
+    _put(moved.vector, _motion(transform).rotation() @ np.array([v.x, v.y, v.z]))
+    return moved
+
+
+def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
+    """Return a pose without a header in the transform's frame."""
+    p, q = pose.position, pose.orientation
+    moved = _motion(transform) @ Pose3((p.x, p.y, p.z), (q.w, q.x, q.y, q.z))
+    result = Pose()
+    _put(result.position, moved.position)
+    w, x, y, z = moved.quaternion
+    result.orientation.w, result.orientation.x = w, x
+    result.orientation.y, result.orientation.z = y, z
+    return result
+
+
+def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) -> PoseStamped:
+    """Return a pose in the transform's frame."""
+    return PoseStamped(header=transform.header, pose=do_transform_pose(pose.pose, transform))
+
+
+def transform_covariance(cov_in: Any, transform: TransformStamped) -> Any:
+    """Return a covariance of position and rotation `(36,)` in the transform's frame."""
+    rotation = _motion(transform).rotation()
+    both = np.kron(np.eye(2), rotation)
+    return (both @ np.array(cov_in, dtype=float).reshape(6, 6) @ both.T).reshape(36)
+
+
+def do_transform_pose_with_covariance_stamped(
+    pose: PoseWithCovarianceStamped, transform: TransformStamped
+) -> PoseWithCovarianceStamped:
+    """Return a pose with its covariance in the transform's frame."""
+    moved = PoseWithCovarianceStamped(header=transform.header)
+    moved.pose.pose = do_transform_pose(pose.pose.pose, transform)
+    moved.pose.covariance = transform_covariance(pose.pose.covariance, transform)
+    return moved
+
+
+for _type, _function in (
+    (PointStamped, do_transform_point),
+    (Vector3Stamped, do_transform_vector3),
+    (PoseStamped, do_transform_pose_stamped),
+    (PoseWithCovarianceStamped, do_transform_pose_with_covariance_stamped),
+):
+    TransformRegistration().add(_type, _function)

@@ -1,0 +1,23 @@
+"""Transforms over time: what tf2's C++ core offers to Python."""
+
+from __future__ import annotations
+
+from tf2_py.buffer_core import BufferCore
+from tf2_py.exceptions import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TimeoutException,
+    TransformException,
+)
+
+__all__ = [
+    "BufferCore",
+    "ConnectivityException",
+    "ExtrapolationException",
+    "InvalidArgumentException",
+    "LookupException",
+    "TimeoutException",
+    "TransformException",
+]

@@ -1,0 +1,133 @@
+"""tf2_py's BufferCore: trees of frames, interpolation, and tf2's own exceptions."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.duration import Duration
+from rclpy.time import Time
+from tf2_py import (
+    BufferCore,
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+)
+
+pytestmark = pytest.mark.ros
+
+
+def transform(
+    parent: str, child: str, stamp: float, x: float = 0.0, yaw: float = 0.0, y: float = 0.0
+) -> TransformStamped:
+    message = TransformStamped(child_frame_id=child)
+    message.header.frame_id = parent
+    message.header.stamp = Time(nanoseconds=round(stamp * 1e9)).to_msg()
+    message.transform.translation.x, message.transform.translation.y = x, y
+    message.transform.rotation.w = math.cos(yaw / 2.0)
+    message.transform.rotation.z = math.sin(yaw / 2.0)
+    return message
+
+
+def at(stamp: float) -> Time:
+    return Time(nanoseconds=round(stamp * 1e9))
+
+
+@pytest.fixture
+def core() -> BufferCore:
+    """A robot that turned left on its way, with a lidar 0.5 m ahead of its base."""
+    core = BufferCore()
+    core.set_transform(transform("odom", "base", 1.0, 0.0, 0.0))
+    core.set_transform(transform("odom", "base", 2.0, 1.0, math.pi / 2.0))
+    core.set_transform_static(transform("base", "lidar", 0.0, 0.5))
+    return core
+
+
+def test_a_chain_is_multiplied_out_at_the_latest_time(core: BufferCore) -> None:
+    found = core.lookup_transform_core("odom", "lidar", Time())
+    t = found.transform.translation
+    assert (t.x, t.y) == pytest.approx((1.0, 0.5))
+    assert (found.header.frame_id, found.child_frame_id) == ("odom", "lidar")
+    assert found.header.stamp.sec == 2
+
+
+def test_between_two_stamps_it_interpolates(core: BufferCore) -> None:
+    found = core.lookup_transform_core("odom", "base", at(1.5)).transform
+    assert found.translation.x == pytest.approx(0.5)
+    assert 2.0 * math.atan2(found.rotation.z, found.rotation.w) == pytest.approx(math.pi / 4.0)
+
+
+def test_the_other_way_is_the_inverse(core: BufferCore) -> None:
+    t = core.lookup_transform_core("lidar", "odom", at(2.0)).transform.translation
+    assert (t.x, t.y) == pytest.approx((-0.5, 1.0))
+
+
+def test_between_two_branches_of_the_tree(core: BufferCore) -> None:
+    core.set_transform_static(transform("base", "camera", 0.0, 0.2))
+    t = core.lookup_transform_core("camera", "lidar", at(7.0)).transform.translation
+    assert t.x == pytest.approx(0.3)
+
+
+def test_between_two_times_through_a_fixed_frame(core: BufferCore) -> None:
+    found = core.lookup_transform_full_core("base", at(2.0), "base", at(1.0), "odom")
+    t = found.transform.translation
+    assert (t.x, t.y) == pytest.approx((0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("stamp", "message"),
+    [
+        (2.5, r"extrapolation into the future.  Requested time 2.5\d+ but the latest data is at"),
+        (0.5, r"extrapolation into the past.*from frame \[lidar\] to frame \[odom\]"),
+    ],
+)
+def test_outside_what_is_known_is_said_as_tf2_does(
+    core: BufferCore, stamp: float, message: str
+) -> None:
+    with pytest.raises(ExtrapolationException, match=message):
+        core.lookup_transform_core("odom", "lidar", at(stamp))
+
+
+def test_unknown_and_unconnected_frames_are_told_apart(core: BufferCore) -> None:
+    core.set_transform(transform("there", "thing", 1.0))
+    with pytest.raises(LookupException, match='"map" passed to lookupTransform argument target'):
+        core.lookup_transform_core("map", "base", Time())
+    with pytest.raises(ConnectivityException, match="not part of the same tree"):
+        core.lookup_transform_core("there", "base", Time())
+    assert core.can_transform_core("odom", "lidar", Time()) == (True, "")
+
+
+def test_old_transforms_are_forgotten() -> None:
+    core = BufferCore(Duration(seconds=2.0))
+    for stamp in (1.0, 2.0, 4.5):
+        assert core.set_transform(transform("odom", "base", stamp))
+    assert not core.set_transform(transform("odom", "base", 2.0))
+    with pytest.raises(ExtrapolationException, match="past"):
+        core.lookup_transform_core("odom", "base", at(2.0))
+
+
+@pytest.mark.parametrize(
+    "wrong", [transform("a", "a", 0.0), transform("", "b", 0.0), transform("a", "b", 0.0, math.nan)]
+)
+def test_what_is_no_transform_is_refused(wrong: TransformStamped) -> None:
+    with pytest.raises(InvalidArgumentException, match=r"no (transform|rigid motion)"):
+        BufferCore().set_transform(wrong)
+
+
+def test_a_circle_of_frames_ends() -> None:
+    core = BufferCore()
+    core.set_transform(transform("a", "b", 1.0))
+    core.set_transform(transform("b", "a", 1.0))
+    with pytest.raises(LookupException, match="their own parents"):
+        core.lookup_transform_core("a", "b", Time())
+
+
+def test_frames_as_yaml_name_parent_and_rate(core: BufferCore) -> None:
+    text = core.all_frames_as_yaml()
+    assert "base: \n  parent: 'odom'" in text
+    assert "  rate: 1.000" in text

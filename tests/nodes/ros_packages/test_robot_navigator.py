@@ -1,0 +1,151 @@
+"""BasicNavigator against a stand-in of Nav2: goals, feedback, results, services, deadlines."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+import rclpy
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from lifecycle_msgs.srv import GetState
+from nav2_msgs.action import ComputePathToPose, NavigateToPose
+from nav2_msgs.srv import ClearEntireCostmap
+from nav2_simple_commander import task
+from nav2_simple_commander.robot_navigator import BasicNavigator, TaskResult
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+pytestmark = pytest.mark.ros
+
+
+class StandIn(Node):
+    """Accepts every goal; one at x = 1 is reached, at x = 2 fails, at x = 3 waits for a cancel."""
+
+    def __init__(self) -> None:
+        super().__init__("stand_in")
+        self.cleared: list[str] = []
+        self.cancelled = threading.Event()
+        ActionServer(
+            self,
+            NavigateToPose,
+            "navigate_to_pose",
+            self.execute,
+            cancel_callback=self.on_cancel,
+        )
+        ActionServer(self, ComputePathToPose, "compute_path_to_pose", self.plan)
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        pose = self.create_publisher(PoseWithCovarianceStamped, "amcl_pose", latched)
+        self.create_subscription(PoseWithCovarianceStamped, "initialpose", pose.publish, 10)
+        for name in ("amcl", "bt_navigator"):
+            self.create_service(GetState, f"{name}/get_state", self.state)
+        for name in ("local", "global"):
+            service = f"{name}_costmap/clear_entirely_{name}_costmap"
+            self.create_service(ClearEntireCostmap, service, self.clear)
+
+    def on_cancel(self, handle: Any) -> Any:
+        self.cancelled.set()
+        return CancelResponse.ACCEPT
+
+    def execute(self, handle: Any) -> Any:
+        x = handle.request.pose.pose.position.x
+        handle.publish_feedback(NavigateToPose.Feedback(distance_remaining=float(x)))
+        if x == 3.0 and self.cancelled.wait(10.0):
+            handle.canceled()
+        elif x == 1.0:
+            handle.succeed()
+        else:
+            handle.abort()
+        return NavigateToPose.Result()
+
+    def plan(self, handle: Any) -> Any:
+        result = ComputePathToPose.Result()
+        if handle.request.goal.pose.position.x > 0.0:
+            handle.succeed()
+            result.path.poses = [handle.request.goal]
+        else:
+            handle.abort()
+        return result
+
+    def state(self, request: Any, response: Any) -> Any:
+        response.current_state.label = "active"
+        return response
+
+    def clear(self, request: Any, response: Any) -> Any:
+        self.cleared.append("costmap")
+        return response
+
+
+@pytest.fixture
+def nav2(monkeypatch: pytest.MonkeyPatch) -> Iterator[StandIn]:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    rclpy.init()
+    node, executor = StandIn(), MultiThreadedExecutor(4)
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin, daemon=True)
+    thread.start()
+    yield node
+    executor.shutdown()
+    thread.join(5.0)
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+@pytest.fixture
+def navigator(nav2: StandIn) -> Iterator[BasicNavigator]:
+    navigator = BasicNavigator()
+    yield navigator
+    navigator.destroy_node()
+
+
+def at(x: float) -> PoseStamped:
+    pose = PoseStamped()
+    pose.header.frame_id = "map"
+    pose.pose.position.x = x
+    return pose
+
+
+@pytest.mark.parametrize(("x", "result"), [(1.0, TaskResult.SUCCEEDED), (2.0, TaskResult.FAILED)])
+def test_a_goal_ends_as_the_server_says(
+    navigator: BasicNavigator, x: float, result: TaskResult
+) -> None:
+    navigator.waitUntilNav2Active()
+    assert navigator.goToPose(at(x))
+    while not navigator.isTaskComplete():
+        pass
+    assert navigator.getResult() is result
+    assert navigator.getFeedback().distance_remaining == x
+
+
+def test_a_cancelled_goal_says_so(navigator: BasicNavigator) -> None:
+    assert navigator.goToPose(at(3.0))
+    assert not navigator.isTaskComplete()
+    assert navigator.getResult() is TaskResult.UNKNOWN
+    navigator.cancelTask()
+    while not navigator.isTaskComplete():
+        pass
+    assert navigator.getResult() is TaskResult.CANCELED
+
+
+def test_a_path_or_none(navigator: BasicNavigator) -> None:
+    assert len(navigator.getPath(at(0.0), at(1.0)).poses) == 1
+    assert navigator.getPath(at(0.0), at(-1.0)) is None
+
+
+def test_both_costmaps_are_cleared(navigator: BasicNavigator, nav2: StandIn) -> None:
+    navigator.clearAllCostmaps()
+    assert len(nav2.cleared) == 2
+
+
+def test_a_server_that_is_not_there_is_named(
+    navigator: BasicNavigator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(task, "SERVER_TIMEOUT", 0.3)
+    with pytest.raises(task.NavigatorError, match="the action 'spin' is not there"):
+        navigator.spin()

@@ -1,0 +1,158 @@
+"""tf2_ros, tf2_geometry_msgs and tf_transformations, as scripts use them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+import rclpy
+import tf2_geometry_msgs  # noqa: F401 - registers the types
+import tf_transformations
+from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.time import Time
+from std_msgs.msg import String
+from tf2_ros import (
+    Buffer,
+    LookupException,
+    StaticTransformBroadcaster,
+    TransformBroadcaster,
+    TransformException,
+    TransformListener,
+    TypeException,
+)
+
+from tests.nodes.ros_packages.test_buffer_core import transform
+
+pytestmark = pytest.mark.ros
+
+
+class Bench:
+    """Two nodes of a context of their own: one that broadcasts, one that listens."""
+
+    def __init__(self, context: Context) -> None:
+        self.talker = Node("talker", context=context)
+        self.listener = Node("listener", context=context)
+        self.executor = SingleThreadedExecutor(context=context)
+        for node in (self.talker, self.listener):
+            self.executor.add_node(node)
+        self.buffer = Buffer(node=self.listener)
+        TransformListener(self.buffer, self.listener)
+
+    def spin_until_known(self, target: str, source: str) -> None:
+        self.spin_until(lambda: self.buffer.can_transform(target, source, Time()))
+
+    def spin_until(self, done: Callable[[], bool]) -> None:
+        end = time.monotonic() + 10.0
+        while not done():
+            assert time.monotonic() < end, "it never came"
+            self.executor.spin_once(timeout_sec=0.05)
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    context = Context()
+    rclpy.init(context=context)
+    bench = Bench(context)
+    yield bench
+    for node in (bench.talker, bench.listener):
+        node.destroy_node()
+    context.shutdown()
+
+
+def test_what_is_broadcast_is_looked_up(bench: Bench) -> None:
+    StaticTransformBroadcaster(bench.talker).sendTransform(transform("base", "lidar", 0.0, 0.5))
+    moving = TransformBroadcaster(bench.talker)
+    moving.sendTransform([transform("odom", "base", 3.0, 1.0), transform("map", "odom", 3.0, 10.0)])
+    bench.spin_until_known("map", "lidar")
+    assert bench.buffer.lookup_transform("map", "lidar", Time()).transform.translation.x == 11.5
+
+
+def test_static_transforms_of_several_calls_all_reach_who_comes_later(bench: Bench) -> None:
+    broadcaster = StaticTransformBroadcaster(bench.talker)
+    broadcaster.sendTransform(transform("base", "lidar", 0.0, 0.5))
+    broadcaster.sendTransform(transform("base", "camera", 0.0, 0.2))
+    broadcaster.sendTransform(transform("base", "lidar", 0.0, 0.7))
+    late = Buffer(node=bench.listener)
+    TransformListener(late, bench.listener)
+    bench.spin_until(lambda: late.get_frame_names() == ["camera", "lidar"])
+
+    def distance() -> float:
+        return float(late.lookup_transform("base", "lidar", Time()).transform.translation.x)
+
+    bench.spin_until(lambda: distance() == 0.7)
+
+
+def test_a_future_is_done_when_the_transform_comes(bench: Bench) -> None:
+    future = bench.buffer.wait_for_transform_async("odom", "base", Time())
+    assert not future.done()
+    TransformBroadcaster(bench.talker).sendTransform(transform("odom", "base", 1.0, 2.0))
+    bench.spin_until_known("odom", "base")
+    assert future.done()
+    assert future.result().transform.translation.x == 2.0
+
+
+def test_messages_are_transformed(bench: Bench) -> None:
+    buffer = bench.buffer
+    buffer.set_transform_static(transform("map", "base", 0.0, 1.0, math.pi / 2.0), "test")
+    point = PointStamped()
+    point.header.frame_id = "base"
+    point.point.x = 2.0
+    moved = buffer.transform(point, "map")
+    assert (moved.point.x, moved.point.y) == pytest.approx((1.0, 2.0))
+    pose = PoseStamped()
+    pose.header.frame_id = "base"
+    pose.pose.orientation.w = 1.0
+    turned = buffer.transform(pose, "map").pose.orientation
+    assert (turned.z, turned.w) == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))
+    sure = PoseWithCovarianceStamped()
+    sure.header.frame_id = "base"
+    sure.pose.pose.orientation.w = 1.0
+    sure.pose.covariance[0] = 4.0  # along x becomes along y
+    covariance = np.array(buffer.transform(sure, "map").pose.covariance).reshape(6, 6)
+    assert (covariance[0, 0], covariance[1, 1]) == pytest.approx((0.0, 4.0))
+
+
+def test_what_cannot_be_transformed_says_why(bench: Bench) -> None:
+    with pytest.raises(TypeException, match="is not loaded or supported"):
+        bench.buffer.transform(String(), "map")
+    with pytest.raises(LookupException, match='"map" passed to lookupTransform'):
+        bench.buffer.lookup_transform("map", "base", Time())
+    assert issubclass(LookupException, TransformException)
+
+
+@pytest.mark.parametrize("axes", ["sxyz", "rzyx", "szyx", "sxzy"])
+def test_angles_come_back_from_quaternions(axes: str) -> None:
+    quaternion = tf_transformations.quaternion_from_euler(0.1, -0.2, 0.3, axes)
+    angles = tf_transformations.euler_from_quaternion(quaternion, axes)
+    assert angles == pytest.approx((0.1, -0.2, 0.3))
+
+
+def test_quaternions_are_x_y_z_w_and_multiply_as_rotations_do() -> None:
+    quarter = tf_transformations.quaternion_from_euler(0.0, 0.0, math.pi / 2.0)
+    assert quarter == pytest.approx([0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)])
+    half = tf_transformations.quaternion_multiply(quarter, quarter)
+    assert tf_transformations.euler_from_quaternion(half)[2] == pytest.approx(math.pi)
+    back = tf_transformations.quaternion_multiply(
+        quarter, tf_transformations.quaternion_inverse(quarter)
+    )
+    assert back == pytest.approx([0.0, 0.0, 0.0, 1.0])
+
+
+def test_a_rotation_about_a_point_leaves_it_where_it_is() -> None:
+    matrix = tf_transformations.rotation_matrix(1.0, (0, 0, 1), (2.0, 3.0, 0.0))
+    assert matrix @ (2.0, 3.0, 0.0, 1.0) == pytest.approx([2.0, 3.0, 0.0, 1.0])
+
+
+def test_axes_that_are_none_are_refused() -> None:
+    with pytest.raises(ValueError, match="no axes: 'xyz'; valid"):
+        tf_transformations.quaternion_from_euler(0.0, 0.0, 0.0, "xyz")
