@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -13,6 +13,8 @@ from arjuna_core.ros.params import ParameterBinding
 from arjuna_core.ros.process import Process
 from arjuna_core.ros.tf import TransformBuffer
 from arjuna_core.timing import Periodic
+
+T = TypeVar("T")
 
 
 class ManagedNode(LifecycleNode):
@@ -147,6 +149,10 @@ class ManagedNode(LifecycleNode):
     def _keep(self, destroy: Callable[[Any], Any], entity: Any) -> Any:
         self._made.append((destroy, entity))
         return entity
+
+    def kept(self, kind: type[T]) -> list[T]:
+        """Return what is kept until cleanup and is of a kind."""
+        return [entity for _, entity in self._made if isinstance(entity, kind)]
 
     def configure(self) -> None:
         """Build the core and the interfaces; raise an ArjunaError to refuse."""

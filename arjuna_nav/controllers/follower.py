@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers import (
     ControlStatus,
     RegulatedPurePursuit,
     RegulatedPurePursuitConfig,
-    Velocity,
 )
 from arjuna_nav.controllers.checkers import (
     GoalConfig,
@@ -43,9 +43,6 @@ class FollowerConfig:
     general_goal_checker: GoalConfig = field(default_factory=GoalConfig)
 
 
-_STILL = Velocity()
-
-
 class FollowState(enum.Enum):
     """How following goes."""
 
@@ -67,7 +64,7 @@ class FollowResult:
     """
 
     state: FollowState
-    velocity: Velocity = _STILL
+    velocity: Velocity = STILL
     error: ControlStatus = ControlStatus.SUCCEEDED
     message: str = ""
     distance: float = 0.0
@@ -139,8 +136,7 @@ class PathFollower:
         distance = paths.length(self._controller.path)
         if control.status is ControlStatus.SUCCEEDED:
             self._failing_since = None
-            command = Velocity(control.v, control.w)
-            return FollowResult(FollowState.RUNNING, command, distance=distance)
+            return FollowResult(FollowState.RUNNING, control.velocity, distance=distance)
         return self._bear(control.status, control.message, now, distance)
 
     def _bear(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers.base import Velocity
+from arjuna_core.twist import Velocity
 
 _TURN_STEP = 0.1  # coarsest step of a turn [rad]
 

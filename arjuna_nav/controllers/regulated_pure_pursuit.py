@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
-from arjuna_nav.controllers.base import ControlResult, ControlStatus, Velocity
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.base import ControlResult, ControlStatus
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
@@ -239,7 +240,7 @@ class RegulatedPurePursuit:
                 message = f"collision ahead at ({arc[hit, 0]:.2f}, {arc[hit, 1]:.2f})"
                 return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
         self._last_w = command.w
-        return ControlResult(ControlStatus.SUCCEEDED, command.v, command.w)
+        return ControlResult(ControlStatus.SUCCEEDED, command)
 
 
 def _crossing(pose: SE2, before: SE2, after: SE2, distance: float) -> float:

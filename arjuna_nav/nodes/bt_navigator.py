@@ -12,9 +12,10 @@ from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.actions import GoalClient, GoalServer
 from arjuna_core.ros.convert import duration_msg, pose_stamped
-from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.goal_client import GoalClient
+from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.navigator import (
@@ -52,7 +53,7 @@ class BtNavigatorConfig(NavigatorConfig):
     )
 
 
-class BtNavigatorNode(ManagedNode):
+class BtNavigatorNode(GoalNode):
     """Runs the navigator: tells it what happened, does what it says."""
 
     Config = BtNavigatorConfig
@@ -81,20 +82,10 @@ class BtNavigatorNode(ManagedNode):
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         self.every(config.bt_loop_duration / 1000.0, self._tick)
 
-    def deactivate(self) -> None:
-        """Stop the robot and abort."""
-        self._abort("the node was deactivated")
-
-    def on_time_jump(self) -> None:
-        """Stop the robot and abort: what was asked for belongs to another time."""
-        if self.active:
-            self._abort("time was set back")
-
-    def _abort(self, reason: str) -> None:
+    def halt(self) -> None:
+        """Stop the robot and stop navigating."""
         self._others.stop()
         self._navigator = None
-        for server in self._servers.values():
-            server.abort_all(reason)
 
     def _on_odometry(self, message: Any) -> None:
         self._speed = message.twist.twist.linear.x

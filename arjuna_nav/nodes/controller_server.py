@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.actions import GoalServer
 from arjuna_core.ros.convert import header, poses_from_path
-from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers import ControlStatus, PathError, Velocity
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers import ControlStatus, PathError
 from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.velocity.output import VelocityOutput
@@ -46,7 +47,7 @@ class ControllerServerConfig(FollowerConfig):
     speed_limit_topic: str = param("speed_limit", "Topic of speed limits.", read_only=True)
 
 
-class ControllerServerNode(ManagedNode):
+class ControllerServerNode(GoalNode):
     """Drives along the path of its goal at `controller_frequency`."""
 
     Config = ControllerServerConfig
@@ -74,19 +75,10 @@ class ControllerServerNode(ManagedNode):
         )
         self.every(1.0 / config.controller_frequency, self._control)
 
-    def deactivate(self) -> None:
-        """Stop the robot and abort what is asked for."""
-        self._abort("the node was deactivated")
-
-    def on_time_jump(self) -> None:
-        """Stop the robot and abort: what was asked for belongs to another time."""
-        if self.active:
-            self._abort("time was set back")
-
-    def _abort(self, reason: str) -> None:
+    def halt(self) -> None:
+        """Stop the robot where it follows a path."""
         if self._server.goal is not None:
             self._output.stop()
-        self._server.abort_all(reason)
 
     def on_config(self, config: ControllerServerConfig) -> None:
         """Follow by the new parameters from the next path on."""

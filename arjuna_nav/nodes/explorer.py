@@ -13,8 +13,8 @@ from std_msgs.msg import String
 from arjuna_core.config import param
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.actions import GoalClient, GoalOutcome
 from arjuna_core.ros.convert import grid_from_msg, pose_stamped
+from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.config import CostmapConfig

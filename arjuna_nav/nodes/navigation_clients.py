@@ -16,8 +16,8 @@ from nav2_msgs.action import (
 from nav2_msgs.srv import ClearEntireCostmap, IsPathValid
 from numpy.typing import NDArray
 
-from arjuna_core.ros.actions import GoalClient, GoalOutcome
 from arjuna_core.ros.convert import duration_msg, path_msg, pose_stamped, poses_from_path
+from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.base import ControlStatus

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers.base import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 
 ZONES = ("PolygonStop", "PolygonSlow", "PolygonLimit", "FootprintApproach")

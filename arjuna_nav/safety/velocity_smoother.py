@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
-from arjuna_nav.controllers.base import Velocity
+from arjuna_core.twist import STILL, Velocity
 
 _AXES = (0, 2)  # of [x, y, theta]: no robot of ours moves sideways
-_STILL = Velocity()
 
 
 @dataclass(frozen=True)
@@ -70,9 +69,9 @@ class VelocitySmoother:
 
     def __init__(self, config: SmoothingConfig) -> None:
         self._config = config
-        self._command = _STILL
+        self._command = STILL
         self._commanded_at = -math.inf
-        self._last = _STILL
+        self._last = STILL
         self._resting = True
 
     def take(self, command: Velocity, now: float) -> None:
@@ -88,10 +87,10 @@ class VelocitySmoother:
         """
         config, command = self._config, self._command
         if now - self._commanded_at > config.velocity_timeout:
-            if self._last == _STILL or self._resting:
+            if self._last == STILL or self._resting:
                 self._resting = True
                 return None
-            command = _STILL
+            command = STILL
         self._resting = False
         current = measured if config.feedback == "CLOSED_LOOP" else self._last
         self._last = self._step(current, command)

@@ -10,7 +10,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
-from arjuna_nav.controllers.base import Velocity
+from arjuna_core.twist import Velocity
 
 
 def subscribe_velocity(

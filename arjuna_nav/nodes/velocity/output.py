@@ -7,7 +7,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
-from arjuna_nav.controllers.base import Velocity
+from arjuna_core.twist import STILL, Velocity
 
 
 class VelocityOutput:
@@ -44,4 +44,4 @@ class VelocityOutput:
 
     def stop(self) -> None:
         """Publish zero."""
-        self.publish(Velocity())
+        self.publish(STILL)

@@ -16,13 +16,12 @@ from std_msgs.msg import Empty
 
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers import Velocity
+from arjuna_core.twist import STILL, Velocity
 from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP
 from tests.helpers.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
 from tests.nav.worlds import block
 
 pytestmark = pytest.mark.ros
-STILL = Velocity()
 COSTMAP = "local_costmap/local_costmap"
 KINDS = ("spin", "backup", "drive_on_heading", "assisted_teleop", "wait")
 MOVING = KINDS[:4]
@@ -281,6 +280,17 @@ def test_spinning_stops_where_a_corner_would_hit() -> None:
     robot.run_until_done(goal, 4.0)
     assert_failed(goal, 703)
     robot.close()
+
+
+def test_a_bad_goal_of_the_same_kind_stops_the_robot(robot: PlayedRobot) -> None:
+    older = drive(robot, 2.0, 0.2)
+    robot.run(0.8)
+    assert_failed(drive(robot, 1.0, -0.2), 724)
+    assert older.done
+    assert robot.command == STILL
+    robot.forget()
+    robot.run(0.5)
+    assert all(command == STILL for command in robot.commands)
 
 
 @pytest.mark.parametrize(

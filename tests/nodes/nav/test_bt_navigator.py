@@ -16,13 +16,12 @@ from nav2_msgs.action import FollowPath, NavigateThroughPoses, NavigateToPose
 
 from arjuna_core.ros.convert import path_msg, pose_stamped, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers import Velocity
+from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
 from tests.helpers.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
 from tests.nav.worlds import block, polyline
 
 pytestmark = pytest.mark.ros
-STILL = Velocity()
 GOAL = SE2(1.0, 1.0, 0.5)
 TOLERANCE = 0.16
 IN_BOX = SE2(4.0, -4.0)
