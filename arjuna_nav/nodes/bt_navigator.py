@@ -18,13 +18,8 @@ from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.navigator import (
-    Ending,
-    Finish,
-    Navigator,
-    NavigatorConfig,
-    NavigatorState,
-)
+from arjuna_nav.commands import Ending, Finish, NavigatorState
+from arjuna_nav.navigator import Navigator, NavigatorConfig
 from arjuna_nav.nodes.frames import pose_in, robot_pose
 from arjuna_nav.nodes.navigation_clients import NavigationClients
 from arjuna_nav.planners import PlanStatus
@@ -152,12 +147,11 @@ class BtNavigatorNode(GoalNode):
             **self._others.take_outcomes(),
         )
         self._new_goals = None
-        command = self._navigator.tick(state)
-        self._others.carry_out(command)
-        if command.finish is not None:
-            self._finish(command.finish)
-        else:
-            self._give_feedback(state)
+        for command in self._navigator.tick(state):
+            self._others.carry_out(command)
+            if isinstance(command, Finish):
+                self._finish(command)
+        self._give_feedback(state)
 
     def _give_feedback(self, state: NavigatorState) -> None:
         if self._navigator is None or self.now - self._feedback_at < _FEEDBACK_PERIOD - _ROUNDING:

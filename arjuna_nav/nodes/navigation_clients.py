@@ -20,8 +20,21 @@ from arjuna_core.ros.convert import duration_msg, path_msg, pose_stamped, poses_
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
+from arjuna_nav.commands import (
+    GLOBAL_COSTMAP,
+    LOCAL_COSTMAP,
+    CheckPath,
+    Clear,
+    Command,
+    ComputePath,
+    Finish,
+    Follow,
+    Outcome,
+    Recover,
+    Recovery,
+    Stop,
+)
 from arjuna_nav.controllers.base import ControlStatus
-from arjuna_nav.navigator import GLOBAL_COSTMAP, LOCAL_COSTMAP, Command, Outcome, Recovery
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 
 _ALLOWANCE = 10.0  # time_allowance of recoveries in Nav2's default tree [s]
@@ -75,21 +88,22 @@ class NavigationClients:
             self._outcomes.pop(key, None)
 
     def carry_out(self, command: Command) -> None:
-        """Do what the navigator says."""
-        if command.stop:
-            self.stop()
-        for name in command.clear:
-            self._send_clear(name)
-        if command.check_path is not None:
-            self._send_check(command.check_path)
-        if command.compute_path is not None:
-            self._send_plan(command.compute_path)
-        if command.follow is not None:
-            goal = FollowPath.Goal(path=self._path(command.follow))
-            self._send("follow", self._follow, goal, self._on_follow)
-        if command.recovery is not None:
-            client, goal = self._recoveries[command.recovery], self._recovery_goal(command.recovery)
-            self._send("behavior", client, goal, self._on_behavior)
+        """Do what the navigator says; its end is its node's to tell."""
+        match command:
+            case Stop() | Finish():
+                self.stop()
+            case Clear(name):
+                self._send_clear(name)
+            case CheckPath(path):
+                self._send_check(path)
+            case ComputePath(goals):
+                self._send_plan(goals)
+            case Follow(path):
+                goal = FollowPath.Goal(path=self._path(path))
+                self._send("follow", self._follow, goal, self._on_follow)
+            case Recover(kind):
+                goal = self._recovery_goal(kind)
+                self._send("behavior", self._recoveries[kind], goal, self._on_behavior)
 
     def _send(self, key: str, client: GoalClient, goal: Any, on_outcome: Any) -> None:
         self._outcomes.pop(key, None)
