@@ -58,20 +58,20 @@ FOLLOW_ERRORS_TO_RETRY = frozenset(
 class NavigatorConfig:
     """What Nav2's default tree has written into it."""
 
-    replanning_frequency: float = param(1.0, "plans a second", unit="Hz", minimum=0.01)
-    number_of_retries: int = param(6, "most recoveries", minimum=0)
-    spin_dist: float = param(1.57, "angle of the recovery spin", unit="rad")
-    wait_duration: float = param(5.0, "duration of the recovery wait", unit="s", minimum=0.0)
-    backup_dist: float = param(0.30, "distance of the recovery backup", unit="m", minimum=0.0)
-    backup_speed: float = param(0.15, "speed of the recovery backup", unit="m/s", minimum=0.0)
+    replanning_frequency: float = param(1.0, "Plans a second.", unit="Hz", minimum=0.01)
+    number_of_retries: int = param(6, "Most recoveries.", minimum=0)
+    spin_dist: float = param(1.57, "Angle of the recovery spin.", unit="rad")
+    wait_duration: float = param(5.0, "Duration of the recovery wait.", unit="s", minimum=0.0)
+    backup_dist: float = param(0.30, "Distance of the recovery backup.", unit="m", minimum=0.0)
+    backup_speed: float = param(0.15, "Speed of the recovery backup.", unit="m/s", minimum=0.0)
     passed_goal_radius: float = param(
-        0.7, "distance at which a pose on the way counts as passed", unit="m", minimum=0.0
+        0.7, "Distance at which a pose on the way counts as passed.", unit="m", minimum=0.0
     )
     same_way_deviation: float = param(
-        0.5, "how far apart two paths may be and be the same way", unit="m", minimum=0.0
+        0.5, "How far apart two paths may be and be the same way.", unit="m", minimum=0.0
     )
     shorter_ratio: float = param(
-        0.9, "length of a path against the old that is clearly shorter", minimum=0.0, maximum=1.0
+        0.9, "Length of a path against the old that is clearly shorter.", minimum=0.0, maximum=1.0
     )
 
 

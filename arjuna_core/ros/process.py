@@ -21,7 +21,7 @@ from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
 _POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
-_DRAIN_STEP = 0.001
+_DRAIN_STEP = 0.001  # [s, wall]; the queue holds a marker, so that it is never waited out
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
@@ -48,23 +48,18 @@ class ClockedNode(Protocol):
 
     def get_fully_qualified_name(self) -> str:
         """Return the node's name with its namespace."""
-        ...
 
     def get_clock(self) -> Any:
         """Return the rclpy clock that the process sets."""
-        ...
 
     def on_time_jump(self) -> None:
         """React to a clock that was set back."""
-        ...
 
     def run_due(self, now: float) -> None:
         """Run what is due at a time [s]."""
-        ...
 
     def destroy_node(self) -> None:
         """Leave the graph."""
-        ...
 
 
 class Process:

@@ -56,17 +56,3 @@ class DriveOnHeading(TimedBehavior):
     def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
         time_left = (self._distance - self._progress) / abs(self._speed)
         return self._unless_it_collides(Velocity(self._speed, 0.0), time_left, pose, costmap)
-
-
-def back_up(
-    distance: float,
-    speed: float,
-    config: BehaviorConfig,
-    footprint: Footprint,
-    time_allowance: float,
-) -> DriveOnHeading:
-    """Return the behaviour that drives back; the signs of distance and speed do not matter.
-
-    Source: nav2_behaviors, BackUp::onRun.
-    """
-    return DriveOnHeading(-abs(distance), -abs(speed), config, footprint, time_allowance)

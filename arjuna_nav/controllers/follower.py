@@ -69,6 +69,11 @@ class FollowResult:
     message: str = ""
     distance: float = 0.0
 
+    @staticmethod
+    def failed(error: ControlStatus, message: str) -> FollowResult:
+        """Return the end of a path that is not followed any more."""
+        return FollowResult(FollowState.FAILED, error=error, message=message)
+
 
 class PathFollower:
     """Runs a controller until the goal checker says that the robot has arrived.
@@ -128,7 +133,7 @@ class PathFollower:
         """Return what to drive; pose and costmap are of the path's frame."""
         assert self._end is not None
         if not self._progress.check(pose, now):
-            return _failed(ControlStatus.FAILED_TO_MAKE_PROGRESS, self._no_progress())
+            return FollowResult.failed(ControlStatus.FAILED_TO_MAKE_PROGRESS, self._no_progress())
         if self._goal.reached(pose, self._end):
             return FollowResult(FollowState.SUCCEEDED)
         self._controller.speed_limit = self.speed_limit
@@ -149,7 +154,7 @@ class PathFollower:
         if tolerance < 0.0 or now - self._failing_since < tolerance:
             return FollowResult(FollowState.RUNNING, message=message, distance=distance)
         exceeded = ControlStatus.PATIENCE_EXCEEDED if tolerance > 0.0 else status
-        return _failed(exceeded, f"{message}; for over {tolerance:g} s")
+        return FollowResult.failed(exceeded, f"{message}; for over {tolerance:g} s")
 
     def _no_progress(self) -> str:
         config = self._config.progress_checker
@@ -157,7 +162,3 @@ class PathFollower:
             f"moved less than {config.required_movement_radius:g} m in "
             f"{config.movement_time_allowance:g} s"
         )
-
-
-def _failed(error: ControlStatus, message: str) -> FollowResult:
-    return FollowResult(FollowState.FAILED, error=error, message=message)

@@ -11,7 +11,7 @@ from nav2_msgs import action
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_nav.behaviors.assisted_teleop import AssistedTeleop
 from arjuna_nav.behaviors.base import Behavior, BehaviorStatus, InvalidGoalError
-from arjuna_nav.behaviors.drive_on_heading import DriveOnHeading, back_up
+from arjuna_nav.behaviors.drive_on_heading import DriveOnHeading
 from arjuna_nav.behaviors.spin import Spin
 from arjuna_nav.behaviors.wait import Wait
 
@@ -57,7 +57,9 @@ BEHAVIORS = {
     ),
     "backup": BehaviorAction(
         action.BackUp,
-        lambda goal, *rest: back_up(_along_x(goal.target), goal.speed, *rest),
+        lambda goal, *rest: DriveOnHeading(  # of either sign, as in nav2_behaviors
+            -abs(_along_x(goal.target)), -abs(goal.speed), *rest
+        ),
         lambda distance: action.BackUp.Feedback(distance_traveled=distance),
     ),
     "drive_on_heading": BehaviorAction(

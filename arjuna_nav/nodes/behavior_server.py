@@ -26,8 +26,7 @@ from arjuna_nav.behaviors.base import (
 )
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS, BehaviorAction
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.nodes.velocity.input import subscribe_velocity
-from arjuna_nav.nodes.velocity.output import VelocityOutput
+from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 
 
 @dataclass(frozen=True)
@@ -35,17 +34,17 @@ class BehaviorServerConfig(BehaviorConfig):
     """Parameters of behavior_server."""
 
     behavior_plugins: tuple[str, ...] = param(
-        tuple(BEHAVIORS), "behaviours", choices=tuple(BEHAVIORS), read_only=True
+        tuple(BEHAVIORS), "The behaviours.", choices=tuple(BEHAVIORS), read_only=True
     )
     cycle_frequency: float = param(
-        10.0, "commands a second", unit="Hz", minimum=1.0, read_only=True
+        10.0, "Commands a second.", unit="Hz", minimum=1.0, read_only=True
     )
-    costmap_update_timeout: float = param(1.0, "how old the costmap may be", unit="s", minimum=0.0)
-    cmd_vel_topic: str = param("cmd_vel", "topic of what to drive", read_only=True)
+    costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
+    cmd_vel_topic: str = param("cmd_vel", "Topic of what to drive.", read_only=True)
     cmd_vel_teleop_topic: str = param(
-        "cmd_vel_teleop", "topic of what assisted_teleop is to drive", read_only=True
+        "cmd_vel_teleop", "Topic of what assisted_teleop is to drive.", read_only=True
     )
-    enable_stamped_cmd_vel: bool = param(False, "whether cmd_vel is TwistStamped", read_only=True)
+    enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
 
 
 class _Run(NamedTuple):

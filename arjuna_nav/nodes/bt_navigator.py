@@ -29,7 +29,7 @@ _DEFAULT_TREES = (
     "navigate_to_pose_w_replanning_and_recovery.xml",
     "navigate_through_poses_w_replanning_and_recovery.xml",
 )
-_FEEDBACK_PERIOD = 0.1
+_FEEDBACK_PERIOD = 0.1  # ten a second are enough for a client; Nav2 sends one each tick [s]
 _ROUNDING = 1e-6  # of sums of ticks
 _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
 
@@ -38,13 +38,13 @@ _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": Naviga
 class BtNavigatorConfig(NavigatorConfig):
     """Parameters of bt_navigator."""
 
-    global_frame: str = param("map", "frame to navigate in", read_only=True)
-    robot_base_frame: str = param("base_link", "frame of the robot", read_only=True)
-    odom_topic: str = param("odom", "topic of the odometry", read_only=True)
-    transform_tolerance: float = param(0.3, "age of the transform borne", unit="s", minimum=0.0)
-    bt_loop_duration: int = param(10, "time between two ticks", unit="ms", minimum=1)
+    global_frame: str = param("map", "Frame to navigate in.", read_only=True)
+    robot_base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
+    odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
+    transform_tolerance: float = param(0.3, "Age of the transform borne.", unit="s", minimum=0.0)
+    bt_loop_duration: int = param(10, "Time between two ticks.", unit="ms", minimum=1)
     wait_for_service_timeout: int = param(
-        1000, "how long to wait for a costmap to be cleared", unit="ms", minimum=0
+        1000, "How long to wait for a costmap to be cleared.", unit="ms", minimum=0
     )
 
 

@@ -18,8 +18,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.nodes.velocity.input import subscribe_velocity
-from arjuna_nav.nodes.velocity.output import VelocityOutput
+from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 from arjuna_nav.safety.collision_monitor import Action, CollisionMonitor, MonitorConfig, Verdict
 
 _BLIND = "invalid source"

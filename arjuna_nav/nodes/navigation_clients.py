@@ -38,7 +38,7 @@ from arjuna_nav.controllers.base import ControlStatus
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 
 _ALLOWANCE = 10.0  # time_allowance of recoveries in Nav2's default tree [s]
-_UNKNOWN_BEHAVIOR = 700
+_UNKNOWN_BEHAVIOR = Spin.Result.UNKNOWN
 
 
 class NavigationClients:

@@ -24,7 +24,7 @@ from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import pose_in
 from arjuna_nav.planners import NavFn, NavFnConfig, PlanResult, PlanStatus, plan_through
 
-_RETRY_PERIOD = 0.1
+_RETRY_PERIOD = 0.1  # twice in a costmap's period by its default update_frequency [s]
 _THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
 
 

@@ -21,9 +21,9 @@ _UNKNOWN = FollowWaypoints.Result.UNKNOWN
 class WaitConfig:
     """The task at each waypoint: to wait."""
 
-    plugin: str = param(_PLUGIN, "type", choices=(_PLUGIN,))
-    enabled: bool = param(True, "whether to wait")
-    waypoint_pause_duration: int = param(0, "how long to wait", unit="ms", minimum=0)
+    plugin: str = param(_PLUGIN, "Nav2's name of what is used.", choices=(_PLUGIN,))
+    enabled: bool = param(True, "Whether to wait.")
+    waypoint_pause_duration: int = param(0, "How long to wait.", unit="ms", minimum=0)
 
 
 @dataclass(frozen=True)

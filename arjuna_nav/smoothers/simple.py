@@ -19,14 +19,16 @@ class SimpleSmootherConfig:
     """Parameters of the simple smoother, by Nav2's names."""
 
     plugin: str = param(
-        "nav2_smoother::SimpleSmoother", "type", choices=("nav2_smoother::SimpleSmoother",)
+        "nav2_smoother::SimpleSmoother",
+        "Nav2's name of what is used.",
+        choices=("nav2_smoother::SimpleSmoother",),
     )
-    tolerance: float = param(1e-10, "change at which it has converged", unit="m", minimum=0.0)
-    max_its: int = param(1000, "most iterations", minimum=1)
-    w_data: float = param(0.2, "weight of the given path", minimum=0.0, maximum=1.0)
-    w_smooth: float = param(0.3, "weight of smoothness", minimum=0.0, maximum=0.49)
-    do_refinement: bool = param(True, "whether to smooth the smoothed path again")
-    refinement_num: int = param(2, "how many times again", minimum=0)
+    tolerance: float = param(1e-10, "Change at which it has converged.", unit="m", minimum=0.0)
+    max_its: int = param(1000, "Most iterations.", minimum=1)
+    w_data: float = param(0.2, "Weight of the given path.", minimum=0.0, maximum=1.0)
+    w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0, maximum=0.49)
+    do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
+    refinement_num: int = param(2, "How many times again.", minimum=0)
 
 
 class SimpleSmoother:

@@ -10,7 +10,8 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 
 from arjuna_core.config import param
 from arjuna_core.errors import MapError
-from arjuna_core.files.maps import MODES, MapOptions, save_map
+from arjuna_core.files.map_image import MODES, MapOptions
+from arjuna_core.files.maps import save_map
 from arjuna_core.files.maps_folder import MapsFolderError, inside
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg

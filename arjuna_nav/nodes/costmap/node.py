@@ -29,7 +29,7 @@ from arjuna_nav.nodes.costmap.messages import (
 from arjuna_nav.nodes.costmap.services import CostmapServices
 from arjuna_nav.nodes.frames import robot_pose
 
-_QUEUE = 50
+_QUEUE = 50  # as the message filter of nav2_costmap_2d's obstacle layer
 
 
 class CostmapNode(ManagedNode):

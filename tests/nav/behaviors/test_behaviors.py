@@ -15,7 +15,7 @@ from arjuna_nav.behaviors.base import (
     BehaviorStatus,
     InvalidGoalError,
 )
-from arjuna_nav.behaviors.drive_on_heading import DriveOnHeading, back_up
+from arjuna_nav.behaviors.drive_on_heading import DriveOnHeading
 from arjuna_nav.behaviors.spin import Spin
 from arjuna_nav.behaviors.wait import Wait
 from arjuna_nav.costmap import Costmap
@@ -67,7 +67,7 @@ def test_drives_and_backs_up_the_distance(distance: float, speed: float) -> None
     costmap = costmap_of(empty_grid(6.0, 6.0))
     ahead, behind = Unicycle(SE2(3.0, 3.0, 0.5), delay=0), Unicycle(SE2(3.0, 3.0, 0.5), delay=0)
     forward = run(DriveOnHeading(distance, speed, CONFIG, CIRCLE, 10.0), ahead, costmap)
-    backward = run(back_up(distance, speed, CONFIG, CIRCLE, 10.0), behind, costmap)
+    backward = run(DriveOnHeading(-distance, -speed, CONFIG, CIRCLE, 10.0), behind, costmap)
     for robot, result, sign in ((ahead, forward, 1.0), (behind, backward, -1.0)):
         moved = SE2(3.0, 3.0, 0.5).inverse() @ robot.pose
         assert result.status is BehaviorStatus.SUCCEEDED
@@ -79,7 +79,7 @@ def test_backing_up_stops_before_a_wall() -> None:
     grid = empty_grid(4.0, 4.0)
     block(grid, 1.0, 0.0, 0.1, 4.0)
     robot = Unicycle(SE2(1.8, 2.0, 0.0), delay=0)
-    result = run(back_up(1.0, 0.15, CONFIG, CIRCLE, 20.0), robot, costmap_of(grid))
+    result = run(DriveOnHeading(-1.0, -0.15, CONFIG, CIRCLE, 20.0), robot, costmap_of(grid))
     assert result.status is BehaviorStatus.COLLISION_AHEAD
     assert robot.pose.x - 0.25 > 1.1
 
@@ -99,7 +99,10 @@ def test_gives_up_when_its_time_is_over() -> None:
 
 
 def test_moves_nothing_without_a_costmap() -> None:
-    for behavior in (Spin(1.0, CONFIG, CIRCLE, 1.0), back_up(0.3, 0.1, CONFIG, CIRCLE, 1.0)):
+    for behavior in (
+        Spin(1.0, CONFIG, CIRCLE, 1.0),
+        DriveOnHeading(-0.3, -0.1, CONFIG, CIRCLE, 1.0),
+    ):
         result = behavior.tick(SE2(), None, 0.0)
         assert (result.status, result.velocity) == (BehaviorStatus.UNKNOWN, STILL)
 
