@@ -58,7 +58,7 @@ class ManagedNode(LifecycleNode):
         self.active = False
         self._tasks: list[tuple[Periodic, Callable[[], None]]] = []
         self._made: list[tuple[Callable[[Any], Any], Any]] = []
-        self._binding = ParameterBinding(self, self.Config, values or {}, self._on_change)
+        self._binding = ParameterBinding(self, self.Config, values or {}, self.on_config)
         process.add(self)
 
     def _drop_own_clock_subscription(self) -> None:
@@ -171,9 +171,6 @@ class ManagedNode(LifecycleNode):
 
     def on_config(self, config: Any) -> None:
         """React to parameters changed at run time."""
-
-    def _on_change(self, config: Any) -> None:
-        self.on_config(config)
 
     def _attempt(self, step: Callable[[], None]) -> TransitionCallbackReturn:
         try:
