@@ -125,10 +125,15 @@ class Process:
         if override is not None:
             for node in self.nodes:
                 node.get_clock().set_ros_time_override(override)
-        for node in self.nodes:
-            if jumped_back:
+        if jumped_back:
+            for node in self.nodes:
                 node.on_time_jump()
-            node.run_due(now)
+        self.executor.create_task(self._run_due)
+
+    def _run_due(self) -> None:
+        """Run what is due, behind the transforms and scans that were queued with the clock."""
+        for node in self.nodes:
+            node.run_due(self.now)
 
     def spin_once(self, timeout: float = _POLL) -> None:
         """Run at most one waiting callback, waiting up to a timeout for it [s, wall]."""
