@@ -161,7 +161,7 @@ def descend(
         d_r, d_c = _gradient(potential, r, c)
         norm = math.hypot(d_r, d_c)
         here += 1
-        stepped = False
+        stepped = same = False
         if norm > 0.0 and here <= _STEPS_IN_CELL:
             next_r, next_c = r - _STEP * d_r / norm, c - _STEP * d_c / norm
             cell_r, cell_c = math.floor(next_r + 0.5), math.floor(next_c + 0.5)
@@ -171,7 +171,6 @@ def descend(
                 r, c = next_r, next_c
         if not stepped:
             cell_r, cell_c = _lowest(potential, row, column)
-            same = False
             r, c = float(cell_r), float(cell_c)
         if not same:
             row, column, here = cell_r, cell_c, 0
