@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numba import njit
@@ -10,35 +11,19 @@ from numpy.typing import NDArray
 
 
 @njit(cache=True)
-def trace(
-    row0: int, column0: int, row1: int, column1: int, height: int, width: int
-) -> NDArray[np.int64]:
-    """Return the cells of the line between two cells, both ends included, inside the grid only.
+def line_cells(row: int, column: int, row1: int, column1: int) -> Iterator[tuple[int, int]]:
+    """Yield `(row, column)` of the cells of the line between two cells, both ends included.
 
-    Args:
-        row0: Row of the first cell.
-        column0: Column of the first cell.
-        row1: Row of the last cell.
-        column1: Column of the last cell.
-        height: Rows of the grid.
-        width: Columns of the grid.
-
-    Returns:
-        `(N, 2) int64` of `(row, column)`, in order.
+    Numba compiles the generator into the caller's loop: it costs no more than one written out.
 
     Source: Bresenham, Algorithm for computer control of a digital plotter, 1965.
     """
-    d_row, d_column = abs(row1 - row0), abs(column1 - column0)
-    step_row = 1 if row1 > row0 else -1
-    step_column = 1 if column1 > column0 else -1
-    cells = np.empty((max(d_row, d_column) + 1, 2), np.int64)
+    d_row, d_column = abs(row1 - row), abs(column1 - column)
+    step_row = 1 if row1 > row else -1
+    step_column = 1 if column1 > column else -1
     error = d_column - d_row
-    row, column, count = row0, column0, 0
-    for _ in range(len(cells)):
-        if 0 <= row < height and 0 <= column < width:
-            cells[count, 0] = row
-            cells[count, 1] = column
-            count += 1
+    for _ in range(max(d_row, d_column) + 1):
+        yield row, column
         double = 2 * error
         if double > -d_row:
             error -= d_row
@@ -46,7 +31,6 @@ def trace(
         if double < d_column:
             error += d_column
             row += step_row
-    return cells[:count]
 
 
 @njit(cache=True)

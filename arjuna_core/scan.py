@@ -87,13 +87,13 @@ def _rays(
 ) -> NDArray[np.float64]:
     """Return start and bearing of each beam of a sensor at x, y, theta of a base that moves."""
     rays = np.empty((count, 3))
-    vx, vy, turn = twist
+    vx, vy, yaw = twist
     for i in range(count):
         share = i / max(count - 1, 1)
-        heading = share * turn
+        heading = share * yaw
         c, s = math.cos(heading), math.sin(heading)
-        a = s / turn if turn != 0.0 else share
-        b = (1.0 - c) / turn if turn != 0.0 else 0.0
+        a = s / yaw if yaw != 0.0 else share
+        b = (1.0 - c) / yaw if yaw != 0.0 else 0.0
         rays[i, 0] = a * vx - b * vy + c * x - s * y
         rays[i, 1] = b * vx + a * vy + s * x + c * y
         rays[i, 2] = heading + theta + angle_min + increment * i

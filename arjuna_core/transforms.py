@@ -9,8 +9,8 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import IDENTITY, SE2
 
 LATEST = None
-_DURATION = 30.0
-_JUMP = 1.0
+_DURATION = 30.0  # that is kept; tf2 keeps 10 s by default [s]
+_JUMP = 1.0  # back in time: more is another run, less is a late message [s]
 
 
 class TransformError(ArjunaError):

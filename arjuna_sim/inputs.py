@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.files.check import check
 from arjuna_sim.files.sdf.sdf import World
 from arjuna_sim.files.search_path import SearchPath
@@ -25,7 +25,7 @@ def named_robot(path: str, arguments: str) -> Robot:
         RobotError: The file cannot be read or does not describe a robot.
         ConfigError: An argument is none.
     """
-    return load_robot(path or resource("urdf/arjuna.urdf"), arguments=split(arguments))
+    return load_robot(path or shipped_file("urdf/arjuna.urdf"), arguments=split(arguments))
 
 
 def named_world(path: str) -> World:
@@ -35,7 +35,7 @@ def named_world(path: str) -> World:
         WorldError: The file cannot be read or does not describe a world.
         MapError: The map cannot be read.
     """
-    return load_world(path or resource("worlds/arjuna_room.world"))
+    return load_world(path or shipped_file("worlds/arjuna_room.world"))
 
 
 def describe_file(path: Path, arguments: Sequence[str] = (), guess: Path | None = None) -> str:

@@ -2,47 +2,29 @@
 
 from __future__ import annotations
 
-import io
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
-from numpy.typing import NDArray
-from PIL import Image
 
 from arjuna_core.errors import MapError, nearest
 from arjuna_core.files.atomic import write_together
+from arjuna_core.files.map_image import (
+    MAP_SAVER,
+    MODES,
+    MapOptions,
+    encoded,
+    occupancy_of,
+    read_image,
+)
 from arjuna_core.files.yaml_file import read_yaml
-from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
+from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 
-MODES = ("trinary", "scale", "raw")
 FORMATS = ("pgm", "png")
 _REQUIRED = ("image", "resolution", "origin")
 _OPTIONAL = ("negate", "occupied_thresh", "free_thresh", "mode")
-_CELLS_MAX = 100_000_000
-_UNKNOWN_SHADE = 205.0  # map_saver's; 1 - 205/255 = 0.19608, so the written free_thresh lies below
-_UNKNOWN_READS_BACK = 0.196
-
-
-@dataclass(frozen=True)
-class MapOptions:
-    """How shades become occupancy, and back.
-
-    Attributes:
-        mode: `trinary`, `scale` or `raw`.
-        negate: Whether white is occupied.
-        occupied_thresh: Occupancy (0..1) above which a cell is occupied.
-        free_thresh: Occupancy (0..1) below which a cell is free.
-    """
-
-    mode: str = "trinary"
-    negate: bool = False
-    occupied_thresh: float = 0.65
-    free_thresh: float = 0.25
 
 
 def load_map(path: str | Path) -> OccupancyGrid:
@@ -60,11 +42,15 @@ def load_map(path: str | Path) -> OccupancyGrid:
     path = Path(path)
     header = _read_header(path)
     options = _options(path, header)
-    shade, alpha = _read_image(path, header)
+    image = path.parent / _image_name(path, header)
+    try:
+        shade, alpha = read_image(image)
+    except FileNotFoundError as error:
+        raise MapError(path, f"image {image} does not exist", "image") from error
     frame = GridFrame(
         _positive(path, header, "resolution"), shade.shape[1], shade.shape[0], _origin(path, header)
     )
-    return OccupancyGrid(frame, _to_occupancy(shade, alpha, options)[::-1].copy())
+    return OccupancyGrid(frame, occupancy_of(shade, alpha, options)[::-1].copy())
 
 
 def _read_header(path: Path) -> dict[str, Any]:
@@ -118,45 +104,18 @@ def _origin(path: Path, header: dict[str, Any]) -> SE2:
     return SE2(*(_number(path, "origin", entry) for entry in value))
 
 
-def _read_image(path: Path, header: dict[str, Any]) -> tuple[NDArray[np.float64], Any]:
+def _image_name(path: Path, header: dict[str, Any]) -> str:
     name = header["image"]
     if not isinstance(name, str) or not name:
         raise MapError(path, f"must be a file name, got {name!r}", "image")
-    image_path = path.parent / name
-    try:
-        with Image.open(image_path) as image:
-            if image.width * image.height > _CELLS_MAX:
-                raise MapError(image_path, f"has over {_CELLS_MAX} pixels")
-            has_alpha = "A" in image.getbands()
-            pixels = np.asarray(image.convert("LA" if has_alpha else "L"), dtype=np.float64)
-    except FileNotFoundError as error:
-        raise MapError(path, f"image {image_path} does not exist", "image") from error
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise MapError(image_path, f"is no readable PGM or PNG image: {error}") from error
-    return (pixels[..., 0], pixels[..., 1]) if has_alpha else (pixels, None)
-
-
-def _to_occupancy(shade: NDArray[np.float64], alpha: Any, options: MapOptions) -> NDArray[np.int8]:
-    """Follow map_server: raw keeps the value, the others compare the darkness with thresholds."""
-    if options.mode == "raw":
-        return np.where(shade <= OCCUPIED, shade, UNKNOWN).astype(np.int8)
-    occupancy = shade / 255.0 if options.negate else 1.0 - shade / 255.0
-    between = np.full(shade.shape, float(UNKNOWN))
-    if options.mode == "scale":
-        span = options.occupied_thresh - options.free_thresh
-        between = np.rint((occupancy - options.free_thresh) / span * OCCUPIED)
-    occupied, free = occupancy > options.occupied_thresh, occupancy < options.free_thresh
-    cells = np.select([occupied, free], [OCCUPIED, FREE], between).astype(np.int8)
-    if options.mode == "scale" and alpha is not None:
-        cells[alpha < 255] = UNKNOWN
-    return cells
+    return name
 
 
 def save_map(
     grid: OccupancyGrid,
     stem: str | Path,
     image_format: str = "pgm",
-    options: MapOptions = MapOptions(),
+    options: MapOptions = MAP_SAVER,
 ) -> tuple[Path, Path]:
     """Write a map atomically as `<stem>.yaml` and `<stem>.<image_format>`.
 
@@ -173,16 +132,8 @@ def save_map(
         MapError: The format or an option is invalid, the map is empty, or it cannot be written.
     """
     stem = Path(stem)
-    if image_format not in FORMATS:
-        problem = f"image format {image_format!r} is unknown; valid: {', '.join(FORMATS)}"
-        raise MapError(stem, problem)
-    _check_to_write(stem, grid, options)
-    transparent = options.mode == "scale" and bool(grid.unknown().any())
-    if transparent and image_format == "pgm":
-        raise MapError(stem, "mode 'scale' has no shade for unknown in a pgm image; valid: png")
-    written_free_thresh = min(options.free_thresh, _UNKNOWN_READS_BACK)
-    image_path = stem.with_name(f"{stem.name}.{image_format}")
-    yaml_path = stem.with_name(f"{stem.name}.yaml")
+    _check_to_write(stem, grid, image_format, options)
+    image_path, yaml_path = (stem.with_name(f"{stem.name}.{end}") for end in (image_format, "yaml"))
     origin = grid.frame.origin
     header = {
         "image": image_path.name,
@@ -191,48 +142,29 @@ def save_map(
         "origin": [origin.x, origin.y, origin.theta],
         "negate": int(options.negate),
         "occupied_thresh": options.occupied_thresh,
-        "free_thresh": written_free_thresh,
+        "free_thresh": options.written_free_thresh,
     }
+    text = yaml.safe_dump(header, sort_keys=False, default_flow_style=None)
+    content = encoded(grid.data, options, image_format)
     try:
-        pixels = _to_shades(grid.data, options, written_free_thresh)
-        if transparent:
-            pixels = np.dstack((pixels, np.where(grid.unknown(), 0, 255).astype(np.uint8)))
-        image = Image.fromarray(pixels[::-1])
-        content = io.BytesIO()
-        image.save(content, format=_pillow_name(image_format))
-        text = yaml.safe_dump(header, sort_keys=False, default_flow_style=None)
-        write_together({image_path: content.getvalue(), yaml_path: text.encode()})
+        write_together({image_path: content, yaml_path: text.encode()})
     except OSError as error:
         raise MapError(stem, f"cannot be written: {error.strerror}") from error
     return yaml_path, image_path
 
 
-def _check_to_write(stem: Path, grid: OccupancyGrid, options: MapOptions) -> None:
+def _check_to_write(
+    stem: Path, grid: OccupancyGrid, image_format: str, options: MapOptions
+) -> None:
     """Refuse what could not be read back."""
+    if image_format not in FORMATS:
+        problem = f"image format {image_format!r} is unknown; valid: {', '.join(FORMATS)}"
+        raise MapError(stem, problem)
     if options.mode not in MODES:
         raise MapError(stem, f"mode {options.mode!r} is unknown; valid: {', '.join(MODES)}")
     if not 0.0 <= options.free_thresh < options.occupied_thresh <= 1.0:
         raise MapError(stem, "must be 0 <= free_thresh < occupied_thresh <= 1", "thresholds")
     if not grid.data.size:
         raise MapError(stem, "the map is empty")
-
-
-def _pillow_name(image_format: str) -> str:
-    return "PPM" if image_format == "pgm" else "PNG"
-
-
-def _to_shades(
-    data: NDArray[np.int8], options: MapOptions, written_free_thresh: float
-) -> NDArray[np.uint8]:
-    """Return the grey levels map_saver writes, top row first in the caller's hands."""
-    if options.mode == "raw":
-        return np.where(data < 0, 255, data).astype(np.uint8)
-    if options.mode == "scale":  # the inverse of what the loader does, so that it reads back
-        span = options.occupied_thresh - written_free_thresh
-        darkness = written_free_thresh + np.maximum(data, 0) / OCCUPIED * span
-        shade = np.rint((1.0 - darkness) * 255.0)
-    else:
-        occupied = data >= options.occupied_thresh * OCCUPIED
-        free = (data >= 0) & (data <= options.free_thresh * OCCUPIED)
-        shade = np.select([occupied, free], [0.0, 254.0], _UNKNOWN_SHADE)
-    return (255 - shade if options.negate else shade).astype(np.uint8)
+    if options.mode == "scale" and image_format == "pgm" and grid.unknown().any():
+        raise MapError(stem, "mode 'scale' has no shade for unknown in a pgm image; valid: png")

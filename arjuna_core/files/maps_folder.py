@@ -12,7 +12,7 @@ class MapsFolderError(ArjunaError, ValueError):
     """A path leads out of the maps folder, or is none."""
 
 
-def inside(folder: str | Path, url: str) -> Path:
+def path_in_folder(folder: str | Path, url: str) -> Path:
     """Return the path that a request names, once it is sure to lie in the maps folder.
 
     Args:

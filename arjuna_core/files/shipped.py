@@ -9,7 +9,7 @@ _CHECKOUT = Path(__file__).resolve().parents[2]
 _INSTALLED = Path(sys.prefix) / "share" / "arjuna"
 
 
-def resource(relative: str) -> Path:
+def shipped_file(relative: str) -> Path:
     """Return the path of a shipped file such as `urdf/arjuna.urdf`, in a checkout or installed."""
     in_checkout = _CHECKOUT / relative
     return in_checkout if in_checkout.exists() else _INSTALLED / relative

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -13,6 +13,8 @@ from arjuna_core.ros.params import ParameterBinding
 from arjuna_core.ros.process import Process
 from arjuna_core.ros.tf import TransformBuffer
 from arjuna_core.timing import Periodic
+
+T = TypeVar("T")
 
 
 class ManagedNode(LifecycleNode):
@@ -56,7 +58,7 @@ class ManagedNode(LifecycleNode):
         self.active = False
         self._tasks: list[tuple[Periodic, Callable[[], None]]] = []
         self._made: list[tuple[Callable[[Any], Any], Any]] = []
-        self._binding = ParameterBinding(self, self.Config, values or {}, self._on_change)
+        self._binding = ParameterBinding(self, self.Config, values or {}, self.on_config)
         process.add(self)
 
     def _drop_own_clock_subscription(self) -> None:
@@ -148,6 +150,10 @@ class ManagedNode(LifecycleNode):
         self._made.append((destroy, entity))
         return entity
 
+    def kept(self, kind: type[T]) -> list[T]:
+        """Return what is kept until cleanup and is of a kind."""
+        return [entity for _, entity in self._made if isinstance(entity, kind)]
+
     def configure(self) -> None:
         """Build the core and the interfaces; raise an ArjunaError to refuse."""
 
@@ -165,9 +171,6 @@ class ManagedNode(LifecycleNode):
 
     def on_config(self, config: Any) -> None:
         """React to parameters changed at run time."""
-
-    def _on_change(self, config: Any) -> None:
-        self.on_config(config)
 
     def _attempt(self, step: Callable[[], None]) -> TransitionCallbackReturn:
         try:

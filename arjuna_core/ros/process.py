@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import rclpy
 from rclpy.context import Context
@@ -20,11 +20,8 @@ from arjuna_core.ros.ament import add_environment_to_ament_index
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
-if TYPE_CHECKING:
-    from arjuna_core.ros.node import ManagedNode
-
 _POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
-_DRAIN_STEP = 0.001
+_DRAIN_STEP = 0.001  # [s, wall]; the queue holds a marker, so that it is never waited out
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
@@ -44,6 +41,25 @@ def _discovery(isolated: bool) -> Iterator[None]:
 
 class MissingNodeError(ArjunaError):
     """A node that must live in the same process does not."""
+
+
+class ClockedNode(Protocol):
+    """What a process asks of the nodes that live in it."""
+
+    def get_fully_qualified_name(self) -> str:
+        """Return the node's name with its namespace."""
+
+    def get_clock(self) -> Any:
+        """Return the rclpy clock that the process sets."""
+
+    def on_time_jump(self) -> None:
+        """React to a clock that was set back."""
+
+    def run_due(self, now: float) -> None:
+        """Run what is due at a time [s]."""
+
+    def destroy_node(self) -> None:
+        """Leave the graph."""
 
 
 class Process:
@@ -69,7 +85,7 @@ class Process:
             # the middleware reads the range when the context's first node is made
             self.node = Node(name, context=self.context, start_parameter_services=False)
         self.executor = EventsExecutor(context=self.context)
-        self.nodes: list[ManagedNode] = []
+        self.nodes: list[ClockedNode] = []
         self.now = 0.0
         self.executor.add_node(self.node)
         self.transforms = TransformBuffer()
@@ -79,7 +95,7 @@ class Process:
         else:
             self.node.create_timer(0.01, self._on_system_time)
 
-    def add(self, node: ManagedNode) -> None:
+    def add(self, node: ClockedNode) -> None:
         """Take a node into the executor and under the clock."""
         self.nodes.append(node)
         self.executor.add_node(node)
@@ -109,10 +125,15 @@ class Process:
         if override is not None:
             for node in self.nodes:
                 node.get_clock().set_ros_time_override(override)
-        for node in self.nodes:
-            if jumped_back:
+        if jumped_back:
+            for node in self.nodes:
                 node.on_time_jump()
-            node.run_due(now)
+        self.executor.create_task(self._run_due)
+
+    def _run_due(self) -> None:
+        """Run what is due, behind the transforms and scans that were queued with the clock."""
+        for node in self.nodes:
+            node.run_due(self.now)
 
     def spin_once(self, timeout: float = _POLL) -> None:
         """Run at most one waiting callback, waiting up to a timeout for it [s, wall]."""

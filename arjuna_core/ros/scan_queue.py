@@ -13,7 +13,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
 _LENGTH = 10  # as nav2_amcl's message filter
-_TELL_EVERY = 1000
+_TELL_EVERY = 1000  # of the scans lost, so that a log stays readable
 
 
 class ScanQueue:

@@ -35,12 +35,12 @@ class TransformListener:
 
     def _insert(self, message: Any, static: bool) -> None:
         for item in message.transforms:
-            turn = item.transform.rotation
+            rotation = item.transform.rotation
             self._buffer.insert(
                 item.header.frame_id.lstrip("/"),
                 item.child_frame_id.lstrip("/"),
                 seconds(item.header.stamp),
                 se2_from_transform(item.transform),
                 static,
-                is_upside_down(turn.x, turn.y, turn.z, turn.w),
+                is_upside_down(rotation.x, rotation.y, rotation.z, rotation.w),
             )

@@ -1,6 +1,6 @@
 """Local planners: controllers that follow a path."""
 
-from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus, Velocity
+from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.regulated_pure_pursuit import (
     PathError,
     RegulatedPurePursuit,
@@ -14,5 +14,4 @@ __all__ = [
     "PathError",
     "RegulatedPurePursuit",
     "RegulatedPurePursuitConfig",
-    "Velocity",
 ]

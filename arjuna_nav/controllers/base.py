@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.costmap.costmap import Costmap
 
 
@@ -28,32 +29,17 @@ class ControlStatus(enum.IntEnum):
 
 
 @dataclass(frozen=True)
-class Velocity:
-    """Motion of a robot that cannot move sideways.
-
-    Attributes:
-        v: Forward speed [m/s].
-        w: Yaw rate [rad/s].
-    """
-
-    v: float = 0.0
-    w: float = 0.0
-
-
-@dataclass(frozen=True)
 class ControlResult:
     """A velocity, or why there is none.
 
     Attributes:
-        status: SUCCEEDED where `v` and `w` are to be driven.
-        v: Forward speed [m/s].
-        w: Yaw rate [rad/s].
+        status: SUCCEEDED where the velocity is to be driven.
+        velocity: What to drive.
         message: What went wrong, with numbers; empty on success.
     """
 
     status: ControlStatus
-    v: float = 0.0
-    w: float = 0.0
+    velocity: Velocity = STILL
     message: str = ""
 
 

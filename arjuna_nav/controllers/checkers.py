@@ -14,13 +14,13 @@ class ProgressConfig:
 
     plugin: str = param(
         "nav2_controller::SimpleProgressChecker",
-        "type",
+        "Nav2's name of what is used.",
         choices=("nav2_controller::SimpleProgressChecker",),
     )
     required_movement_radius: float = param(
-        0.5, "distance to be moved in the time allowed", unit="m", minimum=0.0
+        0.5, "Distance to be moved in the time allowed.", unit="m", minimum=0.0
     )
-    movement_time_allowance: float = param(10.0, "time allowed", unit="s", minimum=0.0)
+    movement_time_allowance: float = param(10.0, "Time allowed.", unit="s", minimum=0.0)
 
 
 class SimpleProgressChecker:
@@ -62,12 +62,12 @@ class GoalConfig:
 
     plugin: str = param(
         "nav2_controller::SimpleGoalChecker",
-        "type",
+        "Nav2's name of what is used.",
         choices=("nav2_controller::SimpleGoalChecker",),
     )
-    xy_goal_tolerance: float = param(0.25, "distance from the goal", unit="m", minimum=0.0)
-    yaw_goal_tolerance: float = param(0.25, "angle from the goal's", unit="rad", minimum=0.0)
-    stateful: bool = param(True, "whether the position, once reached, counts as reached")
+    xy_goal_tolerance: float = param(0.25, "Distance from the goal.", unit="m", minimum=0.0)
+    yaw_goal_tolerance: float = param(0.25, "Angle from the goal's.", unit="rad", minimum=0.0)
+    stateful: bool = param(True, "Whether the position, once reached, counts as reached.")
 
 
 class SimpleGoalChecker:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers import (
     ControlStatus,
     RegulatedPurePursuit,
     RegulatedPurePursuitConfig,
-    Velocity,
 )
 from arjuna_nav.controllers.checkers import (
     GoalConfig,
@@ -43,9 +43,6 @@ class FollowerConfig:
     general_goal_checker: GoalConfig = field(default_factory=GoalConfig)
 
 
-_STILL = Velocity()
-
-
 class FollowState(enum.Enum):
     """How following goes."""
 
@@ -67,10 +64,15 @@ class FollowResult:
     """
 
     state: FollowState
-    velocity: Velocity = _STILL
+    velocity: Velocity = STILL
     error: ControlStatus = ControlStatus.SUCCEEDED
     message: str = ""
     distance: float = 0.0
+
+    @staticmethod
+    def failed(error: ControlStatus, message: str) -> FollowResult:
+        """Return the end of a path that is not followed any more."""
+        return FollowResult(FollowState.FAILED, error=error, message=message)
 
 
 class PathFollower:
@@ -131,7 +133,7 @@ class PathFollower:
         """Return what to drive; pose and costmap are of the path's frame."""
         assert self._end is not None
         if not self._progress.check(pose, now):
-            return _failed(ControlStatus.FAILED_TO_MAKE_PROGRESS, self._no_progress())
+            return FollowResult.failed(ControlStatus.FAILED_TO_MAKE_PROGRESS, self._no_progress())
         if self._goal.reached(pose, self._end):
             return FollowResult(FollowState.SUCCEEDED)
         self._controller.speed_limit = self.speed_limit
@@ -139,8 +141,7 @@ class PathFollower:
         distance = paths.length(self._controller.path)
         if control.status is ControlStatus.SUCCEEDED:
             self._failing_since = None
-            command = Velocity(control.v, control.w)
-            return FollowResult(FollowState.RUNNING, command, distance=distance)
+            return FollowResult(FollowState.RUNNING, control.velocity, distance=distance)
         return self._bear(control.status, control.message, now, distance)
 
     def _bear(
@@ -153,7 +154,7 @@ class PathFollower:
         if tolerance < 0.0 or now - self._failing_since < tolerance:
             return FollowResult(FollowState.RUNNING, message=message, distance=distance)
         exceeded = ControlStatus.PATIENCE_EXCEEDED if tolerance > 0.0 else status
-        return _failed(exceeded, f"{message}; for over {tolerance:g} s")
+        return FollowResult.failed(exceeded, f"{message}; for over {tolerance:g} s")
 
     def _no_progress(self) -> str:
         config = self._config.progress_checker
@@ -161,7 +162,3 @@ class PathFollower:
             f"moved less than {config.required_movement_radius:g} m in "
             f"{config.movement_time_allowance:g} s"
         )
-
-
-def _failed(error: ControlStatus, message: str) -> FollowResult:
-    return FollowResult(FollowState.FAILED, error=error, message=message)

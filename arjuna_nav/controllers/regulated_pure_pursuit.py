@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
-from arjuna_nav.controllers.base import ControlResult, ControlStatus, Velocity
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.base import ControlResult, ControlStatus
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
@@ -19,10 +20,6 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
 
 _PLUGIN = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
-_TURN_GAIN = 1.5  # yaw rate per angle left; stable with 0.25 s from command to motion [1/s]
-_SMALLEST_TURN = 0.1  # a skid-steer's wheels stick below this rate [rad/s]
-_SETTLED = 0.05  # angle below which sticking is welcome [rad]
-_SAME_GOAL = 0.1  # paths that end this near to each other lead to the same goal [m]
 
 
 class PathError(ArjunaError, ValueError):
@@ -33,48 +30,60 @@ class PathError(ArjunaError, ValueError):
 class RegulatedPurePursuitConfig:
     """Parameters of regulated pure pursuit, by Nav2's names."""
 
-    plugin: str = param(_PLUGIN, "type", choices=(_PLUGIN,))
-    desired_linear_vel: float = param(0.5, "greatest forward speed", unit="m/s", minimum=0.0)
-    lookahead_dist: float = param(0.6, "fixed lookahead", unit="m", minimum=0.05)
-    min_lookahead_dist: float = param(0.3, "least scaled lookahead", unit="m", minimum=0.05)
-    max_lookahead_dist: float = param(0.9, "greatest scaled lookahead", unit="m", minimum=0.05)
-    lookahead_time: float = param(1.5, "scaled lookahead per speed", unit="s", minimum=0.0)
-    use_velocity_scaled_lookahead_dist: bool = param(False, "whether lookahead grows with speed")
+    plugin: str = param(_PLUGIN, "Nav2's name of what is used.", choices=(_PLUGIN,))
+    desired_linear_vel: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
+    lookahead_dist: float = param(0.6, "Fixed lookahead.", unit="m", minimum=0.05)
+    min_lookahead_dist: float = param(0.3, "Least scaled lookahead.", unit="m", minimum=0.05)
+    max_lookahead_dist: float = param(0.9, "Greatest scaled lookahead.", unit="m", minimum=0.05)
+    lookahead_time: float = param(1.5, "Scaled lookahead per speed.", unit="s", minimum=0.0)
+    use_velocity_scaled_lookahead_dist: bool = param(False, "Whether lookahead grows with speed.")
     min_approach_linear_velocity: float = param(
-        0.05, "least speed towards the goal", unit="m/s", minimum=0.0
+        0.05, "Least speed towards the goal.", unit="m/s", minimum=0.0
     )
     approach_velocity_scaling_dist: float = param(
-        0.6, "distance from the goal at which to slow down", unit="m", minimum=0.0
+        0.6, "Distance from the goal at which to slow down.", unit="m", minimum=0.0
     )
-    use_collision_detection: bool = param(True, "whether to stop before obstacles")
+    use_collision_detection: bool = param(True, "Whether to stop before obstacles.")
     max_allowed_time_to_collision_up_to_carrot: float = param(
-        1.0, "how far ahead collisions are looked for", unit="s", minimum=0.0
+        1.0, "How far ahead collisions are looked for.", unit="s", minimum=0.0
     )
-    use_regulated_linear_velocity_scaling: bool = param(True, "whether bends slow down")
-    use_cost_regulated_linear_velocity_scaling: bool = param(True, "whether obstacles slow down")
+    use_regulated_linear_velocity_scaling: bool = param(True, "Whether bends slow down.")
+    use_cost_regulated_linear_velocity_scaling: bool = param(True, "Whether obstacles slow down.")
     cost_scaling_dist: float = param(
-        0.6, "distance to obstacles that slows down", unit="m", minimum=0.01
+        0.6, "Distance to obstacles that slows down.", unit="m", minimum=0.01
     )
-    cost_scaling_gain: float = param(1.0, "speed left per distance", minimum=0.0, maximum=1.0)
+    cost_scaling_gain: float = param(1.0, "Speed left per distance.", minimum=0.0, maximum=1.0)
     inflation_cost_scaling_factor: float = param(
-        3.0, "the costmap's cost_scaling_factor", unit="1/m", minimum=0.01
+        3.0, "The costmap's cost_scaling_factor.", unit="1/m", minimum=0.01
     )
     regulated_linear_scaling_min_radius: float = param(
-        0.90, "radius of bends that slow down", unit="m", minimum=0.01
+        0.90, "Radius of bends that slow down.", unit="m", minimum=0.01
     )
     regulated_linear_scaling_min_speed: float = param(
-        0.25, "least regulated speed", unit="m/s", minimum=0.0
+        0.25, "Least regulated speed.", unit="m/s", minimum=0.0
     )
-    use_rotate_to_heading: bool = param(True, "whether to turn on the spot")
+    use_rotate_to_heading: bool = param(True, "Whether to turn on the spot.")
     rotate_to_heading_min_angle: float = param(
-        0.785, "heading error that starts a turn on the spot", unit="rad", minimum=0.0
+        0.785, "Heading error that starts a turn on the spot.", unit="rad", minimum=0.0
     )
     rotate_to_heading_angular_vel: float = param(
-        1.8, "yaw rate on the spot and greatest in bends", unit="rad/s", minimum=0.05
+        1.8, "Yaw rate on the spot and greatest in bends.", unit="rad/s", minimum=0.05
     )
-    max_angular_accel: float = param(3.2, "change of the yaw rate", unit="rad/s^2", minimum=0.01)
+    rotate_to_heading_gain: float = param(
+        1.5, "Yaw rate per angle left; stable with 0.25 s to motion.", unit="1/s", minimum=0.1
+    )
+    min_rotate_to_heading_angular_vel: float = param(
+        0.1, "Yaw rate below which the wheels stick.", unit="rad/s", minimum=0.0
+    )
+    rotate_to_heading_settled_angle: float = param(
+        0.05, "Angle left below which the wheels may stick.", unit="rad", minimum=0.0
+    )
+    same_goal_tolerance: float = param(
+        0.1, "Distance between the ends of two paths to the same goal.", unit="m", minimum=0.0
+    )
+    max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
     max_robot_pose_search_dist: float = param(
-        2.5, "how far along the path the robot is looked for", unit="m", minimum=0.1
+        2.5, "How far along the path the robot is looked for.", unit="m", minimum=0.1
     )
 
 
@@ -126,8 +135,8 @@ class RegulatedPurePursuit:
         """
         if path.ndim != 2 or path.shape[1] != 3 or not len(path):
             raise PathError(f"a path must be (N, 3) with N > 0, got {path.shape}")
-        moved = not len(self._path) or np.hypot(*(path[-1, :2] - self._path[-1, :2])) > _SAME_GOAL
-        if moved:
+        gap = np.hypot(*(path[-1, :2] - self._path[-1, :2])) if len(self._path) else np.inf
+        if gap > self._config.same_goal_tolerance:
             self._arrived = self._turning = False
         self._path, self._index = path, 0
 
@@ -177,9 +186,11 @@ class RegulatedPurePursuit:
         """Return the yaw rate that turns by an angle and comes to rest there."""
         config = self._config
         brake = math.sqrt(config.max_angular_accel * abs(angle))  # half the limit: none overshoots
-        rate = min(config.rotate_to_heading_angular_vel, brake, _TURN_GAIN * abs(angle))
-        if abs(angle) > _SETTLED:
-            rate = max(rate, _SMALLEST_TURN)
+        rate = min(
+            config.rotate_to_heading_angular_vel, brake, config.rotate_to_heading_gain * abs(angle)
+        )
+        if abs(angle) > config.rotate_to_heading_settled_angle:
+            rate = max(rate, config.min_rotate_to_heading_angular_vel)
         target = math.copysign(rate, angle)
         change = config.max_angular_accel * self._period
         return min(max(target, self._last_w - change), self._last_w + change)
@@ -239,7 +250,7 @@ class RegulatedPurePursuit:
                 message = f"collision ahead at ({arc[hit, 0]:.2f}, {arc[hit, 1]:.2f})"
                 return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
         self._last_w = command.w
-        return ControlResult(ControlStatus.SUCCEEDED, command.v, command.w)
+        return ControlResult(ControlStatus.SUCCEEDED, command)
 
 
 def _crossing(pose: SE2, before: SE2, after: SE2, distance: float) -> float:

@@ -12,7 +12,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 
-_CLEARANCE_EPSILON_CELLS = 1e-6
+_CLEARANCE_EPSILON_CELLS = 1e-6  # rounding where the robot stands
 
 
 def collides(costmap: Costmap, footprint: Footprint, pose: SE2) -> bool:

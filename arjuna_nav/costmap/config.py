@@ -16,12 +16,14 @@ class StaticConfig:
     """The layer that holds the map."""
 
     plugin: str = param(
-        "nav2_costmap_2d::StaticLayer", "type", choices=("nav2_costmap_2d::StaticLayer",)
+        "nav2_costmap_2d::StaticLayer",
+        "Nav2's name of what is used.",
+        choices=("nav2_costmap_2d::StaticLayer",),
     )
-    enabled: bool = param(True, "whether the layer takes part")
-    map_topic: str = param("", "topic of the map; empty takes the costmap's own", read_only=True)
+    enabled: bool = param(True, "Whether the layer takes part.")
+    map_topic: str = param("", "Topic of the map; empty takes the costmap's own.", read_only=True)
     map_subscribe_transient_local: bool = param(
-        True, "whether the map's publisher latches", read_only=True
+        True, "Whether the map's publisher latches.", read_only=True
     )
 
 
@@ -29,18 +31,18 @@ class StaticConfig:
 class SourceConfig:
     """One scan the obstacle layer listens to."""
 
-    topic: str = param("scan", "topic of the scan", read_only=True)
-    data_type: str = param("LaserScan", "type of the data", choices=("LaserScan",), read_only=True)
-    marking: bool = param(True, "whether returns mark obstacles")
-    clearing: bool = param(True, "whether rays clear obstacles")
+    topic: str = param("scan", "Topic of the scan.", read_only=True)
+    data_type: str = param("LaserScan", "Type of the data.", choices=("LaserScan",), read_only=True)
+    marking: bool = param(True, "Whether returns mark obstacles.")
+    clearing: bool = param(True, "Whether rays clear obstacles.")
     expected_update_rate: float = param(
-        0.0, "longest silence borne, as Nav2 names it; 0 bears any", unit="s", minimum=0.0
+        0.0, "Longest silence borne, as Nav2 names it; 0 bears any.", unit="s", minimum=0.0
     )
-    inf_is_valid: bool = param(True, "whether a beam without return clears its ray")
-    obstacle_max_range: float = param(2.5, "longest range that marks", unit="m", minimum=0.0)
-    obstacle_min_range: float = param(0.0, "shortest range that marks", unit="m", minimum=0.0)
-    raytrace_max_range: float = param(3.0, "longest range cleared", unit="m", minimum=0.0)
-    raytrace_min_range: float = param(0.0, "shortest range cleared", unit="m", minimum=0.0)
+    inf_is_valid: bool = param(True, "Whether a beam without return clears its ray.")
+    obstacle_max_range: float = param(2.5, "Longest range that marks.", unit="m", minimum=0.0)
+    obstacle_min_range: float = param(0.0, "Shortest range that marks.", unit="m", minimum=0.0)
+    raytrace_max_range: float = param(3.0, "Longest range cleared.", unit="m", minimum=0.0)
+    raytrace_min_range: float = param(0.0, "Shortest range cleared.", unit="m", minimum=0.0)
 
 
 @dataclass(frozen=True)
@@ -48,11 +50,13 @@ class ObstacleConfig:
     """The layer that marks and clears what the scans see."""
 
     plugin: str = param(
-        "nav2_costmap_2d::ObstacleLayer", "type", choices=("nav2_costmap_2d::ObstacleLayer",)
+        "nav2_costmap_2d::ObstacleLayer",
+        "Nav2's name of what is used.",
+        choices=("nav2_costmap_2d::ObstacleLayer",),
     )
-    enabled: bool = param(True, "whether the layer takes part")
-    footprint_clearing_enabled: bool = param(True, "whether the robot's own place is set free")
-    observation_sources: str = param("scan", "the sources", choices=("scan",), read_only=True)
+    enabled: bool = param(True, "Whether the layer takes part.")
+    footprint_clearing_enabled: bool = param(True, "Whether the robot's own place is set free.")
+    observation_sources: str = param("scan", "The sources.", choices=("scan",), read_only=True)
     scan: SourceConfig = field(default_factory=SourceConfig)
 
 
@@ -61,16 +65,18 @@ class InflationConfig:
     """The layer that spreads cost round obstacles."""
 
     plugin: str = param(
-        "nav2_costmap_2d::InflationLayer", "type", choices=("nav2_costmap_2d::InflationLayer",)
+        "nav2_costmap_2d::InflationLayer",
+        "Nav2's name of what is used.",
+        choices=("nav2_costmap_2d::InflationLayer",),
     )
-    enabled: bool = param(True, "whether the layer takes part")
+    enabled: bool = param(True, "Whether the layer takes part.")
     inflation_radius: float = param(
-        0.55, "distance over which cost is spread", unit="m", minimum=0.0
+        0.55, "Distance over which cost is spread.", unit="m", minimum=0.0
     )
     cost_scaling_factor: float = param(
-        10.0, "decay of the cost beyond the inscribed radius", unit="1/m", minimum=0.0
+        10.0, "Decay of the cost beyond the inscribed radius.", unit="1/m", minimum=0.0
     )
-    inflate_unknown: bool = param(False, "whether unknown cells take inflated cost")
+    inflate_unknown: bool = param(False, "Whether unknown cells take inflated cost.")
 
 
 @dataclass(frozen=True)
@@ -82,32 +88,34 @@ class CostmapConfig:
             the footprint is none.
     """
 
-    global_frame: str = param("map", "frame of the grid", read_only=True)
-    robot_base_frame: str = param("base_link", "frame of the robot", read_only=True)
-    map_topic: str = param("map", "topic of the map", read_only=True)
-    update_frequency: float = param(5.0, "updates a second", unit="Hz", minimum=0.1, read_only=True)
+    global_frame: str = param("map", "Frame of the grid.", read_only=True)
+    robot_base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
+    map_topic: str = param("map", "Topic of the map.", read_only=True)
+    update_frequency: float = param(
+        5.0, "Updates a second.", unit="Hz", minimum=0.1, read_only=True
+    )
     publish_frequency: float = param(
-        1.0, "publications a second", unit="Hz", minimum=0.0, read_only=True
+        1.0, "Publications a second.", unit="Hz", minimum=0.0, read_only=True
     )
-    width: int = param(5, "width without a map", unit="m", minimum=1, read_only=True)
-    height: int = param(5, "height without a map", unit="m", minimum=1, read_only=True)
-    resolution: float = param(0.1, "edge of a cell", unit="m", minimum=0.005, read_only=True)
-    origin_x: float = param(0.0, "lower left corner without a map", unit="m", read_only=True)
-    origin_y: float = param(0.0, "lower left corner without a map", unit="m", read_only=True)
-    rolling_window: bool = param(False, "whether the grid follows the robot", read_only=True)
-    track_unknown_space: bool = param(False, "whether unknown differs from free", read_only=True)
+    width: int = param(5, "Width without a map.", unit="m", minimum=1, read_only=True)
+    height: int = param(5, "Height without a map.", unit="m", minimum=1, read_only=True)
+    resolution: float = param(0.1, "Edge of a cell.", unit="m", minimum=0.005, read_only=True)
+    origin_x: float = param(0.0, "Lower left corner without a map.", unit="m", read_only=True)
+    origin_y: float = param(0.0, "Lower left corner without a map.", unit="m", read_only=True)
+    rolling_window: bool = param(False, "Whether the grid follows the robot.", read_only=True)
+    track_unknown_space: bool = param(False, "Whether unknown differs from free.", read_only=True)
     lethal_cost_threshold: int = param(
-        100, "occupancy from which a map's cell is lethal", unit="%", minimum=1, maximum=100
+        100, "Occupancy from which a map's cell is lethal.", unit="%", minimum=1, maximum=100
     )
-    trinary_costmap: bool = param(True, "whether occupancy below the threshold is free")
-    robot_radius: float = param(0.1, "radius of a circular robot", unit="m", minimum=0.01)
-    footprint: str = param("[]", "corners [[x, y], ...] of a robot that is no circle", unit="m")
-    footprint_padding: float = param(0.01, "added to the footprint", unit="m", minimum=0.0)
-    transform_tolerance: float = param(0.3, "age of the transform borne", unit="s", minimum=0.0)
+    trinary_costmap: bool = param(True, "Whether occupancy below the threshold is free.")
+    robot_radius: float = param(0.1, "Radius of a circular robot.", unit="m", minimum=0.01)
+    footprint: str = param("[]", "Corners [[x, y], ...] of a robot that is no circle.", unit="m")
+    footprint_padding: float = param(0.01, "Added to the footprint.", unit="m", minimum=0.0)
+    transform_tolerance: float = param(0.3, "Age of the transform borne.", unit="s", minimum=0.0)
     always_send_full_costmap: bool = param(
-        True, "whole grids are sent, no updates of them", choices=(True,)
+        True, "Whole grids are sent, no updates of them.", choices=(True,)
     )
-    plugins: tuple[str, ...] = param(LAYERS, "layers in order", choices=LAYERS, read_only=True)
+    plugins: tuple[str, ...] = param(LAYERS, "Layers in order.", choices=LAYERS, read_only=True)
     static_layer: StaticConfig = field(default_factory=StaticConfig)
     obstacle_layer: ObstacleConfig = field(default_factory=ObstacleConfig)
     inflation_layer: InflationConfig = field(default_factory=InflationConfig)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import raytrace
 from arjuna_nav.costmap.config import CostmapConfig, SourceConfig
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap.raytrace import enter_scan, fill_polygon
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class ObstacleLayer:
             self._enter(placed)
         if self._config.footprint_clearing_enabled:
             corners = self.frame.origin.inverse().apply(footprint.at(T_global_base))
-            raytrace.fill_polygon(self.data, corners / self.frame.resolution, FREE)
+            fill_polygon(self.data, corners / self.frame.resolution, FREE)
 
     def merge_into(self, master: NDArray[np.uint8]) -> None:
         """Take the greater cost of both; what either does not know comes from the other."""
@@ -99,7 +99,7 @@ class ObstacleLayer:
     def _enter(self, placed: PlacedScan) -> None:
         source, scan = self._config.scan, placed.scan
         T_grid_sensor = self.frame.origin.inverse() @ placed.T_global_base @ scan.T_base_sensor
-        raytrace.enter_scan(
+        enter_scan(
             self.data,
             T_grid_sensor.array() / (self.frame.resolution, self.frame.resolution, 1.0),
             scan.ranges / self.frame.resolution,

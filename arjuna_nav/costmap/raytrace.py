@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.raycast import line_cells
 from arjuna_nav.costmap.costmap import FREE, LETHAL
 
 
@@ -67,26 +68,17 @@ def _clear_ray(
     length: float,
     keep_end: bool,
 ) -> None:
-    """Set cells along a ray free; `keep_end` spares the cell of its end. Source: Bresenham 1965."""
+    """Set cells along a ray free; `keep_end` spares the cell of its end."""
     if length <= start:
         return
     height, width = data.shape
     row, column = math.floor(sensor[1] + start * s), math.floor(sensor[0] + start * c)
     row1, column1 = math.floor(sensor[1] + length * s), math.floor(sensor[0] + length * c)
-    d_row, d_column = abs(row1 - row), abs(column1 - column)
-    step_row = 1 if row1 > row else -1
-    step_column = 1 if column1 > column else -1
-    error = d_column - d_row
-    for _ in range(max(d_row, d_column) + (0 if keep_end else 1)):
-        if 0 <= row < height and 0 <= column < width:
-            data[row, column] = FREE
-        double = 2 * error
-        if double > -d_row:
-            error -= d_row
-            column += step_column
-        if double < d_column:
-            error += d_column
-            row += step_row
+    for r, c in line_cells(row, column, row1, column1):
+        if keep_end and r == row1 and c == column1:
+            break
+        if 0 <= r < height and 0 <= c < width:
+            data[r, c] = FREE
 
 
 @njit(cache=True)

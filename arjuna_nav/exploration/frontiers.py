@@ -23,14 +23,17 @@ _EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.int8)
 class ExplorationConfig:
     """Parameters of exploration."""
 
-    min_frontier_size: float = param(0.3, "shortest frontier of interest", unit="m", minimum=0.0)
+    min_frontier_size: float = param(0.3, "Shortest frontier of interest.", unit="m", minimum=0.0)
     view_distance: float = param(
-        1.0, "how far from a frontier it may be looked at", unit="m", minimum=0.0
+        1.0, "How far from a frontier it may be looked at.", unit="m", minimum=0.0
     )
-    max_cost: int = param(120, "greatest cost of a place to stand", minimum=0, maximum=252)
-    size_gain: float = param(1.0, "worth of a metre of frontier in metres of way", minimum=0.0)
+    frontier_shift: float = param(
+        0.3, "How far a frontier may move and still be the goal's.", unit="m", minimum=0.0
+    )
+    max_cost: int = param(120, "Greatest cost of a place to stand.", minimum=0, maximum=252)
+    size_gain: float = param(1.0, "Worth of a metre of frontier in metres of way.", minimum=0.0)
     blacklist_radius: float = param(
-        0.5, "distance to a goal tried before that rules a place out", unit="m", minimum=0.0
+        0.5, "Distance to a goal tried before that rules a place out.", unit="m", minimum=0.0
     )
 
 
@@ -65,7 +68,7 @@ def next_goal(
         return None
     costs = traversal_costs(costmap.data, allow_unknown=False)
     costs[start] = min(costs[start], NEUTRAL)
-    travel = spread(costs, *start) / NEUTRAL * grid.frame.resolution
+    travel = spread(costs, start) / NEUTRAL * grid.frame.resolution
     travel[costmap.data > config.max_cost] = np.inf
     for goal in tried:
         _rule_out(travel, grid, goal, config.blacklist_radius)

@@ -12,18 +12,14 @@ from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.actions import GoalClient, GoalServer
 from arjuna_core.ros.convert import duration_msg, pose_stamped
-from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.goal_client import GoalClient
+from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.navigator import (
-    Ending,
-    Finish,
-    Navigator,
-    NavigatorConfig,
-    NavigatorState,
-)
+from arjuna_nav.commands import Ending, Finish, NavigatorState
+from arjuna_nav.navigator import Navigator, NavigatorConfig
 from arjuna_nav.nodes.frames import pose_in, robot_pose
 from arjuna_nav.nodes.navigation_clients import NavigationClients
 from arjuna_nav.planners import PlanStatus
@@ -33,7 +29,7 @@ _DEFAULT_TREES = (
     "navigate_to_pose_w_replanning_and_recovery.xml",
     "navigate_through_poses_w_replanning_and_recovery.xml",
 )
-_FEEDBACK_PERIOD = 0.1
+_FEEDBACK_PERIOD = 0.1  # ten a second are enough for a client; Nav2 sends one each tick [s]
 _ROUNDING = 1e-6  # of sums of ticks
 _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
 
@@ -42,17 +38,17 @@ _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": Naviga
 class BtNavigatorConfig(NavigatorConfig):
     """Parameters of bt_navigator."""
 
-    global_frame: str = param("map", "frame to navigate in", read_only=True)
-    robot_base_frame: str = param("base_link", "frame of the robot", read_only=True)
-    odom_topic: str = param("odom", "topic of the odometry", read_only=True)
-    transform_tolerance: float = param(0.3, "age of the transform borne", unit="s", minimum=0.0)
-    bt_loop_duration: int = param(10, "time between two ticks", unit="ms", minimum=1)
+    global_frame: str = param("map", "Frame to navigate in.", read_only=True)
+    robot_base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
+    odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
+    transform_tolerance: float = param(0.3, "Age of the transform borne.", unit="s", minimum=0.0)
+    bt_loop_duration: int = param(10, "Time between two ticks.", unit="ms", minimum=1)
     wait_for_service_timeout: int = param(
-        1000, "how long to wait for a costmap to be cleared", unit="ms", minimum=0
+        1000, "How long to wait for a costmap to be cleared.", unit="ms", minimum=0
     )
 
 
-class BtNavigatorNode(ManagedNode):
+class BtNavigatorNode(GoalNode):
     """Runs the navigator: tells it what happened, does what it says."""
 
     Config = BtNavigatorConfig
@@ -81,20 +77,10 @@ class BtNavigatorNode(ManagedNode):
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         self.every(config.bt_loop_duration / 1000.0, self._tick)
 
-    def deactivate(self) -> None:
-        """Stop the robot and abort."""
-        self._abort("the node was deactivated")
-
-    def on_time_jump(self) -> None:
-        """Stop the robot and abort: what was asked for belongs to another time."""
-        if self.active:
-            self._abort("time was set back")
-
-    def _abort(self, reason: str) -> None:
+    def halt(self) -> None:
+        """Stop the robot and stop navigating."""
         self._others.stop()
         self._navigator = None
-        for server in self._servers.values():
-            server.abort_all(reason)
 
     def _on_odometry(self, message: Any) -> None:
         self._speed = message.twist.twist.linear.x
@@ -161,12 +147,11 @@ class BtNavigatorNode(ManagedNode):
             **self._others.take_outcomes(),
         )
         self._new_goals = None
-        command = self._navigator.tick(state)
-        self._others.carry_out(command)
-        if command.finish is not None:
-            self._finish(command.finish)
-        else:
-            self._give_feedback(state)
+        for command in self._navigator.tick(state):
+            self._others.carry_out(command)
+            if isinstance(command, Finish):
+                self._finish(command)
+        self._give_feedback(state)
 
     def _give_feedback(self, state: NavigatorState) -> None:
         if self._navigator is None or self.now - self._feedback_at < _FEEDBACK_PERIOD - _ROUNDING:

@@ -16,13 +16,11 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
-from arjuna_nav.controllers.base import Velocity
+from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.nodes.velocity.input import subscribe_velocity
-from arjuna_nav.nodes.velocity.output import VelocityOutput
+from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 from arjuna_nav.safety.collision_monitor import Action, CollisionMonitor, MonitorConfig, Verdict
 
-_STILL = Velocity()
 _BLIND = "invalid source"
 
 
@@ -55,7 +53,7 @@ class CollisionMonitorNode(ManagedNode):
         self._monitor = CollisionMonitor(config)
         self._enabled = config.enabled
         self._scan: Any | None = None
-        self._told = Verdict(_STILL)
+        self._told = Verdict(STILL)
         self._moved_at = 0.0
         stamped = config.enable_stamped_cmd_vel
         self._output = VelocityOutput(self, stamped, config.base_frame_id, config.cmd_vel_out_topic)
@@ -90,7 +88,7 @@ class CollisionMonitorNode(ManagedNode):
     def _on_command(self, velocity: Velocity) -> None:
         verdict = self._judge(velocity) if self._enabled else Verdict(velocity)
         self._tell(verdict)
-        if verdict.velocity != _STILL:
+        if verdict.velocity != STILL:
             self._moved_at = self.now
         if self.now - self._moved_at <= self.config.stop_pub_timeout:
             self._output.publish(verdict.velocity)
@@ -102,7 +100,7 @@ class CollisionMonitorNode(ManagedNode):
             self.get_logger().warning(f"blind: {error}", throttle_duration_sec=1.0)
             points = None
         if points is None:
-            return Verdict(_STILL, Action.STOP, _BLIND)
+            return Verdict(STILL, Action.STOP, _BLIND)
         return self._monitor.judge(velocity, points, self._costmap.layered.footprint)
 
     def _points(self) -> NDArray[np.float64] | None:

@@ -15,15 +15,16 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.actions import GoalServer
 from arjuna_core.ros.convert import header, poses_from_path
-from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers import ControlStatus, PathError, Velocity
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers import ControlStatus, PathError
 from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.nodes.velocity.output import VelocityOutput
+from arjuna_nav.nodes.velocity import VelocityOutput
 
 
 @dataclass(frozen=True)
@@ -34,10 +35,16 @@ class ControllerServerConfig(FollowerConfig):
         ("FollowPath",), "The controllers.", choices=("FollowPath",), read_only=True
     )
     progress_checker_plugins: tuple[str, ...] = param(
-        ("progress_checker",), "Checkers.", choices=("progress_checker",), read_only=True
+        ("progress_checker",),
+        "The progress checkers.",
+        choices=("progress_checker",),
+        read_only=True,
     )
     goal_checker_plugins: tuple[str, ...] = param(
-        ("general_goal_checker",), "Checkers.", choices=("general_goal_checker",), read_only=True
+        ("general_goal_checker",),
+        "The goal checkers.",
+        choices=("general_goal_checker",),
+        read_only=True,
     )
     costmap_update_timeout: float = param(0.3, "How old the costmap may be.", unit="s", minimum=0.0)
     cmd_vel_topic: str = param("cmd_vel", "Topic of what to drive.", read_only=True)
@@ -46,7 +53,7 @@ class ControllerServerConfig(FollowerConfig):
     speed_limit_topic: str = param("speed_limit", "Topic of speed limits.", read_only=True)
 
 
-class ControllerServerNode(ManagedNode):
+class ControllerServerNode(GoalNode):
     """Drives along the path of its goal at `controller_frequency`."""
 
     Config = ControllerServerConfig
@@ -74,19 +81,10 @@ class ControllerServerNode(ManagedNode):
         )
         self.every(1.0 / config.controller_frequency, self._control)
 
-    def deactivate(self) -> None:
-        """Stop the robot and abort what is asked for."""
-        self._abort("the node was deactivated")
-
-    def on_time_jump(self) -> None:
-        """Stop the robot and abort: what was asked for belongs to another time."""
-        if self.active:
-            self._abort("time was set back")
-
-    def _abort(self, reason: str) -> None:
+    def halt(self) -> None:
+        """Stop the robot where it follows a path."""
         if self._server.goal is not None:
             self._output.stop()
-        self._server.abort_all(reason)
 
     def on_config(self, config: ControllerServerConfig) -> None:
         """Follow by the new parameters from the next path on."""
@@ -110,7 +108,7 @@ class ControllerServerNode(ManagedNode):
         goal = self._server.accept_pending() if replaced else self._server.goal
         refusal = self._refusal(goal)
         if refusal is not None:
-            self._end(_failed(*refusal))
+            self._end(FollowResult.failed(*refusal))
             return
         self._frame = goal.path.header.frame_id.lstrip("/")
         self._plan_out.publish(goal.path)
@@ -184,12 +182,14 @@ class ControllerServerNode(ManagedNode):
             pose = self.transforms.lookup(self._frame, config.robot_base_frame)
             T_path_costmap = self.transforms.lookup(self._frame, config.global_frame)
         except TransformError as error:
-            return _failed(ControlStatus.TF_ERROR, f"the robot's pose is not known: {error}")
+            message = f"the robot's pose is not known: {error}"
+            return FollowResult.failed(ControlStatus.TF_ERROR, message)
         costmap = self._costmap.current(timeout)
         if costmap is None and self.now - self._started <= timeout:
-            return FollowResult(FollowState.RUNNING, Velocity())
+            return FollowResult(FollowState.RUNNING)
         if costmap is None:
-            return _failed(ControlStatus.CONTROLLER_TIMED_OUT, self._costmap.why_not_current())
+            message = self._costmap.why_not_current()
+            return FollowResult.failed(ControlStatus.CONTROLLER_TIMED_OUT, message)
         placed = costmap.seen_from(T_path_costmap)
         return follower.tick(pose, self._velocity, placed, self.now)
 
@@ -201,7 +201,3 @@ class ControllerServerNode(ManagedNode):
             return
         self.get_logger().warning(f"following failed: {result.message}")
         self._server.abort(message)
-
-
-def _failed(error: ControlStatus, message: str) -> FollowResult:
-    return FollowResult(FollowState.FAILED, Velocity(), error, message)

@@ -13,15 +13,13 @@ from std_msgs.msg import String
 from arjuna_core.config import param
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.actions import GoalClient, GoalOutcome
 from arjuna_core.ros.convert import grid_from_msg, pose_stamped
+from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.layered import LayeredCostmap
 from arjuna_nav.exploration.frontiers import ExplorationConfig, frontiers, next_goal
-
-_STILL_THERE = 0.3  # a frontier this much beyond the view distance is still the goal's [m]
 
 
 @dataclass(frozen=True)
@@ -102,8 +100,9 @@ class ExplorerNode(ManagedNode):
     def _worthwhile(self, goal: SE2) -> bool:
         """Tell whether the frontier that a goal is for is still unseen."""
         assert self._grid is not None
-        reach = self.config.exploration.view_distance + _STILL_THERE
-        for cells in frontiers(self._grid, self.config.exploration):
+        config = self.config.exploration
+        reach = config.view_distance + config.frontier_shift
+        for cells in frontiers(self._grid, config):
             points = self._grid.frame.to_points(cells)
             if (np.hypot(*(points - (goal.x, goal.y)).T) < reach).any():
                 return True

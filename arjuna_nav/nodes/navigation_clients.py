@@ -16,16 +16,29 @@ from nav2_msgs.action import (
 from nav2_msgs.srv import ClearEntireCostmap, IsPathValid
 from numpy.typing import NDArray
 
-from arjuna_core.ros.actions import GoalClient, GoalOutcome
 from arjuna_core.ros.convert import duration_msg, path_msg, pose_stamped, poses_from_path
+from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers.base import ControlStatus
-from arjuna_nav.navigator import GLOBAL_COSTMAP, LOCAL_COSTMAP, Command, Outcome, Recovery
+from arjuna_nav.commands import (
+    GLOBAL_COSTMAP,
+    LOCAL_COSTMAP,
+    CheckPath,
+    Clear,
+    Command,
+    ComputePath,
+    Finish,
+    Follow,
+    Outcome,
+    Recover,
+    Recovery,
+    Stop,
+)
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 
 _ALLOWANCE = 10.0  # time_allowance of recoveries in Nav2's default tree [s]
-_UNKNOWN_BEHAVIOR = 700
+_UNKNOWN = {"follow": FollowPath.Result.UNKNOWN, "behavior": Spin.Result.UNKNOWN}
+_THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
 
 
 class NavigationClients:
@@ -75,30 +88,32 @@ class NavigationClients:
             self._outcomes.pop(key, None)
 
     def carry_out(self, command: Command) -> None:
-        """Do what the navigator says."""
-        if command.stop:
-            self.stop()
-        for name in command.clear:
-            self._send_clear(name)
-        if command.check_path is not None:
-            self._send_check(command.check_path)
-        if command.compute_path is not None:
-            self._send_plan(command.compute_path)
-        if command.follow is not None:
-            goal = FollowPath.Goal(path=self._path(command.follow))
-            self._send("follow", self._follow, goal, self._on_follow)
-        if command.recovery is not None:
-            client, goal = self._recoveries[command.recovery], self._recovery_goal(command.recovery)
-            self._send("behavior", client, goal, self._on_behavior)
+        """Do what the navigator says; its end is its node's to tell."""
+        match command:
+            case Stop() | Finish():
+                self.stop()
+            case Clear(name):
+                self._send_clear(name)
+            case CheckPath(path):
+                self._send_check(path)
+            case ComputePath(goals):
+                self._send_plan(goals)
+            case Follow(path):
+                goal = FollowPath.Goal(path=self._path(path))
+                self._send("follow", self._follow, goal)
+            case Recover(kind):
+                goal = self._recovery_goal(kind)
+                self._send("behavior", self._recoveries[kind], goal)
 
-    def _send(self, key: str, client: GoalClient, goal: Any, on_outcome: Any) -> None:
+    def _send(self, key: str, client: GoalClient, goal: Any) -> None:
+        """Send a goal; its outcome is told under a key of NavigatorState."""
         self._outcomes.pop(key, None)
         self._waiting_for[key] = client
 
         def outcome(value: GoalOutcome) -> None:
             if self._waiting_for.get(key) is client:
                 del self._waiting_for[key]
-                on_outcome(value)
+                self._outcomes[key] = self._outcome(key, client.name, value)
 
         if client.ready:  # a goal sent to nobody is never answered
             client.send(goal, outcome)
@@ -110,10 +125,10 @@ class NavigationClients:
         poses = [pose_stamped(goal, frame, now) for goal in goals]
         if len(poses) == 1:
             goal = ComputePathToPose.Goal(goal=poses[0])
-            self._send("plan", self._plan, goal, self._on_plan)
+            self._send("plan", self._plan, goal)
         else:
             goal = ComputePathThroughPoses.Goal(goals=poses)
-            self._send("plan", self._plan_through, goal, self._on_plan)
+            self._send("plan", self._plan_through, goal)
 
     def _recovery_goal(self, recovery: Recovery) -> Any:
         config, allowance = self._config, duration_msg(_ALLOWANCE)
@@ -163,40 +178,24 @@ class NavigationClients:
     def _lose(self, key: str, client: GoalClient) -> None:
         del self._waiting_for[key]
         message = f"the action server {client.name} is not there at {self._node.now:.2f} s"
-        self._outcomes[key] = _lost(key, message)
+        self._outcomes[key] = _failed(key, 0, message)
 
-    def _on_plan(self, outcome: GoalOutcome) -> None:
+    def _outcome(self, key: str, name: str, outcome: GoalOutcome) -> PlanResult | Outcome:
         result = outcome.result
-        if outcome.succeeded and result is not None and result.path.poses:
-            path = poses_from_path(result.path)
-            self._outcomes["plan"] = PlanResult(PlanStatus.SUCCEEDED, path)
-            return
-        code = result.error_code if result is not None else 0
-        code -= 100 if code >= 300 else 0  # ComputePathThroughPoses counts from 300
-        known = code in list(PlanStatus) and code
-        status = PlanStatus(code) if known else PlanStatus.UNKNOWN
-        message = result.error_msg if result is not None else self._refused("the planner")
-        self._outcomes["plan"] = PlanResult.failed(status, message)
-
-    def _on_follow(self, outcome: GoalOutcome) -> None:
-        unknown = int(ControlStatus.UNKNOWN)
-        self._outcomes["follow"] = self._outcome(outcome, unknown, "the controller")
-
-    def _on_behavior(self, outcome: GoalOutcome) -> None:
-        self._outcomes["behavior"] = self._outcome(outcome, _UNKNOWN_BEHAVIOR, "the behavior")
-
-    def _outcome(self, outcome: GoalOutcome, unknown: int, server: str) -> Outcome:
-        if outcome.succeeded:
+        if result is None:
+            now = self._node.now
+            return _failed(key, 0, f"{name} refused the goal at {now:.2f} s; its log says why")
+        if outcome.succeeded and key != "plan":
             return Outcome()
-        if outcome.result is None:
-            return Outcome(unknown, self._refused(server))
-        return Outcome(outcome.result.error_code or unknown, outcome.result.error_msg or "aborted")
-
-    def _refused(self, server: str) -> str:
-        return f"{server} server refused the goal at {self._node.now:.2f} s; its log says why"
+        if outcome.succeeded and result.path.poses:
+            return PlanResult(PlanStatus.SUCCEEDED, poses_from_path(result.path))
+        return _failed(key, result.error_code, result.error_msg or "aborted")
 
 
-def _lost(key: str, message: str) -> Any:
-    if key == "plan":
-        return PlanResult.failed(PlanStatus.UNKNOWN, message)
-    return Outcome(int(ControlStatus.UNKNOWN) if key == "follow" else _UNKNOWN_BEHAVIOR, message)
+def _failed(key: str, code: int, message: str) -> PlanResult | Outcome:
+    """Return a failure; a code that is 0 or not nav2_msgs' becomes the unknown one."""
+    if key != "plan":
+        return Outcome(code or _UNKNOWN[key], message)
+    code -= _THROUGH if code >= ComputePathThroughPoses.Result.UNKNOWN else 0
+    known = code in list(PlanStatus) and code
+    return PlanResult.failed(PlanStatus(code) if known else PlanStatus.UNKNOWN, message)

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.actions import GoalServer
 from arjuna_core.ros.convert import duration_msg, path_msg, poses_from_path
-from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
@@ -24,7 +24,7 @@ from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import pose_in
 from arjuna_nav.planners import NavFn, NavFnConfig, PlanResult, PlanStatus, plan_through
 
-_RETRY_PERIOD = 0.1
+_RETRY_PERIOD = 0.1  # twice in a costmap's period by its default update_frequency [s]
 _THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
 
 
@@ -39,7 +39,7 @@ class PlannerServerConfig:
     GridBased: NavFnConfig = field(default_factory=NavFnConfig)
 
 
-class PlannerServerNode(ManagedNode):
+class PlannerServerNode(GoalNode):
     """Answers each goal at once; where the costmap is not current, as soon as it is."""
 
     Config = PlannerServerConfig
@@ -66,17 +66,6 @@ class PlannerServerNode(ManagedNode):
         )
         self.keep(server)
         return server
-
-    def deactivate(self) -> None:
-        """Abort what is asked for."""
-        for server in (self._to_pose, self._through_poses):
-            server.abort_all()
-
-    def on_time_jump(self) -> None:
-        """Abort: what was asked for belongs to another time."""
-        if self.active:
-            for server in (self._to_pose, self._through_poses):
-                server.abort_all("time was set back")
 
     def on_config(self, config: PlannerServerConfig) -> None:
         """Plan by the new parameters from now on."""

@@ -5,26 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 from nav2_msgs.action import SmoothPath
 from nav_msgs.msg import Path
-from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.actions import GoalServer
 from arjuna_core.ros.convert import path_msg, poses_from_path
-from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.smoothers.smoothers import (
-    SimpleSmoother,
-    SimpleSmootherConfig,
-    SmoothResult,
-    SmoothStatus,
-)
+from arjuna_nav.smoothers.base import SmoothResult, SmoothStatus
+from arjuna_nav.smoothers.simple import SimpleSmoother, SimpleSmootherConfig
 
 
 @dataclass(frozen=True)
@@ -38,7 +32,7 @@ class SmootherServerConfig:
     simple_smoother: SimpleSmootherConfig = field(default_factory=SimpleSmootherConfig)
 
 
-class SmootherServerNode(ManagedNode):
+class SmootherServerNode(GoalNode):
     """Answers each goal at once; `max_smoothing_duration` is never reached."""
 
     Config = SmootherServerConfig
@@ -50,10 +44,6 @@ class SmootherServerNode(ManagedNode):
         self._smoother = SimpleSmoother(self.config.simple_smoother)
         self._out = self.publisher(Path, "plan_smoothed", qos.LATEST)
         self._server = self.keep(GoalServer(self, SmoothPath, "smooth_path", self._on_goal))
-
-    def deactivate(self) -> None:
-        """Abort what is asked for."""
-        self._server.abort_all()
 
     def on_config(self, config: SmootherServerConfig) -> None:
         """Smooth by the new parameters from now on."""
@@ -79,16 +69,18 @@ class SmootherServerNode(ManagedNode):
         if goal.smoother_id not in ("", *self.config.smoother_plugins):
             valid = ", ".join(self.config.smoother_plugins)
             message = f"smoother '{goal.smoother_id}' does not exist; valid: {valid}"
-            return _failed(SmoothStatus.INVALID_SMOOTHER, message)
+            return SmoothResult.failed(SmoothStatus.INVALID_SMOOTHER, message)
         if not goal.path.poses:
-            return _failed(SmoothStatus.INVALID_PATH, "the path has 0 poses, at least 1 is needed")
+            return SmoothResult.failed(
+                SmoothStatus.INVALID_PATH, "the path has 0 poses, at least 1 is needed"
+            )
         try:
             path = poses_from_path(goal.path)
             costmap = self._seen_from(goal.path.header.frame_id.lstrip("/"))
         except (TransformError, ValueError) as error:
-            return _failed(SmoothStatus.INVALID_PATH, str(error))
+            return SmoothResult.failed(SmoothStatus.INVALID_PATH, str(error))
         if costmap is None:
-            return _failed(SmoothStatus.UNKNOWN, self._costmap.why_not_current())
+            return SmoothResult.failed(SmoothStatus.UNKNOWN, self._costmap.why_not_current())
         smoothed = self._smoother.smooth(path, costmap)
         return self._checked(smoothed, costmap) if goal.check_for_collisions else smoothed
 
@@ -105,9 +97,4 @@ class SmootherServerNode(ManagedNode):
             return smoothed
         x, y = smoothed.path[hit, :2]
         message = f"the robot would collide at ({x:.2f}, {y:.2f}), pose {hit} of the smoothed path"
-        return _failed(SmoothStatus.SMOOTHED_PATH_IN_COLLISION, message)
-
-
-def _failed(status: SmoothStatus, message: str) -> SmoothResult:
-    nothing: NDArray[np.float64] = np.empty((0, 3))
-    return SmoothResult(status, nothing, message)
+        return SmoothResult.failed(SmoothStatus.SMOOTHED_PATH_IN_COLLISION, message)

@@ -9,8 +9,9 @@ from nav2_msgs.action import FollowWaypoints, NavigateToPose
 from nav2_msgs.msg import MissedWaypoint
 
 from arjuna_core.config import param
-from arjuna_core.ros.actions import GoalClient, GoalOutcome, GoalServer
-from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
+from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_server import GoalServer
 
 _PLUGIN = "nav2_waypoint_follower::WaitAtWaypoint"
 _UNKNOWN = FollowWaypoints.Result.UNKNOWN
@@ -20,9 +21,9 @@ _UNKNOWN = FollowWaypoints.Result.UNKNOWN
 class WaitConfig:
     """The task at each waypoint: to wait."""
 
-    plugin: str = param(_PLUGIN, "type", choices=(_PLUGIN,))
-    enabled: bool = param(True, "whether to wait")
-    waypoint_pause_duration: int = param(0, "how long to wait", unit="ms", minimum=0)
+    plugin: str = param(_PLUGIN, "Nav2's name of what is used.", choices=(_PLUGIN,))
+    enabled: bool = param(True, "Whether to wait.")
+    waypoint_pause_duration: int = param(0, "How long to wait.", unit="ms", minimum=0)
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class WaypointFollowerConfig:
     wait_at_waypoint: WaitConfig = field(default_factory=WaitConfig)
 
 
-class WaypointFollowerNode(ManagedNode):
+class WaypointFollowerNode(GoalNode):
     """Sends a `navigate_to_pose` goal for each waypoint; a newer list replaces the running one."""
 
     Config = WaypointFollowerConfig
@@ -61,19 +62,10 @@ class WaypointFollowerNode(ManagedNode):
         )
         self.every(1.0 / self.config.loop_rate, self._tick)
 
-    def deactivate(self) -> None:
-        """Stop driving and abort."""
-        self._abort("the node was deactivated")
-
-    def on_time_jump(self) -> None:
-        """Stop driving and abort: what was asked for belongs to another time."""
-        if self.active:
-            self._abort("time was set back")
-
-    def _abort(self, reason: str) -> None:
+    def halt(self) -> None:
+        """Stop driving to a waypoint."""
         if self._server.goal is not None:
             self._navigator.cancel()
-        self._server.abort_all(reason)
 
     def _on_goal(self) -> None:
         """Begin with a list; what was driven to for another one is dropped."""

@@ -14,23 +14,26 @@ from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 from arjuna_nav.planners.potential import COST_FACTOR, NEUTRAL, descend, spread, traversal_costs
 
-_ESCAPE_RADIUS = 0.15  # how deep in an inscribed zone a start may lie and still be led out [m]
-
 
 @dataclass(frozen=True)
 class NavFnConfig:
     """Parameters of NavFn, by Nav2's names."""
 
     plugin: str = param(
-        "nav2_navfn_planner::NavfnPlanner", "type", choices=("nav2_navfn_planner::NavfnPlanner",)
+        "nav2_navfn_planner::NavfnPlanner",
+        "Nav2's name of what is used.",
+        choices=("nav2_navfn_planner::NavfnPlanner",),
     )
     tolerance: float = param(
-        0.5, "how far from a blocked goal the path may end", unit="m", minimum=0.0
+        0.5, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
     )
     use_astar: bool = param(
-        False, "A* search, not offered: it re-expands and is slower here", choices=(False,)
+        False, "A* search, not offered: it re-expands and is slower here.", choices=(False,)
     )
-    allow_unknown: bool = param(True, "whether paths may cross unknown space")
+    escape_radius: float = param(
+        0.15, "How deep in an inscribed zone a start is still led out.", unit="m", minimum=0.0
+    )
+    allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
 
 
 class NavFn:
@@ -61,12 +64,12 @@ class NavFn:
             if not frame.contains(*cell):
                 return PlanResult.failed(status, f"{_place(name, pose)} lies outside the costmap")
         costs = traversal_costs(costmap.data, self._config.allow_unknown)
-        _open_start(costs, costmap, start_cell)
-        potential = spread(costs, *start_cell, *goal_cell)
+        _open_start(costs, costmap, start_cell, self._config.escape_radius)
+        potential = spread(costs, start_cell, goal_cell)
         end = self._reachable_end(costmap, potential, goal_cell)
         if end is None:
             return self._failure(costmap, potential, start, goal)
-        cells = descend(potential, *end, *start_cell)[::-1]
+        cells = descend(potential, end, start_cell)[::-1]
         points = frame.origin.apply((cells[:, ::-1] + 0.5) * frame.resolution)
         return PlanResult(
             PlanStatus.SUCCEEDED,
@@ -126,11 +129,13 @@ def _left_inscribed(costmap: Costmap, potential: NDArray[np.float64]) -> bool:
     return bool(((data < INSCRIBED) | (data == UNKNOWN)).any())
 
 
-def _open_start(costs: NDArray[np.float64], costmap: Costmap, start: tuple[int, int]) -> None:
+def _open_start(
+    costs: NDArray[np.float64], costmap: Costmap, start: tuple[int, int], radius: float
+) -> None:
     """Let the robot out of where it stands: its own cell, and inscribed cells close by."""
     dear = NEUTRAL + COST_FACTOR * (INSCRIBED - 1)
     if not math.isfinite(costs[start]):
-        reach = int(_ESCAPE_RADIUS / costmap.frame.resolution)
+        reach = int(radius / costmap.frame.resolution)
         rows, columns = (slice(max(v - reach, 0), v + reach + 1) for v in start)
         window, data = costs[rows, columns], costmap.data[rows, columns]
         window[(data >= INSCRIBED) & (data < LETHAL)] = dear

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
 
-NEUTRAL = 50.0
+NEUTRAL = 50.0  # COST_NEUTRAL and COST_FACTOR of nav2_navfn_planner
 COST_FACTOR = 0.8
-_BUCKET_WIDTH = 10.0
+_BUCKET_WIDTH = 10.0  # a fifth of the least step: order within a bucket hardly matters
 _BUCKETS = 64  # more than the 252 / 10 that the potentials in a wave span
-_STEP = 0.5  # of the descent [cells]
-_STEPS_IN_CELL = 6
+_STEP = 0.5  # of the descent, pathStep of nav2_navfn_planner [cells]
+_STEPS_IN_CELL = 6  # twice what crosses a diagonal: more go in a circle
 
 
 def traversal_costs(data: NDArray[np.uint8], allow_unknown: bool = True) -> NDArray[np.float64]:
@@ -31,16 +31,14 @@ def traversal_costs(data: NDArray[np.uint8], allow_unknown: bool = True) -> NDAr
 
 @njit(cache=True)
 def spread(
-    costs: NDArray[np.float64], row0: int, column0: int, row1: int = -1, column1: int = -1
+    costs: NDArray[np.float64], source: tuple[int, int], target: tuple[int, int] = (-1, -1)
 ) -> NDArray[np.float64]:
     """Return the potential of each cell, the cost of reaching it from the source.
 
     Args:
         costs: `(height, width) float64` traversal costs, inf for blocked.
-        row0: Source.
-        column0: Source.
-        row1: Cell at which the wave may stop, or -1 to cover all that can be reached.
-        column1: As `row1`.
+        source: `(row, column)` of the source.
+        target: Cell at which the wave may stop; with -1 it covers all that can be reached.
 
     Returns:
         `(height, width) float64`, inf where the wave did not come.
@@ -53,14 +51,14 @@ def spread(
     ends = np.full((2, _BUCKETS), -1, np.int32)
     links = np.empty((2, height * width), np.int32)
     bucket_of = np.full(height * width, -1, np.int16)
-    potential[row0, column0] = 0.0
-    _push(row0 * width + column0, 0, ends, links, bucket_of)
-    current, empty, goal = 0, 0, row1 >= 0
+    potential[source] = 0.0
+    _push(source[0] * width + source[1], 0, ends, links, bucket_of)
+    current, empty, goal = 0, 0, target[0] >= 0
     while empty < _BUCKETS:
         cell = ends[0, current % _BUCKETS]
         if cell < 0:
             current, empty = current + 1, empty + 1
-            if goal and current * _BUCKET_WIDTH > potential[row1, column1] + 2.0 * NEUTRAL:
+            if goal and current * _BUCKET_WIDTH > potential[target] + 2.0 * NEUTRAL:
                 break
             continue
         empty = 0
@@ -137,7 +135,7 @@ def _remove(
 
 @njit(cache=True)
 def descend(
-    potential: NDArray[np.float64], row: int, column: int, row0: int, column0: int
+    potential: NDArray[np.float64], start: tuple[int, int], source: tuple[int, int]
 ) -> NDArray[np.float64]:
     """Follow the potential down from a reached cell to the source.
 
@@ -146,10 +144,8 @@ def descend(
 
     Args:
         potential: Of `spread`.
-        row: Start of the descent, a cell the wave reached.
-        column: As `row`.
-        row0: Source.
-        column0: Source.
+        start: `(row, column)` of a cell the wave reached.
+        source: Its source.
 
     Returns:
         `(N, 2) float64` of `(row, column)`, cells' centres at whole numbers, source last.
@@ -157,14 +153,15 @@ def descend(
     height, width = potential.shape
     limit = (_STEPS_IN_CELL + 1) * height * width
     points = np.empty((limit, 2))
+    row, column = start
     r, c = float(row), float(column)
     points[0, 0], points[0, 1] = r, c
     count, here = 1, 0
-    while (row != row0 or column != column0) and count < limit - 1:
+    while (row, column) != source and count < limit - 1:
         d_r, d_c = _gradient(potential, r, c)
         norm = math.hypot(d_r, d_c)
         here += 1
-        stepped = False
+        stepped = same = False
         if norm > 0.0 and here <= _STEPS_IN_CELL:
             next_r, next_c = r - _STEP * d_r / norm, c - _STEP * d_c / norm
             cell_r, cell_c = math.floor(next_r + 0.5), math.floor(next_c + 0.5)
@@ -174,13 +171,12 @@ def descend(
                 r, c = next_r, next_c
         if not stepped:
             cell_r, cell_c = _lowest(potential, row, column)
-            same = False
             r, c = float(cell_r), float(cell_c)
         if not same:
             row, column, here = cell_r, cell_c, 0
         points[count, 0], points[count, 1] = r, c
         count += 1
-    points[count, 0], points[count, 1] = row0, column0
+    points[count, 0], points[count, 1] = source
     path: NDArray[np.float64] = points[: count + 1].copy()
     return path
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers.base import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 
 ZONES = ("PolygonStop", "PolygonSlow", "PolygonLimit", "FootprintApproach")
@@ -31,35 +31,35 @@ class Action(enum.IntEnum):
 class ZoneConfig:
     """One zone round the robot, by Nav2's names."""
 
-    enabled: bool = param(True, "whether the zone counts")
-    points: str = param("[]", "corners [[x, y], ...]; empty for a circle", unit="m")
-    radius: float = param(0.5, "radius of the circle", unit="m", minimum=0.01)
-    min_points: int = param(4, "points within that make it count", minimum=1)
+    enabled: bool = param(True, "Whether the zone counts.")
+    points: str = param("[]", "Corners [[x, y], ...]; empty for a circle.", unit="m")
+    radius: float = param(0.5, "Radius of the circle.", unit="m", minimum=0.01)
+    min_points: int = param(4, "Points within that make it count.", minimum=1)
 
 
 @dataclass(frozen=True)
 class SlowConfig(ZoneConfig):
     """A zone that slows down."""
 
-    slowdown_ratio: float = param(0.5, "part of the speed left", minimum=0.0, maximum=1.0)
+    slowdown_ratio: float = param(0.5, "Part of the speed left.", minimum=0.0, maximum=1.0)
 
 
 @dataclass(frozen=True)
 class LimitConfig(ZoneConfig):
     """A zone that limits the speed."""
 
-    linear_limit: float = param(0.5, "greatest speed", unit="m/s", minimum=0.0)
-    angular_limit: float = param(0.5, "greatest yaw rate", unit="rad/s", minimum=0.0)
+    linear_limit: float = param(0.5, "Greatest speed.", unit="m/s", minimum=0.0)
+    angular_limit: float = param(0.5, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
 
 
 @dataclass(frozen=True)
 class ApproachConfig:
     """The footprint's own zone: keeps a time before any collision."""
 
-    enabled: bool = param(True, "whether the zone counts")
-    min_points: int = param(6, "points within that make it count", minimum=1)
-    time_before_collision: float = param(1.2, "time kept", unit="s", minimum=0.01)
-    simulation_time_step: float = param(0.1, "step of looking ahead", unit="s", minimum=0.01)
+    enabled: bool = param(True, "Whether the zone counts.")
+    min_points: int = param(6, "Points within that make it count.", minimum=1)
+    time_before_collision: float = param(1.2, "Time kept.", unit="s", minimum=0.01)
+    simulation_time_step: float = param(0.1, "Step of looking ahead.", unit="s", minimum=0.01)
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class MonitorConfig:
     """
 
     polygons: tuple[str, ...] = param(
-        ("FootprintApproach",), "the zones in use", choices=ZONES, read_only=True
+        ("FootprintApproach",), "The zones in use.", choices=ZONES, read_only=True
     )
     PolygonStop: ZoneConfig = field(default_factory=ZoneConfig)
     PolygonSlow: SlowConfig = field(default_factory=SlowConfig)

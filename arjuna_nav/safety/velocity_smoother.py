@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
-from arjuna_nav.controllers.base import Velocity
+from arjuna_core.twist import STILL, Velocity
 
 _AXES = (0, 2)  # of [x, y, theta]: no robot of ours moves sideways
-_STILL = Velocity()
 
 
 @dataclass(frozen=True)
@@ -22,28 +21,28 @@ class SmoothingConfig:
     """
 
     smoothing_frequency: float = param(
-        20.0, "commands a second", unit="Hz", minimum=1.0, read_only=True
+        20.0, "Commands a second.", unit="Hz", minimum=1.0, read_only=True
     )
-    scale_velocities: bool = param(False, "whether to keep the arc where one axis is limited")
+    scale_velocities: bool = param(False, "Whether to keep the arc where one axis is limited.")
     feedback: str = param(
         "OPEN_LOOP",
-        "what is driven now, as commanded or measured",
+        "What is driven now, as commanded or measured.",
         choices=("OPEN_LOOP", "CLOSED_LOOP"),
     )
-    max_velocity: tuple[float, ...] = param((0.5, 0.0, 2.5), "greatest speeds", unit="m/s, rad/s")
+    max_velocity: tuple[float, ...] = param((0.5, 0.0, 2.5), "Greatest speeds.", unit="m/s, rad/s")
     min_velocity: tuple[float, ...] = param(
-        (-0.5, 0.0, -2.5), "greatest speeds backwards, below 0", unit="m/s, rad/s"
+        (-0.5, 0.0, -2.5), "Greatest speeds backwards, below 0.", unit="m/s, rad/s"
     )
     max_accel: tuple[float, ...] = param(
-        (2.5, 0.0, 3.2), "greatest accelerations", unit="m/s^2, rad/s^2"
+        (2.5, 0.0, 3.2), "Greatest accelerations.", unit="m/s^2, rad/s^2"
     )
     max_decel: tuple[float, ...] = param(
-        (-2.5, 0.0, -3.2), "greatest decelerations, below 0", unit="m/s^2, rad/s^2"
+        (-2.5, 0.0, -3.2), "Greatest decelerations, below 0.", unit="m/s^2, rad/s^2"
     )
     deadband_velocity: tuple[float, ...] = param(
-        (0.0, 0.0, 0.0), "speeds below which the robot stands", unit="m/s, rad/s"
+        (0.0, 0.0, 0.0), "Speeds below which the robot stands.", unit="m/s, rad/s"
     )
-    velocity_timeout: float = param(1.0, "how long a command holds", unit="s", minimum=0.0)
+    velocity_timeout: float = param(1.0, "How long a command holds.", unit="s", minimum=0.0)
 
     def __post_init__(self) -> None:
         for name, sign in (
@@ -70,9 +69,9 @@ class VelocitySmoother:
 
     def __init__(self, config: SmoothingConfig) -> None:
         self._config = config
-        self._command = _STILL
+        self._command = STILL
         self._commanded_at = -math.inf
-        self._last = _STILL
+        self._last = STILL
         self._resting = True
 
     def take(self, command: Velocity, now: float) -> None:
@@ -88,10 +87,10 @@ class VelocitySmoother:
         """
         config, command = self._config, self._command
         if now - self._commanded_at > config.velocity_timeout:
-            if self._last == _STILL or self._resting:
+            if self._last == STILL or self._resting:
                 self._resting = True
                 return None
-            command = _STILL
+            command = STILL
         self._resting = False
         current = measured if config.feedback == "CLOSED_LOOP" else self._last
         self._last = self._step(current, command)

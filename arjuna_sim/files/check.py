@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.files.map_world import MAP_SUFFIXES
 from arjuna_sim.files.sdf.sdf import World
 from arjuna_sim.files.search_path import SearchPath
@@ -70,7 +70,7 @@ def check(
     if guess is not None:
         raise InputFileError(path, "is a world: only of a robot the drive is guessed")
     world = load_world(path, search)
-    build_scene(load_robot(resource("urdf/arjuna.urdf")), world, ServoConfig(), _TIMESTEP)
+    build_scene(load_robot(shipped_file("urdf/arjuna.urdf")), world, ServoConfig(), _TIMESTEP)
     return Found((f"{path}: loads", *_world_lines(world)), world.notes)
 
 
@@ -93,7 +93,9 @@ def _check_robot(
     path: Path, search: SearchPath, arguments: Mapping[str, str], guess: Path | None
 ) -> Found:
     robot = load_robot(path, search, arguments)
-    scene = build_scene(robot, load_world(resource("worlds/empty.world")), ServoConfig(), _TIMESTEP)
+    scene = build_scene(
+        robot, load_world(shipped_file("worlds/empty.world")), ServoConfig(), _TIMESTEP
+    )
     lines = [f"{path}: loads", *_robot_lines(robot)]
     lines.append(f"  stands with '{robot.urdf.root}' {scene.ride_height:.4g} m above the ground")
     if guess is not None:

@@ -8,7 +8,7 @@ from enum import Enum
 from pathlib import Path
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.files.search_path import SearchPath
 
 SHIPPED = ("worlds", "urdf", "maps")
@@ -54,7 +54,7 @@ class Library:
     def __init__(self, folder: str | Path, search: SearchPath) -> None:
         self.folder = Path(folder).resolve()
         self.search = search
-        self._shipped = tuple(resource(name).resolve() for name in SHIPPED)
+        self._shipped = tuple(shipped_file(name).resolve() for name in SHIPPED)
 
     def find(self, uri: str, suffixes: Iterable[str]) -> Path:
         """Return the file that a URI or path names; a model's folder stands for its `model.sdf`.

@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
+from arjuna_core.raycast import line_cells
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
@@ -167,21 +168,10 @@ def _count(
 ) -> None:
     """Add (or take away) passes and hits along Bresenham lines."""
     for i in range(len(lines)):
-        r, c = lines[i, 0] - corner[0], lines[i, 1] - corner[1]
+        first_row, first_column = lines[i, 0] - corner[0], lines[i, 1] - corner[1]
         row, column = lines[i, 2] - corner[0], lines[i, 3] - corner[1]
-        d_row, d_column = abs(row - r), abs(column - c)
-        step_row = 1 if row > r else -1
-        step_column = 1 if column > c else -1
-        error = d_column - d_row
-        for _ in range(max(d_row, d_column) + 1):
+        for r, c in line_cells(first_row, first_column, row, column):
             passes[r, c] += sign
-            double = 2 * error
-            if double > -d_row:
-                error -= d_row
-                c += step_column
-            if double < d_column:
-                error += d_column
-                r += step_row
         hits[row, column] += sign * lines[i, 4]
 
 

@@ -10,8 +10,9 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 
 from arjuna_core.config import param
 from arjuna_core.errors import MapError
-from arjuna_core.files.maps import MODES, MapOptions, save_map
-from arjuna_core.files.maps_folder import MapsFolderError, inside
+from arjuna_core.files.map_image import MODES, MapOptions
+from arjuna_core.files.maps import save_map
+from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.node import ManagedNode
@@ -80,7 +81,7 @@ class MapSaverNode(ManagedNode):
         )
         image_format = request.image_format or ("png" if options.mode == "scale" else "pgm")
         try:
-            stem = inside(self.config.maps_folder, request.map_url or "map")
+            stem = path_in_folder(self.config.maps_folder, request.map_url or "map")
             path, _ = save_map(grid_from_msg(message), stem, image_format, options)
         except (MapError, MapsFolderError, ValueError) as error:
             self.get_logger().error(str(error))

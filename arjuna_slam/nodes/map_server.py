@@ -13,8 +13,8 @@ from nav_msgs.srv import GetMap
 from arjuna_core.config import param
 from arjuna_core.errors import MapError
 from arjuna_core.files.maps import load_map
-from arjuna_core.files.maps_folder import MapsFolderError, inside
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg
@@ -71,7 +71,7 @@ class MapServerNode(ManagedNode):
             self.get_logger().warning("load_map requested, but the node is inactive")
             return response
         try:
-            path = inside(self.config.maps_folder, request.map_url)
+            path = path_in_folder(self.config.maps_folder, request.map_url)
             response.result = _result_if_refused(path)
             self._map = self._load(path)
         except (MapError, MapsFolderError) as error:
@@ -85,7 +85,7 @@ class MapServerNode(ManagedNode):
 
 def _find(name: str) -> Path:
     """Return the map of that path, else the shipped one."""
-    return Path(name) if Path(name).exists() else resource(name)
+    return Path(name) if Path(name).exists() else shipped_file(name)
 
 
 def _result_if_refused(path: Path) -> int:

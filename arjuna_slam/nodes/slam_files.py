@@ -10,7 +10,7 @@ from slam_toolbox.srv import DeserializePoseGraph, SaveMap, SerializePoseGraph
 
 from arjuna_core.errors import ConfigError, MapError
 from arjuna_core.files.maps import save_map
-from arjuna_core.files.maps_folder import MapsFolderError, inside
+from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_slam.mapping.session import Session, Start, StartKind
@@ -65,7 +65,9 @@ class SlamFiles:
             response.result = SaveMap.Response.RESULT_NO_MAP_RECEIEVD
             return response
         try:
-            path, _ = save_map(grid, inside(self._node.config.maps_folder, request.name.data))
+            path, _ = save_map(
+                grid, path_in_folder(self._node.config.maps_folder, request.name.data)
+            )
             self._node.get_logger().info(f"map saved as {path}")
             response.result = SaveMap.Response.RESULT_SUCCESS
         except (MapError, MapsFolderError) as error:
@@ -80,7 +82,7 @@ class SlamFiles:
             self._node.get_logger().error("graph not saved: no scan has come yet")
             return response
         try:
-            path = _with_suffix(inside(self._node.config.maps_folder, request.filename))
+            path = _with_suffix(path_in_folder(self._node.config.maps_folder, request.filename))
             save_session(path, session)
             self._node.get_logger().info(f"graph of {len(session.scans)} keyframes saved as {path}")
             response.result = SerializePoseGraph.Response.RESULT_SUCCESS
@@ -95,7 +97,7 @@ class SlamFiles:
             if request.match_type not in _KINDS:
                 raise ConfigError(f"match_type {request.match_type} is none; valid: 0 to 3")
             start = Start(_KINDS[request.match_type], SE2(pose.x, pose.y, pose.theta))
-            path = _with_suffix(inside(self._node.config.maps_folder, request.filename))
+            path = _with_suffix(path_in_folder(self._node.config.maps_folder, request.filename))
             session = load_session(path)
         except (SessionFileError, MapsFolderError, ConfigError) as error:
             self._node.get_logger().error(f"graph not loaded: {error}")

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 
 if TYPE_CHECKING:
     from arjuna_sim.devices.calibration import Calibration, Comparison
@@ -39,8 +39,8 @@ def write_calibration(robot: Path | None, world: Path | None, out: Path) -> str:
     """
     from arjuna_sim.calibrate import calibrate_robot
 
-    robot = robot or resource("urdf/arjuna.urdf")
-    result = calibrate_robot(robot, world or resource("worlds/empty.world"))
+    robot = robot or shipped_file("urdf/arjuna.urdf")
+    result = calibrate_robot(robot, world or shipped_file("worlds/empty.world"))
     figure = _draw(result, robot.name)
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from arjuna_core.errors import ConfigError, InputFileError, nearest
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.yaml_file import read_yaml
 
 Parameters = dict[str, dict[str, Any]]
@@ -93,4 +93,4 @@ def merged(*layers: Parameters) -> Parameters:
 
 def shipped_parameters() -> Parameters:
     """Return the parameters of the Arjuna robot that ship in `params/`."""
-    return load_parameters(sorted(resource("params").glob("*.yaml")))
+    return load_parameters(sorted(shipped_file("params").glob("*.yaml")))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
@@ -99,8 +99,8 @@ def _arjuna_askew(seed: int) -> tuple[Log, NDArray[np.float64]]:
 def _simulated(seed: int, spawn: SE2) -> tuple[Log, NDArray[np.float64]]:
     """Drive the Arjuna robot through its room; truth steers it, so that every seed can compare."""
     simulator = Simulator(
-        resource("urdf/arjuna.urdf"),
-        resource("worlds/arjuna_room.world"),
+        shipped_file("urdf/arjuna.urdf"),
+        shipped_file("worlds/arjuna_room.world"),
         SimulatorConfig(),
         np.random.default_rng(seed),
         spawn,

@@ -81,15 +81,7 @@ UPWARD = {
     ("arjuna_slam/matching/tracking.py", "arjuna_slam.config"),
     ("bringup/viewing/pictures.py", "bringup.demo.log"),
 }
-CIRCLES = {
-    "arjuna_core/ros/node.py",
-    "arjuna_core/ros/process.py",
-    "arjuna_nav/costmap/__init__.py",
-    "arjuna_nav/costmap/layered.py",
-    "arjuna_nav/costmap/layers.py",
-    "arjuna_nav/nodes/costmap/node.py",
-    "arjuna_nav/nodes/costmap/services.py",
-}
+CIRCLES: set[str] = set()
 ROS_FROM_BELOW = {
     ("bringup/offline/amcl.py", "arjuna_slam.nodes.amcl_config"),
     ("bringup/offline/slam.py", "arjuna_slam.nodes.slam_config"),

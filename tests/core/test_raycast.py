@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from arjuna_core.raycast import cast, trace
+from arjuna_core.raycast import cast, line_cells
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_a_line_is_connected_ends_where_told_and_stays_within_half_a_cell(seed: int) -> None:
     rng = np.random.default_rng(seed)
     (r0, c0), (r1, c1) = rng.integers(0, 40, (2, 2)).tolist()
-    cells = trace(r0, c0, r1, c1, 40, 40)
+    cells = np.array(list(line_cells(r0, c0, r1, c1)))
     assert cells[0].tolist() == [r0, c0]
     assert cells[-1].tolist() == [r1, c1]
     assert len(cells) == max(abs(r1 - r0), abs(c1 - c0)) + 1
@@ -26,13 +26,7 @@ def test_a_line_is_connected_ends_where_told_and_stays_within_half_a_cell(seed: 
 
 
 def test_a_line_of_no_length_is_one_cell() -> None:
-    assert trace(3, 4, 3, 4, 10, 10).tolist() == [[3, 4]]
-
-
-def test_a_line_is_cut_at_the_grids_edges() -> None:
-    cells = trace(5, -3, 5, 30, 10, 10)
-    assert cells.tolist() == [[5, column] for column in range(10)]
-    assert len(trace(-5, 0, -5, 9, 10, 10)) == 0
+    assert list(line_cells(3, 4, 3, 4)) == [(3, 4)]
 
 
 @pytest.mark.parametrize("resolution", [0.05, 0.1, 1.0])

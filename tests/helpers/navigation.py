@@ -19,7 +19,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, scan_msg, transform_msg
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_nav.controllers import Velocity
+from arjuna_core.twist import Velocity
 from bringup.parameters.composition import create_node
 from bringup.parameters.files import Parameters, merged, shipped_parameters
 from bringup.stack import NodeSpec

@@ -11,24 +11,30 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_nav.controllers.base import ControlStatus
-from arjuna_nav.navigator import (
+from arjuna_nav.commands import (
     GLOBAL_COSTMAP,
     LOCAL_COSTMAP,
+    CheckPath,
+    Clear,
     Command,
+    ComputePath,
     Ending,
     Finish,
-    Navigator,
-    NavigatorConfig,
+    Follow,
     NavigatorState,
     Outcome,
+    Recover,
     Recovery,
+    Stop,
 )
+from arjuna_nav.controllers.base import ControlStatus
+from arjuna_nav.navigator import Navigator, NavigatorConfig
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 from tests.nav.worlds import polyline
 
 GOAL = SE2(4.0, 0.0, 0.0)
 BOTH = frozenset({GLOBAL_COSTMAP, LOCAL_COSTMAP})
+CLEAR_BOTH = [Stop(), Clear(LOCAL_COSTMAP), Clear(GLOBAL_COSTMAP)]
 STRAIGHT = polyline([(0.0, 0.0), (4.0, 0.0)], 0.0)
 DETOUR = polyline([(0.0, 0.0), (2.0, 1.5), (4.0, 0.0)], 0.0)
 
@@ -45,6 +51,11 @@ def failed(status: ControlStatus) -> Outcome:
     return Outcome(int(status), status.name)
 
 
+def followed(commands: list[Command]) -> NDArray[np.float64] | None:
+    """Return the path that is to be followed from now on."""
+    return next((command.path for command in commands if isinstance(command, Follow)), None)
+
+
 @dataclass
 class Script:
     """Ticks a navigator; each tick may be told of events."""
@@ -53,24 +64,21 @@ class Script:
         default_factory=lambda: Navigator(NavigatorConfig(), (GOAL,), start=0.0)
     )
     now: float = 0.0
-    commands: list[Command] = field(default_factory=list)
 
-    def tick(self, dt: float = 0.1, pose: SE2 = IDENTITY, **events: Any) -> Command:
+    def tick(self, dt: float = 0.1, pose: SE2 = IDENTITY, **events: Any) -> list[Command]:
         self.now += dt
-        command = self.navigator.tick(NavigatorState(now=self.now, T_map_base=pose, **events))
-        self.commands.append(command)
-        return command
+        return self.navigator.tick(NavigatorState(now=self.now, T_map_base=pose, **events))
 
     def follow(self) -> Script:
         """Come to the point where a path is followed."""
-        assert self.tick().compute_path == (GOAL,)
-        assert self.tick(plan=planned()).follow is STRAIGHT
+        assert self.tick() == [ComputePath((GOAL,))]
+        assert followed(self.tick(plan=planned())) is STRAIGHT
         return self
 
-    def fail_to_plan(self) -> Command:
+    def fail_to_plan(self) -> list[Command]:
         """Let planning and its second try fail; return what the navigator does then."""
-        assert self.tick(plan=no_plan()).clear == (GLOBAL_COSTMAP,)
-        assert self.tick(cleared=frozenset({GLOBAL_COSTMAP})).compute_path == (GOAL,)
+        assert self.tick(plan=no_plan()) == [Clear(GLOBAL_COSTMAP)]
+        assert self.tick(cleared=frozenset({GLOBAL_COSTMAP})) == [ComputePath((GOAL,))]
         return self.tick(plan=no_plan())
 
 
@@ -81,24 +89,23 @@ def script() -> Script:
 
 def test_plans_follows_and_succeeds(script: Script) -> None:
     script.follow()
-    assert script.tick() == Command()
-    end = script.tick(follow=Outcome())
-    assert end.finish == Finish(Ending.SUCCEEDED)
+    assert script.tick() == []
+    assert script.tick(follow=Outcome()) == [Finish(Ending.SUCCEEDED)]
 
 
 def test_asks_for_a_path_once_and_waits(script: Script) -> None:
     script.tick()
-    assert all(script.tick() == Command() for _ in range(50))
+    assert all(script.tick() == [] for _ in range(50))
 
 
 def test_replans_each_second_while_following(script: Script) -> None:
     script.follow()
     asked = []
     for _ in range(50):
-        command = script.tick()
-        if command.compute_path is not None:
+        commands = script.tick()
+        if commands:
             asked.append(script.now)
-            assert command.check_path is not None
+            assert [type(command) for command in commands] == [CheckPath, ComputePath]
             script.tick(dt=0.0, plan=planned(), path_valid=True)
     assert len(asked) >= 4
     assert np.diff(asked) == pytest.approx(1.0, abs=0.11)
@@ -108,7 +115,7 @@ def test_a_nearly_equal_path_is_taken(script: Script) -> None:
     script.follow()
     script.tick(dt=1.0)
     near = STRAIGHT + np.array([0.0, 0.1, 0.0])
-    assert script.tick(plan=planned(near), path_valid=True).follow is near
+    assert followed(script.tick(plan=planned(near), path_valid=True)) is near
 
 
 def test_stays_on_a_free_path_that_another_does_not_clearly_beat(script: Script) -> None:
@@ -116,7 +123,7 @@ def test_stays_on_a_free_path_that_another_does_not_clearly_beat(script: Script)
     script.tick(plan=planned(DETOUR))
     other = DETOUR * np.array([1.0, -1.0, -1.0])
     script.tick(dt=1.0)
-    assert script.tick(plan=planned(other), path_valid=True).follow is None
+    assert followed(script.tick(plan=planned(other), path_valid=True)) is None
 
 
 @pytest.mark.parametrize("path_valid", [False, None])
@@ -125,25 +132,38 @@ def test_leaves_a_path_that_is_blocked_or_unchecked(
 ) -> None:
     script.follow()
     script.tick(dt=1.0)
-    assert script.tick(plan=planned(DETOUR), path_valid=path_valid).follow is DETOUR
+    assert followed(script.tick(plan=planned(DETOUR), path_valid=path_valid)) is DETOUR
+
+
+def test_a_path_that_comes_with_the_end_of_following_changes_nothing(script: Script) -> None:
+    script.follow()
+    script.tick(dt=1.0)
+    end = script.tick(plan=planned(DETOUR), follow=Outcome())
+    assert end == [Finish(Ending.SUCCEEDED)]
+
+
+def test_a_path_that_comes_with_trouble_is_followed_once_cleared(script: Script) -> None:
+    script.follow()
+    script.tick(dt=1.0)
+    trouble = failed(ControlStatus.NO_VALID_CONTROL)
+    assert script.tick(plan=planned(DETOUR), follow=trouble) == [Clear(LOCAL_COSTMAP)]
+    assert followed(script.tick(cleared=frozenset({LOCAL_COSTMAP}))) is DETOUR
 
 
 def test_leaves_a_free_path_for_a_clearly_shorter_one(script: Script) -> None:
     script.tick()
     script.tick(plan=planned(DETOUR))
     script.tick(dt=1.0)
-    assert script.tick(plan=planned(STRAIGHT), path_valid=True).follow is STRAIGHT
+    assert followed(script.tick(plan=planned(STRAIGHT), path_valid=True)) is STRAIGHT
 
 
 def test_clears_the_local_costmap_and_follows_once_more(script: Script) -> None:
     script.follow()
     trouble = failed(ControlStatus.NO_VALID_CONTROL)
-    assert script.tick(follow=trouble).clear == (LOCAL_COSTMAP,)
-    assert script.tick() == Command()
-    assert script.tick(cleared=frozenset({LOCAL_COSTMAP})).follow is STRAIGHT
-    end = script.tick(follow=trouble)
-    assert end.stop
-    assert end.clear == (LOCAL_COSTMAP, GLOBAL_COSTMAP)
+    assert script.tick(follow=trouble) == [Clear(LOCAL_COSTMAP)]
+    assert script.tick() == []
+    assert followed(script.tick(cleared=frozenset({LOCAL_COSTMAP}))) is STRAIGHT
+    assert script.tick(follow=trouble) == CLEAR_BOTH
     assert script.navigator.recoveries == 1
 
 
@@ -152,47 +172,46 @@ def test_after_trouble_the_next_path_is_taken_whatever_it_is(script: Script) -> 
     script.tick(follow=failed(ControlStatus.NO_VALID_CONTROL))
     script.tick(cleared=frozenset({LOCAL_COSTMAP}))
     script.tick(dt=1.0)
-    assert script.tick(plan=planned(DETOUR), path_valid=True).follow is DETOUR
+    assert followed(script.tick(plan=planned(DETOUR), path_valid=True)) is DETOUR
 
 
 def test_recovers_in_turn_and_gives_up_after_six(script: Script) -> None:
     done: list[Recovery] = []
     script.tick()
     for _ in range(6):
-        command = script.fail_to_plan()
-        assert command.stop
-        if command.clear:
-            assert command.clear == (LOCAL_COSTMAP, GLOBAL_COSTMAP)
+        commands = script.fail_to_plan()
+        if commands == CLEAR_BOTH:
             done.append(Recovery.CLEAR)
             again = script.tick(cleared=BOTH)
         else:
-            assert command.recovery is not None
-            done.append(command.recovery)
-            assert script.tick() == Command()
+            stop, recover = commands
+            assert stop == Stop()
+            assert isinstance(recover, Recover)
+            done.append(recover.recovery)
+            assert script.tick() == []
             again = script.tick(behavior=Outcome())
-        assert again.compute_path == (GOAL,)
+        assert again == [ComputePath((GOAL,))]
     kinds = [Recovery.CLEAR, Recovery.SPIN, Recovery.WAIT, Recovery.BACK_UP]
     assert done == list(itertools.islice(itertools.cycle(kinds), 6))
-    end = script.fail_to_plan()
-    assert end.finish == Finish(Ending.ABORTED, 208, "NO_VALID_PATH")
+    assert script.fail_to_plan() == [Finish(Ending.ABORTED, 208, "NO_VALID_PATH")]
     assert script.navigator.recoveries == 6
 
 
 def test_waits_for_both_costmaps_to_be_cleared(script: Script) -> None:
     script.tick()
     script.fail_to_plan()
-    assert script.tick(cleared=frozenset({LOCAL_COSTMAP})) == Command()
-    assert script.tick(cleared=frozenset({GLOBAL_COSTMAP})).compute_path == (GOAL,)
+    assert script.tick(cleared=frozenset({LOCAL_COSTMAP})) == []
+    assert script.tick(cleared=frozenset({GLOBAL_COSTMAP})) == [ComputePath((GOAL,))]
 
 
 def test_a_failing_recovery_gives_way_to_the_next(script: Script) -> None:
     script.tick()
     script.fail_to_plan()
     script.tick(cleared=BOTH)
-    assert script.fail_to_plan().recovery is Recovery.SPIN
+    assert script.fail_to_plan() == [Stop(), Recover(Recovery.SPIN)]
     blocked = Outcome(703, "collision ahead")
-    assert script.tick(behavior=blocked).recovery is Recovery.WAIT
-    assert script.tick(behavior=Outcome()).compute_path == (GOAL,)
+    assert script.tick(behavior=blocked) == [Recover(Recovery.WAIT)]
+    assert script.tick(behavior=Outcome()) == [ComputePath((GOAL,))]
     assert script.navigator.recoveries == 2
 
 
@@ -204,8 +223,8 @@ def test_where_every_motion_fails_it_comes_round_to_clearing(script: Script) -> 
     blocked = Outcome(703, "collision ahead")
     script.tick(behavior=blocked)
     script.tick(behavior=Outcome(740, "no"))
-    assert script.tick(behavior=Outcome(714, "no")).clear == (LOCAL_COSTMAP, GLOBAL_COSTMAP)
-    assert script.tick(cleared=BOTH).compute_path == (GOAL,)
+    assert script.tick(behavior=Outcome(714, "no")) == CLEAR_BOTH[1:]
+    assert script.tick(cleared=BOTH) == [ComputePath((GOAL,))]
 
 
 @pytest.mark.parametrize(
@@ -222,9 +241,7 @@ def test_where_every_motion_fails_it_comes_round_to_clearing(script: Script) -> 
 def test_aborts_at_once_where_no_recovery_helps(script: Script, status: PlanStatus) -> None:
     script.tick()
     end = script.tick(plan=no_plan(status))
-    assert end.finish == Finish(Ending.ABORTED, int(status), status.name)
-    assert end.stop
-    assert end.clear == ()
+    assert end == [Finish(Ending.ABORTED, int(status), status.name)]
 
 
 @pytest.mark.parametrize(
@@ -240,7 +257,7 @@ def test_aborts_at_once_at_a_controllers_hopeless_error(
     script: Script, status: ControlStatus
 ) -> None:
     end = script.follow().tick(follow=failed(status))
-    assert end.finish == Finish(Ending.ABORTED, int(status), status.name)
+    assert end == [Finish(Ending.ABORTED, int(status), status.name)]
 
 
 @pytest.mark.parametrize("phase", ["planning", "following", "recovering"])
@@ -250,42 +267,37 @@ def test_cancel_stops_everything_at_once(script: Script, phase: str) -> None:
         script.tick(plan=planned())
     elif phase == "recovering":
         script.fail_to_plan()
-    command = script.tick(cancel=True)
-    assert command.finish == Finish(Ending.CANCELED)
-    assert command.stop
-    assert (command.follow, command.compute_path, command.recovery) == (None, None, None)
+    assert script.tick(cancel=True) == [Finish(Ending.CANCELED)]
 
 
 def test_a_new_goal_is_planned_to_at_once_while_the_old_path_is_followed(script: Script) -> None:
     other = SE2(0.0, 3.0, 1.0)
     script.follow()
-    command = script.tick(goals=(other,))
-    assert command.compute_path == (other,)
-    assert not command.stop
-    assert script.tick(follow=Outcome()).finish is None, "the old goal's end is no success"
+    commands = script.tick(goals=(other,))
+    assert [type(command) for command in commands] == [CheckPath, ComputePath]
+    assert commands[1] == ComputePath((other,))
+    assert script.tick(follow=Outcome()) == [], "the old goal's end is no success"
     path = polyline([(0.0, 0.0), (0.0, 3.0)], 1.0)
-    assert script.tick(plan=planned(path), path_valid=True).follow is path
-    assert script.tick(follow=Outcome()).finish == Finish(Ending.SUCCEEDED)
+    assert followed(script.tick(plan=planned(path), path_valid=True)) is path
+    assert script.tick(follow=Outcome()) == [Finish(Ending.SUCCEEDED)]
 
 
 def test_a_new_goal_ends_a_recovery(script: Script) -> None:
     other = SE2(0.0, 3.0, 1.0)
     script.tick()
     script.fail_to_plan()
-    command = script.tick(goals=(other,))
-    assert command.stop
-    assert command.compute_path == (other,)
+    assert script.tick(goals=(other,)) == [Stop(), ComputePath((other,))]
 
 
 def test_poses_on_the_way_are_dropped_as_they_are_passed() -> None:
     goals = (SE2(1.0, 0.0), SE2(2.0, 0.0), GOAL)
     script = Script(Navigator(NavigatorConfig(), goals, start=0.0))
-    assert script.tick().compute_path == goals
+    assert script.tick() == [ComputePath(goals)]
     script.tick(plan=planned())
-    assert script.tick(dt=1.0, pose=SE2(0.9, 0.0)).compute_path == goals[1:]
+    assert script.tick(dt=1.0, pose=SE2(0.9, 0.0))[-1] == ComputePath(goals[1:])
     script.tick(pose=SE2(0.9, 0.0), plan=planned(), path_valid=True)
-    last = script.tick(dt=1.0, pose=SE2(3.9, 0.0)).compute_path
-    assert last == goals[1:], "far beyond is not passed"
+    last = script.tick(dt=1.0, pose=SE2(3.9, 0.0))[-1]
+    assert last == ComputePath(goals[1:]), "far beyond is not passed"
 
 
 def test_feedback_is_nav2s(script: Script) -> None:

@@ -14,7 +14,8 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.raycast import cast
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_nav.controllers import Controller, ControlResult, Velocity
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers import Controller, ControlResult
 from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap
 from arjuna_nav.costmap.config import InflationConfig
 
@@ -124,7 +125,7 @@ def follow(
     for k in range(steps):
         result = controller.compute(robot.pose, robot.velocity, costmap, k * robot.period)
         results.append(result)
-        robot.drive(Velocity(result.v, result.w))
+        robot.drive(result.velocity)
     return results
 
 

@@ -13,7 +13,7 @@ from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose
 from rclpy.action import ActionClient
 
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
@@ -33,7 +33,7 @@ GOAL = SE2(1.5, 1.0, 0.5)
 REACHED = 0.25
 STOPPING = 0.15  # from 0.4 m/s, command and motors have their delays [m]
 ON_MAP: dict[str, dict[str, Any]] = {
-    "map_server": {"yaml_filename": str(resource("maps/arjuna_room.yaml"))},
+    "map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))},
     "amcl": {"set_initial_pose": True},
 }
 Stack = Callable[..., "LockStep"]

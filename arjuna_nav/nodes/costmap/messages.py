@@ -12,8 +12,8 @@ from nav2_msgs.msg import CostmapMetaData
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from numpy.typing import NDArray
 
-from arjuna_core.grid import GridFrame, OccupancyGrid
-from arjuna_core.ros.convert import grid_msg, header, pose_msg, se2_from_pose, seconds, time_msg
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.ros.convert import grid_msg, header, pose_msg, time_msg
 from arjuna_nav.costmap import Costmap
 
 
@@ -29,20 +29,6 @@ def costmap_raw_msg(costmap: Costmap, frame_id: str, now: float) -> CostmapMsg:
     )
     data = array.array("B", costmap.data.tobytes())
     return CostmapMsg(header=header(frame_id, now), metadata=metadata, data=data)
-
-
-def costmap_from_msg(message: Any) -> Costmap:
-    """Return a nav2_msgs/Costmap as a costmap.
-
-    Raises:
-        ValueError: The data's length contradicts the size, or the origin is no pose.
-    """
-    metadata = message.metadata
-    resolution = round(float(metadata.resolution), 6)  # float32 on the wire
-    origin = se2_from_pose(metadata.origin)
-    frame = GridFrame(resolution, metadata.size_x, metadata.size_y, origin)
-    data = np.asarray(message.data, dtype=np.uint8).reshape(frame.shape)
-    return Costmap(frame, data, seconds(message.header.stamp))
 
 
 def costmap_grid_msg(costmap: Costmap, frame_id: str, now: float) -> OccupancyGridMsg:

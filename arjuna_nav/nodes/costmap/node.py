@@ -29,7 +29,7 @@ from arjuna_nav.nodes.costmap.messages import (
 from arjuna_nav.nodes.costmap.services import CostmapServices
 from arjuna_nav.nodes.frames import robot_pose
 
-_QUEUE = 50
+_QUEUE = 50  # as the message filter of nav2_costmap_2d's obstacle layer
 
 
 class CostmapNode(ManagedNode):
@@ -58,7 +58,7 @@ class CostmapNode(ManagedNode):
         self._raw_out = self.publisher(CostmapMsg, "costmap_raw", qos.LATCHED)
         self._footprint_out = self.publisher(PolygonStamped, "published_footprint", qos.DEFAULT)
         self.subscribe(Polygon, "footprint", self._on_footprint, qos.DEFAULT)
-        CostmapServices(self)
+        CostmapServices(self, self)
         self.every(1.0 / config.update_frequency, self._update)
         if config.publish_frequency > 0.0:
             self.every(1.0 / config.publish_frequency, self._publish)

@@ -8,7 +8,7 @@ from typing import Any
 from simulation_interfaces.action import SimulateSteps
 from simulation_interfaces.msg import Result, SimulationState
 
-from arjuna_core.ros.actions import GoalServer
+from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.nodes.services.results import OK, RequestError
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from arjuna_core.errors import MapError
-from arjuna_core.files.maps import FORMATS, MODES, MapOptions, load_map, save_map
+from arjuna_core.files.map_image import MODES, MapOptions
+from arjuna_core.files.maps import FORMATS, load_map, save_map
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 

@@ -52,8 +52,8 @@ def test_follows_to_the_goal_and_stays(controller: Controller, name: str) -> Non
     trace = np.array([[pose.x, pose.y] for pose in robot.trace])
     off = np.hypot(*(trace[:, None] - path[None, :, :2]).transpose(2, 0, 1)).min(axis=1)
     assert all(result.status is ControlStatus.SUCCEEDED for result in results)
-    assert max(abs(result.v) for result in results) <= 0.4 + 1e-9
-    assert max(abs(result.w) for result in results) <= 0.8 + 1e-9
+    assert max(abs(result.velocity.v) for result in results) <= 0.4 + 1e-9
+    assert max(abs(result.velocity.w) for result in results) <= 0.8 + 1e-9
     assert off.max() < allowed
     assert robot.pose.distance(goal) < XY_TOLERANCE
     assert abs(wrap(robot.pose.theta - goal.theta)) < YAW_TOLERANCE
@@ -82,7 +82,7 @@ def test_a_new_path_to_the_same_goal_does_not_undo_arrival(controller: Controlle
     drifted = SE2(2.75, 3.0, robot.pose.theta)  # localization moved it out of the tolerance
     controller.set_path(path)
     result = controller.compute(drifted, robot.velocity, costmap, 1.0)
-    assert (result.status, result.v) == (ControlStatus.SUCCEEDED, 0.0)
+    assert (result.status, result.velocity.v) == (ControlStatus.SUCCEEDED, 0.0)
 
 
 def test_refuses_to_drive_into_an_obstacle(controller: Controller) -> None:
@@ -111,8 +111,8 @@ def test_slows_down_near_obstacles_and_at_the_goal(controller: Controller) -> No
     at_goal = controller.compute(
         close, Unicycle(close).velocity, costmap_of(empty_grid(6.0, 6.0)), 0.0
     )
-    assert beside_wall.v < in_the_open.v == pytest.approx(0.4)
-    assert 0.05 <= at_goal.v < 0.25
+    assert beside_wall.velocity.v < in_the_open.velocity.v == pytest.approx(0.4)
+    assert 0.05 <= at_goal.velocity.v < 0.25
 
 
 def test_says_that_no_path_was_set(controller: Controller) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.costmap.collision import collides, first_collision
 from arjuna_nav.costmap.footprint import Footprint

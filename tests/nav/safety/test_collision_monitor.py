@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
-from arjuna_nav.controllers import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.safety.collision_monitor import Action, CollisionMonitor, MonitorConfig, Verdict
 

@@ -9,7 +9,7 @@ import pytest
 
 from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
-from arjuna_nav.controllers import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_nav.safety.velocity_smoother import SmoothingConfig, VelocitySmoother
 
 PERIOD = 0.05

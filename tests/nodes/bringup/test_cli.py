@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 from bringup import cli
 from bringup.cli_parser import parse
 from bringup.parameters import inputs
@@ -65,7 +65,7 @@ def test_options_win_over_files_and_later_files_over_earlier() -> None:
 
 
 def test_files_are_handed_on_as_absolute_paths() -> None:
-    robot = _write("my.urdf", resource("urdf/arjuna.urdf").read_text())
+    robot = _write("my.urdf", shipped_file("urdf/arjuna.urdf").read_text())
     parameters = inputs.gather(parse(["sim", "--robot", robot, "--rtf", "0"]))
     assert parameters["sim"]["robot"] == str(Path("my.urdf").resolve())
     assert parameters["robot_state_publisher"]["robot"] == parameters["sim"]["robot"]

@@ -21,7 +21,8 @@ from std_srvs.srv import Trigger
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
-from arjuna_core.ros.actions import GoalClient, GoalOutcome, GoalServer
+from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
+from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
 from tests.helpers.ros import RosBench
 

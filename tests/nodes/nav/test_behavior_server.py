@@ -4,29 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from geometry_msgs.msg import Point, Twist
-from nav2_msgs.action import AssistedTeleop, BackUp, DriveOnHeading, Spin, Wait
 from std_msgs.msg import Empty
 
-from arjuna_core.ros.convert import duration_msg, seconds
+from arjuna_core.ros.convert import seconds
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers import Velocity
+from arjuna_core.twist import STILL, Velocity
 from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP
-from tests.helpers.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.helpers.behaviors import backup, command, drive, spin, teleop, wait, wall_ahead
+from tests.helpers.navigation import SUCCEEDED, PlayedRobot, assert_failed
 from tests.nav.worlds import block
 
 pytestmark = pytest.mark.ros
-STILL = Velocity()
 COSTMAP = "local_costmap/local_costmap"
-KINDS = ("spin", "backup", "drive_on_heading", "assisted_teleop", "wait")
-MOVING = KINDS[:4]
-UNKNOWN = {"spin": 700, "backup": 710, "drive_on_heading": 720, "assisted_teleop": 730, "wait": 740}
 
 
 @pytest.fixture
@@ -36,62 +30,6 @@ def robot() -> Iterator[PlayedRobot]:
     robot.run(0.5)
     yield robot
     robot.close()
-
-
-def spin(robot: PlayedRobot, angle: float, allowance: float = 10.0) -> Goal:
-    request = Spin.Goal(target_yaw=angle, time_allowance=duration_msg(allowance))
-    return robot.send(Spin, "spin", request)
-
-
-def backup(
-    robot: PlayedRobot, x: float, speed: float, allowance: float = 10.0, y: float = 0.0
-) -> Goal:
-    request = BackUp.Goal(
-        target=Point(x=x, y=y), speed=speed, time_allowance=duration_msg(allowance)
-    )
-    return robot.send(BackUp, "backup", request)
-
-
-def drive(
-    robot: PlayedRobot, x: float, speed: float, allowance: float = 10.0, y: float = 0.0
-) -> Goal:
-    request = DriveOnHeading.Goal(
-        target=Point(x=x, y=y), speed=speed, time_allowance=duration_msg(allowance)
-    )
-    return robot.send(DriveOnHeading, "drive_on_heading", request)
-
-
-def wait(robot: PlayedRobot, time: float) -> Goal:
-    return robot.send(Wait, "wait", Wait.Goal(time=duration_msg(time)))
-
-
-def teleop(robot: PlayedRobot, allowance: float = 10.0) -> Goal:
-    request = AssistedTeleop.Goal(time_allowance=duration_msg(allowance))
-    return robot.send(AssistedTeleop, "assisted_teleop", request)
-
-
-def command(robot: PlayedRobot, v: float, w: float = 0.0) -> None:
-    """Command a velocity as a person at a joystick does."""
-    message = Twist()
-    message.linear.x, message.angular.z = v, w
-    robot.bench.publish(Twist, "/cmd_vel_teleop", message)
-
-
-def start(robot: PlayedRobot, kind: str, allowance: float = 10.0) -> Goal:
-    if kind == "wait":
-        return wait(robot, 3.0)
-    if kind == "spin":
-        return spin(robot, 3.0, allowance)
-    if kind == "assisted_teleop":
-        goal = teleop(robot, allowance)
-        command(robot, 0.2)
-        return goal
-    return (backup if kind == "backup" else drive)(robot, 1.0, 0.2, allowance)
-
-
-def wall_ahead(robot: PlayedRobot, x: float) -> None:
-    """Put a wall across the robot's way at a distance [m] from the origin."""
-    block(robot.world, 5.5 + x, 4.5, 0.1, 2.0)
 
 
 @pytest.mark.parametrize("angle", [1.57, -2.5, 7.0])
@@ -144,73 +82,6 @@ def test_wait_stands_still_for_the_time_and_needs_nothing_else(robot: PlayedRobo
     assert goal.status == SUCCEEDED
     assert seconds(goal.feedback[0].time_left) == pytest.approx(2.0, abs=0.15)
     assert seconds(goal.feedback[-1].time_left) < 0.2
-    assert not robot.commands
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_cancellation_stops_the_robot_at_once_and_for_good(robot: PlayedRobot, kind: str) -> None:
-    goal = start(robot, kind)
-    robot.run(0.8)
-    assert (robot.command == STILL) == (kind == "wait")
-    robot.forget()
-    goal.cancel()
-    assert goal.status == CANCELED
-    assert seconds(goal.result.total_elapsed_time) == pytest.approx(0.8, abs=0.05)
-    assert robot.command == STILL
-    robot.run(1.0)
-    assert all(command == STILL for command in robot.commands)
-
-
-@pytest.mark.parametrize("second", KINDS)
-@pytest.mark.parametrize("first", KINDS)
-def test_a_new_goal_ends_the_running_one(robot: PlayedRobot, first: str, second: str) -> None:
-    older = start(robot, first)
-    robot.run(0.5)
-    newer = start(robot, second)
-    assert_failed(older, UNKNOWN[first])
-    if second == "assisted_teleop":
-        robot.run(0.5)
-        robot.bench.publish(Empty, "/preempt_teleop", Empty())
-    robot.run_until_done(newer, 10.0)
-    assert newer.status == SUCCEEDED
-    assert robot.command == STILL
-
-
-@pytest.mark.parametrize(
-    ("kind", "code"),
-    [("spin", 701), ("backup", 711), ("drive_on_heading", 721), ("assisted_teleop", 731)],
-)
-def test_the_time_allowance_ends_a_motion(robot: PlayedRobot, kind: str, code: int) -> None:
-    goal = start(robot, kind, allowance=1.0)
-    robot.run_until_done(goal, 1.3)
-    assert_failed(goal, code)
-    assert "allowance of 1 s" in goal.result.error_msg
-    assert robot.command == STILL
-
-
-@pytest.mark.parametrize(
-    ("kind", "code"),
-    [("spin", 702), ("backup", 712), ("drive_on_heading", 722), ("assisted_teleop", 732)],
-)
-def test_a_pose_that_is_lost_ends_a_motion(robot: PlayedRobot, kind: str, code: int) -> None:
-    goal = start(robot, kind)
-    robot.run(0.5)
-    robot.localized = False
-    robot.run_until_done(goal, 0.6)
-    assert_failed(goal, code)
-    assert robot.command == STILL
-
-
-@pytest.mark.parametrize("kind", MOVING)
-def test_nothing_moves_without_a_costmap(robot: PlayedRobot, kind: str) -> None:
-    goal = start(robot, kind)
-    robot.run(0.5)
-    robot.transition(COSTMAP, "deactivate")
-    robot.run_until_done(goal, 0.2)
-    assert_failed(goal, UNKNOWN[kind])
-    assert robot.command == STILL
-    robot.forget()
-    assert_failed(start(robot, kind), UNKNOWN[kind])
     assert not robot.commands
 
 
@@ -281,47 +152,3 @@ def test_spinning_stops_where_a_corner_would_hit() -> None:
     robot.run_until_done(goal, 4.0)
     assert_failed(goal, 703)
     robot.close()
-
-
-@pytest.mark.parametrize(
-    ("send", "code"),
-    [
-        (lambda robot: drive(robot, 0.5, -0.1), 724),
-        (lambda robot: drive(robot, -0.5, 0.1), 724),
-        (lambda robot: drive(robot, 0.5, 0.0), 724),
-        (lambda robot: drive(robot, 0.5, 0.1, y=0.2), 724),
-        (lambda robot: drive(robot, math.nan, 0.1), 724),
-        (lambda robot: backup(robot, 0.5, 0.0), 713),
-        (lambda robot: backup(robot, 0.5, 0.1, y=0.2), 713),
-        (lambda robot: backup(robot, math.inf, 0.1), 713),
-        (lambda robot: spin(robot, math.nan), 700),
-        (lambda robot: spin(robot, math.inf), 700),
-    ],
-)
-def test_what_makes_no_sense_is_not_begun(robot: PlayedRobot, send: Any, code: int) -> None:
-    goal = send(robot)
-    robot.run_until_done(goal, 0.2)
-    assert_failed(goal, code)
-    assert all(command == STILL for command in robot.commands)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_deactivation_stops_the_robot_and_ends_the_goal(robot: PlayedRobot, kind: str) -> None:
-    goal = start(robot, kind)
-    robot.run(0.5)
-    robot.transition("behavior_server", "deactivate")
-    assert_failed(goal, UNKNOWN[kind])
-    assert robot.command == STILL
-    assert not start(robot, kind).accepted
-    robot.transition("behavior_server", "activate")
-    robot.run(0.2)
-    assert robot.command == STILL
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_time_set_back_stops_the_robot_and_ends_the_goal(robot: PlayedRobot, kind: str) -> None:
-    goal = start(robot, kind)
-    robot.run(0.5)
-    robot.bench.set_back()
-    assert_failed(goal, UNKNOWN[kind])
-    assert robot.command == STILL

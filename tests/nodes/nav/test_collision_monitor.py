@@ -19,13 +19,12 @@ from nav2_msgs.srv import Toggle
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers import Velocity
+from arjuna_core.twist import STILL
 from bringup.stack import COLLISION_MONITOR, LOCAL_COSTMAP, NAVIGATION_GROUP
 from tests.helpers.navigation import SUCCEEDED, PlayedRobot
 from tests.nav.worlds import block
 
 pytestmark = pytest.mark.ros
-STILL = Velocity()
 State = CollisionMonitorState
 
 

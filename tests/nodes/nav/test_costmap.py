@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,6 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from geometry_msgs.msg import Point32, Polygon, PolygonStamped
 from nav2_msgs.msg import Costmap as CostmapMsg
 from nav2_msgs.srv import (
-    ClearCostmapAroundPose,
-    ClearCostmapAroundRobot,
-    ClearCostmapExceptRegion,
-    ClearEntireCostmap,
-    GetCost,
     GetCostmap,
 )
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
@@ -26,45 +21,34 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_from_msg, pose_stamped, seconds
+from arjuna_core.ros.convert import grid_from_msg, seconds
 from arjuna_core.se2 import SE2
-from arjuna_nav.nodes.costmap.messages import costmap_from_msg
-from bringup.stack import GLOBAL_COSTMAP, LOCAL_COSTMAP
+from bringup.stack import LOCAL_COSTMAP
+from tests.helpers.costmaps import (
+    BOX,
+    FREE,
+    GLOBAL,
+    LETHAL,
+    LOCAL,
+    UNKNOWN,
+    beside_a_box,
+    box_cost,
+    cost,
+    costmap_from_msg,
+)
 from tests.helpers.navigation import PlayedRobot
-from tests.nav.worlds import block, empty_grid
+from tests.nav.worlds import empty_grid
 
 pytestmark = pytest.mark.ros
-GLOBAL, LOCAL = "global_costmap", "local_costmap"
-BOX = (1.5, 0.0)  # seen, but not on the map
-LETHAL, FREE, UNKNOWN = 254.0, 0.0, 255.0
 _SPINS = 100
 
 
 @pytest.fixture
 def robot() -> Iterator[PlayedRobot]:
-    robot = PlayedRobot()
-    before = robot.world.data.copy()
-    block(robot.world, 5.5 + BOX[0] - 0.1, 5.4, 0.2, 0.2)
-    robot.bring_up(GLOBAL_COSTMAP, LOCAL_COSTMAP)
-    robot.send_map(OccupancyGrid(robot.world.frame, before))
-    robot.run(1.2)
+    robot = beside_a_box()
     yield robot
     robot.close()
-
-
-def cost(robot: PlayedRobot, name: str, x: float, y: float, **fields: Any) -> float:
-    request = GetCost.Request(x=x, y=y, **fields)
-    return float(robot.bench.call(GetCost, f"/{name}/get_cost_{name}", request).cost)
-
-
-def box_cost(robot: PlayedRobot, name: str) -> float:
-    """Return the greatest cost on the box."""
-    response = robot.bench.call(GetCostmap, f"/{name}/get_costmap", GetCostmap.Request())
-    costmap = costmap_from_msg(response.map)
-    row, column = costmap.frame.to_cell(*BOX)
-    return float(costmap.data[row - 2 : row + 3, column - 3 : column + 3].max())
 
 
 @pytest.mark.parametrize("name", [GLOBAL, LOCAL])
@@ -74,93 +58,6 @@ def test_what_is_seen_is_marked_and_what_goes_is_cleared(robot: PlayedRobot, nam
     robot.world.data[row - 2 : row + 3, column - 3 : column + 3] = 0
     robot.run(1.2)
     assert box_cost(robot, name) == FREE
-
-
-def everything(robot: PlayedRobot, name: str) -> None:
-    service = f"/{name}/clear_entirely_{name}"
-    robot.bench.call(ClearEntireCostmap, service, ClearEntireCostmap.Request())
-
-
-def around(service: str, distance: float = 4.0) -> Callable[[PlayedRobot, str], None]:
-    def clear(robot: PlayedRobot, name: str) -> None:
-        request = ClearCostmapAroundRobot.Request(reset_distance=distance)
-        robot.bench.call(ClearCostmapAroundRobot, service.format(name), request)
-
-    return clear
-
-
-def except_region(service: str, distance: float = 1.0) -> Callable[[PlayedRobot, str], None]:
-    def clear(robot: PlayedRobot, name: str) -> None:
-        request = ClearCostmapExceptRegion.Request(reset_distance=distance)
-        robot.bench.call(ClearCostmapExceptRegion, service.format(name), request)
-
-    return clear
-
-
-def around_pose(
-    service: str, x: float = BOX[0], frame: str = "map", distance: float = 1.0
-) -> Callable[[PlayedRobot, str], None]:
-    def clear(robot: PlayedRobot, name: str) -> None:
-        request = ClearCostmapAroundPose.Request(
-            pose=pose_stamped(SE2(x, 0.0), frame, 0.0), reset_distance=distance
-        )
-        robot.bench.call(ClearCostmapAroundPose, service.format(name), request)
-
-    return clear
-
-
-@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
-@pytest.mark.parametrize(
-    "clear",
-    [
-        everything,
-        around("/{0}/clear_around_{0}"),
-        around("/{0}/clear_costmap_around_robot"),
-        except_region("/{0}/clear_except_{0}"),
-        except_region("/{0}/clear_costmap_except_region"),
-        around_pose("/{0}/clear_around_pose_{0}"),
-        around_pose("/{0}/clear_costmap_around_pose"),
-    ],
-)
-def test_clearing_forgets_what_was_seen_but_not_the_map(
-    robot: PlayedRobot, name: str, clear: Callable[[PlayedRobot, str], None]
-) -> None:
-    assert box_cost(robot, name) == LETHAL
-    clear(robot, name)
-    assert box_cost(robot, name) == FREE
-    assert cost(robot, GLOBAL, 5.05, 3.0) == LETHAL  # a wall of the map
-    robot.run(1.2)
-    assert box_cost(robot, name) == LETHAL  # seen again
-
-
-@pytest.mark.parametrize("name", [GLOBAL, LOCAL])
-@pytest.mark.parametrize(
-    "clear",
-    [
-        around("/{0}/clear_around_{0}", 1.0),
-        around("/{0}/clear_around_{0}", -1.0),
-        around("/{0}/clear_around_{0}", math.nan),
-        except_region("/{0}/clear_except_{0}", 4.0),
-        around_pose("/{0}/clear_around_pose_{0}", -1.0),
-        around_pose("/{0}/clear_around_pose_{0}", frame="moon"),
-    ],
-)
-def test_what_lies_elsewhere_is_kept(
-    robot: PlayedRobot, name: str, clear: Callable[[PlayedRobot, str], None]
-) -> None:
-    clear(robot, name)
-    assert box_cost(robot, name) == LETHAL
-
-
-def test_get_cost_answers_for_points_and_for_the_footprint(robot: PlayedRobot) -> None:
-    assert cost(robot, GLOBAL, 0.0, -2.0) == FREE
-    beside = cost(robot, GLOBAL, BOX[0], 0.5)
-    assert FREE < beside < 253.0
-    assert cost(robot, GLOBAL, BOX[0], 0.3, use_footprint=True) == LETHAL
-    assert cost(robot, GLOBAL, BOX[0], 0.5, use_footprint=True) == beside
-    assert cost(robot, GLOBAL, 9.0, 0.0) == -1.0
-    assert cost(robot, GLOBAL, math.nan, 0.0) == -1.0
-    assert cost(robot, LOCAL, 3.0, 0.0) == -1.0
 
 
 @pytest.mark.parametrize("name", [GLOBAL, LOCAL])

@@ -15,8 +15,8 @@ from nav2_msgs.action import NavigateToPose
 from std_msgs.msg import String
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.actions import GoalServer
 from arjuna_core.ros.convert import se2_from_pose
+from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from bringup.stack import EXPLORER

@@ -13,12 +13,11 @@ from nav2_msgs.action import FollowWaypoints, NavigateToPose
 
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers import Velocity
+from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
 from tests.helpers.navigation import ABORTED, CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
 
 pytestmark = pytest.mark.ros
-STILL = Velocity()
 UNKNOWN = FollowWaypoints.Result.UNKNOWN
 OUTSIDE = SE2(9.0, 0.0)
 SQUARE = SE2(0.5, 0.0), SE2(0.5, 0.5), SE2(0.0, 0.5)

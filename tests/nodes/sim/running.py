@@ -8,7 +8,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from simulation_interfaces.msg import EntityFilters, Resource, Result
 from simulation_interfaces.srv import GetEntities, GetEntityState, SpawnEntity
 
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 
@@ -32,7 +32,7 @@ def start_sim(bench: RosBench, **values: Any) -> SimNode:
 
 def start_in(bench: RosBench, world: str = "empty.world") -> SimNode:
     """Start the simulator in a shipped world."""
-    return start_sim(bench, world=str(resource(f"worlds/{world}")))
+    return start_sim(bench, world=str(shipped_file(f"worlds/{world}")))
 
 
 def run(bench: RosBench, sim: SimNode, ticks: int) -> None:

@@ -14,7 +14,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from sensor_msgs.msg import Imu, JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_sim.nodes.sim import SimNode
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.ros
 
 
 def _robot(folder: Path, *edits: tuple[str, str]) -> str:
-    text = resource("urdf/arjuna.urdf").read_text(encoding="utf-8")
+    text = shipped_file("urdf/arjuna.urdf").read_text(encoding="utf-8")
     for old, new in edits:
         assert old in text
         text = text.replace(old, new, 1)

@@ -19,7 +19,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.maps import load_map, save_map
-from arjuna_core.files.maps_folder import MapsFolderError, inside
+from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, grid_msg
@@ -210,9 +210,12 @@ def test_unknown_parameters_name_the_nearest(bench: RosBench) -> None:
 def test_paths_stay_in_the_folder_also_through_links(tmp_path: Path) -> None:
     (tmp_path / "maps").mkdir()
     (tmp_path / "maps" / "link").symlink_to(tmp_path)
-    assert inside(tmp_path / "maps", "a/b.yaml") == tmp_path.resolve() / "maps" / "a" / "b.yaml"
+    assert (
+        path_in_folder(tmp_path / "maps", "a/b.yaml")
+        == tmp_path.resolve() / "maps" / "a" / "b.yaml"
+    )
     for url in ("link/secret.yaml", "a/../../b.yaml", ".", "file:///etc/passwd"):
         with pytest.raises(MapsFolderError, match="lies outside the maps folder"):
-            inside(tmp_path / "maps", url)
+            path_in_folder(tmp_path / "maps", url)
     with pytest.raises(MapsFolderError, match="has the scheme 'http'; valid: file"):
-        inside(tmp_path, "http://example.org/map.yaml")
+        path_in_folder(tmp_path, "http://example.org/map.yaml")

@@ -1,10 +1,8 @@
-"""Path smoothers."""
+"""The simple smoother: each point between its neighbours."""
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numba import njit
@@ -13,41 +11,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.planners.navfn import oriented
-
-
-class SmoothStatus(enum.IntEnum):
-    """How smoothing ended; the values are nav2_msgs/action/SmoothPath's error codes."""
-
-    SUCCEEDED = 0
-    UNKNOWN = 500
-    INVALID_SMOOTHER = 501
-    TIMEOUT = 502
-    SMOOTHED_PATH_IN_COLLISION = 503
-    FAILED_TO_SMOOTH_PATH = 504
-    INVALID_PATH = 505
-
-
-@dataclass(frozen=True, eq=False)
-class SmoothResult:
-    """A smoothed path, or the path as it was and why.
-
-    Attributes:
-        status: How smoothing ended.
-        path: `(N, 3) float64` [m, m, rad].
-        message: What went wrong; empty on success.
-    """
-
-    status: SmoothStatus
-    path: NDArray[np.float64]
-    message: str = ""
-
-
-class Smoother(Protocol):
-    """Makes a path smoother without leaving the costmap's free space."""
-
-    def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
-        """Smooth a path `(N, 3)` of the costmap's frame."""
-        ...
+from arjuna_nav.smoothers.base import SmoothResult, SmoothStatus
 
 
 @dataclass(frozen=True)
@@ -55,14 +19,16 @@ class SimpleSmootherConfig:
     """Parameters of the simple smoother, by Nav2's names."""
 
     plugin: str = param(
-        "nav2_smoother::SimpleSmoother", "type", choices=("nav2_smoother::SimpleSmoother",)
+        "nav2_smoother::SimpleSmoother",
+        "Nav2's name of what is used.",
+        choices=("nav2_smoother::SimpleSmoother",),
     )
-    tolerance: float = param(1e-10, "change at which it has converged", unit="m", minimum=0.0)
-    max_its: int = param(1000, "most iterations", minimum=1)
-    w_data: float = param(0.2, "weight of the given path", minimum=0.0, maximum=1.0)
-    w_smooth: float = param(0.3, "weight of smoothness", minimum=0.0, maximum=0.49)
-    do_refinement: bool = param(True, "whether to smooth the smoothed path again")
-    refinement_num: int = param(2, "how many times again", minimum=0)
+    tolerance: float = param(1e-10, "Change at which it has converged.", unit="m", minimum=0.0)
+    max_its: int = param(1000, "Most iterations.", minimum=1)
+    w_data: float = param(0.2, "Weight of the given path.", minimum=0.0, maximum=1.0)
+    w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0, maximum=0.49)
+    do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
+    refinement_num: int = param(2, "How many times again.", minimum=0)
 
 
 class SimpleSmoother:

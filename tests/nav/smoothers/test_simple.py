@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from arjuna_nav.planners import path as paths
-from arjuna_nav.smoothers.smoothers import SimpleSmoother, SimpleSmootherConfig, SmoothStatus
+from arjuna_nav.smoothers.base import SmoothStatus
+from arjuna_nav.smoothers.simple import SimpleSmoother, SimpleSmootherConfig
 from tests.nav.worlds import block, costmap_of, empty_grid, polyline
 
 CORNER = polyline([(1.0, 1.0), (3.0, 1.0), (3.0, 3.0)], 0.5)

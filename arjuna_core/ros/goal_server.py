@@ -1,18 +1,15 @@
-"""Action servers and clients that never block: goals are polled or answered by callbacks."""
+"""Action servers that never block: one goal at a time, the newest wins."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
-from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 
 from arjuna_core.ros.node import ManagedNode
-
-_TURNS_TO_SETTLE = 8  # of the executor: a cancellation, its answer, the result, and their echoes
+from arjuna_core.ros.retirement import retire
 
 
 class _DeferredActionServer(ActionServer):
@@ -37,35 +34,12 @@ class _DeferredActionServer(ActionServer):
 
     def destroy(self) -> None:
         """Leave the graph, once what is under way has come."""
-        _retire(self._node, self, self._destroy_handles)
+        retire(self._node, self, self._destroy_handles)
 
     def _destroy_handles(self) -> None:
         for handle in self._goal_handles.values():
             handle.destroy()
         self._handle.destroy_when_not_in_use()
-
-
-class _SettlingActionClient(ActionClient):
-    """An action client that may be destroyed while answers are on their way."""
-
-    def destroy(self) -> None:
-        """Leave the graph, once what is under way has come."""
-        _retire(self._node, self, self._client_handle.destroy_when_not_in_use)
-
-
-def _retire(
-    node: Any, waitable: Any, destroy: Callable[[], None], turns: int = _TURNS_TO_SETTLE
-) -> None:
-    """Take an action's end out of the executor some turns from now, then destroy it.
-
-    rclpy's EventsExecutor crashes the process (it drops a Python reference without the interpreter
-    lock) where an event of a waitable comes between its removal and the executor's next turn.
-    """
-    if turns:
-        node.executor.create_task(_retire, node, waitable, destroy, turns - 1)
-        return
-    node.remove_waitable(waitable)
-    node.executor.create_task(destroy)
 
 
 class GoalServer:
@@ -227,105 +201,3 @@ class GoalServer:
         """Leave the graph; no goal is accepted any more."""
         self._destroyed = True
         self._server.destroy()
-
-
-@dataclass(frozen=True)
-class GoalOutcome:
-    """How a goal ended for its client.
-
-    Attributes:
-        accepted: Whether the server took it.
-        status: A GoalStatus constant.
-        result: The action's result message; None if it was not accepted.
-    """
-
-    accepted: bool
-    status: int
-    result: Any | None
-
-    @property
-    def succeeded(self) -> bool:
-        """Whether the goal was reached."""
-        return bool(self.status == GoalStatus.STATUS_SUCCEEDED)
-
-
-class GoalClient:
-    """Sends goals and hands back outcomes by callback; only the newest goal's outcome counts.
-
-    Args:
-        node: The node.
-        action_type: The action.
-        name: The action's name.
-    """
-
-    def __init__(self, node: ManagedNode, action_type: Any, name: str) -> None:
-        self.name = name
-        self._client = _SettlingActionClient(node, action_type, name)
-        self._handle: Any | None = None
-        self._sequence = 0
-        self._cancel_when_accepted = False
-        self._destroyed = False
-
-    @property
-    def ready(self) -> bool:
-        """Whether a server is there."""
-        return bool(self._client.server_is_ready())
-
-    @property
-    def busy(self) -> bool:
-        """Whether a goal is running."""
-        return self._handle is not None
-
-    def send(
-        self,
-        goal: Any,
-        on_outcome: Callable[[GoalOutcome], None],
-        on_feedback: Callable[[Any], None] | None = None,
-    ) -> None:
-        """Send a goal; an earlier goal's outcome is no longer reported."""
-        self._sequence += 1
-        sequence = self._sequence
-        self._cancel_when_accepted = False
-        self._handle = None
-
-        def feedback(message: Any) -> None:
-            if on_feedback is not None and sequence == self._sequence:
-                on_feedback(message.feedback)
-
-        def outcome(value: GoalOutcome) -> None:
-            if sequence == self._sequence:
-                self._handle = None
-                on_outcome(value)
-
-        future = self._client.send_goal_async(goal, feedback_callback=feedback)
-        future.add_done_callback(lambda done: self._on_response(done.result(), sequence, outcome))
-
-    def _on_response(
-        self, handle: Any, sequence: int, outcome: Callable[[GoalOutcome], None]
-    ) -> None:
-        if self._destroyed:
-            return
-        if not handle.accepted:
-            outcome(GoalOutcome(False, GoalStatus.STATUS_UNKNOWN, None))
-            return
-        if sequence == self._sequence:
-            self._handle = handle
-            if self._cancel_when_accepted:
-                handle.cancel_goal_async()
-        future = handle.get_result_async()
-        future.add_done_callback(
-            lambda done: outcome(GoalOutcome(True, done.result().status, done.result().result))
-        )
-
-    def cancel(self) -> None:
-        """Ask the server to cancel the running goal; its outcome is still reported."""
-        if self._handle is not None:
-            self._handle.cancel_goal_async()
-        else:
-            self._cancel_when_accepted = True
-
-    def destroy(self) -> None:
-        """Leave the graph; no outcome is reported any more."""
-        self._destroyed = True
-        self._sequence += 1
-        self._client.destroy()

@@ -1,0 +1,118 @@
+"""The images of maps: shades that stand for occupancy, as map_server reads and writes them."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from arjuna_core.errors import MapError
+from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN
+
+MODES = ("trinary", "scale", "raw")
+_CELLS_MAX = 100_000_000  # 500 m x 500 m at 5 cm: more is a mistake or an attack
+_UNKNOWN_SHADE = 205.0  # map_saver's; 1 - 205/255 = 0.19608, so the written free_thresh lies below
+_UNKNOWN_READS_BACK = 0.196
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """How shades become occupancy, and back.
+
+    Attributes:
+        mode: `trinary`, `scale` or `raw`.
+        negate: Whether white is occupied.
+        occupied_thresh: Occupancy (0..1) above which a cell is occupied.
+        free_thresh: Occupancy (0..1) below which a cell is free.
+    """
+
+    mode: str = "trinary"
+    negate: bool = False
+    occupied_thresh: float = 0.65
+    free_thresh: float = 0.25
+
+    @property
+    def written_free_thresh(self) -> float:
+        """The free_thresh to write, so that unknown cells read back as such."""
+        return min(self.free_thresh, _UNKNOWN_READS_BACK)
+
+
+MAP_SAVER = MapOptions()
+
+
+def read_image(path: Path) -> tuple[NDArray[np.float64], Any]:
+    """Return shade and alpha of an image's pixels, `(height, width) float64` 0..255, top row first.
+
+    Alpha is None where the image has none.
+
+    Raises:
+        MapError: It is no image, or too large.
+        FileNotFoundError: There is no such file.
+    """
+    try:
+        with Image.open(path) as image:
+            if image.width * image.height > _CELLS_MAX:
+                raise MapError(path, f"has over {_CELLS_MAX} pixels")
+            has_alpha = "A" in image.getbands()
+            pixels = np.asarray(image.convert("LA" if has_alpha else "L"), dtype=np.float64)
+    except FileNotFoundError:
+        raise
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise MapError(path, f"is no readable PGM or PNG image: {error}") from error
+    return (pixels[..., 0], pixels[..., 1]) if has_alpha else (pixels, None)
+
+
+def occupancy_of(shade: NDArray[np.float64], alpha: Any, options: MapOptions) -> NDArray[np.int8]:
+    """Return the occupancy that shades stand for, `(height, width) int8`.
+
+    Source: map_server: raw keeps the value, the others compare the darkness with thresholds.
+    """
+    if options.mode == "raw":
+        return np.where(shade <= OCCUPIED, shade, UNKNOWN).astype(np.int8)
+    occupancy = shade / 255.0 if options.negate else 1.0 - shade / 255.0
+    between = np.full(shade.shape, float(UNKNOWN))
+    if options.mode == "scale":
+        span = options.occupied_thresh - options.free_thresh
+        between = np.rint((occupancy - options.free_thresh) / span * OCCUPIED)
+    occupied, free = occupancy > options.occupied_thresh, occupancy < options.free_thresh
+    cells = np.select([occupied, free], [OCCUPIED, FREE], between).astype(np.int8)
+    if options.mode == "scale" and alpha is not None:
+        cells[alpha < 255] = UNKNOWN
+    return cells
+
+
+def encoded(data: NDArray[np.int8], options: MapOptions, image_format: str) -> bytes:
+    """Return the file of a map's image.
+
+    Args:
+        data: Occupancy `(height, width) int8`, row 0 lowest in y.
+        options: Thresholds and mode.
+        image_format: `pgm` or `png`.
+    """
+    pixels = _shades(data, options)
+    if options.mode == "scale" and (data < 0).any():
+        pixels = np.dstack((pixels, np.where(data < 0, 0, 255).astype(np.uint8)))
+    content = io.BytesIO()
+    Image.fromarray(pixels[::-1]).save(content, "PPM" if image_format == "pgm" else "PNG")
+    return content.getvalue()
+
+
+def _shades(data: NDArray[np.int8], options: MapOptions) -> NDArray[np.uint8]:
+    """Return the grey levels map_saver writes."""
+    if options.mode == "raw":
+        return np.where(data < 0, 255, data).astype(np.uint8)
+    if options.mode == "scale":  # the inverse of what the loader does, so that it reads back
+        low = options.written_free_thresh
+        span = options.occupied_thresh - low
+        darkness = low + np.maximum(data, 0) / OCCUPIED * span
+        shade = np.rint((1.0 - darkness) * 255.0)
+    else:
+        occupied = data >= options.occupied_thresh * OCCUPIED
+        free = (data >= 0) & (data <= options.free_thresh * OCCUPIED)
+        shade = np.select([occupied, free], [0.0, 254.0], _UNKNOWN_SHADE)
+    return (255 - shade if options.negate else shade).astype(np.uint8)

@@ -1,0 +1,82 @@
+"""How each behaviour is asked for and answered as nav2_msgs' action."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from nav2_msgs import action
+
+from arjuna_core.ros.convert import duration_msg, seconds
+from arjuna_nav.behaviors.assisted_teleop import AssistedTeleop
+from arjuna_nav.behaviors.base import Behavior, BehaviorStatus, InvalidGoalError
+from arjuna_nav.behaviors.drive_on_heading import DriveOnHeading
+from arjuna_nav.behaviors.spin import Spin
+from arjuna_nav.behaviors.wait import Wait
+
+
+@dataclass(frozen=True)
+class BehaviorAction:
+    """One behaviour as an action.
+
+    Attributes:
+        type: The action.
+        make: Makes the behaviour from a goal; of one that moves, also from the parameters, the
+            footprint and the time allowance.
+        feedback: Makes the feedback from the behaviour's progress.
+        moves: Whether it drives, so that it needs the robot's pose and a costmap.
+        unknown: Error code of an unknown failure, where the action itself names none.
+    """
+
+    type: Any
+    make: Callable[..., Behavior]
+    feedback: Callable[[float], Any]
+    moves: bool = True
+    unknown: int = 0
+
+    def error_code(self, status: BehaviorStatus) -> int:
+        """Return the action's code for how it ended; what it does not name is unknown."""
+        if status is BehaviorStatus.SUCCEEDED:
+            return 0
+        codes = self.type.Result
+        return int(getattr(codes, status.name, getattr(codes, "UNKNOWN", self.unknown)))
+
+
+def _along_x(target: Any) -> float:
+    if target.y or target.z:
+        raise InvalidGoalError(f"target ({target.x:g}, {target.y:g}, {target.z:g}) is not on x")
+    return float(target.x)
+
+
+BEHAVIORS = {
+    "spin": BehaviorAction(
+        action.Spin,
+        lambda goal, *rest: Spin(goal.target_yaw, *rest),
+        lambda angle: action.Spin.Feedback(angular_distance_traveled=angle),
+    ),
+    "backup": BehaviorAction(
+        action.BackUp,
+        lambda goal, *rest: DriveOnHeading(  # of either sign, as in nav2_behaviors
+            -abs(_along_x(goal.target)), -abs(goal.speed), *rest
+        ),
+        lambda distance: action.BackUp.Feedback(distance_traveled=distance),
+    ),
+    "drive_on_heading": BehaviorAction(
+        action.DriveOnHeading,
+        lambda goal, *rest: DriveOnHeading(_along_x(goal.target), goal.speed, *rest),
+        lambda distance: action.DriveOnHeading.Feedback(distance_traveled=distance),
+    ),
+    "assisted_teleop": BehaviorAction(
+        action.AssistedTeleop,
+        lambda goal, *rest: AssistedTeleop(*rest),
+        lambda time: action.AssistedTeleop.Feedback(current_teleop_duration=duration_msg(time)),
+    ),
+    "wait": BehaviorAction(
+        action.Wait,
+        lambda goal: Wait(seconds(goal.time)),
+        lambda time: action.Wait.Feedback(time_left=duration_msg(time)),
+        moves=False,
+        unknown=740,
+    ),
+}

@@ -1,1 +1,0 @@
-"""Velocity commands in and out: Twist, or TwistStamped."""

@@ -1,0 +1,66 @@
+"""Goals that tests send to bt_navigator, and the room in which the robot drives to them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
+
+from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL
+from bringup.stack import NAVIGATION_GROUP
+from tests.helpers.navigation import Goal, PlayedRobot
+from tests.nav.worlds import block
+
+GOAL = SE2(1.0, 1.0, 0.5)
+TOLERANCE = 0.16
+IN_BOX = SE2(4.0, -4.0)
+IN_RING = SE2(-3.8, 3.8)
+
+
+def made(**parameters: Any) -> PlayedRobot:
+    robot = PlayedRobot({"bt_navigator": parameters})
+    block(robot.world, 8.5, 0.5, 2.0, 2.0)  # a big box round IN_BOX
+    for x, y, width, height in ((0.5, 8.4, 2.2, 0.1), (2.6, 8.4, 0.1, 2.2)):
+        block(robot.world, x, y, width, height)  # closes off the corner of IN_RING
+    robot.bring_up(*NAVIGATION_GROUP.nodes)
+    robot.send_map()
+    robot.run(1.0)
+    return robot
+
+
+def stamped(pose: SE2, frame: str = "map") -> PoseStamped:
+    return pose_stamped(pose, frame, 0.0)
+
+
+def go(robot: PlayedRobot, pose: SE2 | PoseStamped, tree: str = "") -> Goal:
+    message = stamped(pose) if isinstance(pose, SE2) else pose
+    request = NavigateToPose.Goal(pose=message, behavior_tree=tree)
+    return robot.send(NavigateToPose, "navigate_to_pose", request)
+
+
+def through(robot: PlayedRobot, *poses: SE2, frame: str = "map") -> Goal:
+    request = NavigateThroughPoses.Goal(poses=[stamped(pose, frame) for pose in poses])
+    return robot.send(NavigateThroughPoses, "navigate_through_poses", request)
+
+
+def drive(robot: PlayedRobot) -> None:
+    """Let the robot drive until it has its speed."""
+    robot.run(3.0)
+    assert robot.command.v > 0.2
+
+
+def assert_stopped_for_good(robot: PlayedRobot) -> None:
+    """Check that the robot was stopped without time passing, and stays so."""
+    assert robot.command == STILL
+    robot.forget()
+    robot.run(1.0)
+    assert all(command == STILL for command in robot.commands)
+
+
+def broken() -> PoseStamped:
+    message = stamped(GOAL)
+    message.pose.orientation.w = message.pose.orientation.z = 0.0
+    return message

@@ -1,0 +1,86 @@
+"""Process: what is due runs behind the messages that were queued before it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from rosgraph_msgs.msg import Clock
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import time_msg, transform_msg
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.se2 import SE2
+from tests.helpers.ros import TICK, RosBench
+
+pytestmark = pytest.mark.ros
+STALL = 25  # ticks, 0.5 s
+
+
+@dataclass(frozen=True)
+class NoConfig:
+    """No parameters."""
+
+
+class WatchNode(ManagedNode):
+    """Notes the time and the age of the newest transform, each period."""
+
+    Config = NoConfig
+    DEFAULT_NAME = "watch"
+
+    def configure(self) -> None:
+        self.ages: list[tuple[float, float]] = []
+        self.every(0.1, self._look)
+
+    def _look(self) -> None:
+        newest = self.transforms.latest_common("odom", "base_link")
+        self.ages.append((self.now, self.now - newest))
+
+
+@pytest.fixture
+def bench() -> Iterator[RosBench]:
+    bench = RosBench()
+    yield bench
+    bench.close()
+
+
+def stalled(bench: RosBench) -> None:
+    """Let half a second of clock and transforms queue up, then run it all."""
+    clock = bench.node.create_publisher(Clock, "/clock", qos.LATEST)
+    transforms = bench.node.create_publisher(TFMessage, "/tf", qos.TF)
+    bench.process.drain()
+    for tick in range(2, STALL + 2):
+        now = tick * TICK
+        clock.publish(Clock(clock=time_msg(now)))
+        pose = transform_msg(SE2(now, 0.0), "odom", "base_link", now)
+        transforms.publish(TFMessage(transforms=[pose]))
+    bench.process.drain()
+
+
+def test_after_a_stall_what_is_due_sees_the_newest_transform(bench: RosBench) -> None:
+    node = WatchNode(bench.process)
+    node.trigger_configure()
+    bench.advance()
+    bench.publish(TFMessage, "/tf", TFMessage(transforms=[_start()]))
+    node.trigger_activate()
+    stalled(bench)
+    assert node.ages[-1][0] == pytest.approx((STALL + 1) * TICK)
+    assert max(age for _, age in node.ages) < TICK / 2
+
+
+def test_what_is_due_has_run_when_the_process_is_drained(bench: RosBench) -> None:
+    node = WatchNode(bench.process)
+    node.trigger_configure()
+    bench.publish(TFMessage, "/tf", TFMessage(transforms=[_start()]))
+    node.trigger_activate()
+    bench.advance(0.5)
+    assert [now for now, _ in node.ages] == pytest.approx([0.02, 0.1, 0.2, 0.3, 0.4, 0.5])
+
+
+def _start() -> object:
+    return transform_msg(SE2(), "odom", "base_link", 0.0)

@@ -1,0 +1,196 @@
+"""bt_navigator: what goes wrong ends in a recovery or an error code, and the robot stands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import PoseStamped
+
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL
+from tests.helpers.navigation import SUCCEEDED, PlayedRobot, assert_failed
+from tests.helpers.navigator_goals import (
+    GOAL,
+    IN_BOX,
+    IN_RING,
+    TOLERANCE,
+    assert_stopped_for_good,
+    broken,
+    drive,
+    go,
+    made,
+    stamped,
+    through,
+)
+from tests.nav.worlds import block
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def robot() -> Iterator[PlayedRobot]:
+    robot = made()
+    yield robot
+    robot.close()
+
+
+@pytest.mark.parametrize(
+    ("goal", "code"),
+    [
+        (SE2(9.0, 0.0), 204),
+        (IN_BOX, 206),
+        (stamped(GOAL, "moon"), 202),
+        (broken(), 202),
+    ],
+)
+def test_what_no_recovery_mends_fails_at_once(
+    robot: PlayedRobot, goal: SE2 | PoseStamped, code: int
+) -> None:
+    sent = go(robot, goal)
+    robot.run_until_done(sent, 0.5)
+    assert_failed(sent, code)
+    assert_stopped_for_good(robot)
+
+
+def test_a_bad_goal_leaves_the_running_one_alone(robot: PlayedRobot) -> None:
+    good = go(robot, GOAL)
+    robot.run(1.0)
+    bad = go(robot, stamped(GOAL, "moon"))
+    assert_failed(bad, 202)
+    robot.run_until_done(good, 30.0)
+    assert good.status == SUCCEEDED
+
+
+def test_what_cannot_be_reached_fails_after_the_recoveries() -> None:
+    robot = made(number_of_retries=4, wait_duration=0.5)
+    goal = go(robot, IN_RING)
+    robot.run_until_done(goal, 60.0)
+    assert_failed(goal, 208)
+    assert goal.feedback[-1].number_of_recoveries == 4
+    rates = [command.w for command in robot.commands]
+    assert max(rates) > 0.5  # it span
+    assert min(command.v for command in robot.commands) == pytest.approx(-0.15)  # backed up
+    assert_stopped_for_good(robot)
+    robot.close()
+
+
+def test_a_robot_that_is_shut_in_is_not_driven_and_goes_on_once_free(robot: PlayedRobot) -> None:
+    free = robot.world.data.copy()
+    for x, y, width, height in (
+        (4.9, 4.9, 1.2, 0.1),
+        (4.9, 6.0, 1.2, 0.1),
+        (4.9, 4.9, 0.1, 1.2),
+        (6.0, 4.9, 0.1, 1.2),
+    ):
+        block(robot.world, x, y, width, height)
+    robot.run(1.0)
+    goal = go(robot, GOAL)
+    robot.run(12.0)
+    assert not goal.done
+    assert goal.feedback[-1].number_of_recoveries > 0
+    assert robot.pose.distance(SE2()) < 0.5
+    robot.world.data[:] = free
+    robot.run_until_done(goal, 60.0)
+    assert goal.status == SUCCEEDED
+
+
+def test_a_way_that_is_blocked_is_gone_round(robot: PlayedRobot) -> None:
+    goal = go(robot, SE2(2.0, 1.5))
+    drive(robot)
+    x, y = robot.pose.x + 5.5, robot.pose.y + 5.5
+    heading = robot.pose.theta
+    block(
+        robot.world, x + 0.8 * math.cos(heading) - 0.2, y + 0.8 * math.sin(heading) - 0.2, 0.4, 0.4
+    )
+    robot.run_until_done(goal, 60.0)
+    assert goal.status == SUCCEEDED
+    assert robot.pose.distance(SE2(2.0, 1.5)) < TOLERANCE
+
+
+def test_goals_are_rejected_while_inactive(robot: PlayedRobot) -> None:
+    robot.transition("bt_navigator", "deactivate")
+    assert not go(robot, GOAL).accepted
+    assert not through(robot, GOAL).accepted
+    robot.bench.publish(PoseStamped, "/goal_pose", stamped(GOAL))
+    robot.run(1.0)
+    assert not robot.commands
+
+
+@pytest.mark.parametrize("transition", ["deactivate", "shutdown"])
+def test_the_end_of_activity_stops_the_robot_and_ends_the_goal(
+    robot: PlayedRobot, transition: str
+) -> None:
+    goal = go(robot, SE2(3.0, 1.0))
+    drive(robot)
+    robot.transition("bt_navigator", transition)
+    assert_failed(goal, 0)
+    assert "deactivated" in goal.result.error_msg
+    assert_stopped_for_good(robot)
+
+
+def test_time_set_back_stops_the_robot_and_ends_the_goal(robot: PlayedRobot) -> None:
+    goal = go(robot, SE2(3.0, 1.0))
+    drive(robot)
+    robot.bench.set_back()
+    assert_failed(goal, 0)
+    assert "set back" in goal.result.error_msg
+    assert_stopped_for_good(robot)
+
+
+def test_a_robot_that_does_not_know_its_place_refuses(robot: PlayedRobot) -> None:
+    robot.localized = False
+    robot.run(1.0)
+    goal = go(robot, GOAL)
+    assert_failed(goal, 202)
+    assert "1.0" in goal.result.error_msg
+
+
+def test_a_place_that_is_lost_under_way_stops_the_robot(robot: PlayedRobot) -> None:
+    goal = go(robot, SE2(3.0, 1.0))
+    drive(robot)
+    robot.localized = False
+    robot.run_until_done(goal, 10.0)
+    assert_failed(goal, 102)
+    assert_stopped_for_good(robot)
+
+
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [
+        ("planner_server", 200),
+        ("controller_server", 100),
+        ("global_costmap/global_costmap", 207),
+        ("local_costmap/local_costmap", 107),
+    ],
+)
+def test_a_server_that_rests_ends_the_goal(name: str, code: int) -> None:
+    robot = made(number_of_retries=1)
+    goal = go(robot, SE2(3.0, 1.0))
+    drive(robot)
+    robot.transition(name, "deactivate")
+    robot.run_until_done(goal, 20.0)
+    assert_failed(goal, code)
+    assert_stopped_for_good(robot)
+    robot.close()
+
+
+def test_a_behavior_server_that_rests_does_not_end_the_goal(robot: PlayedRobot) -> None:
+    robot.transition("behavior_server", "deactivate")
+    goal = go(robot, IN_RING)
+    robot.run_until_done(goal, 60.0)
+    assert_failed(goal, 208)
+
+
+def test_poses_that_cannot_be_passed_fail_with_codes_of_their_own(robot: PlayedRobot) -> None:
+    for poses, code in (((), 309), ((GOAL, IN_BOX), 306), ((GOAL, SE2(9.0, 0.0)), 304)):
+        goal = through(robot, *poses)
+        robot.run_until_done(goal, 0.5)
+        assert_failed(goal, code)
+    goal = through(robot, GOAL, frame="moon")
+    assert_failed(goal, 302)
+    assert robot.command == STILL
