@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -28,7 +30,7 @@ from bringup.client.goals import GoalEnd, Goals
 from bringup.client.session import Connection, Session
 from bringup.client.velocity import VelocityPublisher
 
-GOAL_TIMEOUT = 600.0
+GOAL_TIMEOUT, EXPLORER_GRACE = 600.0, 60.0
 _INITIAL_COVARIANCE = np.diag([0.5**2, 0.5**2, 0.26**2])  # what RViz's "2D Pose Estimate" sends
 _COMMAND_PERIOD = 0.1
 
@@ -124,6 +126,17 @@ class Robot:
     ) -> list[GoalEnd]:
         """Drive to poses of the map [m, m, rad], one after the other, each within a time [s]."""
         return [self.goto(*pose, timeout=timeout) for pose in waypoints]
+
+    def explore(self, timeout: float = 1800.0) -> bool:
+        """Drive to the edges of the map until all is seen; tell whether it was in time [s].
+
+        Navigation must run while mapping: `python -m bringup nav --slam`.
+        """
+        command = [sys.executable, "-m", "bringup", "explore", "--timeout", str(timeout)]
+        done = subprocess.run(  # noqa: S603 - our own command
+            command, timeout=timeout + EXPLORER_GRACE, check=False
+        )
+        return done.returncode == 0
 
     def set_pose(self, x: float, y: float, yaw: float = 0.0) -> None:
         """Tell AMCL where the robot is, roughly [m, m, rad].
