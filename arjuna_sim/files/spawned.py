@@ -11,12 +11,13 @@ import numpy as np
 from arjuna_core.errors import InputFileError, RobotError, WorldError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.library import Fault, Library, ResourceError
-from arjuna_sim.files.sdf.sdf import GROUND, Body, World, read_world
-from arjuna_sim.files.urdf.urdf import read_urdf
+from arjuna_sim.files.sdf.world import read_world
+from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import person
 from arjuna_sim.model.entities import Category, Entity, entity_of_actor, entity_of_robot
 from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.model.world import GROUND, Body, World
 
 FORMATS = ("sdf", "urdf")
 PRIMITIVES = ("box:X,Y,Z", "cylinder:RADIUS,LENGTH", "sphere:RADIUS", "person")

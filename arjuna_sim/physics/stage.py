@@ -12,18 +12,19 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import nearest
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.sdf.sdf import World
 from arjuna_sim.model.entities import (
     Entity,
     EntityMotion,
     PlaceTakenError,
     UnknownEntityError,
     entity_of_model,
-    handle,
     model_names,
     moving_entities,
 )
-from arjuna_sim.model.robot import Robot, ServoConfig
+from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.world import World
+from arjuna_sim.physics.entity_body import handle
+from arjuna_sim.physics.robot_body import ServoConfig
 from arjuna_sim.physics.scene import Scene, build_scene
 
 _UPRIGHT = 0.7  # upward part of a contact's normal, above which a robot stands on what it touches

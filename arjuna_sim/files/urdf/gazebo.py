@@ -5,30 +5,21 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
+from arjuna_sim.files.material_colours import gazebo_colour
 from arjuna_sim.files.urdf import sensor_tags
 from arjuna_sim.files.urdf.gazebo_text import plain, text_of
 from arjuna_sim.files.urdf.plugins import read_drive
-from arjuna_sim.files.urdf.urdf import Urdf
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.colours import gazebo_colour
 from arjuna_sim.model.settings import (
     CameraSettings,
     DriveSettings,
     GazeboSettings,
     ImuSettings,
-    LidarSettings,
 )
+from arjuna_sim.model.urdf import Urdf
 
 _CONTACT = ("kp", "kd")
 _TRUE = ("true", "1")
-__all__ = [
-    "CameraSettings",
-    "DriveSettings",
-    "GazeboSettings",
-    "ImuSettings",
-    "LidarSettings",
-    "read_gazebo",
-]
 _READ = ("sensor", "plugin", "mu1", "mu", "material", "visual", "mu2", *_CONTACT)
 
 

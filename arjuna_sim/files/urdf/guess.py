@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
 from arjuna_sim.files.urdf.gazebo_text import texts
+from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.plugins import LEFT, RIGHT, TORQUE
-from arjuna_sim.files.urdf.urdf import Urdf, read_urdf
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.model.shapes import Kind, corners
+from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import axis, center, effective_track, radius_of, wheel_radius
 from arjuna_sim.model.wheels import wheel_separation as separation_of
 

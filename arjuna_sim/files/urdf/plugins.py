@@ -6,9 +6,9 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
 from arjuna_sim.files.urdf.gazebo_text import flag, plain, text_of, texts, topic, value
-from arjuna_sim.files.urdf.urdf import Urdf
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveSettings
+from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center, effective_track, wheel_radius, wheel_separation
 
 TORQUE = 5.0

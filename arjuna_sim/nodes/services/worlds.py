@@ -11,10 +11,11 @@ from simulation_interfaces.srv import GetAvailableWorlds, GetCurrentWorld, LoadW
 
 from arjuna_core.errors import ArjunaError, WorldError
 from arjuna_sim.files.library import Fault, ResourceError
-from arjuna_sim.files.sdf.sdf import World, read_world
+from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.spawned import check_assets
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.world import World
 from arjuna_sim.nodes.services.host import Host
 from arjuna_sim.nodes.services.results import RequestError, answering, resource_error
 

@@ -10,9 +10,9 @@ import pytest
 from arjuna_core.errors import RobotError, WorldError
 from arjuna_core.se2 import IDENTITY
 from arjuna_sim.devices.drive import Velocity
-from arjuna_sim.files.sdf.sdf import load_world
-from arjuna_sim.model.robot import load_robot
-from arjuna_sim.model.world import surfaces
+from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.surfaces import surfaces
 from tests.sim.builders import ROBOT, ROOM, edited, run, simulator
 
 BOMB = """<?xml version="1.0"?>

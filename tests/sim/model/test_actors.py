@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import ConfigError, WorldError
 from arjuna_core.se2 import SE2
-from arjuna_sim.files.sdf.sdf import load_world
+from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.actors import PERSON, Trajectory
 from arjuna_sim.model.shapes import Kind
 

@@ -11,7 +11,8 @@ import pytest
 from arjuna_core.errors import RobotError
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.model.robot import Robot, load_robot
+from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.model.robot import Robot
 from tests.sim.builders import run, simulator
 
 INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'

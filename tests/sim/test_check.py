@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import InputFileError
-from arjuna_sim.files.check import check, is_robot
+from arjuna_sim.check import check, is_robot
 from arjuna_sim.files.search_path import SearchPath
 from bringup.cli import OK, REFUSED, run
 from bringup.cli_parser import parse

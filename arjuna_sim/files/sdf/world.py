@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.files.sdf.actors import read_actor
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
 from arjuna_sim.files.sdf.shapes import read_colour, read_shape
-from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.actors import Actor, read_actor
-from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.model.actors import Actor
+from arjuna_sim.model.shapes import Kind, Part
+from arjuna_sim.model.world import GROUND, Body, World, ground
 
 BUILT_IN = ("sun", "ground_plane")
-GROUND = "ground_plane"
 _UNLIT = (
     "light",
     "gui",
@@ -45,57 +42,6 @@ _MASS = 1.0  # SDF's default [kg]
 _MASS_MAX = 1e7  # [kg]
 
 
-@dataclass(frozen=True)
-class Body:
-    """One part of a world.
-
-    Attributes:
-        model: Name of the model it belongs to.
-        part: Its shape, pose in the world and colour.
-        collides: Whether it stops robots and rays, or is only drawn.
-        T_world_model: Where its model stands.
-    """
-
-    model: str
-    part: Part
-    collides: bool
-    T_world_model: Pose3 = ORIGIN
-
-
-@dataclass(frozen=True)
-class World:
-    """A world as it was read.
-
-    Attributes:
-        path: The file.
-        name: The world's name.
-        bodies: Its parts; the ground is one with the model `ground_plane`.
-        notes: What the file says and the simulation leaves out, one line each.
-        actors: What moves by itself.
-        masses: By name, the models that can be pushed, and what they weigh [kg].
-    """
-
-    path: Path
-    name: str
-    bodies: tuple[Body, ...]
-    notes: tuple[str, ...]
-    actors: tuple[Actor, ...] = ()
-    masses: Mapping[str, float] = field(default_factory=dict)
-
-
-def load_world(path: str | Path, search: SearchPath | None = None) -> World:
-    """Read a `.world` or `.sdf` file.
-
-    Args:
-        path: The file.
-        search: Where to look for what it refers to; the environment's folders if None.
-
-    Raises:
-        WorldError: The file cannot be read, or holds values or models that cannot be simulated.
-    """
-    return read_world(XmlFile(Path(path), "sdf", WorldError, search=search))
-
-
 def read_world(xml: XmlFile) -> World:
     """Read a parsed SDF file.
 
@@ -121,12 +67,6 @@ def read_world(xml: XmlFile) -> World:
     name = world.get("name", "world")
     actors, notes = tuple(reader.actors), tuple(xml.notes)
     return World(xml.path, name, tuple(bodies), notes, actors, reader.masses)
-
-
-def ground() -> list[Body]:
-    """Return the ground plane at height 0, solid and drawn."""
-    part = Part(Shape(Kind.PLANE), rgba=(0.6, 0.6, 0.6, 1.0))
-    return [Body(GROUND, part, True), Body(GROUND, part, False)]
 
 
 class _Reader:

@@ -6,11 +6,11 @@ import dataclasses
 
 import numpy as np
 
-from arjuna_sim.files.urdf.urdf import Urdf
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.inertia import Inertial, estimated, of_parts, volume_of
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.shapes import Kind, corners
+from arjuna_sim.model.urdf import Urdf
 
 CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""

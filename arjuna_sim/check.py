@@ -12,14 +12,16 @@ from pathlib import Path
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.files.map_world import MAP_SUFFIXES
-from arjuna_sim.files.sdf.sdf import World
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.guess import write_snippet
+from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import read_bytes
-from arjuna_sim.model.robot import Robot, ServoConfig, load_robot
+from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.shapes import Part
+from arjuna_sim.model.world import World
+from arjuna_sim.physics.robot_body import ServoConfig
 from arjuna_sim.physics.scene import build_scene
 
 _TIMESTEP = 0.004
