@@ -17,6 +17,7 @@ from arjuna_sim.files.urdf.guess import write_snippet
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import read_bytes
+from arjuna_sim.model.notes import Note
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.shapes import Part
@@ -36,18 +37,17 @@ class Found:
 
     Attributes:
         lines: What was understood, to be printed.
-        notes: What was not, one line each.
+        notes: What was not.
     """
 
     lines: tuple[str, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     def text(self) -> str:
         """Return all of it, with the notes last."""
-        count = len(self.notes)
-        heading = f"not simulated, or otherwise than the file says ({count}):"
-        rest = [heading, *(f"  - {note}" for note in self.notes)] if count else ["all understood"]
-        return "\n".join([*self.lines, *rest])
+        rest = [f"  - {note.text}" for note in self.notes]
+        heading = f"not simulated, or otherwise than the file says ({len(rest)}):"
+        return "\n".join([*self.lines, heading if rest else "all understood", *rest])
 
 
 def check(

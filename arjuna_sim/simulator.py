@@ -79,7 +79,8 @@ class Simulator:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the robot's and the world's file say and the simulation leaves out."""
-        return self.robot.notes + self.world.notes + self._spawn_notes
+        read = tuple(note.text for note in self.robot.notes + self.world.notes)
+        return read + self._spawn_notes
 
     def step(self, command: Velocity | None = None) -> Observation:
         """Advance one tick.

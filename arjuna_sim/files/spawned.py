@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import person
 from arjuna_sim.model.entities import Category, Entity, entity_of_actor, entity_of_robot
+from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import GROUND, Body, World
 
@@ -25,6 +27,10 @@ _COUNTS = {"box": 3, "cylinder": 2, "sphere": 1, "person": 0}
 _PRIMITIVE = re.compile(r"(box|cylinder|sphere|person)(?::([^?]*))?(?:\?mass=(.*))?")
 _SIZES = (1e-3, 100.0)
 _MASS_MAX = 10_000.0
+_ASSET_FAULTS = {
+    NoteKind.MISSING: Fault.MISSING_ASSETS,
+    NoteKind.UNSUPPORTED: Fault.UNSUPPORTED_ASSETS,
+}
 _PARTS_MAX = 2000
 _TEXT_MAX = 20_000_000
 _ROOT = re.compile(r"<\s*(sdf|robot)\b")
@@ -147,7 +153,7 @@ def _of_bodies(xml: XmlFile, world: World, bodies: list[Body]) -> Entity:
 def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:
     xml = XmlFile(path, "robot", RobotError, text, library.search)
     urdf = read_urdf(xml)
-    check_assets(tuple(xml.notes))
+    check_assets(xml.notes)
     robot = entity_of_robot(urdf)
     if not robot.solid and not robot.drawn:
         raise xml.fail(f"robot '{urdf.name}'", "has neither <collision> nor <visual>")
@@ -170,7 +176,7 @@ def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: f
     )
 
 
-def check_assets(notes: tuple[str, ...]) -> None:
+def check_assets(notes: Iterable[Note]) -> None:
     """Refuse a file that refers to what is not there, or to what cannot be simulated.
 
     Args:
@@ -180,7 +186,5 @@ def check_assets(notes: tuple[str, ...]) -> None:
         ResourceError: Something was left out; the message is the first such note.
     """
     for note in notes:
-        if "does not exist" in note:
-            raise ResourceError(Fault.MISSING_ASSETS, note)
-        if "left out" in note:
-            raise ResourceError(Fault.UNSUPPORTED_ASSETS, note)
+        if note.kind in _ASSET_FAULTS:
+            raise ResourceError(_ASSET_FAULTS[note.kind], note.text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from arjuna_sim.model.notes import Note
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
 
@@ -19,13 +20,13 @@ class Robot:
         urdf: Links, joints and their fixed transforms.
         settings: Sensors and friction from the Gazebo tags.
         drive: The wheels.
-        notes: What its files say and the simulation leaves out, one line each.
+        notes: What its files say and the simulation leaves out.
     """
 
     urdf: Urdf
     settings: GazeboSettings
     drive: DriveSettings
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     @property
     def wheel_joints(self) -> tuple[str, ...]:

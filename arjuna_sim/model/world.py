@@ -8,6 +8,7 @@ from pathlib import Path
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.actors import Actor
+from arjuna_sim.model.notes import Note
 from arjuna_sim.model.shapes import Kind, Part, Shape
 
 GROUND = "ground_plane"
@@ -39,7 +40,7 @@ class World:
         path: The file.
         name: The world's name.
         bodies: Its parts; the ground is one with the model `ground_plane`.
-        notes: What the file says and the simulation leaves out, one line each.
+        notes: What the file says and the simulation leaves out.
         actors: What moves by itself.
         masses: By name, the models that can be pushed, and what they weigh [kg].
     """
@@ -47,7 +48,7 @@ class World:
     path: Path
     name: str
     bodies: tuple[Body, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     actors: tuple[Actor, ...] = ()
     masses: Mapping[str, float] = field(default_factory=dict)
 

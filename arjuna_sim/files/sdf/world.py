@@ -11,6 +11,7 @@ from arjuna_sim.files.sdf.frames import Scope, raw_pose
 from arjuna_sim.files.sdf.shapes import read_colour, read_shape
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import Actor
+from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.shapes import Kind, Part
 from arjuna_sim.model.world import GROUND, Body, World, ground
 
@@ -59,7 +60,7 @@ def read_world(xml: XmlFile) -> World:
     reader = _Reader(xml)
     reader.read(world)
     for plugin in world.iter("plugin"):
-        xml.note(f"plugin '{plugin.get('name', '?')}': not simulated")
+        xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
     bodies = reader.bodies
     if not any(body.part.shape.kind is Kind.PLANE and body.collides for body in bodies):
         xml.note("has no ground plane: one is put at height 0")
@@ -94,7 +95,7 @@ class _Reader:
             elif element.tag == "actor":
                 self.actors.append(read_actor(xml, element, raw_pose(xml, element, "an actor")))
             elif element.tag not in _UNLIT:
-                xml.note(f"<{element.tag}>: not simulated")
+                xml.note(f"<{element.tag}>: not simulated", NoteKind.IGNORED)
 
     def _top(self, xml: XmlFile, model: Element, pose: Pose3, placed: bool = False) -> None:
         """Read a model of the world, under a name of its own; note what it can be pushed as."""
@@ -154,8 +155,7 @@ class _Reader:
             self._top(inner, model, state or pose, placed=state is not None)
         else:
             self._model(inner, model, pose, depth, within)
-        for note in inner.notes:
-            xml.note(note)
+        xml.keep(*inner.notes)
 
     def _open(self, xml: XmlFile, uri: str, place: str) -> XmlFile | None:
         """Return the file that is included; None (and a note) where there is none."""
@@ -163,7 +163,7 @@ class _Reader:
         if path is None:
             built_in = ", ".join(BUILT_IN)
             problem = f"model '{uri}' does not exist, so it is left out; built in: {built_in}"
-            xml.note(f"include: {problem}")
+            xml.note(f"include: {problem}", NoteKind.MISSING)
             return None
         if path.resolve() in xml.included:
             raise xml.fail("include", f"model '{uri}' includes itself")
@@ -203,7 +203,7 @@ class _Reader:
         T_world_model = pose if placed or not frame else pose @ scope.find(frame).inverse()
         owner = name if within is None else within
         for tag in sorted({child.tag for child in model} - set(_OF_MODEL)):
-            xml.note(f"{place}: <{tag}>: not simulated")
+            xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
         for link in model.findall("link"):
             self._link(xml, link, scope, T_world_model, (owner, place))
         for nested in model.findall("model"):
@@ -218,7 +218,7 @@ class _Reader:
         owner, place = names
         T_model_link = scope.pose(link, f"{place} link")
         for tag in sorted({child.tag for child in link} - set(_OF_LINK)):
-            xml.note(f"{place}: <{tag}>: not simulated")
+            xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
         for tag in ("collision", "visual"):
             for element in link.findall(tag):
                 where = f"{place} {tag}"
@@ -238,7 +238,7 @@ def _states(xml: XmlFile, world: Element) -> dict[str, Pose3]:
     if state is None:
         return {}
     for tag in sorted({child.tag for child in state} & {"insertions", "deletions"}):
-        xml.note(f"<state> <{tag}>: not simulated")
+        xml.note(f"<state> <{tag}>: not simulated", NoteKind.IGNORED)
     return {
         model.get("name", ""): raw_pose(xml, model, f"state of model '{model.get('name', '')}'")
         for model in state.findall("model")

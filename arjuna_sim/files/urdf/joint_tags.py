@@ -12,6 +12,7 @@ from arjuna_core.errors import nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.joints import JOINT_KINDS, Joint, Mimic
+from arjuna_sim.model.notes import NoteKind
 
 _LOOSE = ("floating", "planar")
 _UNLIMITED = 100.0 * math.pi  # a revolute joint that may turn so far has no stop [rad]
@@ -55,7 +56,7 @@ def read_joint(xml: XmlFile, element: Element, links: Collection[str]) -> Joint:
             raise xml.fail(place, f"{tag} link '{link}' does not exist; {nearest(link, links)}")
         ends.append(link)
     for tag in sorted({child.tag for child in element} - set(_READ)):
-        xml.note(f"joint <{tag}>: not simulated")
+        xml.note(f"joint <{tag}>: not simulated", NoteKind.IGNORED)
     pose = read_origin(xml, element, place)
     if kind == "fixed":
         return Joint(name, kind, ends[0], ends[1], pose)

@@ -10,6 +10,7 @@ from arjuna_sim.files.urdf.inertial_tag import read_inertial
 from arjuna_sim.files.urdf.joint_tags import check_mimics, read_joint, read_origin
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.joints import Joint
+from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.shapes import GREY, Kind, Part, Shape
 from arjuna_sim.model.urdf import Link, Urdf
 
@@ -36,7 +37,7 @@ def read_urdf(xml: XmlFile) -> Urdf:
     colours = _colours(xml)
     links = {}
     for tag in sorted({element.tag for element in xml.root} - set(_READ)):
-        xml.note(f"<{tag}>: not simulated")
+        xml.note(f"<{tag}>: not simulated", NoteKind.IGNORED)
     if len(xml.root) > _LINKS_MAX * 4 or len(xml.root.findall("link")) > _LINKS_MAX:
         raise RobotError(xml.path, f"has too many parts; valid: up to {_LINKS_MAX} links")
     for element in xml.root.findall("link"):

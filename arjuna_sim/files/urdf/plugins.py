@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 from arjuna_core.errors import nearest
 from arjuna_sim.files.urdf.gazebo_text import flag, plain, text_of, texts, topic, value
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center, effective_track, wheel_radius, wheel_separation
@@ -125,4 +126,6 @@ def _kinematics(
 def _note_unread(xml: XmlFile, plugin: Element, place: str) -> None:
     unread = sorted({child.tag for child in plugin.iter() if plain(child.tag) not in _READ})
     if unread:
-        xml.note(f"{place}: not simulated: {', '.join(f'<{tag}>' for tag in unread)}")
+        xml.note(
+            f"{place}: not simulated: {', '.join(f'<{tag}>' for tag in unread)}", NoteKind.IGNORED
+        )

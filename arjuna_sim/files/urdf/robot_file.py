@@ -41,8 +41,7 @@ def load_robot(
         expanded = expand(path, search, arguments or {})
     xml = XmlFile(path, "robot", RobotError, expanded.text, search)
     xml.beside = (path, *expanded.files)
-    for note in expanded.notes:
-        xml.note(note)
+    xml.keep(*expanded.notes)
     return read_robot(xml)
 
 
