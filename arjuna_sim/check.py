@@ -13,7 +13,7 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.files.map_world import MAP_SUFFIXES
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.guess import write_snippet
+from arjuna_sim.files.urdf.guess import save_guess
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import read_bytes
@@ -104,7 +104,7 @@ def _check_robot(
         if not robot.drive.wheels or robot.settings.drive is not None:
             problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"
             raise InputFileError(path, f"{problem}, so there is no guess to save")
-        write_snippet(guess, path, robot.urdf.name, robot.drive)
+        save_guess(guess, path, robot.urdf.name, robot.drive)
         lines.append(f"  guess saved as {guess}, which loads in the robot's place")
     return Found(tuple(lines), robot.notes)
 
@@ -154,7 +154,7 @@ def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[st
     source = f"plugin '{drive.plugin}'" if drive.plugin else "guessed (--save-guess FILE keeps it)"
     yield f"  drive: {source}"
     yield f"    left: {', '.join(drive.left)}; right: {', '.join(drive.right)}"
-    yield f"    wheel separation {drive.separation:.4g} m, diameter {2 * drive.radius:.4g} m"
+    yield f"    wheel separation {drive.separation:.4g} m, diameter {drive.diameter:.4g} m"
     yield (
         f"    turns as a track of {drive.effective_track:.4g} m, rolls as a radius of"
         f" {drive.effective_radius:.4g} m"

@@ -16,10 +16,16 @@ from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import person
-from arjuna_sim.model.entities import Category, Entity, entity_of_actor, entity_of_robot
+from arjuna_sim.model.entities import (
+    Category,
+    Entity,
+    entity_of_actor,
+    entity_of_model,
+    entity_of_robot,
+)
 from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.shapes import Kind, Part, Shape
-from arjuna_sim.model.world import GROUND, Body, World
+from arjuna_sim.model.world import GROUND, World
 
 FORMATS = ("sdf", "urdf")
 PRIMITIVES = ("box:X,Y,Z", "cylinder:RADIUS,LENGTH", "sphere:RADIUS", "person")
@@ -123,7 +129,6 @@ def _read_sdf(path: Path, text: bytes, library: Library) -> Entity:
         raise ResourceError(Fault.UNSUPPORTED_FORMAT, problem)
     world = read_world(xml)
     check_assets(world.notes)
-    bodies = [body for body in world.bodies if body.model != GROUND]
     if len(xml.root.findall("model")) + len(xml.root.findall("actor")) != 1:
         raise xml.fail("sdf", "must hold one <model> or one <actor>")
     if world.actors:
@@ -131,23 +136,18 @@ def _read_sdf(path: Path, text: bytes, library: Library) -> Entity:
         return dataclasses.replace(
             entity_of_actor(world.actors[0]), spawned=True, description=about
         )
-    if any(body.part.shape.kind is Kind.PLANE for body in bodies):
+    if any(b.part.shape.kind is Kind.PLANE and b.model != GROUND for b in world.bodies):
         problem = "has a <plane>, which only a world can have"
         raise ResourceError(Fault.UNSUPPORTED_ASSETS, problem)
-    return _of_bodies(xml, world, bodies)
+    return _of_model(xml, world)
 
 
-def _of_bodies(xml: XmlFile, world: World, bodies: list[Body]) -> Entity:
-    model = xml.child(xml.root, "model", "sdf")
-    name = xml.attribute(model, "name", "a model")
-    if not bodies:
+def _of_model(xml: XmlFile, world: World) -> Entity:
+    name = xml.attribute(xml.child(xml.root, "model", "sdf"), "name", "a model")
+    if all(body.model == GROUND for body in world.bodies):
         raise xml.fail(f"model '{name}'", "has neither <collision> nor <visual>")
-    T_model_world = bodies[0].T_world_model.inverse()
-    parts: dict[bool, list[Part]] = {True: [], False: []}
-    for body in bodies:
-        pose = T_model_world @ body.part.pose
-        parts[body.collides].append(Part(body.part.shape, pose, body.part.rgba))
-    return _entity(name, tuple(parts[True]), tuple(parts[False]), world.masses.get(name, 0.0))
+    model = entity_of_model(world, name)
+    return _entity(name, model.solid, model.drawn, world.masses.get(name, 0.0))
 
 
 def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:

@@ -14,6 +14,7 @@ from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.shapes import Mesh
 
+# Bounds on hostile files: what still loads within 2 s and 500 MB (tests/sim/files/test_fuzz.py).
 _BYTES_MAX = 20_000_000
 _ELEMENTS_MAX = 300_000
 _DEPTH_MAX = 100
@@ -177,6 +178,10 @@ class XmlFile:
         if not all(math.isfinite(value) for value in values):
             raise self.fail(place, f"{text!r} must be finite")
         return values
+
+    def value(self, element: Element, name: str, default: str, place: str) -> float:
+        """Return the finite number in an attribute, or in the default where it is not there."""
+        return self.numbers(element.get(name, default), 1, f"{place} {name}")[0]
 
     def positive(self, text: str, count: int, place: str) -> tuple[float, ...]:
         """Return `count` finite numbers above zero."""

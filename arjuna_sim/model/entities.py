@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.actors import Actor, Trajectory
+from arjuna_sim.model.convex_pieces import CUBE
 from arjuna_sim.model.shapes import Kind, Part, corners
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.world import GROUND, World
@@ -90,9 +91,8 @@ class Entity:
 
     def corners(self, pose: Pose3) -> NDArray[np.float64]:
         """Return the corners of its bounding box where it stands, `(8, 3) float64` [m]."""
-        sides = np.stack(self.bounds())
-        picks = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-        return pose.apply(np.take_along_axis(sides, np.array(picks), axis=0))
+        low, high = self.bounds()
+        return pose.apply((low + high) / 2 + CUBE * (high - low) / 2)
 
 
 @dataclass(frozen=True)
@@ -162,18 +162,17 @@ def moving_entities(world: World) -> dict[str, Entity]:
 
 def entity_of_robot(urdf: Urdf) -> Entity:
     """Return a robot, all its joints at 0, as one rigid entity."""
-    solid, drawn, mass = [], [], 0.0
+    solid, drawn = [], []
     for name, link in urdf.links.items():
         T_root = urdf.T_root(name)
         solid += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.collisions]
         drawn += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.visuals]
-        mass += 0.0 if link.inertial is None else link.inertial.mass
     about = f"the robot of {urdf.path.name}"
     return Entity(
         urdf.name,
         tuple(solid),
         tuple(drawn),
-        mass=mass,
+        mass=urdf.mass,
         category=Category.ROBOT,
         description=about,
     )

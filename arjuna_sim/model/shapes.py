@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.model.convex_pieces import hull
+from arjuna_sim.model.convex_pieces import CUBE, hull
 
 _ROUND = 64  # corners that stand for a circle
 GREY = (0.7, 0.7, 0.7, 1.0)
@@ -98,8 +98,7 @@ def corners(shape: Shape) -> NDArray[np.float64]:
         ends = [np.full((_ROUND, 1), sign * shape.size[1] / 2) for sign in (-1, 1)]
         return np.vstack([np.hstack([ring, end]) for end in ends])
     size = shape.size if shape.kind is Kind.BOX else (2 * shape.size[0],) * 3
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    result: NDArray[np.float64] = signs * np.array(size) / 2
+    result: NDArray[np.float64] = CUBE * np.array(size) / 2
     return result
 
 

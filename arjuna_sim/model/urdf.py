@@ -41,6 +41,11 @@ class Urdf:
     links: dict[str, Link] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
 
+    @property
+    def mass(self) -> float:
+        """What all links weigh together [kg]."""
+        return sum(link.inertial.mass for link in self.links.values() if link.inertial is not None)
+
     def T_root(self, link: str) -> Pose3:
         """Return a link's pose in the root's frame, all joints at position 0."""
         carrier = {joint.child: joint for joint in self.joints.values()}

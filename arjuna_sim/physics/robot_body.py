@@ -196,14 +196,10 @@ def _add_mimic(spec: Any, joint: Joint) -> None:
     equality.data[0:2] = (joint.mimic.offset, joint.mimic.multiplier)
 
 
-def _mass(robot: Robot) -> float:
-    return sum(i.mass for link in robot.urdf.links.values() if (i := link.inertial) is not None)
-
-
 def _add_servo(spec: Any, robot: Robot, joint: str, servo: ServoConfig) -> None:
     """Add a motor whose torque is the gain times the error of speed, up to its limit."""
     motor = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-    gain = servo.gain * max(1.0, _mass(robot) * robot.drive.radius / _LEVER)
+    gain = servo.gain * max(1.0, robot.urdf.mass * robot.drive.radius / _LEVER)
     motor.gainprm[0], motor.biasprm[2] = gain, -gain
     motor.forcelimited, motor.forcerange = True, [-robot.drive.torque, robot.drive.torque]

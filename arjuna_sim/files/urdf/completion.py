@@ -14,10 +14,10 @@ from arjuna_sim.model.urdf import Urdf
 
 CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
-_PLAUSIBLE = 20.0  # a body lighter than this lacks masses that its file forgot [kg/m^3]
+_PLAUSIBLE = 20.0  # a body as light as foam lacks masses that its file forgot [kg/m^3]
 _TOUCHES = 0.008  # how far off the ground a caster may be [m]
 _LEAST = 0.01  # mass of a moving part without mass or shape [kg]
-_GRIP = 0.8
+_GRIP = 0.8  # friction of rubber on dry concrete, of wheels that Gazebo let slide
 
 
 def complete_masses(xml: XmlFile, urdf: Urdf) -> Urdf:

@@ -59,9 +59,7 @@ def _tensor(xml: XmlFile, tensor: Element, place: str) -> NDArray[np.float64]:
         xml.numbers(xml.attribute(tensor, key, place), 1, f"{place} {key}")[0]
         for key in ("ixx", "iyy", "izz")
     )
-    xy, xz, yz = (
-        xml.numbers(tensor.get(key, "0"), 1, f"{place} {key}")[0] for key in ("ixy", "ixz", "iyz")
-    )
+    xy, xz, yz = (xml.value(tensor, key, "0", place) for key in ("ixy", "ixz", "iyz"))
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 

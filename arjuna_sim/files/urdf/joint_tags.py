@@ -67,7 +67,7 @@ def read_joint(xml: XmlFile, element: Element, links: Collection[str]) -> Joint:
         kind, limits = "continuous", None
     dynamics = element.find("dynamics")
     damping, friction = (
-        0.0 if dynamics is None else _at_least_zero(xml, dynamics.get(key, "0"), f"{place} {key}")
+        0.0 if dynamics is None else _at_least_zero(xml, dynamics, key, place)
         for key in ("damping", "friction")
     )
     axis, mimic = _axis(xml, element, place), _mimic(xml, element, place)
@@ -107,9 +107,7 @@ def _axis(xml: XmlFile, element: Element, place: str) -> tuple[float, float, flo
 
 def _limits(xml: XmlFile, element: Element, place: str) -> tuple[float, float]:
     limit = xml.child(element, "limit", place)
-    lower, upper = (
-        xml.numbers(limit.get(key, "0"), 1, f"{place} {key}")[0] for key in ("lower", "upper")
-    )
+    lower, upper = (xml.value(limit, key, "0", place) for key in ("lower", "upper"))
     if lower > upper:
         raise xml.fail(place, f"limit lower {lower} is above upper {upper}")
     return lower, upper
@@ -120,17 +118,15 @@ def _mimic(xml: XmlFile, element: Element, place: str) -> Mimic | None:
     if mimic is None:
         return None
     place = f"{place} mimic"
-    multiplier, offset = (
-        xml.numbers(mimic.get(key, default), 1, f"{place} {key}")[0]
-        for key, default in (("multiplier", "1"), ("offset", "0"))
-    )
+    multiplier = xml.value(mimic, "multiplier", "1", place)
+    offset = xml.value(mimic, "offset", "0", place)
     if max(abs(multiplier), abs(offset)) > _FACTOR_MAX:
         raise xml.fail(place, f"multiplier and offset may reach {_FACTOR_MAX:g}")
     return Mimic(xml.attribute(mimic, "joint", place), multiplier, offset)
 
 
-def _at_least_zero(xml: XmlFile, text: str, place: str) -> float:
-    number = xml.numbers(text, 1, place)[0]
+def _at_least_zero(xml: XmlFile, dynamics: Element, name: str, place: str) -> float:
+    number = xml.value(dynamics, name, "0", place)
     if not 0.0 <= number <= _FACTOR_MAX:
-        raise xml.fail(place, f"is {text}; valid: 0 to {_FACTOR_MAX:g}")
+        raise xml.fail(f"{place} {name}", f"is {number:g}; valid: 0 to {_FACTOR_MAX:g}")
     return number

@@ -1,4 +1,8 @@
-"""Reading a URDF: links, joints and shapes as plain values."""
+"""Reading a URDF: links, joints and shapes as plain values.
+
+Ours, not yourdfpy: it imports trimesh (0.8 s or more), and checks neither numbers nor the tree, so
+that all that follows here would stay; of 130 lines it would save the reading of 20 attributes.
+"""
 
 from __future__ import annotations
 

@@ -10,8 +10,9 @@ from arjuna_core.errors import RobotError
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.completion import complete_masses, friction_of
 from arjuna_sim.files.urdf.gazebo import read_gazebo
-from arjuna_sim.files.urdf.guess import guess_drive, stand_up
+from arjuna_sim.files.urdf.guess import guess_drive
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
+from arjuna_sim.files.urdf.stand_up import stand_up
 from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
 from arjuna_sim.files.xml_file import XmlFile, read_bytes
 from arjuna_sim.model.robot import Robot
