@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
 from arjuna_sim.files.urdf.gazebo_text import texts
-from arjuna_sim.files.urdf.plugins import TORQUE
+from arjuna_sim.files.urdf.plugins import TORQUE, Sides
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.model.urdf import Urdf
@@ -46,7 +46,6 @@ _GUESS = """<?xml version="1.0"?>
   </gazebo>
 </robot>
 """
-Sides = tuple[tuple[str, ...], tuple[str, ...]]
 
 
 def guess_drive(xml: XmlFile, urdf: Urdf) -> DriveSettings:

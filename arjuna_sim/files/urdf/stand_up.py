@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_sim.files.urdf.gazebo_text import texts
-from arjuna_sim.files.urdf.guess import Sides, guess_sides
+from arjuna_sim.files.urdf.guess import guess_sides
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
-from arjuna_sim.files.urdf.plugins import LEFT, RIGHT
+from arjuna_sim.files.urdf.plugins import LEFT, RIGHT, Sides
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.shapes import Kind, corners
 from arjuna_sim.model.urdf import Urdf
