@@ -179,7 +179,7 @@ class XmlFile:
             raise self.fail(place, f"{text!r} must be finite")
         return values
 
-    def value(self, element: Element, name: str, default: str, place: str) -> float:
+    def attribute_number(self, element: Element, name: str, default: str, place: str) -> float:
         """Return the finite number in an attribute, or in the default where it is not there."""
         return self.numbers(element.get(name, default), 1, f"{place} {name}")[0]
 

@@ -34,10 +34,10 @@ class Inertial:
     inertia: NDArray[np.float64]
 
 
-def estimated(parts: Sequence[Part]) -> Inertial | None:
+def estimated_inertial(parts: Sequence[Part]) -> Inertial | None:
     """Return mass properties of a link that has none, by its shapes; None without shapes."""
     volume = sum(_volume(part.shape) for part in parts)
-    return of_parts(parts, max(volume * DENSITY, MASS_MIN)) if volume > 0.0 else None
+    return inertial_of_parts(parts, max(volume * DENSITY, MASS_MIN)) if volume > 0.0 else None
 
 
 def volume_of(parts: Sequence[Part]) -> float:
@@ -45,7 +45,7 @@ def volume_of(parts: Sequence[Part]) -> float:
     return sum(_volume(part.shape) for part in parts)
 
 
-def of_parts(parts: Sequence[Part], mass: float) -> Inertial:
+def inertial_of_parts(parts: Sequence[Part], mass: float) -> Inertial:
     """Return the mass properties of shapes of one density; without shapes a ball of 5 cm.
 
     Args:
@@ -60,8 +60,8 @@ def of_parts(parts: Sequence[Part], mass: float) -> Inertial:
     center = masses @ places / mass
     inertia = np.eye(3) * _INERTIA_MIN
     for part, own, place in zip(parts, masses, places, strict=True):
-        turn, arm = part.pose.rotation(), place - center
-        inertia += turn @ np.diag(own * _unit(part.shape)) @ turn.T
+        rotation, arm = part.pose.rotation(), place - center
+        inertia += rotation @ np.diag(own * _unit(part.shape)) @ rotation.T
         inertia += own * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     return Inertial(mass, (float(center[0]), float(center[1]), float(center[2])), inertia)
 

@@ -61,8 +61,8 @@ def _cut_triangles(triangles: NDArray[np.float64], height: float) -> NDArray[np.
     tip = np.argmax(alone, axis=1)
     rows = np.arange(len(faces))
     a, ends = faces[rows, tip], []
-    for turn in (1, 2):
-        b = faces[rows, (tip + turn) % 3]
+    for step in (1, 2):
+        b = faces[rows, (tip + step) % 3]
         ratio = (height - a[:, 2]) / (b[:, 2] - a[:, 2])
         ends.append((a + ratio[:, None] * (b - a))[:, :2])
     return np.hstack(ends)

@@ -54,7 +54,7 @@ def _set_mass(body: Any, entity: Entity) -> None:
     body.inertia = np.array([y + z, x + z, x + y]) * entity.mass / 12.0
 
 
-def handle(model: Any, entity: Entity) -> tuple[int, int, int]:
+def addresses_of(model: Any, entity: Entity) -> tuple[int, int, int]:
     """Return an entity's addresses: mocap index (-1 for a free body), in qpos, in qvel."""
     body = model.body(entity.body)
     mocap = int(model.body_mocapid[body.id])

@@ -82,9 +82,11 @@ def _fill_body(spec: Any, body: Any, robot: Robot, first: str, servo: ServoConfi
         body.add_site(name=name, pos=T_body_link.position, quat=T_body_link.quaternion)
         _add_parts(spec, body, robot, name, T_body_link)
         if link.inertial is not None:
-            turn = T_body_link.rotation()
+            rotation = T_body_link.rotation()
             center = T_body_link.apply(np.array([link.inertial.center]))[0]
-            masses.append((link.inertial.mass, center, turn @ link.inertial.inertia @ turn.T))
+            masses.append(
+                (link.inertial.mass, center, rotation @ link.inertial.inertia @ rotation.T)
+            )
         for joint in robot.urdf.joints.values():
             if joint.parent == name and joint.kind == "fixed":
                 queue.append((joint.child, T_body_link @ joint.T_parent_child))

@@ -25,7 +25,7 @@ from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.carrying import carry_over
 from arjuna_sim.physics.contacts import touched
-from arjuna_sim.physics.entity_body import handle
+from arjuna_sim.physics.entity_body import addresses_of
 from arjuna_sim.physics.robot_body import ServoConfig
 from arjuna_sim.physics.scene import Scene, build_scene
 
@@ -244,7 +244,9 @@ class Stage:
     ) -> None:
         self.world, self._entities, self._taken = world, entities, taken
         self.scene, self.data = scene, data
-        self._handles = {name: handle(scene.model, entity) for name, entity in entities.items()}
+        self._handles = {
+            name: addresses_of(scene.model, entity) for name, entity in entities.items()
+        }
         self._walkers = [entity for entity in entities.values() if entity.trajectory is not None]
 
     def _put(self, entity: Entity, pose: Pose3) -> None:

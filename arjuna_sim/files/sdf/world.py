@@ -6,9 +6,9 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.files.sdf.actors import read_actor
+from arjuna_sim.files.sdf.actor_tags import read_actor
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
-from arjuna_sim.files.sdf.shapes import read_colour, read_shape
+from arjuna_sim.files.sdf.geometry_tags import read_colour, read_shape
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import Actor
 from arjuna_sim.model.notes import NoteKind

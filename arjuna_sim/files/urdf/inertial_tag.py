@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arjuna_sim.files.urdf.joint_tags import read_origin
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.inertia import MASS_MIN, Inertial, of_parts
+from arjuna_sim.model.inertia import MASS_MIN, Inertial, inertial_of_parts
 from arjuna_sim.model.shapes import Part
 
 _MASS_MAX = 1e7  # [kg]
@@ -47,9 +47,9 @@ def read_inertial(
         given = _tensor(xml, tensor, place)
         problem = _problem(given)
     if not problem:
-        turn = origin.rotation()
-        return Inertial(mass, origin.position, turn @ given @ turn.T)
-    computed = of_parts(parts, mass)
+        rotation = origin.rotation()
+        return Inertial(mass, origin.position, rotation @ given @ rotation.T)
+    computed = inertial_of_parts(parts, mass)
     xml.note(f"{place}: {problem}, so it is computed from {_source(parts)} of {mass:g} kg")
     return Inertial(mass, origin.position, computed.inertia)
 
@@ -59,7 +59,7 @@ def _tensor(xml: XmlFile, tensor: Element, place: str) -> NDArray[np.float64]:
         xml.numbers(xml.attribute(tensor, key, place), 1, f"{place} {key}")[0]
         for key in ("ixx", "iyy", "izz")
     )
-    xy, xz, yz = (xml.value(tensor, key, "0", place) for key in ("ixy", "ixz", "iyz"))
+    xy, xz, yz = (xml.attribute_number(tensor, key, "0", place) for key in ("ixy", "ixz", "iyz"))
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 

@@ -107,7 +107,7 @@ def _axis(xml: XmlFile, element: Element, place: str) -> tuple[float, float, flo
 
 def _limits(xml: XmlFile, element: Element, place: str) -> tuple[float, float]:
     limit = xml.child(element, "limit", place)
-    lower, upper = (xml.value(limit, key, "0", place) for key in ("lower", "upper"))
+    lower, upper = (xml.attribute_number(limit, key, "0", place) for key in ("lower", "upper"))
     if lower > upper:
         raise xml.fail(place, f"limit lower {lower} is above upper {upper}")
     return lower, upper
@@ -118,15 +118,15 @@ def _mimic(xml: XmlFile, element: Element, place: str) -> Mimic | None:
     if mimic is None:
         return None
     place = f"{place} mimic"
-    multiplier = xml.value(mimic, "multiplier", "1", place)
-    offset = xml.value(mimic, "offset", "0", place)
+    multiplier = xml.attribute_number(mimic, "multiplier", "1", place)
+    offset = xml.attribute_number(mimic, "offset", "0", place)
     if max(abs(multiplier), abs(offset)) > _FACTOR_MAX:
         raise xml.fail(place, f"multiplier and offset may reach {_FACTOR_MAX:g}")
     return Mimic(xml.attribute(mimic, "joint", place), multiplier, offset)
 
 
 def _at_least_zero(xml: XmlFile, dynamics: Element, name: str, place: str) -> float:
-    number = xml.value(dynamics, name, "0", place)
+    number = xml.attribute_number(dynamics, name, "0", place)
     if not 0.0 <= number <= _FACTOR_MAX:
         raise xml.fail(f"{place} {name}", f"is {number:g}; valid: 0 to {_FACTOR_MAX:g}")
     return number

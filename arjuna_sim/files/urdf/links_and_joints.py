@@ -9,7 +9,7 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import RobotError, nearest
-from arjuna_sim.files.meshes.shape import mesh_shape
+from arjuna_sim.files.meshes.mesh_tag import mesh_shape
 from arjuna_sim.files.urdf.inertial_tag import read_inertial
 from arjuna_sim.files.urdf.joint_tags import check_mimics, read_joint, read_origin
 from arjuna_sim.files.xml_file import XmlFile

@@ -25,10 +25,10 @@ import xacro
 from defusedxml import DefusedXmlException, minidom
 from xacro import XacroException
 
-from arjuna_sim.files.search_path import SearchPath, home
+from arjuna_sim.files.search_path import SearchPath, home_folder
 from arjuna_sim.model.notes import NoteKind
 
-CPU_SECONDS = 1
+_CPU_SECONDS = 1
 _MEMORY_BYTES = 400_000_000
 _FILE_BYTES = 5_000_000
 _OUTPUT_BYTES = 5_000_000
@@ -137,7 +137,7 @@ class Expansion:
 
     def _confine(self, name: str) -> None:
         """Refuse a file of values that lies neither around the robot nor in a package."""
-        folders = [*map(home, map(Path, xacro.filestack))]
+        folders = [*map(home_folder, map(Path, xacro.filestack))]
         allowed = [*folders, *self._search.packages, *self._search.models]
         if not any(Path(name).resolve().is_relative_to(folder.resolve()) for folder in allowed):
             raise XacroException(f"'{name}' leads out of {allowed[0]}")
@@ -195,7 +195,7 @@ def main() -> None:
     """Answer one request."""
     request = json.load(sys.stdin)
     _limit(resource.RLIMIT_AS, _MEMORY_BYTES)
-    _limit(resource.RLIMIT_CPU, CPU_SECONDS)
+    _limit(resource.RLIMIT_CPU, _CPU_SECONDS)
     _limit(resource.RLIMIT_FSIZE, 0)
     with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
         answer = json.dumps(_answer(request))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.material_colours import gazebo_colour
-from arjuna_sim.files.meshes.shape import mesh_shape
+from arjuna_sim.files.meshes.mesh_tag import mesh_shape
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.shapes import GREY, Kind, Shape
