@@ -24,7 +24,7 @@ _PASSIVE = re.compile(r"cast[eo]r|swivel|steer|idler|roller|gripper|finger|arm_|
 _WHEEL = re.compile(r"wheel|tire|tyre|track|rueda|roue|rad_", re.I)
 _LEFT = re.compile(r"left|(^|_)(l|fl|rl|bl|ml|lf|lr|lb)(_|\d|$)", re.I)
 _RIGHT = re.compile(r"right|(^|_)(r|fr|rr|br|mr|rf|rb)(_|\d|$)", re.I)
-# Tried on the robots of tests/sim/model/test_robots.py and on ten public ones.
+# Tried on the robots of tests/sim/files/test_robots.py and on ten public ones.
 _PARALLEL = 0.9  # least cosine between the axes of wheels that drive together
 _TOLERANCE = 0.02  # between a left wheel and its partner, along the robot and in height [m]
 _SAME_SIZE = 0.1  # greatest difference of partners' radii, by the radius

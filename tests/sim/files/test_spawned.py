@@ -102,6 +102,12 @@ def test_missing_mesh_of_a_spawned_model_is_a_missing_asset(tmp_path: Path) -> N
     assert caught.value.fault is Fault.MISSING_ASSETS
 
 
+@pytest.mark.parametrize("name", ["it does not exist", "left out", "not simulated"])
+def test_names_are_no_reason_to_refuse_a_model(name: str) -> None:
+    text = BOX.format(static="<blink>1</blink>", inertial="").replace("crate", name)
+    assert read_entity("", text, _library(ROOT)).name == name
+
+
 def test_library_finds_models_and_worlds_in_its_folder_and_the_shipped(tmp_path: Path) -> None:
     crate = tmp_path / "models" / "crate"
     crate.mkdir(parents=True)
