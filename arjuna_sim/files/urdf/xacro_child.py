@@ -22,7 +22,7 @@ from types import ModuleType
 from typing import Any
 
 import xacro
-from defusedxml import DefusedXmlException, minidom
+from defusedxml import DefusedXmlException, ElementTree, minidom
 from xacro import XacroException
 
 from arjuna_sim.files.search_path import SearchPath, home_folder
@@ -144,6 +144,9 @@ class Expansion:
 
     def _bridged(self, text: str) -> str:
         """Leave out calls of unknown macros, and let conditions that are empty be false."""
+        if not any(tag in text for tag in (*_CONDITIONS, *self._unknown)):
+            ElementTree.fromstring(text, forbid_dtd=True)
+            return text
         document = minidom.parseString(text, forbid_dtd=True)
         for tag in self._unknown:
             for element in document.getElementsByTagName(tag):
@@ -154,7 +157,9 @@ class Expansion:
                 element.setAttribute("value", f"${{'{value}' or False}}")
             elif re.fullmatch(r"\$\{[^{}]*\}", value):
                 element.setAttribute("value", f"${{({value[2:-1]}) or False}}")
-        return str(document.toxml())
+        bridged = str(document.toxml())
+        document.unlink()  # else its cycles hold the memory while xacro parses again
+        return bridged
 
 
 def _read(path: Path) -> str:
