@@ -11,9 +11,10 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.calibration import Calibration, CalibrationError, calibrate
 from arjuna_sim.devices.drive import Kinematics, Velocity
 from arjuna_sim.devices.driving_pattern import Measurement
-from arjuna_sim.files.sdf.sdf import World
+from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.robot import Robot, load_robot
+from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.world import World
 from arjuna_sim.simulator import Simulator
 
 

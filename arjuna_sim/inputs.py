@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from arjuna_core.files.shipped import shipped_file
-from arjuna_sim.files.check import check
-from arjuna_sim.files.sdf.sdf import World
+from arjuna_sim.check import check
 from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.urdf.xacro_file import parse_arguments, split
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.robot import Robot, load_robot
+from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.world import World
 
 
 def named_robot(path: str, arguments: str) -> Robot:

@@ -14,10 +14,11 @@ from arjuna_sim.devices.drive import Drive, Velocity, kinematics_of, limited
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry
 from arjuna_sim.devices.sensors import Sensors
-from arjuna_sim.files.sdf.sdf import World
+from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.robot import Robot, load_robot
-from arjuna_sim.model.world import surfaces
+from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.surfaces import surfaces
+from arjuna_sim.model.world import World
 from arjuna_sim.observation import Observation
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.physics.robot_motion import RobotMotion, Truth
@@ -78,7 +79,8 @@ class Simulator:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the robot's and the world's file say and the simulation leaves out."""
-        return self.robot.notes + self.world.notes + self._spawn_notes
+        read = tuple(note.text for note in self.robot.notes + self.world.notes)
+        return read + self._spawn_notes
 
     def step(self, command: Velocity | None = None) -> Observation:
         """Advance one tick.

@@ -12,8 +12,8 @@ from arjuna_core.files.maps import load_map
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.files.sdf.sdf import Body, World, ground
 from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.model.world import Body, World, ground
 
 MAP_SUFFIXES = (".yaml", ".yml")
 WALLS = "walls"

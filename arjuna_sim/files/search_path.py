@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -91,7 +92,7 @@ class SearchPath:
         path = beside.parent / rest
         if not _is_file(path):
             return None
-        allowed = (home(beside), *self.packages, *self.models)
+        allowed = (home_folder(beside), *self.packages, *self.models)
         if not any(path.resolve().is_relative_to(folder.resolve()) for folder in allowed):
             raise EscapeError(f"'{rest}' leads out of {allowed[0]}; --package-path allows more")
         return path
@@ -103,14 +104,16 @@ class SearchPath:
         parents = beside.resolve().parents
         candidates = [root for root in self.packages + self.models if root.name == name]
         candidates += [root / name for root in self.packages + self.models]
-        candidates += [p for root in self.packages for p in sorted(root.glob(f"*/{_plain(name)}"))]
+        candidates += [
+            p for root in self.packages for p in sorted(root.glob(f"*/{glob.escape(name)}"))
+        ]
         candidates += [p for p in parents if p.name == name]
         candidates += [folder / name for p in parents for folder in (p, p / "models")]
         candidates += [p for p in parents if f"<name>{name}</name>" in _manifest(p)]
         yield from (folder for folder in candidates if folder.is_dir())
 
 
-def home(beside: Path) -> Path:
+def home_folder(beside: Path) -> Path:
     """Return the folder that a file's plain paths may not lead out of.
 
     It is the one that holds the file's package or model, else the parent of the file's folder.
@@ -140,8 +143,3 @@ def _is_file(path: Path) -> bool:
         return path.is_file()
     except OSError:  # a name too long for the file system
         return False
-
-
-def _plain(name: str) -> str:
-    """Take the special meaning from a name in a glob pattern."""
-    return "".join(f"[{c}]" if c in "*?[" else c for c in name)

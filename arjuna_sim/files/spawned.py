@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,20 @@ import numpy as np
 from arjuna_core.errors import InputFileError, RobotError, WorldError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.library import Fault, Library, ResourceError
-from arjuna_sim.files.sdf.sdf import GROUND, Body, World, read_world
-from arjuna_sim.files.urdf.urdf import read_urdf
+from arjuna_sim.files.sdf.world import read_world
+from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import person
-from arjuna_sim.model.entities import Category, Entity, entity_of_actor, entity_of_robot
+from arjuna_sim.model.entities import (
+    Category,
+    Entity,
+    entity_of_actor,
+    entity_of_model,
+    entity_of_robot,
+)
+from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.model.world import GROUND, World
 
 FORMATS = ("sdf", "urdf")
 PRIMITIVES = ("box:X,Y,Z", "cylinder:RADIUS,LENGTH", "sphere:RADIUS", "person")
@@ -24,6 +33,10 @@ _COUNTS = {"box": 3, "cylinder": 2, "sphere": 1, "person": 0}
 _PRIMITIVE = re.compile(r"(box|cylinder|sphere|person)(?::([^?]*))?(?:\?mass=(.*))?")
 _SIZES = (1e-3, 100.0)
 _MASS_MAX = 10_000.0
+_ASSET_FAULTS = {
+    NoteKind.MISSING: Fault.MISSING_ASSETS,
+    NoteKind.UNSUPPORTED: Fault.UNSUPPORTED_ASSETS,
+}
 _PARTS_MAX = 2000
 _TEXT_MAX = 20_000_000
 _ROOT = re.compile(r"<\s*(sdf|robot)\b")
@@ -116,7 +129,6 @@ def _read_sdf(path: Path, text: bytes, library: Library) -> Entity:
         raise ResourceError(Fault.UNSUPPORTED_FORMAT, problem)
     world = read_world(xml)
     check_assets(world.notes)
-    bodies = [body for body in world.bodies if body.model != GROUND]
     if len(xml.root.findall("model")) + len(xml.root.findall("actor")) != 1:
         raise xml.fail("sdf", "must hold one <model> or one <actor>")
     if world.actors:
@@ -124,29 +136,24 @@ def _read_sdf(path: Path, text: bytes, library: Library) -> Entity:
         return dataclasses.replace(
             entity_of_actor(world.actors[0]), spawned=True, description=about
         )
-    if any(body.part.shape.kind is Kind.PLANE for body in bodies):
+    if any(b.part.shape.kind is Kind.PLANE and b.model != GROUND for b in world.bodies):
         problem = "has a <plane>, which only a world can have"
         raise ResourceError(Fault.UNSUPPORTED_ASSETS, problem)
-    return _of_bodies(xml, world, bodies)
+    return _of_model(xml, world)
 
 
-def _of_bodies(xml: XmlFile, world: World, bodies: list[Body]) -> Entity:
-    model = xml.child(xml.root, "model", "sdf")
-    name = xml.attribute(model, "name", "a model")
-    if not bodies:
+def _of_model(xml: XmlFile, world: World) -> Entity:
+    name = xml.attribute(xml.child(xml.root, "model", "sdf"), "name", "a model")
+    if all(body.model == GROUND for body in world.bodies):
         raise xml.fail(f"model '{name}'", "has neither <collision> nor <visual>")
-    T_model_world = bodies[0].T_world_model.inverse()
-    parts: dict[bool, list[Part]] = {True: [], False: []}
-    for body in bodies:
-        pose = T_model_world @ body.part.pose
-        parts[body.collides].append(Part(body.part.shape, pose, body.part.rgba))
-    return _entity(name, tuple(parts[True]), tuple(parts[False]), world.masses.get(name, 0.0))
+    model = entity_of_model(world, name)
+    return _entity(name, model.solid, model.drawn, world.masses.get(name, 0.0))
 
 
 def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:
     xml = XmlFile(path, "robot", RobotError, text, library.search)
     urdf = read_urdf(xml)
-    check_assets(tuple(xml.notes))
+    check_assets(xml.notes)
     robot = entity_of_robot(urdf)
     if not robot.solid and not robot.drawn:
         raise xml.fail(f"robot '{urdf.name}'", "has neither <collision> nor <visual>")
@@ -169,7 +176,7 @@ def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: f
     )
 
 
-def check_assets(notes: tuple[str, ...]) -> None:
+def check_assets(notes: Iterable[Note]) -> None:
     """Refuse a file that refers to what is not there, or to what cannot be simulated.
 
     Args:
@@ -179,7 +186,5 @@ def check_assets(notes: tuple[str, ...]) -> None:
         ResourceError: Something was left out; the message is the first such note.
     """
     for note in notes:
-        if "does not exist" in note:
-            raise ResourceError(Fault.MISSING_ASSETS, note)
-        if "left out" in note:
-            raise ResourceError(Fault.UNSUPPORTED_ASSETS, note)
+        if note.kind in _ASSET_FAULTS:
+            raise ResourceError(_ASSET_FAULTS[note.kind], note.text)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from arjuna_core.errors import WorldError
 from arjuna_sim.files.map_world import MAP_SUFFIXES, load_map_world
-from arjuna_sim.files.sdf.sdf import World
-from arjuna_sim.files.sdf.sdf import load_world as load_sdf
+from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.world import World
 
 
 def load_world(path: str | Path, search: SearchPath | None = None) -> World:
@@ -18,6 +20,9 @@ def load_world(path: str | Path, search: SearchPath | None = None) -> World:
         search: Where to look for what it refers to; the environment's folders if None.
 
     Raises:
-        WorldError: The file cannot be read or simulated.
+        WorldError: The file cannot be read, or holds values or models that cannot be simulated.
     """
-    return load_map_world(path) if Path(path).suffix in MAP_SUFFIXES else load_sdf(path, search)
+    path = Path(path)
+    if path.suffix in MAP_SUFFIXES:
+        return load_map_world(path)
+    return read_world(XmlFile(path, "sdf", WorldError, search=search))

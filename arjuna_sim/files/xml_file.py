@@ -11,8 +11,10 @@ from defusedxml.ElementTree import DefusedXMLParser
 
 from arjuna_core.errors import InputFileError
 from arjuna_sim.files.search_path import EscapeError, SearchPath
+from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.shapes import Mesh
 
+# Bounds on hostile files: what still loads within 2 s and 500 MB (tests/sim/files/test_fuzz.py).
 _BYTES_MAX = 20_000_000
 _ELEMENTS_MAX = 300_000
 _DEPTH_MAX = 100
@@ -102,7 +104,7 @@ class XmlFile:
         self.included: tuple[Path, ...] = (path.resolve(),)
         self.beside: tuple[Path, ...] = (path,)
         self.meshes: dict[Path, Mesh] = {}
-        self.notes: list[str] = []
+        self.notes: list[Note] = []
 
     def _parse(self, tag: str) -> Element:
         try:
@@ -125,10 +127,13 @@ class XmlFile:
         """Return the exception to raise for a place in this file."""
         return self.error(self.path, problem, place)
 
-    def note(self, text: str) -> None:
-        """Keep one line on what was read but is not simulated."""
-        if text not in self.notes:
-            self.notes.append(text)
+    def note(self, text: str, kind: NoteKind = NoteKind.CHANGED) -> None:
+        """Keep one line on what is not simulated as the file says it."""
+        self.keep(Note(kind, text))
+
+    def keep(self, *notes: Note) -> None:
+        """Keep notes, each once."""
+        self.notes += [note for note in dict.fromkeys(notes) if note not in self.notes]
 
     def find(self, uri: str, place: str) -> Path | None:
         """Return the file that a path or URI of this file, or of one it includes, leads to.
@@ -173,6 +178,10 @@ class XmlFile:
         if not all(math.isfinite(value) for value in values):
             raise self.fail(place, f"{text!r} must be finite")
         return values
+
+    def attribute_number(self, element: Element, name: str, default: str, place: str) -> float:
+        """Return the finite number in an attribute, or in the default where it is not there."""
+        return self.numbers(element.get(name, default), 1, f"{place} {name}")[0]
 
     def positive(self, text: str, count: int, place: str) -> tuple[float, ...]:
         """Return `count` finite numbers above zero."""

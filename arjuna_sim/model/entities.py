@@ -6,20 +6,19 @@ import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.files.sdf.sdf import GROUND, World
-from arjuna_sim.files.urdf.urdf import Urdf
 from arjuna_sim.model.actors import Actor, Trajectory
-from arjuna_sim.model.shapes import Group, Kind, Part, add_part, corners
+from arjuna_sim.model.convex_pieces import CUBE
+from arjuna_sim.model.shapes import Kind, Part, corners
+from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.world import GROUND, World
 
 _PREFIX = "entity:"
-_THIN = 1e-3  # least extent that inertia is computed with [m]
 
 
 class EntityError(ArjunaError):
@@ -92,9 +91,8 @@ class Entity:
 
     def corners(self, pose: Pose3) -> NDArray[np.float64]:
         """Return the corners of its bounding box where it stands, `(8, 3) float64` [m]."""
-        sides = np.stack(self.bounds())
-        picks = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-        return pose.apply(np.take_along_axis(sides, np.array(picks), axis=0))
+        low, high = self.bounds()
+        return pose.apply((low + high) / 2 + CUBE * (high - low) / 2)
 
 
 @dataclass(frozen=True)
@@ -164,69 +162,17 @@ def moving_entities(world: World) -> dict[str, Entity]:
 
 def entity_of_robot(urdf: Urdf) -> Entity:
     """Return a robot, all its joints at 0, as one rigid entity."""
-    solid, drawn, mass = [], [], 0.0
+    solid, drawn = [], []
     for name, link in urdf.links.items():
         T_root = urdf.T_root(name)
         solid += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.collisions]
         drawn += [Part(p.shape, T_root @ p.pose, p.rgba) for p in link.visuals]
-        mass += 0.0 if link.inertial is None else link.inertial.mass
     about = f"the robot of {urdf.path.name}"
     return Entity(
         urdf.name,
         tuple(solid),
         tuple(drawn),
-        mass=mass,
+        mass=urdf.mass,
         category=Category.ROBOT,
         description=about,
     )
-
-
-def add_entity(spec: Any, entity: Entity) -> int:
-    """Add an entity to a MuJoCo world.
-
-    One that is held or follows a path is a mocap body: nothing moves it but `Stage`. One with a
-    mass is a free body, with the inertia of its bounding box.
-
-    Args:
-        spec: The `mujoco.MjSpec`.
-        entity: What to add.
-
-    Returns:
-        How many geoms it has.
-    """
-    held = entity.mass == 0.0
-    body = spec.worldbody.add_body(
-        name=entity.body, pos=entity.start.position, quat=entity.start.quaternion, mocap=held
-    )
-    geoms = [
-        geom
-        for parts, group in (
-            (entity.solid, Group.WORLD_COLLISION),
-            (entity.drawn or entity.solid, Group.WORLD_VISUAL),
-        )
-        for part in parts
-        for geom in add_part(spec, body, part, group)
-    ]
-    if not held:
-        body.add_freejoint(name=entity.body)
-        _set_mass(body, entity)
-        for geom in geoms:  # it meets the world and its like, as robots do
-            geom.conaffinity = geom.contype
-    return len(geoms)
-
-
-def _set_mass(body: Any, entity: Entity) -> None:
-    low, high = entity.bounds()
-    x, y, z = np.maximum(high - low, _THIN) ** 2
-    body.mass, body.ipos, body.explicitinertial = entity.mass, (low + high) / 2, True
-    body.inertia = np.array([y + z, x + z, x + y]) * entity.mass / 12.0
-
-
-def handle(model: Any, entity: Entity) -> tuple[int, int, int]:
-    """Return an entity's addresses: mocap index (-1 for a free body), in qpos, in qvel."""
-    body = model.body(entity.body)
-    mocap = int(model.body_mocapid[body.id])
-    if mocap >= 0:
-        return mocap, -1, -1
-    joint = model.joint(entity.body)
-    return -1, int(joint.qposadr[0]), int(joint.dofadr[0])

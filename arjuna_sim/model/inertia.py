@@ -1,24 +1,21 @@
-"""Mass properties: as a file gives them, else computed from shapes."""
+"""Mass properties of links, and those of shapes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.joints import read_origin
 from arjuna_sim.model.shapes import Kind, Part, Shape, corners
 
 DENSITY = 500.0
 """Of parts whose file gives no mass: half of water's, as robots are hollow [kg/m^3]."""
-_MASS_MAX = 1e7  # [kg]
-_MASS_MIN = 1e-6  # [kg]
+MASS_MIN = 1e-6
+"""Least mass of a link [kg]."""
 _INERTIA_MIN = 1e-10  # [kg m^2]
 
 
@@ -37,48 +34,10 @@ class Inertial:
     inertia: NDArray[np.float64]
 
 
-def read_inertial(
-    xml: XmlFile, link: Element, place: str, parts: tuple[Part, ...]
-) -> Inertial | None:
-    """Read a link's `<inertial>`; None where it has none, or has no mass and no shape.
-
-    An inertia that no body can have is replaced by that of the link's shapes, with a note.
-
-    Raises:
-        RobotError: The mass is missing, not finite, negative or zero.
-    """
-    element = link.find("inertial")
-    if element is None:
-        return None
-    place = f"{place} inertial"
-    mass_text = xml.attribute(xml.child(element, "mass", place), "value", place)
-    mass = xml.numbers(mass_text, 1, f"{place} mass")[0]
-    if mass == 0.0 and not parts:
-        xml.note(f"{place}: mass 0: the link counts as massless")
-        return None
-    mass = xml.positive(mass_text, 1, f"{place} mass")[0]
-    if not _MASS_MIN <= mass <= _MASS_MAX:
-        raise xml.fail(
-            f"{place} mass", f"weighs {mass:g} kg; valid: {_MASS_MIN:g} to {_MASS_MAX:g} kg"
-        )
-    origin = read_origin(xml, element, place)
-    tensor = element.find("inertia")
-    problem, given = "lacks <inertia>", np.zeros((3, 3))
-    if tensor is not None:
-        given = _tensor(xml, tensor, place)
-        problem = _problem(given)
-    if not problem:
-        turn = origin.rotation()
-        return Inertial(mass, origin.position, turn @ given @ turn.T)
-    computed = of_parts(parts, mass)
-    xml.note(f"{place}: {problem}, so it is computed from {_source(parts)} of {mass:g} kg")
-    return Inertial(mass, origin.position, computed.inertia)
-
-
-def estimated(parts: Sequence[Part]) -> Inertial | None:
+def estimated_inertial(parts: Sequence[Part]) -> Inertial | None:
     """Return mass properties of a link that has none, by its shapes; None without shapes."""
     volume = sum(_volume(part.shape) for part in parts)
-    return of_parts(parts, max(volume * DENSITY, _MASS_MIN)) if volume > 0.0 else None
+    return inertial_of_parts(parts, max(volume * DENSITY, MASS_MIN)) if volume > 0.0 else None
 
 
 def volume_of(parts: Sequence[Part]) -> float:
@@ -86,7 +45,7 @@ def volume_of(parts: Sequence[Part]) -> float:
     return sum(_volume(part.shape) for part in parts)
 
 
-def of_parts(parts: Sequence[Part], mass: float) -> Inertial:
+def inertial_of_parts(parts: Sequence[Part], mass: float) -> Inertial:
     """Return the mass properties of shapes of one density; without shapes a ball of 5 cm.
 
     Args:
@@ -101,37 +60,10 @@ def of_parts(parts: Sequence[Part], mass: float) -> Inertial:
     center = masses @ places / mass
     inertia = np.eye(3) * _INERTIA_MIN
     for part, own, place in zip(parts, masses, places, strict=True):
-        turn, arm = part.pose.rotation(), place - center
-        inertia += turn @ np.diag(own * _unit(part.shape)) @ turn.T
+        rotation, arm = part.pose.rotation(), place - center
+        inertia += rotation @ np.diag(own * _unit(part.shape)) @ rotation.T
         inertia += own * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     return Inertial(mass, (float(center[0]), float(center[1]), float(center[2])), inertia)
-
-
-def _tensor(xml: XmlFile, tensor: Element, place: str) -> NDArray[np.float64]:
-    xx, yy, zz = (
-        xml.numbers(xml.attribute(tensor, key, place), 1, f"{place} {key}")[0]
-        for key in ("ixx", "iyy", "izz")
-    )
-    xy, xz, yz = (
-        xml.numbers(tensor.get(key, "0"), 1, f"{place} {key}")[0] for key in ("ixy", "ixz", "iyz")
-    )
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-def _problem(inertia: NDArray[np.float64]) -> str:
-    """Say why no body has this inertia, "" where one can have it."""
-    if np.abs(inertia).max() > 1e12:
-        return "the inertia is beyond all bounds"
-    principal = np.linalg.eigvalsh(inertia)
-    if principal[0] <= 0.0:
-        return "the inertia is not positive definite"
-    if principal[2] > 2.0 * (principal[0] + principal[1]):
-        return "the inertia's largest axis is more than the sum of the others"
-    return ""
-
-
-def _source(parts: Sequence[Part]) -> str:
-    return "its shapes" if parts else "a ball of 5 cm"
 
 
 def _middle(part: Part) -> NDArray[np.float64]:

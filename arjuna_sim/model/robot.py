@@ -1,62 +1,15 @@
-"""The robot: what its URDF says, and its MuJoCo body on a free joint."""
+"""A robot that can be simulated."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
-import mujoco
-import numpy as np
-from numpy.typing import NDArray
-
-from arjuna_core.config import param
-from arjuna_core.errors import RobotError
-from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.gazebo import read_gazebo
-from arjuna_sim.files.urdf.guess import guess_drive, stand_up
-from arjuna_sim.files.urdf.urdf import Urdf, read_urdf
-from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
-from arjuna_sim.files.xml_file import XmlFile, read_bytes
-from arjuna_sim.model.joints import Joint
-from arjuna_sim.model.links import complete_masses, friction_of
+from arjuna_sim.model.notes import Note
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
-from arjuna_sim.model.shapes import Group, Kind, Part, Shape, add_part
-from arjuna_sim.model.wheels import axis
+from arjuna_sim.model.urdf import Urdf
 
-BODY_JOINT = "arjuna_free_joint"
 ANCHOR = "world"
-_ACROSS = 0.5
-_PASSIVE_DAMPING = 1e-3  # [N m s/rad] lets casters come to rest
-_LEVER = 0.5  # mass times wheel radius from which a robot needs a stiffer servo [kg m]
-_ANCHOR_WEIGHT = 1e9  # [kg] inertia that no arm can move
-# Tyres: stiffness [1/s^2] and damping [1/s] per unit mass. Stiff against damping, and with friction
-# softened by the scene's impratio, a sliding wheel stays on the ground: at MuJoCo's defaults it
-# hops, and how the robot turns then depends on the time step.
-_TYRE = (-3000.0, -20.0)
-
-
-@dataclass(frozen=True)
-class ServoConfig:
-    """How a wheel follows its commanded speed."""
-
-    gain: float = param(
-        10.0,
-        "Torque per error of wheel speed, more for heavy robots.",
-        unit="N m s/rad",
-        minimum=0.0,
-        read_only=True,
-    )
-    armature: float = param(
-        0.02,
-        "Rotor inertia as the wheel feels it.",
-        unit="kg m^2",
-        minimum=0.0,
-        read_only=True,
-    )
+"""Name of a root link that is fixed to the world."""
 
 
 @dataclass(frozen=True)
@@ -67,13 +20,13 @@ class Robot:
         urdf: Links, joints and their fixed transforms.
         settings: Sensors and friction from the Gazebo tags.
         drive: The wheels.
-        notes: What its files say and the simulation leaves out, one line each.
+        notes: What its files say and the simulation leaves out.
     """
 
     urdf: Urdf
     settings: GazeboSettings
     drive: DriveSettings
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     @property
     def wheel_joints(self) -> tuple[str, ...]:
@@ -89,224 +42,3 @@ class Robot:
     def anchored(self) -> bool:
         """Whether it is fixed to the world, as Gazebo fixes a robot whose root is `world`."""
         return self.urdf.root == ANCHOR
-
-
-def load_robot(
-    path: str | Path,
-    search: SearchPath | None = None,
-    arguments: Mapping[str, str] | None = None,
-) -> Robot:
-    """Read a robot from a `.urdf` or `.xacro` file.
-
-    Args:
-        path: The file.
-        search: Where to look for what it refers to; the environment's folders if None.
-        arguments: Values of its xacro arguments.
-
-    Raises:
-        RobotError: The file cannot be read or does not describe a robot.
-    """
-    path = Path(path)
-    text = read_bytes(path, RobotError)
-    expanded = Expanded(text)
-    search = SearchPath.of() if search is None else search
-    if has_macros(path, text):
-        expanded = expand(path, search, arguments or {})
-    xml = XmlFile(path, "robot", RobotError, expanded.text, search)
-    xml.beside = (path, *expanded.files)
-    for note in expanded.notes:
-        xml.note(note)
-    return read_robot(xml)
-
-
-def read_robot(xml: XmlFile) -> Robot:
-    """Read a robot from a parsed URDF.
-
-    Raises:
-        RobotError: It does not describe a robot.
-    """
-    urdf = stand_up(xml, read_urdf(xml))
-    settings = read_gazebo(xml, urdf)
-    drive = settings.drive
-    if drive is None:
-        drive = guess_drive(xml, urdf)
-    for name in drive.wheels:
-        if urdf.joints[name].kind != "continuous":
-            raise xml.fail(f"joint '{name}'", "drives a wheel, so its type must be 'continuous'")
-        wheel_sign(xml.path, urdf, name)
-    settings = dataclasses.replace(settings, friction=friction_of(xml, urdf, settings, drive))
-    urdf = complete_masses(xml, urdf)
-    return Robot(urdf, settings, drive, tuple(xml.notes))
-
-
-def wheel_sign(path: Path, urdf: Urdf, joint: str) -> float:
-    """Return +1 where positive turning drives forward, -1 where it drives backward.
-
-    Raises:
-        RobotError: The joint's axis does not lie across the robot.
-    """
-    across = float(axis(urdf, joint)[1])
-    if abs(across) < _ACROSS:
-        raise RobotError(path, "a wheel's axis must lie across the robot (y)", f"joint '{joint}'")
-    return 1.0 if across > 0.0 else -1.0
-
-
-def add_robot(spec: Any, robot: Robot, servo: ServoConfig) -> None:
-    """Add the robot to a MuJoCo world, its root at the origin.
-
-    Links that fixed joints connect become one body; every link becomes a site of its name.
-
-    Args:
-        spec: The `mujoco.MjSpec` of the world.
-        robot: The robot.
-        servo: How its wheels are driven.
-
-    Raises:
-        RobotError: A moving part has no mass.
-    """
-    body = spec.worldbody.add_body(name=f"body:{robot.urdf.root}")
-    joint = body.add_freejoint(name=BODY_JOINT)
-    if robot.anchored:
-        joint.armature, joint.damping[0] = _ANCHOR_WEIGHT, _ANCHOR_WEIGHT
-    _fill_body(spec, body, robot, robot.urdf.root, servo)
-    for follower in robot.urdf.joints.values():
-        _add_mimic(spec, follower)
-    for name in robot.wheel_joints:
-        _add_servo(spec, robot, name, servo)
-
-
-def _fill_body(spec: Any, body: Any, robot: Robot, first: str, servo: ServoConfig) -> None:
-    """Add a link and all that fixed joints hang on it, then the bodies that joints carry."""
-    masses: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
-    queue = [(first, Pose3())]
-    while queue:
-        name, T_body_link = queue.pop(0)
-        link = robot.urdf.links[name]
-        body.add_site(name=name, pos=T_body_link.position, quat=T_body_link.quaternion)
-        _add_parts(spec, body, robot, name, T_body_link)
-        if link.inertial is not None:
-            turn = T_body_link.rotation()
-            center = T_body_link.apply(np.array([link.inertial.center]))[0]
-            masses.append((link.inertial.mass, center, turn @ link.inertial.inertia @ turn.T))
-        for joint in robot.urdf.joints.values():
-            if joint.parent == name and joint.kind == "fixed":
-                queue.append((joint.child, T_body_link @ joint.T_parent_child))
-            elif joint.parent == name:
-                _add_moving(spec, body, robot, joint, T_body_link, servo)
-    if not masses:
-        problem = "moves, but neither it nor what is fixed to it has an <inertial>"
-        raise RobotError(robot.urdf.path, problem, f"link '{first}'")
-    _set_mass(body, masses)
-
-
-def _set_mass(
-    body: Any, masses: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]]
-) -> None:
-    """Combine masses about their common centre (parallel axis theorem)."""
-    total = sum(mass for mass, _, _ in masses)
-    center = sum((mass * place for mass, place, _ in masses), np.zeros(3)) / total
-    inertia = np.zeros((3, 3))
-    for mass, place, own in masses:
-        arm = place - center
-        inertia += own + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    body.mass, body.ipos, body.explicitinertial = total, center, True
-    body.fullinertia = [
-        *np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]
-    ]  # fmt: skip
-
-
-def _add_parts(spec: Any, body: Any, robot: Robot, name: str, T_body_link: Pose3) -> None:
-    link = robot.urdf.links[name]
-    for part in link.visuals:
-        colour = robot.settings.colours.get(name, part.rgba)
-        placed = Part(part.shape, T_body_link @ part.pose, colour)
-        add_part(spec, body, placed, Group.ROBOT_VISUAL)
-    for part in _collisions(robot, name):
-        placed = Part(part.shape, T_body_link @ part.pose, part.rgba)
-        geom = add_part(spec, body, placed, Group.ROBOT_COLLISION)[0]
-        friction = robot.settings.friction.get(name)
-        if friction is not None:
-            geom.friction[0] = friction
-            geom.priority = 1  # the link's friction holds, whatever the ground's
-        if _is_wheel(robot, name):
-            geom.solref, geom.priority = _TYRE, 1
-
-
-def _is_wheel(robot: Robot, link: str) -> bool:
-    return any(robot.urdf.joints[name].child == link for name in robot.wheel_joints)
-
-
-def _collisions(robot: Robot, link: str) -> tuple[Part, ...]:
-    """Return a link's collision shapes; a wheel whose mesh was left out becomes a sphere."""
-    parts = robot.urdf.links[link].collisions
-    if not parts and _is_wheel(robot, link):
-        return (Part(Shape(Kind.SPHERE, (robot.drive.radius,))),)
-    return parts
-
-
-def _add_moving(
-    spec: Any, body: Any, robot: Robot, joint: Joint, T_body_link: Pose3, servo: ServoConfig
-) -> None:
-    pose = T_body_link @ joint.T_parent_child
-    child = body.add_body(name=f"body:{joint.child}", pos=pose.position, quat=pose.quaternion)
-    if joint.name in robot.wheel_joints:  # the motor makes up for friction and damping
-        child.add_joint(name=joint.name, axis=joint.axis, armature=servo.armature)
-    elif joint.has_position:
-        _add_joint(child, joint)
-    else:
-        _add_loose(child, joint)
-    _fill_body(spec, child, robot, joint.child, servo)
-
-
-def _add_joint(child: Any, joint: Joint) -> None:
-    slides = joint.kind == "prismatic"
-    kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
-    added = child.add_joint(name=joint.name, type=kind, axis=joint.axis)
-    added.damping[0] = max(joint.damping, _PASSIVE_DAMPING)
-    added.frictionloss = joint.friction
-    if joint.limits is not None:
-        added.limited, added.range = True, joint.limits
-        added.limited = joint.limits[0] < joint.limits[1]
-
-
-def _add_loose(child: Any, joint: Joint) -> None:
-    """Add the joints that together move freely in a plane, or in space."""
-    slide, ball = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_BALL
-    normal = np.array(joint.axis)
-    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    first /= np.linalg.norm(first)
-    axes = [first, np.cross(normal, first)]
-    if joint.kind == "floating":
-        axes.append(normal)
-    for i, along in enumerate(axes):
-        added = child.add_joint(name=f"{joint.name}/{i}", type=slide, axis=along)
-        added.damping[0] = _PASSIVE_DAMPING
-    kind = mujoco.mjtJoint.mjJNT_HINGE if joint.kind == "planar" else ball
-    turn = child.add_joint(name=f"{joint.name}/turn", type=kind, axis=normal)
-    turn.damping[0] = _PASSIVE_DAMPING
-
-
-def _add_mimic(spec: Any, joint: Joint) -> None:
-    """Make a joint follow another."""
-    if joint.mimic is None:
-        return
-    equality = spec.add_equality(
-        type=mujoco.mjtEq.mjEQ_JOINT,
-        objtype=mujoco.mjtObj.mjOBJ_JOINT,
-        name1=joint.name,
-        name2=joint.mimic.joint,
-    )
-    equality.data[0:2] = (joint.mimic.offset, joint.mimic.multiplier)
-
-
-def _mass(robot: Robot) -> float:
-    return sum(i.mass for link in robot.urdf.links.values() if (i := link.inertial) is not None)
-
-
-def _add_servo(spec: Any, robot: Robot, joint: str, servo: ServoConfig) -> None:
-    """Add a motor whose torque is the gain times the error of speed, up to its limit."""
-    motor = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-    gain = servo.gain * max(1.0, _mass(robot) * robot.drive.radius / _LEVER)
-    motor.gainprm[0], motor.biasprm[2] = gain, -gain
-    motor.forcelimited, motor.forcerange = True, [-robot.drive.torque, robot.drive.torque]

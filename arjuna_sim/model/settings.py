@@ -55,6 +55,11 @@ class DriveSettings:
         """Names of all driven joints, left ones first."""
         return self.left + self.right
 
+    @property
+    def diameter(self) -> float:
+        """The wheels' diameter [m]."""
+        return 2.0 * self.radius
+
 
 @dataclass(frozen=True)
 class LidarSettings:

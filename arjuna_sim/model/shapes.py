@@ -1,4 +1,4 @@
-"""Bodies' shapes, as URDF and SDF have them, and their MuJoCo geoms."""
+"""Shapes of bodies, as URDF and SDF have them."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.files.meshes.pieces import hull, pieces
+from arjuna_sim.model.convex_pieces import CUBE, hull
 
 _ROUND = 64  # corners that stand for a circle
 GREY = (0.7, 0.7, 0.7, 1.0)
@@ -100,8 +98,7 @@ def corners(shape: Shape) -> NDArray[np.float64]:
         ends = [np.full((_ROUND, 1), sign * shape.size[1] / 2) for sign in (-1, 1)]
         return np.vstack([np.hstack([ring, end]) for end in ends])
     size = shape.size if shape.kind is Kind.BOX else (2 * shape.size[0],) * 3
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    result: NDArray[np.float64] = signs * np.array(size) / 2
+    result: NDArray[np.float64] = CUBE * np.array(size) / 2
     return result
 
 
@@ -110,78 +107,3 @@ def circle(radius: float) -> NDArray[np.float64]:
     angles = np.arange(_ROUND) * 2.0 * math.pi / _ROUND
     ring: NDArray[np.float64] = radius * np.column_stack((np.cos(angles), np.sin(angles)))
     return ring
-
-
-def add_part(spec: Any, body: Any, part: Part, group: Group) -> list[Any]:
-    """Add a part to a MuJoCo body, massless.
-
-    A mesh of the world that is not convex is seen by rays as it is, and touched as many pieces; a
-    mesh of the robot is touched as its convex hull.
-
-    Args:
-        spec: The `mujoco.MjSpec`.
-        body: The spec's body.
-        part: What to add.
-        group: Says whether it collides: visual groups do not.
-
-    Returns:
-        The spec's geoms, in the order in which they were added.
-    """
-    if part.shape.kind is not Kind.MESH:
-        return [_add_simple(body, part, group)]
-    assert part.shape.mesh is not None
-    triangles = part.shape.mesh.triangles * np.array(part.shape.size)
-    name = f"{part.shape.mesh.path}@{part.shape.size}"
-    if group is Group.ROBOT_COLLISION:
-        outer = part.shape.mesh.hull(part.shape.size)
-        return [_add_mesh(spec, body, part, group, f"{name}#hull", outer)]
-    drawn = _add_mesh(spec, body, part, group, name, triangles.reshape(-1, 3), faces=True)
-    geoms = [drawn]
-    if group is Group.WORLD_COLLISION:
-        drawn.contype = 0
-        for i, piece in enumerate(pieces(triangles)):
-            geoms.append(_add_mesh(spec, body, part, Group.WORLD_CONTACT, f"{name}#{i}", piece))
-    return geoms
-
-
-def _new_geom(body: Any, part: Part, group: Group) -> Any:
-    geom = body.add_geom(pos=part.pose.position, quat=part.pose.quaternion, rgba=part.rgba)
-    geom.group, geom.mass = group.value, 0.0
-    # Robot against world only: neither collides with itself.
-    geom.contype = int(group in (Group.WORLD_COLLISION, Group.WORLD_CONTACT))
-    geom.conaffinity = int(group is Group.ROBOT_COLLISION)
-    return geom
-
-
-def _add_simple(body: Any, part: Part, group: Group) -> Any:
-    shape, geom = part.shape, _new_geom(body, part, group)
-    geom.type = getattr(mujoco.mjtGeom, f"mjGEOM_{shape.kind.name}")
-    if shape.kind is Kind.BOX:
-        geom.size = [edge / 2 for edge in shape.size]
-    elif shape.kind is Kind.CYLINDER:
-        geom.size = [shape.size[0], shape.size[1] / 2, 0.0]
-    elif shape.kind is Kind.SPHERE:
-        geom.size = [shape.size[0], 0.0, 0.0]
-    else:
-        geom.size = [0.0, 0.0, 1.0]
-    return geom
-
-
-def _add_mesh(
-    spec: Any,
-    body: Any,
-    part: Part,
-    group: Group,
-    name: str,
-    points: NDArray[np.float64],
-    faces: bool = False,
-) -> Any:
-    """Add a mesh geom; its points are registered once for a name."""
-    if spec.mesh(name) is None:
-        mesh = spec.add_mesh(name=name, uservert=points.ravel())
-        if faces:
-            mesh.userface = np.arange(len(points))
-            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-    geom = _new_geom(body, part, group)
-    geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, name
-    return geom

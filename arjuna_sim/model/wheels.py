@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_sim.files.urdf.urdf import Urdf
+from arjuna_core.errors import RobotError
 from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.shapes import Kind, corners
+from arjuna_sim.model.urdf import Urdf
 
+_ACROSS = 0.5  # least part of a wheel's axis along y: within 60 degrees of it
 _ABREAST = 0.01  # along the robot, between wheels on one axle [m]
 
 
@@ -18,6 +20,20 @@ def axis(urdf: Urdf, joint: str) -> NDArray[np.float64]:
         urdf.joints[joint].axis
     )
     return turned
+
+
+def wheel_sign(urdf: Urdf, joint: str) -> float:
+    """Return +1 where positive turning drives forward, -1 where it drives backward.
+
+    Raises:
+        RobotError: The joint's axis does not lie across the robot.
+    """
+    across = float(axis(urdf, joint)[1])
+    if abs(across) < _ACROSS:
+        raise RobotError(
+            urdf.path, "a wheel's axis must lie across the robot (y)", f"joint '{joint}'"
+        )
+    return 1.0 if across > 0.0 else -1.0
 
 
 def center(urdf: Urdf, joint: str) -> NDArray[np.float64]:

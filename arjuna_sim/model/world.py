@@ -1,113 +1,64 @@
-"""The world: its MuJoCo geoms, and its true surfaces at a height."""
+"""A world: its bodies, its actors and what can be pushed."""
 
 from __future__ import annotations
 
-import math
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 
-import mujoco
-import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
+from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.model.actors import Actor
+from arjuna_sim.model.notes import Note
+from arjuna_sim.model.shapes import Kind, Part, Shape
 
-from arjuna_sim.files.sdf.sdf import GROUND, World
-from arjuna_sim.model.shapes import Group, Kind, Part, add_part, circle, corners
-
-_SKY, _HORIZON = [0.4, 0.6, 0.9], [0.9, 0.9, 0.9]
-_EMPTY = np.zeros((0, 4))
+GROUND = "ground_plane"
+"""Name of the model that is the ground."""
 
 
-def add_world(spec: Any, world: World) -> list[str]:
-    """Add a world's parts to MuJoCo's, lit by the sun.
+@dataclass(frozen=True)
+class Body:
+    """One part of a world.
 
-    Args:
-        spec: The `mujoco.MjSpec`.
-        world: What to add.
-
-    Returns:
-        For each geom added, in order, the model it belongs to; "" for the ground.
+    Attributes:
+        model: Name of the model it belongs to.
+        part: Its shape, pose in the world and colour.
+        collides: Whether it stops robots and rays, or is only drawn.
+        T_world_model: Where its model stands.
     """
-    spec.worldbody.add_light(
-        pos=[0.0, 0.0, 10.0],
-        dir=[-0.5, 0.1, -0.9],
-        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-        castshadow=False,
-    )
-    spec.add_texture(
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=_SKY,
-        rgb2=_HORIZON,
-        width=64,
-        height=384,
-    )
-    names = []
-    for body in world.bodies:
-        group = Group.WORLD_COLLISION if body.collides else Group.WORLD_VISUAL
-        added = add_part(spec, spec.worldbody, body.part, group)
-        names.extend(["" if is_ground(body.model, body.part) else body.model] * len(added))
-    return names
+
+    model: str
+    part: Part
+    collides: bool
+    T_world_model: Pose3 = ORIGIN
+
+
+@dataclass(frozen=True)
+class World:
+    """A world as it was read.
+
+    Attributes:
+        path: The file.
+        name: The world's name.
+        bodies: Its parts; the ground is one with the model `ground_plane`.
+        notes: What the file says and the simulation leaves out.
+        actors: What moves by itself.
+        masses: By name, the models that can be pushed, and what they weigh [kg].
+    """
+
+    path: Path
+    name: str
+    bodies: tuple[Body, ...]
+    notes: tuple[Note, ...]
+    actors: tuple[Actor, ...] = ()
+    masses: Mapping[str, float] = field(default_factory=dict)
+
+
+def ground() -> list[Body]:
+    """Return the ground plane at height 0, solid and drawn."""
+    part = Part(Shape(Kind.PLANE), rgba=(0.6, 0.6, 0.6, 1.0))
+    return [Body(GROUND, part, True), Body(GROUND, part, False)]
 
 
 def is_ground(model: str, part: Part) -> bool:
     """Tell whether a robot stands on a part rather than runs into it."""
     return model == GROUND or part.shape.kind is Kind.PLANE
-
-
-def surfaces(world: World, height: float) -> NDArray[np.float64]:
-    """Return where the world's solid parts are cut by a level plane.
-
-    Args:
-        world: The world.
-        height: Of the plane above the ground [m].
-
-    Returns:
-        Line segments `(N, 4) float64` of `(x0, y0, x1, y1)` [m] in the world's frame.
-    """
-    cuts = [
-        _cut(body.part, height)
-        for body in world.bodies
-        if body.collides and body.part.shape.kind is not Kind.PLANE
-    ]
-    return np.vstack([_EMPTY, *cuts])
-
-
-def _cut(part: Part, height: float) -> NDArray[np.float64]:
-    """Cut one part; of a convex one all lines between corners on either side, then their hull."""
-    shape, z = part.shape, part.pose.position[2]
-    if shape.kind is Kind.SPHERE:
-        radius = math.sqrt(max(0.0, shape.size[0] ** 2 - (height - z) ** 2))
-        return _outline(circle(radius) + part.pose.position[:2]) if radius > 0.0 else _EMPTY
-    if shape.kind is Kind.MESH:
-        assert shape.mesh is not None
-        points = shape.mesh.triangles.reshape(-1, 3) * np.array(shape.size)
-        return _cut_triangles(part.pose.apply(points).reshape(-1, 3, 3), height)
-    outer = part.pose.apply(corners(shape))
-    above = outer[:, 2] > height
-    if above.all() or not above.any():
-        return _EMPTY
-    high, low = outer[above][:, None], outer[~above][None]
-    ratio = (height - low[..., 2]) / (high[..., 2] - low[..., 2])
-    points = (low + ratio[..., None] * (high - low))[..., :2].reshape(-1, 2)
-    return _outline(points[ConvexHull(points).vertices])
-
-
-def _cut_triangles(triangles: NDArray[np.float64], height: float) -> NDArray[np.float64]:
-    """Cut faces one by one: a face that crosses the plane has one corner alone on its side."""
-    above = triangles[..., 2] > height
-    count = above.sum(axis=1)
-    crossing = (count == 1) | (count == 2)
-    faces, alone = triangles[crossing], above[crossing] == (count[crossing] == 1)[:, None]
-    tip = np.argmax(alone, axis=1)
-    rows = np.arange(len(faces))
-    a, ends = faces[rows, tip], []
-    for turn in (1, 2):
-        b = faces[rows, (tip + turn) % 3]
-        ratio = (height - a[:, 2]) / (b[:, 2] - a[:, 2])
-        ends.append((a + ratio[:, None] * (b - a))[:, :2])
-    return np.hstack(ends)
-
-
-def _outline(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Join corners to a closed line, `(N, 2)` to `(N, 4)`."""
-    return np.hstack([corners, np.roll(corners, -1, axis=0)])

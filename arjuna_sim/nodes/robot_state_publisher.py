@@ -14,8 +14,8 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
-from arjuna_sim.files.urdf.urdf import Urdf
 from arjuna_sim.inputs import named_robot
+from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.nodes.messages import transform3_msg
 
 

@@ -1,6 +1,34 @@
-"""How often the robot ran into what."""
+"""What the robot touches, and how often it ran into what."""
 
 from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from arjuna_sim.physics.scene import Scene
+
+_UPRIGHT = 0.7  # of a contact's normal: a robot stands on what is less steep than 45 degrees
+_SINKS = 0.02  # deeper than a robot that stands [m]
+
+
+def touched(scene: Scene, data: Any) -> tuple[str, ...]:
+    """Return the names of what the robot touches, sorted; never what it stands on.
+
+    Args:
+        scene: The compiled model.
+        data: The `mujoco.MjData`, whose contacts are up to date.
+    """
+    pairs = data.contact.geom
+    if len(pairs) == 0:
+        return ()
+    rows, side = np.nonzero(scene.is_robot[pairs])
+    others = pairs[rows, 1 - side]
+    is_hit = scene.is_obstacle[others]
+    if not is_hit.any():
+        return ()
+    stands = (np.abs(data.contact.frame[rows, 2]) > _UPRIGHT) & (data.contact.dist[rows] > -_SINKS)
+    return tuple(sorted({scene.names[geom] for geom in others[is_hit & ~stands]}))
 
 
 class ContactLog:

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import RobotError
 from arjuna_sim.devices.camera import add_camera
-from arjuna_sim.files.sdf.sdf import World
-from arjuna_sim.model.entities import Entity, add_entity
-from arjuna_sim.model.robot import BODY_JOINT, Robot, ServoConfig, add_robot, wheel_sign
+from arjuna_sim.model.entities import Entity
+from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.shapes import Group
-from arjuna_sim.model.wheels import turns_by_sliding
-from arjuna_sim.model.world import add_world
+from arjuna_sim.model.wheels import turns_by_sliding, wheel_sign
+from arjuna_sim.model.world import World
+from arjuna_sim.physics.entity_body import add_entity
+from arjuna_sim.physics.robot_body import BODY_JOINT, ServoConfig, add_robot
+from arjuna_sim.physics.world_geoms import add_world
 
 _SOLVER_TOLERANCE = 1e-6
 _FIRM = 0.3  # stiffness of friction against the normal force's; wide wheels fight themselves above
@@ -112,7 +114,7 @@ def _index(model: Any, robot: Robot, models: list[str], owners: list[str]) -> Sc
         return np.array([model.joint(name).qposadr[0] for name in names], np.int64)
 
     def signs(names: tuple[str, ...]) -> NDArray[np.float64]:
-        return np.array([wheel_sign(robot.urdf.path, robot.urdf, name) for name in names])
+        return np.array([wheel_sign(robot.urdf, name) for name in names])
 
     moving = robot.moving_joints
     base = model.joint(BODY_JOINT)

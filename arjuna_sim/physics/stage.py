@@ -12,27 +12,22 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import nearest
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.sdf.sdf import World
 from arjuna_sim.model.entities import (
     Entity,
     EntityMotion,
     PlaceTakenError,
     UnknownEntityError,
     entity_of_model,
-    handle,
     model_names,
     moving_entities,
 )
-from arjuna_sim.model.robot import Robot, ServoConfig
+from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.world import World
+from arjuna_sim.physics.carrying import carry_over
+from arjuna_sim.physics.contacts import touched
+from arjuna_sim.physics.entity_body import addresses_of
+from arjuna_sim.physics.robot_body import ServoConfig
 from arjuna_sim.physics.scene import Scene, build_scene
-
-_UPRIGHT = 0.7  # upward part of a contact's normal, above which a robot stands on what it touches
-_SINKS = 0.02  # deeper than a robot that stands [m]
-# Numbers that a joint has in qpos and in qvel, where it is not one each.
-_SIZES = {
-    int(mujoco.mjtJoint.mjJNT_FREE): (7, 6),
-    int(mujoco.mjtJoint.mjJNT_BALL): (4, 3),
-}
 
 
 class Stage:
@@ -213,17 +208,7 @@ class Stage:
 
     def contacts(self) -> tuple[str, ...]:
         """Return the names of what the robot touches, sorted; never what it stands on."""
-        pairs = self.data.contact.geom
-        if len(pairs) == 0:
-            return ()
-        rows, side = np.nonzero(self.scene.is_robot[pairs])
-        others = pairs[rows, 1 - side]
-        is_hit = self.scene.is_obstacle[others]
-        if not is_hit.any():
-            return ()
-        contacts = self.data.contact
-        stands = (np.abs(contacts.frame[rows, 2]) > _UPRIGHT) & (contacts.dist[rows] > -_SINKS)
-        return tuple(sorted({self.scene.names[geom] for geom in others[is_hit & ~stands]}))
+        return touched(self.scene, self.data)
 
     def _compile(
         self, world: World, entities: dict[str, Entity], taken: frozenset[str]
@@ -240,7 +225,7 @@ class Stage:
     ) -> None:
         """Compile anew and carry the state over; refuse what is new where the robot is."""
         scene, data = self._compile(self.world, entities, taken)
-        _carry(self.scene.model, self.data, scene.model, data)
+        carry_over(self.scene.model, self.data, scene.model, data)
         before = (self.world, self._entities, self._taken, self.scene, self.data)
         self._install(self.world, entities, taken, scene, data)
         if new is not None and self._touches_robot(new):
@@ -259,7 +244,9 @@ class Stage:
     ) -> None:
         self.world, self._entities, self._taken = world, entities, taken
         self.scene, self.data = scene, data
-        self._handles = {name: handle(scene.model, entity) for name, entity in entities.items()}
+        self._handles = {
+            name: addresses_of(scene.model, entity) for name, entity in entities.items()
+        }
         self._walkers = [entity for entity in entities.values() if entity.trajectory is not None]
 
     def _put(self, entity: Entity, pose: Pose3) -> None:
@@ -281,34 +268,6 @@ class Stage:
         mujoco.mj_kinematics(self.scene.model, self.data)
         mujoco.mj_comPos(self.scene.model, self.data)
         mujoco.mj_comVel(self.scene.model, self.data)
-
-
-def _carry(old: Any, old_data: Any, new: Any, data: Any) -> None:
-    """Copy the state of all joints and mocap bodies that both models have."""
-    for i in range(new.njnt):
-        name = new.joint(i).name
-        j = mujoco.mj_name2id(old, mujoco.mjtObj.mjOBJ_JOINT, name)
-        if j >= 0:
-            to, of = _span(new, i), _span(old, j)
-            data.qpos[to[0]] = old_data.qpos[of[0]]
-            data.qvel[to[1]] = old_data.qvel[of[1]]
-            data.qacc_warmstart[to[1]] = old_data.qacc_warmstart[of[1]]
-    for i in np.flatnonzero(new.body_mocapid >= 0).tolist():
-        j = mujoco.mj_name2id(old, mujoco.mjtObj.mjOBJ_BODY, new.body(i).name)
-        if j >= 0 and old.body_mocapid[j] >= 0:
-            to_id, of_id = new.body_mocapid[i], old.body_mocapid[j]
-            data.mocap_pos[to_id] = old_data.mocap_pos[of_id]
-            data.mocap_quat[to_id] = old_data.mocap_quat[of_id]
-    data.ctrl[:] = old_data.ctrl  # only robots have actuators
-    data.time = old_data.time
-
-
-def _span(model: Any, joint: int) -> tuple[slice, slice]:
-    """Return where a joint is in qpos and in qvel."""
-    kind = int(model.jnt_type[joint])
-    at, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
-    positions, rates = _SIZES.get(kind, (1, 1))
-    return slice(at, at + positions), slice(rate, rate + rates)
 
 
 def _pose(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose3:

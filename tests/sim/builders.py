@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.model.notes import Note
 from arjuna_sim.observation import Observation
 from arjuna_sim.simulator import Simulator
 
@@ -34,6 +36,11 @@ def run(sim: Simulator, seconds: float, command: Velocity | None = None) -> Obse
     for _ in range(round(seconds / sim.config.tick)):
         last = sim.step(command)
     return last
+
+
+def texts(notes: Iterable[Note]) -> tuple[str, ...]:
+    """Return what a person reads of notes."""
+    return tuple(note.text for note in notes)
 
 
 def edited(source: Path, folder: Path, old: str, new: str) -> Path:

@@ -10,8 +10,8 @@ import pytest
 
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.robot import load_robot
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import ROOT
 

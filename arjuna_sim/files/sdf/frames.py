@@ -28,8 +28,8 @@ def raw_pose(xml: XmlFile, element: Element, place: str) -> Pose3:
     if pose is None or not text:
         return ORIGIN
     if pose.get("rotation_format") == "quat_xyzw":
-        x, y, z, *turn = xml.numbers(text, 7, f"{place} pose")
-        return _of_quaternion(xml, (x, y, z), turn, place)
+        x, y, z, *quaternion = xml.numbers(text, 7, f"{place} pose")
+        return _of_quaternion(xml, (x, y, z), quaternion, place)
     numbers = xml.numbers(text, 6, f"{place} pose")
     xml.position(" ".join(map(str, numbers[:3])), f"{place} pose")
     angles = numbers[3:]
@@ -39,9 +39,9 @@ def raw_pose(xml: XmlFile, element: Element, place: str) -> Pose3:
 
 
 def _of_quaternion(
-    xml: XmlFile, place: tuple[float, float, float], turn: list[float], where: str
+    xml: XmlFile, place: tuple[float, float, float], quaternion: list[float], where: str
 ) -> Pose3:
-    x, y, z, w = turn
+    x, y, z, w = quaternion
     length = math.hypot(x, y, z, w)
     if not 0.0 < length < math.inf:
         raise xml.fail(f"{where} pose", "its quaternion is no rotation")

@@ -5,30 +5,22 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
+from arjuna_sim.files.material_colours import gazebo_colour
 from arjuna_sim.files.urdf import sensor_tags
 from arjuna_sim.files.urdf.gazebo_text import plain, text_of
 from arjuna_sim.files.urdf.plugins import read_drive
-from arjuna_sim.files.urdf.urdf import Urdf
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.colours import gazebo_colour
+from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import (
     CameraSettings,
     DriveSettings,
     GazeboSettings,
     ImuSettings,
-    LidarSettings,
 )
+from arjuna_sim.model.urdf import Urdf
 
 _CONTACT = ("kp", "kd")
 _TRUE = ("true", "1")
-__all__ = [
-    "CameraSettings",
-    "DriveSettings",
-    "GazeboSettings",
-    "ImuSettings",
-    "LidarSettings",
-    "read_gazebo",
-]
 _READ = ("sensor", "plugin", "mu1", "mu", "material", "visual", "mu2", *_CONTACT)
 
 
@@ -107,7 +99,7 @@ class _Reader:
         drive = read_drive(self._xml, plugin, self._urdf)
         name = plugin.get("name") or plugin.get("filename") or "?"
         if drive is not None and self._drive is not None:
-            self._xml.note(f"plugin '{name}': a second drive is not simulated")
+            self._xml.note(f"plugin '{name}': a second drive is not simulated", NoteKind.IGNORED)
         elif drive is not None:
             self._drive = drive
         elif "planarmove" in plain(plugin.get("filename", "")):
@@ -126,7 +118,7 @@ class _Reader:
         elif "p3d" in kind or "posepublisher" in kind or "odometrypublisher" in kind:
             self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
         else:
-            self._xml.note(f"plugin '{name}': not simulated")
+            self._xml.note(f"plugin '{name}': not simulated", NoteKind.IGNORED)
 
     def _sensor(self, sensor: Element, link: str) -> None:
         """Keep the first sensor of each kind; note the others."""
@@ -134,11 +126,13 @@ class _Reader:
         key = sensor_tags.KINDS.get(kind)
         if key is None:
             valid = ", ".join(sensor_tags.KINDS)
-            self._xml.note(f"{place}: type '{kind}' is not simulated; simulated are {valid}")
+            self._xml.note(
+                f"{place}: type '{kind}' is not simulated; simulated are {valid}", NoteKind.IGNORED
+            )
         elif link not in self._urdf.links:
-            self._xml.note(f"{place}: not simulated, since '{link}' is no link")
+            self._xml.note(f"{place}: not simulated, since '{link}' is no link", NoteKind.IGNORED)
         elif key in self._sensors:
-            self._xml.note(f"{place}: a second {key} is not simulated")
+            self._xml.note(f"{place}: a second {key} is not simulated", NoteKind.IGNORED)
         else:
             sensor_tags.note_pose(self._xml, sensor)
             self._sensors[key] = (sensor, link)
@@ -148,7 +142,7 @@ class _Reader:
         for tag, links in self._left_out.items():
             names = ", ".join(sorted({name for name in links if name}))
             where = f" (at {names})" if names else ""
-            self._xml.note(f"gazebo <{tag}>{where}: not simulated")
+            self._xml.note(f"gazebo <{tag}>{where}: not simulated", NoteKind.IGNORED)
         xml, sensors = self._xml, self._sensors
         return GazeboSettings(
             self._drive,
@@ -166,7 +160,7 @@ class _Reader:
         found = [key for key in ("camera", "depth") if key in self._sensors]
         for key in found[1:]:
             place = sensor_tags.place_of(self._sensors[key][0])
-            self._xml.note(f"{place}: not simulated beside the colour camera")
+            self._xml.note(f"{place}: not simulated beside the colour camera", NoteKind.IGNORED)
         if not found:
             return None
         return sensor_tags.camera(self._xml, *self._sensors[found[0]], found[0] == "depth")

@@ -6,15 +6,17 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
 from arjuna_sim.files.urdf.gazebo_text import flag, plain, text_of, texts, topic, value
-from arjuna_sim.files.urdf.urdf import Urdf
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveSettings
+from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center, effective_track, wheel_radius, wheel_separation
 
 TORQUE = 5.0
 """Greatest torque of a wheel whose file names none, as in Gazebo [N m]."""
 LEFT = ("leftfrontjoint", "leftrearjoint", "leftmiddlejoint", "leftjoint")
 RIGHT = ("rightfrontjoint", "rightrearjoint", "rightmiddlejoint", "rightjoint")
+_ACCELERATION = ("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration")
 _DIFFERENT = 0.05  # share from which the file and the wheels' shapes contradict each other
 _OUTPUTS = {
     "odom": (True, ("publishodom",)),
@@ -27,14 +29,18 @@ _READ = {
     *RIGHT,
     *(name for _, names in _OUTPUTS.values() for name in names),
     *("wheelseparation", "wheeldiameter", "wheelradius", "effectivetrackwidth"),
-    *("effectivewheelradius", "torque", "wheeltorque", "maxwheeltorque", "wheelacceleration"),
-    *("maxwheelacceleration", "maxlinearacceleration", "maxlinearvelocity", "updaterate"),
+    *_ACCELERATION,
+    *("effectivewheelradius", "torque", "wheeltorque", "maxwheeltorque"),
+    *("maxlinearvelocity", "updaterate"),
     *("odompublishfrequency", "commandtopic", "topic", "odometrytopic", "odomtopic"),
     *("odometryframe", "frameid", "robotbaseframe", "childframeid", "odometrysource"),
     *("robotnamespace", "namespace", "ros", "remapping", "argument", "numwheelpairs", "plugin"),
     # what changes nothing here
     *("alwayson", "legacymode", "rosdebuglevel", "tftopic"),
 }
+
+Sides = tuple[tuple[str, ...], tuple[str, ...]]
+"""Names of the joints of the left and of the right wheels."""
 
 
 def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | None:
@@ -48,48 +54,56 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
         return None
     name = plugin.get("name") or plugin.get("filename") or "?"
     place = f"plugin '{name}'"
+    left, right = _sides(xml, place, urdf, left, right)
+    _note_unread(xml, plugin, place)
+    separation, radius, track, rolling = _kinematics(xml, plugin, place, urdf, (left, right))
+
+    def number(default: float, *names: str) -> float:
+        return value(xml, plugin, place, default, *names)
+
+    return DriveSettings(
+        left,
+        right,
+        separation,
+        radius,
+        torque=number(TORQUE, "torque", "wheeltorque", "maxwheeltorque"),
+        effective_track=track,
+        effective_radius=rolling,
+        plugin=name,
+        max_acceleration=number(0.0, *_ACCELERATION),
+        max_velocity=number(0.0, "maxlinearvelocity"),
+        rate=number(0.0, "updaterate", "odompublishfrequency"),
+        command_topic=topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
+        odometry_topic=topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
+        odometry_frame=text_of(plugin, "odometryframe", "frameid", default="odom"),
+        base_frame=text_of(plugin, "robotbaseframe", "childframeid"),
+        from_world=text_of(plugin, "odometrysource").lower() in ("1", "world"),
+        publishes=tuple(key for key, (on, names) in _OUTPUTS.items() if flag(plugin, on, *names)),
+    )
+
+
+def _sides(
+    xml: XmlFile, place: str, urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]
+) -> Sides:
+    """Return the left and the right joints, exchanged where the file has them the wrong way."""
     for joint in left + right:
         if joint not in urdf.joints:
             problem = f"joint '{joint}' does not exist; {nearest(joint, urdf.joints)}"
             raise xml.fail(place, problem)
     if len(set(left + right)) < len(left + right):
         raise xml.fail(place, "names a joint twice")
-    if sum(center(urdf, n)[1] for n in left) / len(left) < sum(
-        center(urdf, n)[1] for n in right
-    ) / len(right):
+    if _mean_y(urdf, left) < _mean_y(urdf, right):
         xml.note(f"{place}: its left wheels stand on the right, so left and right are exchanged")
-        left, right = right, left
-    _note_unread(xml, plugin, place)
-    separation, radius, track, rolling = _kinematics(xml, plugin, place, urdf, (left, right))
-    return DriveSettings(
-        left,
-        right,
-        separation,
-        radius,
-        value(xml, plugin, place, TORQUE, "torque", "wheeltorque", "maxwheeltorque"),
-        track,
-        rolling,
-        name,
-        value(
-            xml,
-            plugin,
-            place,
-            0.0,
-            *("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration"),
-        ),
-        value(xml, plugin, place, 0.0, "maxlinearvelocity"),
-        value(xml, plugin, place, 0.0, "updaterate", "odompublishfrequency"),
-        topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
-        topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
-        text_of(plugin, "odometryframe", "frameid", default="odom"),
-        text_of(plugin, "robotbaseframe", "childframeid"),
-        text_of(plugin, "odometrysource").lower() in ("1", "world"),
-        tuple(key for key, (on, names) in _OUTPUTS.items() if flag(plugin, on, *names)),
-    )
+        return right, left
+    return left, right
+
+
+def _mean_y(urdf: Urdf, joints: tuple[str, ...]) -> float:
+    return float(sum(center(urdf, name)[1] for name in joints) / len(joints))
 
 
 def _kinematics(
-    xml: XmlFile, plugin: Element, place: str, urdf: Urdf, sides: tuple[tuple[str, ...], ...]
+    xml: XmlFile, plugin: Element, place: str, urdf: Urdf, sides: Sides
 ) -> tuple[float, float, float, float]:
     """Return separation and radius as the file says, and track and radius that the robot drives by.
 
@@ -125,4 +139,6 @@ def _kinematics(
 def _note_unread(xml: XmlFile, plugin: Element, place: str) -> None:
     unread = sorted({child.tag for child in plugin.iter() if plain(child.tag) not in _READ})
     if unread:
-        xml.note(f"{place}: not simulated: {', '.join(f'<{tag}>' for tag in unread)}")
+        xml.note(
+            f"{place}: not simulated: {', '.join(f'<{tag}>' for tag in unread)}", NoteKind.IGNORED
+        )

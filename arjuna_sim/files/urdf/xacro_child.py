@@ -1,154 +1,176 @@
 """Expanding xacro macros in a process of its own, whose time and memory are limited.
 
-It reads a request (JSON) on its standard input and writes an answer on its standard output; nothing
-of arjuna_sim is imported but the search for packages, so that it starts at once.
+It reads a request (JSON) on its standard input and writes an answer on its standard output. Of
+arjuna_sim it imports no more than it needs, so that it starts at once.
+
+xacro itself is as it came. It reads files through the `open` that stands in its namespace and finds
+packages through `ament_index_python`: both are given to it here.
 """
 
 from __future__ import annotations
 
+import builtins
 import contextlib
 import io
 import json
-import os
+import re
 import resource
 import stat
 import sys
-from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import xacro
-from defusedxml import DefusedXmlException, minidom
-from xacro import substitution_args
+from defusedxml import DefusedXmlException, ElementTree, minidom
+from xacro import XacroException
 
-from arjuna_sim.files.search_path import SearchPath, home
+from arjuna_sim.files.search_path import SearchPath, home_folder
+from arjuna_sim.model.notes import NoteKind
 
-CPU_SECONDS = 1
+_CPU_SECONDS = 1
 _MEMORY_BYTES = 400_000_000
 _FILE_BYTES = 5_000_000
 _OUTPUT_BYTES = 5_000_000
-_TRUTH = xacro.get_boolean_value
-_INCLUDE = xacro.process_include
-_CALL = xacro.handle_macro_call
-_FILES = xacro.get_include_files
+_CONDITIONS = ("xacro:if", "xacro:unless")
+_UNKNOWN = re.compile(r"unknown macro name: (\S+)")
+
+
+class Arguments(dict[str, str]):
+    """Values of `$(arg NAME)`: one that has none is empty, and noted.
+
+    Attributes:
+        used: The names that were asked for.
+        missing: Those of them that had no value.
+    """
+
+    def __init__(self, given: dict[str, str]) -> None:
+        super().__init__(given)
+        self.used: set[str] = set()
+        self.missing: list[str] = []
+
+    def __getitem__(self, name: str) -> str:
+        self.used.add(name)
+        return super().__getitem__(name)
+
+    def __missing__(self, name: str) -> str:
+        if hasattr(builtins, name):  # a function in $(eval ...)
+            raise KeyError(name)
+        self.missing.append(name)
+        self[name] = ""
+        return ""
 
 
 class Expansion:
-    """One file's expansion: xacro with its gaps bridged and every bridge noted.
+    """One file's expansion; what is missing is left out and noted.
 
     Args:
         path: The file.
-        arguments: Values of xacro arguments.
         search: Where packages are looked for.
+
+    Attributes:
+        notes: Kind and text of what was missing or unused.
     """
 
-    def __init__(self, path: Path, arguments: dict[str, str], search: SearchPath) -> None:
+    def __init__(self, path: Path, search: SearchPath) -> None:
         self._path = path
-        self._arguments = arguments
         self._search = search
-        self._missing = False
-        self._used: set[str] = set()
-        self.notes: list[str] = []
+        self._is_incomplete = False
+        self._unknown: set[str] = set()
+        self.notes: dict[tuple[str, str], None] = {}
+        index = ModuleType("ament_index_python.packages")
+        index.get_package_share_directory = self._package  # type: ignore[attr-defined]
+        sys.modules[index.__name__] = index
+        xacro.open = self._open
 
-    def run(self) -> str:
-        """Return the URDF."""
-        xacro.open = self._open_data
-        xacro.parse = _parse
-        xacro.get_include_files = self._files
-        xacro.process_include = self._include
-        xacro.handle_macro_call = self._call
-        xacro.get_boolean_value = self._truth
-        substitution_args._eval_arg = self._argument
-        substitution_args._eval_find = self._package
-        substitution_args._eval_dict["find"] = self._package
-        document: Any = xacro.process_file(str(self._path), mappings=dict(self._arguments))
-        for name in sorted(set(self._arguments) - self._used):
-            self._note(f"argument '{name}' is used nowhere")
-        text: str = document.toprettyxml(indent="  ")
+    def expand(self, given: dict[str, str]) -> str:
+        """Return the URDF for the values of xacro arguments.
+
+        Raises:
+            XacroException: It cannot be expanded.
+        """
+        arguments = Arguments(given)
+        try:
+            document: Any = xacro.process_file(str(self._path), mappings=arguments)
+        except XacroException as error:
+            unknown = _UNKNOWN.search(str(error))
+            if unknown is None or not self._is_incomplete or unknown[1] in self._unknown:
+                raise
+            self._unknown.add(unknown[1])  # an include that is missing would have it
+            self._note(f"macro <{unknown[1]}> does not exist, so it is left out")
+            return self.expand(given)
+        for name in arguments.missing:
+            text = f"argument '{name}' has no value, so it is empty; {name}:=VALUE gives one"
+            self._note(text, NoteKind.CHANGED)
+        for name in sorted(set(given) - arguments.used):
+            self._note(f"argument '{name}' is used nowhere", NoteKind.IGNORED)
+        text = str(document.toprettyxml(indent="  "))
         if len(text) > _OUTPUT_BYTES:
-            raise xacro.XacroException(f"it grows beyond {_OUTPUT_BYTES} characters")
+            raise XacroException(f"it grows beyond {_OUTPUT_BYTES} characters")
         return text
 
-    def _note(self, text: str) -> None:
-        if text not in self.notes:
-            self.notes.append(text)
-
-    def _open_data(self, name: str) -> Any:
-        """Open a file of values, which may lie around the robot or in a package only."""
-        files = [self._path, *(Path(file) for file in xacro.filestack)]
-        allowed = [*map(home, files), *self._search.packages, *self._search.models]
-        if not any(Path(name).resolve().is_relative_to(folder.resolve()) for folder in allowed):
-            raise xacro.XacroException(f"'{name}' leads out of {allowed[0]}")
-        return _open(name)
+    def _note(self, text: str, kind: NoteKind = NoteKind.MISSING) -> None:
+        self.notes[(kind.value, text)] = None
 
     def _package(self, name: str) -> str:
         files = [Path(file) for file in reversed(xacro.filestack)]
-        found = (self._search.package(file, name) for file in files or [self._path])
+        found = (self._search.package(file, name) for file in files)
         folder = next((folder for folder in found if folder is not None), None)
         if folder is None:
             folder = self._path.resolve().parent.parent
             self._note(f"package '{name}' does not exist; --package-path DIR finds it in DIR")
         return str(folder)
 
-    def _argument(self, name: str, args: dict[str, str]) -> str:
-        self._used.add(name)
-        if name not in args:
-            self._note(f"argument '{name}' has no value, so it is empty; {name}:=VALUE gives one")
-            args[name] = ""
-        return args[name]
+    def _open(self, name: str) -> io.StringIO:
+        """Open a file that xacro parses, which it puts on its stack before, or a file of values."""
+        path, *above = (Path(file).resolve() for file in (name, *reversed(xacro.filestack)))
+        if path != above[0]:
+            self._confine(name)
+            return io.StringIO(_read(path))
+        if path in above[1:]:
+            raise XacroException(f"'{name}' includes itself")
+        if len(above) > 1 and not path.exists():
+            self._is_incomplete = True
+            self._note(f"include: '{name}' does not exist, so it is left out")
+            return io.StringIO("<robot/>")
+        return io.StringIO(self._bridged(_read(path)))
 
-    def _truth(self, value: Any, condition: Any) -> bool:
-        is_missing = value == "" and condition is not None  # of an `if`, not of a property
-        return False if is_missing else bool(_TRUTH(value, condition))
+    def _confine(self, name: str) -> None:
+        """Refuse a file of values that lies neither around the robot nor in a package."""
+        folders = [*map(home_folder, map(Path, xacro.filestack))]
+        allowed = [*folders, *self._search.packages, *self._search.models]
+        if not any(Path(name).resolve().is_relative_to(folder.resolve()) for folder in allowed):
+            raise XacroException(f"'{name}' leads out of {allowed[0]}")
 
-    def _files(self, spec: str, symbols: Any) -> Iterator[str]:
-        for name in _FILES(spec, symbols):
-            if os.path.realpath(name) in map(os.path.realpath, xacro.filestack):
-                raise xacro.XacroException(f"'{name}' includes itself")
-            yield name
-
-    def _include(self, element: Any, macros: Any, symbols: Any, evaluate: Any) -> None:
-        depth = len(xacro.filestack)
-        try:
-            _INCLUDE(element, macros, symbols, evaluate)
-        except xacro.XacroException as error:
-            if not isinstance(error.exc, FileNotFoundError) or len(xacro.filestack) != depth:
-                raise
-            self._missing = True
-            self._note(f"include: '{error.exc.filename}' does not exist, so it is left out")
-            xacro.replace_node(element, by=None)
-
-    def _call(self, node: Any, macros: Any, symbols: Any) -> bool:
-        name = node.tagName
-        try:
-            return bool(_CALL(node, macros, symbols))
-        except xacro.XacroException as error:
-            if not self._missing or f"unknown macro name: {name}" not in str(error):
-                raise
-            self._note(f"macro <{name}> does not exist, so it is left out")
-            xacro.replace_node(node, by=None)
-            return True
-
-
-def _open(name: str) -> Any:
-    """Open a file for xacro: only a plain one of a sane size, never a device or a pipe."""
-    status = Path(name).stat()
-    if not stat.S_ISREG(status.st_mode) or status.st_size > _FILE_BYTES:
-        raise OSError(0, f"is no file of at most {_FILE_BYTES} bytes", name)
-    return Path(name).open(encoding="utf-8")
+    def _bridged(self, text: str) -> str:
+        """Leave out calls of unknown macros, and let conditions that are empty be false."""
+        if not any(tag in text for tag in (*_CONDITIONS, *self._unknown)):
+            ElementTree.fromstring(text, forbid_dtd=True)
+            return text
+        document = minidom.parseString(text, forbid_dtd=True)
+        for tag in self._unknown:
+            for element in document.getElementsByTagName(tag):
+                xacro.replace_node(element, by=None)
+        for element in (e for tag in _CONDITIONS for e in document.getElementsByTagName(tag)):
+            value = element.getAttribute("value").strip()
+            if re.fullmatch(r"\$\([^(){}']*\)", value):
+                element.setAttribute("value", f"${{'{value}' or False}}")
+            elif re.fullmatch(r"\$\{[^{}]*\}", value):
+                element.setAttribute("value", f"${{({value[2:-1]}) or False}}")
+        bridged = str(document.toxml())
+        document.unlink()  # else its cycles hold the memory while xacro parses again
+        return bridged
 
 
-def _parse(text: Any, name: str | None = None) -> Any:
-    """Stand in for xacro's parser, which would expand entities."""
-    if text is None:
-        assert name is not None
-        try:
-            with _open(name) as file:
-                text = file.read()
-        except OSError as error:
-            xacro.filestack.pop()
-            raise xacro.XacroException(f"{error.strerror}: {name}", exc=error) from error
-    return minidom.parseString(text, forbid_dtd=True) if isinstance(text, str) else text
+def _read(path: Path) -> str:
+    """Return the text of a plain file of a sane size, never of a device or a pipe."""
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode) or status.st_size > _FILE_BYTES:
+            raise XacroException(f"is no file of at most {_FILE_BYTES} bytes: {path}")
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise XacroException(f"{error.strerror}: {path}") from error
 
 
 def _limit(kind: int, value: int) -> None:
@@ -158,9 +180,9 @@ def _limit(kind: int, value: int) -> None:
 
 def _answer(request: dict[str, Any]) -> dict[str, Any]:
     search = SearchPath(*(tuple(map(Path, request[key])) for key in ("packages", "models")))
-    expansion = Expansion(Path(request["path"]), request["arguments"], search)
+    expansion = Expansion(Path(request["path"]), search)
     try:
-        text = expansion.run()
+        text = expansion.expand(request["arguments"])
     except DefusedXmlException as error:
         kind = type(error).__name__
         return {"error": f"a file declares a DTD or entities ({kind}); plain XML is valid"}
@@ -170,15 +192,15 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
         return {"error": f"it takes more than {_MEMORY_BYTES // 1_000_000} MB"}
     except Exception as error:  # noqa: BLE001 - macros are code: they can raise anything
         reason = " ".join(str(error).split()) or type(error).__name__
-        return {"error": "; ".join([reason, *expansion.notes])}
-    return {"text": text, "notes": expansion.notes, "files": list(xacro.all_includes)}
+        return {"error": "; ".join([reason, *(text for _, text in expansion.notes)])}
+    return {"text": text, "notes": list(expansion.notes), "files": list(xacro.all_includes)}
 
 
 def main() -> None:
     """Answer one request."""
     request = json.load(sys.stdin)
     _limit(resource.RLIMIT_AS, _MEMORY_BYTES)
-    _limit(resource.RLIMIT_CPU, CPU_SECONDS)
+    _limit(resource.RLIMIT_CPU, _CPU_SECONDS)
     _limit(resource.RLIMIT_FSIZE, 0)
     with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
         answer = json.dumps(_answer(request))

@@ -10,9 +10,11 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from arjuna_core.errors import ConfigError, RobotError
 from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.model.notes import Note, NoteKind
 
 _MARK = b"xmlns:xacro"
 _ROOT = Path(__file__).resolve().parents[3]
@@ -30,7 +32,7 @@ class Expanded:
     """
 
     text: bytes
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     files: tuple[Path, ...] = ()
 
 
@@ -92,10 +94,11 @@ def expand(path: Path, search: SearchPath, arguments: Mapping[str, str]) -> Expa
     if "error" in answer:
         raise RobotError(path, f"xacro cannot expand it: {answer['error']}")
     files = tuple(Path(name) for name in answer["files"])
-    return Expanded(answer["text"].encode(), tuple(answer["notes"]), files)
+    notes = tuple(Note(NoteKind(kind), note) for kind, note in answer["notes"])
+    return Expanded(answer["text"].encode(), notes, files)
 
 
-def _ask(path: Path, request: str) -> dict[str, str]:
+def _ask(path: Path, request: str) -> dict[str, Any]:
     """Run the child; one that dies has hit a limit."""
     try:
         done = subprocess.run(
@@ -112,5 +115,5 @@ def _ask(path: Path, request: str) -> dict[str, str]:
     if done.returncode != 0:
         problem = "xacro cannot expand it: it takes more than 1 s of computing, or too much memory"
         raise RobotError(path, problem)
-    answer: dict[str, str] = json.loads(done.stdout)
+    answer: dict[str, Any] = json.loads(done.stdout)
     return answer

@@ -11,17 +11,18 @@ from simulation_interfaces.srv import GetAvailableWorlds, GetCurrentWorld, LoadW
 
 from arjuna_core.errors import ArjunaError, WorldError
 from arjuna_sim.files.library import Fault, ResourceError
-from arjuna_sim.files.sdf.sdf import World, read_world
+from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.spawned import check_assets
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.world import World
 from arjuna_sim.nodes.services.host import Host
 from arjuna_sim.nodes.services.results import RequestError, answering, resource_error
 
 _SUFFIXES = (".world", ".sdf", ".yaml")
 _NO_WORLD = b"<sdf version='1.7'><world name='none'/></sdf>"
 _TEXT_MAX = 20_000_000  # as much as of a file
-_UNSUPPORTED = "not simulated"
 
 
 class WorldServices:
@@ -73,8 +74,8 @@ class WorldServices:
         if not request.ignore_missing_or_unsupported_assets:
             check_assets(world.notes)
         for note in world.notes:
-            if request.fail_on_unsupported_element and _UNSUPPORTED in note:
-                raise ResourceError(Fault.UNSUPPORTED_ELEMENTS, note)
+            if request.fail_on_unsupported_element and note.kind is NoteKind.IGNORED:
+                raise ResourceError(Fault.UNSUPPORTED_ELEMENTS, note.text)
         return world
 
     def _read_text(self, text: str) -> World:

@@ -10,10 +10,10 @@ import pytest
 from arjuna_core.errors import RobotError, WorldError
 from arjuna_core.se2 import IDENTITY
 from arjuna_sim.devices.drive import Velocity
-from arjuna_sim.files.sdf.sdf import load_world
-from arjuna_sim.model.robot import load_robot
-from arjuna_sim.model.world import surfaces
-from tests.sim.builders import ROBOT, ROOM, edited, run, simulator
+from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.surfaces import surfaces
+from tests.sim.builders import ROBOT, ROOM, edited, run, simulator, texts
 
 BOMB = """<?xml version="1.0"?>
 <!DOCTYPE bomb [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>
@@ -164,14 +164,14 @@ def test_entity_bomb_with_macros_is_refused(tmp_path: Path) -> None:
 def test_missing_collision_mesh_is_noted_not_fatal(tmp_path: Path) -> None:
     path = edited(ROBOT, tmp_path, BODY, "<box size='1 1 1'/>")
     robot = load_robot(edited(path, tmp_path, BODY, MESH))
-    assert robot.notes == (
+    assert texts(robot.notes) == (
         "link 'base_link' collision: mesh 'missing.stl' does not exist, so it is left out",
     )
 
 
 def test_missing_visual_mesh_is_noted_not_fatal(tmp_path: Path) -> None:
     robot = load_robot(edited(ROBOT, tmp_path, BODY, MESH))  # the first is the visual
-    assert robot.notes == (
+    assert texts(robot.notes) == (
         "link 'base_link' visual: mesh 'missing.stl' does not exist, so it is left out",
     )
 
@@ -199,7 +199,7 @@ def test_missing_inertial_is_computed_from_the_shapes_and_noted(tmp_path: Path) 
     end = text.index("</inertial>", start) + len("</inertial>")
     robot = load_robot(edited(ROBOT, tmp_path, text[start:end], ""))
     assert len(robot.notes) == 1
-    assert "'front_left_wheel': has no <inertial>" in robot.notes[0]
+    assert "'front_left_wheel': has no <inertial>" in texts(robot.notes)[0]
     wheel = robot.urdf.links["front_left_wheel"]
     radius, width = wheel.collisions[0].shape.size
     assert wheel.inertial is not None
@@ -211,7 +211,7 @@ def test_missing_inertial_is_computed_from_the_shapes_and_noted(tmp_path: Path) 
 def test_inertia_that_no_body_has_is_computed_and_noted(tmp_path: Path) -> None:
     robot = load_robot(edited(ROBOT, tmp_path, 'ixx="0.05"', 'ixx="-1"'))
     assert len(robot.notes) == 1
-    assert "'base_link' inertial: the inertia is not positive definite" in robot.notes[0]
+    assert "'base_link' inertial: the inertia is not positive definite" in texts(robot.notes)[0]
     inertial = robot.urdf.links["base_link"].inertial
     assert inertial is not None
     assert inertial.mass == 5.0
@@ -259,7 +259,7 @@ def test_bad_world_is_refused_with_its_place(
 
 def test_missing_model_is_noted_not_fatal(tmp_path: Path) -> None:
     world = load_world(edited(ROOM, tmp_path, "model://sun", "model://oak_tree"))
-    assert any("model 'model://oak_tree' does not exist" in note for note in world.notes)
+    assert any("model 'model://oak_tree' does not exist" in note for note in texts(world.notes))
 
 
 def test_models_that_include_each_other_are_refused(tmp_path: Path) -> None:
@@ -280,12 +280,12 @@ def test_missing_world_is_refused_and_missing_mesh_is_noted(tmp_path: Path) -> N
     room = ROOM.read_text(encoding="utf-8").split("<geometry>")[1].split("</geometry>")[0].strip()
     assert "".join(room.split()) == "".join(text.split())
     world = load_world(edited(ROOM, tmp_path, room, mesh))
-    assert any("mesh 'model://hall/hall.stl' does not exist" in note for note in world.notes)
+    assert any("mesh 'model://hall/hall.stl' does not exist" in note for note in texts(world.notes))
 
 
 def test_what_is_not_simulated_becomes_a_note(tmp_path: Path) -> None:
     world = load_world(edited(ROOM, tmp_path, "<static>", "<blink>1</blink><static>"))
-    assert world.notes == ("model 'wall_north': <blink>: not simulated",)
+    assert texts(world.notes) == ("model 'wall_north': <blink>: not simulated",)
 
 
 def test_surfaces_of_a_cylinder_lie_on_its_circle(tmp_path: Path) -> None:

@@ -15,8 +15,9 @@ import pytest
 
 from arjuna_core.errors import ArjunaError, RobotError, WorldError
 from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.robot import ServoConfig, load_robot
+from arjuna_sim.physics.robot_body import ServoConfig
 from arjuna_sim.physics.scene import build_scene
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited
 

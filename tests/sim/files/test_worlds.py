@@ -14,7 +14,7 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.map_world import rectangles
 from arjuna_sim.files.world_file import load_world
-from tests.sim.builders import ROOM, ROOT, run, simulator
+from tests.sim.builders import ROOM, ROOT, run, simulator, texts
 
 _RING = "<frame name='a' attached_to='b'/><frame name='b' attached_to='a'/>"
 BOX = """<link name="{link}">{pose}<inertial><mass>{mass}</mass></inertial>
@@ -102,7 +102,7 @@ def test_state_says_where_models_are(tmp_path: Path) -> None:
 def test_two_models_of_a_name_are_told_apart(tmp_path: Path) -> None:
     world = load_world(_world(tmp_path, _model("m", _box()) + _model("m", _box())))
     assert [b.model for b in world.bodies if b.model != "ground_plane"] == ["m", "m_1"]
-    assert "model 'm': is there twice; the second is called 'm_1'" in world.notes
+    assert "model 'm': is there twice; the second is called 'm_1'" in texts(world.notes)
 
 
 def test_model_that_is_not_static_is_pushed_away(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import ConfigError, WorldError
 from arjuna_core.se2 import SE2
-from arjuna_sim.files.sdf.sdf import load_world
+from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.actors import PERSON, Trajectory
 from arjuna_sim.model.shapes import Kind
 
@@ -44,7 +44,7 @@ def test_world_file_gives_waypoints_and_a_cylinder_for_the_person(tmp_path: Path
     (part,) = actor.parts
     assert (part.shape.kind, part.shape.size) == (Kind.CYLINDER, PERSON)
     assert part.pose.position[2] == pytest.approx(PERSON[1] / 2)  # it stands on the ground
-    assert any("walker" in note and "cylinder" in note for note in world.notes)
+    assert any("walker" in note.text and "cylinder" in note.text for note in world.notes)
 
 
 def test_actor_waits_walks_straight_and_turns_the_short_way(tmp_path: Path) -> None:

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.files.sdf.actor_tags import read_actor
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
-from arjuna_sim.files.sdf.shapes import read_colour, read_shape
-from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.sdf.geometry_tags import read_colour, read_shape
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.actors import Actor, read_actor
-from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.model.actors import Actor
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.shapes import Kind, Part
+from arjuna_sim.model.world import GROUND, Body, World, ground
 
 BUILT_IN = ("sun", "ground_plane")
-GROUND = "ground_plane"
 _UNLIT = (
     "light",
     "gui",
@@ -45,57 +43,6 @@ _MASS = 1.0  # SDF's default [kg]
 _MASS_MAX = 1e7  # [kg]
 
 
-@dataclass(frozen=True)
-class Body:
-    """One part of a world.
-
-    Attributes:
-        model: Name of the model it belongs to.
-        part: Its shape, pose in the world and colour.
-        collides: Whether it stops robots and rays, or is only drawn.
-        T_world_model: Where its model stands.
-    """
-
-    model: str
-    part: Part
-    collides: bool
-    T_world_model: Pose3 = ORIGIN
-
-
-@dataclass(frozen=True)
-class World:
-    """A world as it was read.
-
-    Attributes:
-        path: The file.
-        name: The world's name.
-        bodies: Its parts; the ground is one with the model `ground_plane`.
-        notes: What the file says and the simulation leaves out, one line each.
-        actors: What moves by itself.
-        masses: By name, the models that can be pushed, and what they weigh [kg].
-    """
-
-    path: Path
-    name: str
-    bodies: tuple[Body, ...]
-    notes: tuple[str, ...]
-    actors: tuple[Actor, ...] = ()
-    masses: Mapping[str, float] = field(default_factory=dict)
-
-
-def load_world(path: str | Path, search: SearchPath | None = None) -> World:
-    """Read a `.world` or `.sdf` file.
-
-    Args:
-        path: The file.
-        search: Where to look for what it refers to; the environment's folders if None.
-
-    Raises:
-        WorldError: The file cannot be read, or holds values or models that cannot be simulated.
-    """
-    return read_world(XmlFile(Path(path), "sdf", WorldError, search=search))
-
-
 def read_world(xml: XmlFile) -> World:
     """Read a parsed SDF file.
 
@@ -113,7 +60,7 @@ def read_world(xml: XmlFile) -> World:
     reader = _Reader(xml)
     reader.read(world)
     for plugin in world.iter("plugin"):
-        xml.note(f"plugin '{plugin.get('name', '?')}': not simulated")
+        xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
     bodies = reader.bodies
     if not any(body.part.shape.kind is Kind.PLANE and body.collides for body in bodies):
         xml.note("has no ground plane: one is put at height 0")
@@ -121,12 +68,6 @@ def read_world(xml: XmlFile) -> World:
     name = world.get("name", "world")
     actors, notes = tuple(reader.actors), tuple(xml.notes)
     return World(xml.path, name, tuple(bodies), notes, actors, reader.masses)
-
-
-def ground() -> list[Body]:
-    """Return the ground plane at height 0, solid and drawn."""
-    part = Part(Shape(Kind.PLANE), rgba=(0.6, 0.6, 0.6, 1.0))
-    return [Body(GROUND, part, True), Body(GROUND, part, False)]
 
 
 class _Reader:
@@ -154,7 +95,7 @@ class _Reader:
             elif element.tag == "actor":
                 self.actors.append(read_actor(xml, element, raw_pose(xml, element, "an actor")))
             elif element.tag not in _UNLIT:
-                xml.note(f"<{element.tag}>: not simulated")
+                xml.note(f"<{element.tag}>: not simulated", NoteKind.IGNORED)
 
     def _top(self, xml: XmlFile, model: Element, pose: Pose3, placed: bool = False) -> None:
         """Read a model of the world, under a name of its own; note what it can be pushed as."""
@@ -214,8 +155,7 @@ class _Reader:
             self._top(inner, model, state or pose, placed=state is not None)
         else:
             self._model(inner, model, pose, depth, within)
-        for note in inner.notes:
-            xml.note(note)
+        xml.keep(*inner.notes)
 
     def _open(self, xml: XmlFile, uri: str, place: str) -> XmlFile | None:
         """Return the file that is included; None (and a note) where there is none."""
@@ -223,7 +163,7 @@ class _Reader:
         if path is None:
             built_in = ", ".join(BUILT_IN)
             problem = f"model '{uri}' does not exist, so it is left out; built in: {built_in}"
-            xml.note(f"include: {problem}")
+            xml.note(f"include: {problem}", NoteKind.MISSING)
             return None
         if path.resolve() in xml.included:
             raise xml.fail("include", f"model '{uri}' includes itself")
@@ -263,7 +203,7 @@ class _Reader:
         T_world_model = pose if placed or not frame else pose @ scope.find(frame).inverse()
         owner = name if within is None else within
         for tag in sorted({child.tag for child in model} - set(_OF_MODEL)):
-            xml.note(f"{place}: <{tag}>: not simulated")
+            xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
         for link in model.findall("link"):
             self._link(xml, link, scope, T_world_model, (owner, place))
         for nested in model.findall("model"):
@@ -278,7 +218,7 @@ class _Reader:
         owner, place = names
         T_model_link = scope.pose(link, f"{place} link")
         for tag in sorted({child.tag for child in link} - set(_OF_LINK)):
-            xml.note(f"{place}: <{tag}>: not simulated")
+            xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
         for tag in ("collision", "visual"):
             for element in link.findall(tag):
                 where = f"{place} {tag}"
@@ -298,7 +238,7 @@ def _states(xml: XmlFile, world: Element) -> dict[str, Pose3]:
     if state is None:
         return {}
     for tag in sorted({child.tag for child in state} & {"insertions", "deletions"}):
-        xml.note(f"<state> <{tag}>: not simulated")
+        xml.note(f"<state> <{tag}>: not simulated", NoteKind.IGNORED)
     return {
         model.get("name", ""): raw_pose(xml, model, f"state of model '{model.get('name', '')}'")
         for model in state.findall("model")

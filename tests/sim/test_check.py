@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import InputFileError
-from arjuna_sim.files.check import check, is_robot
+from arjuna_sim.check import check, is_robot
 from arjuna_sim.files.search_path import SearchPath
 from bringup.cli import OK, REFUSED, run
 from bringup.cli_parser import parse
-from tests.sim.builders import ROBOT, ROOM, ROOT, edited
+from tests.sim.builders import ROBOT, ROOM, ROOT, edited, texts
 
 MACRO = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:arg name="width" default="0.2"/><xacro:include filename="$(find parts)/wheel.xacro"/>
@@ -69,7 +69,7 @@ def test_worlds_are_understood(path: Path, capsys: pytest.CaptureFixture[str]) -
 def test_what_is_left_out_is_listed(tmp_path: Path) -> None:
     path = edited(ROBOT, tmp_path, "<gazebo>", "<gazebo><frill>1</frill>")
     found = check(path, SearchPath.of(), {})
-    assert found.notes == ("gazebo <frill>: not simulated",)
+    assert texts(found.notes) == ("gazebo <frill>: not simulated",)
     assert "(1):\n  - gazebo <frill>: not simulated" in found.text()
 
 
@@ -100,16 +100,16 @@ def test_package_path_and_arguments_reach_the_macros(
 def test_missing_package_include_and_macro_are_noted(macro: Path) -> None:
     found = check(macro, SearchPath(), {})
     for part in ("package 'parts' does not exist", "wheel.xacro' does not exist", "<xacro:wheel>"):
-        assert any(part in note for note in found.notes)
+        assert any(part in note for note in texts(found.notes))
 
 
 def test_guess_is_saved_and_loads_again(macro: Path, tmp_path: Path) -> None:
     search = SearchPath((macro.parents[1] / "elsewhere",))
     saved = tmp_path / "saved.xacro"
     found = check(macro, search, {}, saved)
-    assert any("guessed are the wheels left_joint (left)" in note for note in found.notes)
+    assert any("guessed are the wheels left_joint (left)" in note for note in texts(found.notes))
     again = check(saved, search, {})
-    assert not any("guess" in note for note in again.notes)
+    assert not any("guess" in note for note in texts(again.notes))
     assert "    left: left_joint; right: right_joint" in again.lines
     with pytest.raises(InputFileError, match="has a drive plugin"):
         check(saved, search, {}, tmp_path / "twice.xacro")

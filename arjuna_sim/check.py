@@ -12,14 +12,17 @@ from pathlib import Path
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.files.map_world import MAP_SUFFIXES
-from arjuna_sim.files.sdf.sdf import World
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.guess import write_snippet
+from arjuna_sim.files.urdf.guess import save_guess
+from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import read_bytes
-from arjuna_sim.model.robot import Robot, ServoConfig, load_robot
+from arjuna_sim.model.notes import Note
+from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.shapes import Part
+from arjuna_sim.model.world import World
+from arjuna_sim.physics.robot_body import ServoConfig
 from arjuna_sim.physics.scene import build_scene
 
 _TIMESTEP = 0.004
@@ -34,18 +37,17 @@ class Found:
 
     Attributes:
         lines: What was understood, to be printed.
-        notes: What was not, one line each.
+        notes: What was not.
     """
 
     lines: tuple[str, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     def text(self) -> str:
         """Return all of it, with the notes last."""
-        count = len(self.notes)
-        heading = f"not simulated, or otherwise than the file says ({count}):"
-        rest = [heading, *(f"  - {note}" for note in self.notes)] if count else ["all understood"]
-        return "\n".join([*self.lines, *rest])
+        rest = [f"  - {note.text}" for note in self.notes]
+        heading = f"not simulated, or otherwise than the file says ({len(rest)}):"
+        return "\n".join([*self.lines, heading if rest else "all understood", *rest])
 
 
 def check(
@@ -102,7 +104,7 @@ def _check_robot(
         if not robot.drive.wheels or robot.settings.drive is not None:
             problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"
             raise InputFileError(path, f"{problem}, so there is no guess to save")
-        write_snippet(guess, path, robot.urdf.name, robot.drive)
+        save_guess(guess, path, robot.urdf.name, robot.drive)
         lines.append(f"  guess saved as {guess}, which loads in the robot's place")
     return Found(tuple(lines), robot.notes)
 
@@ -152,7 +154,7 @@ def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[st
     source = f"plugin '{drive.plugin}'" if drive.plugin else "guessed (--save-guess FILE keeps it)"
     yield f"  drive: {source}"
     yield f"    left: {', '.join(drive.left)}; right: {', '.join(drive.right)}"
-    yield f"    wheel separation {drive.separation:.4g} m, diameter {2 * drive.radius:.4g} m"
+    yield f"    wheel separation {drive.separation:.4g} m, diameter {drive.diameter:.4g} m"
     yield (
         f"    turns as a track of {drive.effective_track:.4g} m, rolls as a radius of"
         f" {drive.effective_radius:.4g} m"

@@ -6,18 +6,18 @@ import dataclasses
 
 import numpy as np
 
-from arjuna_sim.files.urdf.urdf import Urdf
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.inertia import Inertial, estimated, of_parts, volume_of
+from arjuna_sim.model.inertia import Inertial, estimated_inertial, inertial_of_parts, volume_of
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.shapes import Kind, corners
+from arjuna_sim.model.urdf import Urdf
 
 CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
-_PLAUSIBLE = 20.0  # a body lighter than this lacks masses that its file forgot [kg/m^3]
+_PLAUSIBLE = 20.0  # a body as light as foam lacks masses that its file forgot [kg/m^3]
 _TOUCHES = 0.008  # how far off the ground a caster may be [m]
 _LEAST = 0.01  # mass of a moving part without mass or shape [kg]
-_GRIP = 0.8
+_GRIP = 0.8  # friction of rubber on dry concrete, of wheels that Gazebo let slide
 
 
 def complete_masses(xml: XmlFile, urdf: Urdf) -> Urdf:
@@ -33,7 +33,7 @@ def complete_masses(xml: XmlFile, urdf: Urdf) -> Urdf:
         if given > 0.0 and (not parts or given > _PLAUSIBLE * volume_of(parts)):
             continue
         for name in without:
-            found = estimated(urdf.links[name].collisions)
+            found = estimated_inertial(urdf.links[name].collisions)
             if found is not None:
                 xml.note(
                     f"link '{name}': has no <inertial>: {found.mass:.3g} kg and its inertia are"
@@ -48,7 +48,7 @@ def complete_masses(xml: XmlFile, urdf: Urdf) -> Urdf:
 
 def _least(urdf: Urdf, group: list[str]) -> Inertial:
     parts = [part for part in urdf.links[group[0]].visuals if part.shape.kind is not Kind.PLANE]
-    return of_parts(parts, _LEAST)
+    return inertial_of_parts(parts, _LEAST)
 
 
 def rigid_groups(urdf: Urdf) -> list[list[str]]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from arjuna_sim.files.meshes.triangles import MESH_SUFFIXES, MeshError, read_mesh
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.shapes import Kind, Mesh, Shape
 
 _REACH_MAX = 1e5  # [m]
@@ -28,10 +29,13 @@ def mesh_shape(xml: XmlFile, uri: str, scale: str, place: str) -> Shape | None:
         raise xml.fail(f"{place} scale", f"{scale!r} must not be zero")
     path = xml.find(uri, place)
     if path is None:
-        xml.note(f"{place}: mesh '{uri}' does not exist, so it is left out")
+        xml.note(f"{place}: mesh '{uri}' does not exist, so it is left out", NoteKind.MISSING)
         return None
     if path.suffix.lower() not in MESH_SUFFIXES:
-        xml.note(f"{place}: mesh '{uri}' left out; simulated are {', '.join(MESH_SUFFIXES)}")
+        xml.note(
+            f"{place}: mesh '{uri}' left out; simulated are {', '.join(MESH_SUFFIXES)}",
+            NoteKind.UNSUPPORTED,
+        )
         return None
     try:
         if path not in xml.meshes:

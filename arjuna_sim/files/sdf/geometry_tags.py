@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
-from arjuna_sim.files.meshes.shape import mesh_shape
+from arjuna_sim.files.material_colours import gazebo_colour
+from arjuna_sim.files.meshes.mesh_tag import mesh_shape
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.colours import gazebo_colour
+from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.shapes import GREY, Kind, Shape
 
 _SHAPES = {
@@ -35,7 +36,10 @@ def read_shape(xml: XmlFile, geometry: Element, place: str) -> Shape | None:
             xml.note(f"{place}: mesh '{uri}' is taken whole, not only its <submesh>")
         return mesh_shape(xml, uri, item.findtext("scale") or "1 1 1", place)
     if item.tag in _IGNORED:
-        xml.note(f"{place}: <{item.tag}> is left out; simulated are {', '.join(_SHAPES)}, mesh")
+        xml.note(
+            f"{place}: <{item.tag}> is left out; simulated are {', '.join(_SHAPES)}, mesh",
+            NoteKind.UNSUPPORTED,
+        )
         return None
     if item.tag not in _SHAPES:
         raise xml.fail(place, f"<{item.tag}> is unknown; valid: {valid}")

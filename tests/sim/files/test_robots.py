@@ -11,8 +11,9 @@ import pytest
 from arjuna_core.errors import RobotError
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.model.robot import Robot, load_robot
-from tests.sim.builders import run, simulator
+from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.model.robot import Robot
+from tests.sim.builders import run, simulator, texts
 
 INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
 BASE = f"""<link name="base">{INERTIAL.format(2)}
@@ -132,7 +133,7 @@ def test_wheel_numbers_that_contradict_the_wheels_are_noted(tmp_path: Path) -> N
     wrong = ROS2.replace("0.26", "0.5")
     robot = _load(tmp_path, f"{FOUR}<gazebo>{wrong}</gazebo>")
     assert robot.drive.separation == 0.5
-    assert any("wheel_separation is 0.5, but" in note for note in robot.notes)
+    assert any("wheel_separation is 0.5, but" in note for note in texts(robot.notes))
     sim = simulator(robot=_robot(tmp_path, f"{FOUR}<gazebo>{wrong}</gazebo>"))
     last = run(sim, math.pi / 2, Velocity(0.0, 1.0))
     assert last.truth.pose.theta == pytest.approx(math.pi / 2, rel=0.15)
@@ -142,7 +143,9 @@ def test_caster_wheels_are_no_drive(tmp_path: Path) -> None:
     wheels = FOUR.replace("rear_left_wheel", "caster_left").replace("rear_right_wheel", "caster_r")
     robot = _load(tmp_path, wheels)
     assert robot.drive.left == LEFT[:1]
-    assert any("guessed are the wheels front_left_wheel_joint (left)" in n for n in robot.notes)
+    assert any(
+        "guessed are the wheels front_left_wheel_joint (left)" in n for n in texts(robot.notes)
+    )
 
 
 def test_wheel_without_a_partner_turns_freely(tmp_path: Path) -> None:
@@ -150,7 +153,7 @@ def test_wheel_without_a_partner_turns_freely(tmp_path: Path) -> None:
     robot = _load(tmp_path, FOUR + odd)
     assert robot.drive.left == LEFT
     assert "joint 'odd_wheel_joint': turns freely: it has no partner on the other side" in (
-        robot.notes
+        texts(robot.notes)
     )
 
 

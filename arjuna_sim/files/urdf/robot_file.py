@@ -1,0 +1,66 @@
+"""Reading a robot: macros, links and joints, Gazebo's tags, and what they lack."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+
+from arjuna_core.errors import RobotError
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.urdf.completion import complete_masses, friction_of
+from arjuna_sim.files.urdf.gazebo import read_gazebo
+from arjuna_sim.files.urdf.guess import guess_drive
+from arjuna_sim.files.urdf.links_and_joints import read_urdf
+from arjuna_sim.files.urdf.stand_up import stand_up
+from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
+from arjuna_sim.files.xml_file import XmlFile, read_bytes
+from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.wheels import wheel_sign
+
+
+def load_robot(
+    path: str | Path,
+    search: SearchPath | None = None,
+    arguments: Mapping[str, str] | None = None,
+) -> Robot:
+    """Read a robot from a `.urdf` or `.xacro` file.
+
+    Args:
+        path: The file.
+        search: Where to look for what it refers to; the environment's folders if None.
+        arguments: Values of its xacro arguments.
+
+    Raises:
+        RobotError: The file cannot be read or does not describe a robot.
+    """
+    path = Path(path)
+    text = read_bytes(path, RobotError)
+    expanded = Expanded(text)
+    search = SearchPath.of() if search is None else search
+    if has_macros(path, text):
+        expanded = expand(path, search, arguments or {})
+    xml = XmlFile(path, "robot", RobotError, expanded.text, search)
+    xml.beside = (path, *expanded.files)
+    xml.keep(*expanded.notes)
+    return read_robot(xml)
+
+
+def read_robot(xml: XmlFile) -> Robot:
+    """Read a robot from a parsed URDF.
+
+    Raises:
+        RobotError: It does not describe a robot.
+    """
+    urdf = stand_up(xml, read_urdf(xml))
+    settings = read_gazebo(xml, urdf)
+    drive = settings.drive
+    if drive is None:
+        drive = guess_drive(xml, urdf)
+    for name in drive.wheels:
+        if urdf.joints[name].kind != "continuous":
+            raise xml.fail(f"joint '{name}'", "drives a wheel, so its type must be 'continuous'")
+        wheel_sign(urdf, name)
+    settings = dataclasses.replace(settings, friction=friction_of(xml, urdf, settings, drive))
+    urdf = complete_masses(xml, urdf)
+    return Robot(urdf, settings, drive, tuple(xml.notes))
