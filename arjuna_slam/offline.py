@@ -1,4 +1,4 @@
-"""SLAM on recorded logs: CARMEN's format and mcap, and the error against reference relations."""
+"""SLAM on recorded logs of CARMEN and ROS, and the error against reference relations."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.logs.carmen import COMPRESSED, CarmenLog, read_carmen
 from arjuna_slam.logs.recording import Recording, RecordingTopics
+from arjuna_slam.logs.storage import SUFFIXES
 from arjuna_slam.slam import Slam
 
 __all__ = ["RecordingTopics", "RelationError", "evaluate", "open_log", "read_carmen", "run"]
 _CARMEN = (".clf", ".log")
-_MCAP = ".mcap"
 
 
 class Log(Protocol):
@@ -42,7 +42,7 @@ def open_log(path: Path, topics: RecordingTopics) -> Log:
     """Return the log in a file: CARMEN's, or a recording.
 
     Args:
-        path: `.clf` or `.log`, also compressed; `.mcap`, or a rosbag2 folder.
+        path: `.clf` or `.log`, also compressed; `.mcap`, `.db3`, ROS 1's `.bag`; a rosbag2 folder.
         topics: What is read of a recording.
 
     Raises:
@@ -51,13 +51,14 @@ def open_log(path: Path, topics: RecordingTopics) -> Log:
     if not path.exists():
         raise InputFileError(path, "does not exist")
     suffixes = [suffix.lower() for suffix in path.suffixes]
-    if path.is_dir() or suffixes[-1:] == [_MCAP]:
+    if path.is_dir() or (suffixes and suffixes[-1] in SUFFIXES):
         return Recording(path, topics)
     if suffixes[-1:] and suffixes[-1] in COMPRESSED:
         suffixes.pop()
     if suffixes[-1:] and suffixes[-1] in _CARMEN:
         return CarmenLog(path)
-    valid = f"{', '.join(_CARMEN)} (also with {', '.join(COMPRESSED)}), {_MCAP}, rosbag2 folders"
+    carmen = f"{', '.join(_CARMEN)} (also with {', '.join(COMPRESSED)})"
+    valid = f"{carmen}, {', '.join(SUFFIXES)}, rosbag2 folders"
     raise InputFileError(path, f"is of no kind that can be read; valid: {valid}")
 
 
