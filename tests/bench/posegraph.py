@@ -118,7 +118,8 @@ def _linear(start: Poses, edges: EdgeTable) -> dict[str, float]:
     damp(layout.starts, blocks, corner, 1e-8)
 
     def ours() -> Poses:
-        factor, tail, x = blocks.copy(), corner.copy(), g.copy()
+        x: Poses = g.copy()
+        factor, tail = blocks.copy(), corner.copy()
         factorize(layout.starts, layout.rows, factor, tail)
         solve(layout.starts, layout.rows, factor, tail, x)
         return x
@@ -155,4 +156,5 @@ def _scalar(layout: Pattern, blocks: NDArray[np.float64], corner: NDArray[np.flo
     across = row != column
     pairs = np.concatenate((row, column[across])), np.concatenate((column, row[across]))
     size = 3 * len(layout.place)
-    return coo_matrix((np.concatenate((values, values[across])), pairs), shape=(size, size)).tocsc()
+    both = np.concatenate((values, values[across]))
+    return coo_matrix((both, pairs), shape=(size, size)).tocsc()
