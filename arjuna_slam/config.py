@@ -11,17 +11,16 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.back_end import BackEndConfig
-from arjuna_slam.graph.loops import LoopConfig
 from arjuna_slam.mapping.mapper import Mapper
+from arjuna_slam.mapping.reference_map import ReferenceConfig
 from arjuna_slam.matching.tracking import TrackerConfig
 
 
 @dataclass(frozen=True)
-class SlamConfig(BackEndConfig, LoopConfig, TrackerConfig):
+class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig):
     """Parameters of SLAM, those of matching and of loop closure among them."""
 
     resolution: float = param(0.05, "Edge of a map cell.", unit="m", minimum=0.005, maximum=1.0)
-    max_laser_range: float = param(20.0, "Longest range used.", unit="m", minimum=0.1)
     minimum_travel_distance: float = param(
         0.2,
         "Travel after which a scan is a keyframe; denser than slam_toolbox's 0.5 for its accuracy.",
@@ -30,17 +29,6 @@ class SlamConfig(BackEndConfig, LoopConfig, TrackerConfig):
     )
     minimum_travel_heading: float = param(
         0.2, "Turn after which a scan is a keyframe.", unit="rad", minimum=0.0
-    )
-    submap_size: int = param(40, "Keyframes in a submap.", minimum=2, maximum=10000)
-    field_resolution: float = param(
-        0.05, "Edge of a cell of the matching field.", unit="m", minimum=0.005, maximum=0.5
-    )
-    field_deviation: float = param(
-        0.05,
-        "Deviation of the Gaussian around a reference point.",
-        unit="m",
-        minimum=0.005,
-        maximum=0.5,
     )
     odometry_deviation: float = param(
         0.2, "Deviation of odometry per metre and per radian.", minimum=1e-3, maximum=10.0

@@ -42,15 +42,19 @@ class BackEnd:
     Args:
         config: The parameters.
         graph: The graph.
+        undone: Loop edges taken back from a graph that this one is what is left of.
+
+    Attributes:
+        undone: Loop edges taken back because the rest of the graph disagreed.
     """
 
-    def __init__(self, config: BackEndConfig, graph: PoseGraph) -> None:
+    def __init__(self, config: BackEndConfig, graph: PoseGraph, undone: int = 0) -> None:
         self._config = config
         self._graph = graph
         self._since = 0
         self._fresh = 0
         self._running = False
-        self.undone = 0
+        self.undone = undone
 
     def add(self, edges: list[Edge]) -> None:
         """Add a keyframe's loop edges."""

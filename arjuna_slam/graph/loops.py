@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +14,8 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.drift import Drift
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
-from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window
+from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface
 
@@ -53,6 +55,17 @@ class LoopConfig:
         0.03, "How much the search window grows with travel since the place was left.",
         minimum=0.0, maximum=1.0,
     )  # fmt: skip
+
+
+class Submap(Protocol):
+    """What a loop is closed with: a run of keyframes and their field in the first one's frame."""
+
+    field: Field
+    nodes: list[int]
+
+    @property
+    def anchor(self) -> int:
+        """The node whose frame the field is in."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +109,12 @@ class LoopCloser:
         self._witnesses.clear()
 
     def close(
-        self, graph: PoseGraph, node: int, travel: float, surface: Surface, submaps: list[Submap]
+        self,
+        graph: PoseGraph,
+        node: int,
+        travel: float,
+        surface: Surface,
+        submaps: Sequence[Submap],
     ) -> list[Edge]:
         """Return the loop edges of a new keyframe, and those of earlier ones it confirms.
 
@@ -126,7 +144,7 @@ class LoopCloser:
         return edges
 
     def close_by_hand(
-        self, graph: PoseGraph, node: int, pose: SE2, surface: Surface, submaps: list[Submap]
+        self, graph: PoseGraph, node: int, pose: SE2, surface: Surface, submaps: Sequence[Submap]
     ) -> Edge | None:
         """Return the loop edge of a keyframe that a person has put somewhere, or None.
 
@@ -153,7 +171,7 @@ class LoopCloser:
         return None if best is None else best[1]
 
     def _candidates(
-        self, graph: PoseGraph, node: int, submaps: list[Submap]
+        self, graph: PoseGraph, node: int, submaps: Sequence[Submap]
     ) -> list[tuple[int, Submap, int]]:
         """Return the nearest submaps with a keyframe within reach, each with that keyframe."""
         if not submaps:

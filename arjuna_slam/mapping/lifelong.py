@@ -23,6 +23,25 @@ _BRIDGE = np.diag([1.0 / 0.02**2, 1.0 / 0.02**2, 1.0 / 0.01**2])  # information 
 _DOUBT = 0.5  # what the information of a measurement moved to another keyframe is worth
 
 
+def forget_submap(session: Session, submap: int) -> tuple[Session, NDArray[np.int64]] | None:
+    """Return a session without a submap and the keyframes that only it has, if newer cover it.
+
+    Args:
+        session: The session.
+        submap: The submap's index in it.
+
+    Returns:
+        As `prune` does, or None where the submap is still needed.
+    """
+    if not is_redundant(session.poses, session.submaps[submap]):
+        return None
+    keep = np.zeros(len(session.poses), np.bool_)
+    for k, nodes in enumerate(session.submaps):
+        keep[list(nodes)] |= k != submap
+    keep[session.submaps[submap][0]] = False  # the anchor goes, and with it the submap
+    return prune(session, keep)
+
+
 def is_redundant(poses: NDArray[np.float64], nodes: Sequence[int]) -> bool:
     """Tell whether newer keyframes cover a submap.
 

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from arjuna_core.se2 import SE2
-from arjuna_slam.config import SlamConfig
+from arjuna_slam.graph.loops import LoopConfig
 from arjuna_slam.mapping.session import Session, Start, StartKind
+from arjuna_slam.mapping.submap import SubmapConfig
 from arjuna_slam.matching.correlative import Window, search
-from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher
+from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface, extract
 
 _NEAR_POSITION, _NEAR_HEADING, _NEAR_DEPTH = 1.5, 0.6, 4
 _POINTS = 120  # of a scan that is looked for everywhere
 _DEPTH_MIN, _DEPTH_MAX = 3, 7
 _ANYWHERE_RESPONSE = 0.7  # on a whole map much fits somewhat
+
+
+@dataclass(frozen=True)
+class ReferenceConfig(SubmapConfig, LoopConfig, MatcherConfig):
+    """Parameters of the search on a finished map."""
 
 
 class ReferenceMap:
@@ -28,15 +34,14 @@ class ReferenceMap:
         session: The session.
     """
 
-    def __init__(self, config: SlamConfig, session: Session) -> None:
+    def __init__(self, config: ReferenceConfig, session: Session) -> None:
         self._config = config
         self._matcher = ScanMatcher(config)
         self._first = SE2.from_array(session.poses[0])
-        resolution = config.field_resolution
-        self.field = Field(resolution, config.field_deviation)
+        self.field = config.field()
         for scan, row in zip(session.scans, session.poses, strict=True):
             pose = SE2.from_array(row)
-            points, normals = extract(scan, config.max_laser_range).dense(resolution)
+            points, normals = extract(scan, config.max_laser_range).dense(config.field_resolution)
             self.field.add(pose.apply(points), SE2(0.0, 0.0, pose.theta).apply(normals))
         self.field.trim()
 

@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> str:
 
 
 def _config(paths: list[Path]) -> Any:
-    cls = importlib.import_module("arjuna_slam.nodes.amcl_config").AmclNodeConfig
+    cls = importlib.import_module("arjuna_slam.amcl_node_config").AmclNodeConfig
     parameters = merged(shipped_parameters(), load_parameters(paths))
     return load(cls, for_node(parameters, _NODE), _NODE)
 

@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> str:
 
 
 def _config(paths: Iterable[Path]) -> Any:
-    cls = importlib.import_module("arjuna_slam.nodes.slam_config").SlamNodeConfig
+    cls = importlib.import_module("arjuna_slam.slam_node_config").SlamNodeConfig
     parameters = merged(shipped_parameters(), load_parameters(paths))
     return load(cls, for_node(parameters, _NODE), _NODE)
 
@@ -100,7 +100,7 @@ def _report(
     return {
         "input": str(path),
         "scans": count.scans,
-        "scans_skipped": mapper.skipped,
+        "scans_skipped": mapper.scans.skipped,
         "log_s": count.seconds,
         "time_s": spent[0],
         "cpu_s": spent[1],

@@ -18,7 +18,8 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam import offline
 from arjuna_slam.graph.pose_graph import EdgeKind
-from arjuna_slam.slam import Slam, SlamUpdate
+from arjuna_slam.pose_tracker import SlamUpdate
+from arjuna_slam.slam import Slam
 
 _WARM_UP_SCANS = 300
 
@@ -135,7 +136,7 @@ def _callbacks(slam: _TimedSlam) -> dict[str, Any]:
 def _counts(slam: Slam, scans: int) -> dict[str, Any]:
     return {
         "scans": scans,
-        "skipped": slam.skipped,
+        "skipped": slam.scans.skipped,
         "keyframes": len(slam.graph),
         "closures": sum(edge.kind is EdgeKind.LOOP for edge in slam.graph.edges),
         "undone": slam.undone,

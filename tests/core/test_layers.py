@@ -76,15 +76,9 @@ UPWARD = {
     ("arjuna_sim/model/shapes.py", "arjuna_sim.files.meshes.pieces"),
     ("arjuna_sim/model/wheels.py", "arjuna_sim.files.urdf.urdf"),
     ("arjuna_sim/model/world.py", "arjuna_sim.files.sdf.sdf"),
-    ("arjuna_slam/graph/loops.py", "arjuna_slam.mapping.submap"),
-    ("arjuna_slam/mapping/reference_map.py", "arjuna_slam.config"),
     ("bringup/viewing/pictures.py", "bringup.demo.log"),
 }
 CIRCLES: set[str] = set()
-ROS_FROM_BELOW = {
-    ("bringup/offline/amcl.py", "arjuna_slam.nodes.amcl_config"),
-    ("bringup/offline/slam.py", "arjuna_slam.nodes.slam_config"),
-}
 
 IMPORTS = list(imports(ROOT, *PACKAGES))
 
@@ -185,7 +179,6 @@ def test_algorithms_import_neither_nodes_nor_the_shared_ros_code() -> None:
         for item in IMPORTS
         if not may_use_ros(item.path)
         and (item.module.startswith("arjuna_core.ros") or ".nodes" in item.module)
-        and (item.path, item.module) not in ROS_FROM_BELOW
     ]
     assert not wrong, report(wrong, "ROS-free files import no ROS file of ours")
 

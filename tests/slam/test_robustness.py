@@ -89,7 +89,7 @@ def test_bad_scans_among_good_ones_change_no_pose(log: Log) -> None:
         assert mixed.process(scan, odometry) is None  # sent twice
         fed += 1
     assert plain.graph.poses.tobytes() == mixed.graph.poses.tobytes()
-    assert mixed.skipped == fed
+    assert mixed.scans.skipped == fed
     assert set(Skip) - {reason for reason, n in mixed.scans.counts.items() if n} == {Skip.LOST}
 
 
@@ -116,7 +116,7 @@ def test_the_filter_counts_by_reason() -> None:
     assert scans.take(dataclasses.replace(scan, stamp=2.0, range_max=math.nan)) is None
     assert scans.take(_with(dataclasses.replace(scan, stamp=2.0), math.nan)) is None
     assert scans.counts[Skip.STALE] == scans.counts[Skip.GEOMETRY] == scans.counts[Skip.EMPTY] == 1
-    assert scans.skipped == 3
+    assert scans.scans.skipped == 3
     assert scans.take(dataclasses.replace(scan, stamp=2.0)) is not None
 
 

@@ -13,7 +13,8 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.mapping.session import Start, StartKind
 from arjuna_slam.mapping.session_file import load_session, save_session
 from arjuna_slam.matching.scan_filter import Skip
-from arjuna_slam.slam import Slam, SlamUpdate
+from arjuna_slam.pose_tracker import SlamUpdate
+from arjuna_slam.slam import Slam
 from tests.slam.slam_room import distance_to_walls, drive, room, scan_at
 
 Log = list[tuple[Scan, SE2, SE2]]
