@@ -116,7 +116,7 @@ def test_the_filter_counts_by_reason() -> None:
     assert scans.take(dataclasses.replace(scan, stamp=2.0, range_max=math.nan)) is None
     assert scans.take(_with(dataclasses.replace(scan, stamp=2.0), math.nan)) is None
     assert scans.counts[Skip.STALE] == scans.counts[Skip.GEOMETRY] == scans.counts[Skip.EMPTY] == 1
-    assert scans.scans.skipped == 3
+    assert scans.skipped == 3
     assert scans.take(dataclasses.replace(scan, stamp=2.0)) is not None
 
 

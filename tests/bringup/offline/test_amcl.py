@@ -11,7 +11,8 @@ import pytest
 
 from arjuna_core.files.maps import save_map
 from arjuna_core.se2 import SE2
-from arjuna_slam.offline import RecordingTopics, open_log
+from arjuna_slam.logs.log import open_log
+from arjuna_slam.logs.recording import RecordingTopics
 from bringup import cli
 from bringup.cli_parser import parse
 from tests.slam.amcl.room import Robot, ranges_at, room_map

@@ -9,8 +9,10 @@ import pytest
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
+from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.messages import MessageError, read_odometry, read_scan, read_transforms
-from arjuna_slam.offline import RecordingTopics, open_log, run
+from arjuna_slam.logs.recording import RecordingTopics
+from arjuna_slam.offline import run
 from arjuna_slam.slam import Slam
 from tests.slam.logs.recordings import (
     ODOMETRY,

@@ -13,7 +13,8 @@ import pytest
 from arjuna_core.errors import InputFileError
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.offline import RecordingTopics, open_log
+from arjuna_slam.logs.log import open_log
+from arjuna_slam.logs.recording import RecordingTopics
 from tests.slam.logs.recordings import write, write_humble, write_ros1
 from tests.slam.logs.test_recording import LOG, entries
 
