@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.back_end import BackEndConfig
+from arjuna_slam.mapping.lifelong import LifelongConfig
 from arjuna_slam.mapping.mapper import Mapper
 from arjuna_slam.mapping.reference_map import ReferenceConfig
 from arjuna_slam.matching.tracking import TrackerConfig
 
 
 @dataclass(frozen=True)
-class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig):
+class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
     """Parameters of SLAM, those of matching and of loop closure among them."""
 
     resolution: float = param(0.05, "Edge of a map cell.", unit="m", minimum=0.005, maximum=1.0)
@@ -41,9 +42,6 @@ class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig):
         0.1, "A known cell is occupied where more than this share of beams ended.",
         minimum=0.0, maximum=1.0,
     )  # fmt: skip
-    lifelong: bool = param(
-        False, "Whether keyframes that newer ones cover are forgotten, so that memory is bounded."
-    )
 
     def mapper(self) -> Mapper:
         """Return a mapper without scans."""

@@ -214,7 +214,7 @@ class Slam(PoseTracker):
         session, finished = self.session(), self._local.finished
         if session is None or not finished:
             return
-        left = forget_submap(session, len(self.graph) % len(finished))
+        left = forget_submap(self._config, session, len(self.graph) % len(finished))
         if left is None:
             return
         pruned, index = left

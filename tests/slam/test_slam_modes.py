@@ -13,7 +13,7 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.localization import Localizer
-from arjuna_slam.mapping.lifelong import is_redundant, prune
+from arjuna_slam.mapping.lifelong import LifelongConfig, is_redundant, prune
 from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.matching.scan_filter import Skip
 from arjuna_slam.matching.scan_matcher import MatchStatus
@@ -137,7 +137,8 @@ def chain() -> Session:
 
 def test_a_submap_is_redundant_where_newer_keyframes_cover_it() -> None:
     session = chain()
-    assert [is_redundant(session.poses, nodes) for nodes in session.submaps] == [True, False, False]
+    redundant = [is_redundant(LifelongConfig(), session.poses, n) for n in session.submaps]
+    assert redundant == [True, False, False]
 
 
 def test_a_pruned_graph_stays_connected_and_means_the_same() -> None:
