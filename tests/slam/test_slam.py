@@ -119,7 +119,7 @@ def test_a_scan_with_too_few_points_keeps_the_odometry(log: Log) -> None:
 
 
 @pytest.mark.parametrize(("told", "limit"), [(True, 0.02), (False, 0.06)])
-def test_scans_swept_while_the_robot_moves_are_straightened(told: bool, limit: float) -> None:
+def test_scans_swept_while_the_robot_moves_are_deskewed(told: bool, limit: float) -> None:
     """From rest to 1 m/s and up to 1 rad/s, with a mirror of 5 turns a second."""
 
     def pose(t: float) -> SE2:
