@@ -1,64 +1,95 @@
-"""SLAM on recorded logs: CARMEN's format and mcap, and the error against reference relations."""
+"""SLAM on a recorded log."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from arjuna_core.config import load
 from arjuna_core.errors import InputFileError
+from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2, wrap
-from arjuna_slam.logs.carmen import COMPRESSED, CarmenLog, read_carmen
-from arjuna_slam.logs.recording import Recording, RecordingTopics
+from arjuna_core.se2 import SE2
+from arjuna_slam.graph.pose_graph import EdgeKind
+from arjuna_slam.logs.log import Log, open_log
+from arjuna_slam.logs.recording import RecordingTopics
+from arjuna_slam.logs.relations import RelationError, evaluate, read_relations
 from arjuna_slam.slam import Slam
+from arjuna_slam.slam_node_config import SlamNodeConfig
 
-__all__ = ["RecordingTopics", "RelationError", "evaluate", "open_log", "read_carmen", "run"]
-_CARMEN = (".clf", ".log")
-_MCAP = ".mcap"
-
-
-class Log(Protocol):
-    """Scans with the odometry at their stamps, in the order in which they were taken."""
-
-    @property
-    def problems(self) -> list[str]:
-        """What was passed over."""
-
-    @property
-    def progress(self) -> float:
-        """Share (0..1) of the log that has been read."""
-
-    def __iter__(self) -> Iterator[tuple[Scan, SE2]]:
-        """Yield scans and `T_odom_base`."""
+Watch = Callable[[Log], Iterable[tuple[Scan, SE2]]]
 
 
-def open_log(path: Path, topics: RecordingTopics) -> Log:
-    """Return the log in a file: CARMEN's, or a recording.
+@dataclass(frozen=True)
+class MappedLog:
+    """What SLAM made of a log.
+
+    Attributes:
+        trajectory: Stamp [s] and optimised pose in map of every usable scan, by stamp.
+        grid: The map.
+        counts: Scans skipped, keyframes, edges, closures, closures undone.
+        error: Against the reference relations, if there are any.
+        problems: What of the log was passed over.
+    """
+
+    trajectory: list[tuple[float, SE2]]
+    grid: OccupancyGrid
+    counts: dict[str, int]
+    error: RelationError | None
+    problems: list[str]
+
+
+def map_log(
+    path: Path,
+    parameters: Mapping[str, Any],
+    *,
+    scan_topic: str = "",
+    odom_topic: str = "",
+    relations: Path | None = None,
+    watch: Watch = iter,
+) -> MappedLog:
+    """Run SLAM over a log.
 
     Args:
-        path: `.clf` or `.log`, also compressed; `.mcap`, or a rosbag2 folder.
-        topics: What is read of a recording.
+        path: What `open_log` reads.
+        parameters: Of slam_toolbox, by name.
+        scan_topic: Of a recording; "" for the only one.
+        odom_topic: Of a recording; "" for what /tf says.
+        relations: File of reference relations to compare with.
+        watch: Passes the scans on, to see how far it is.
 
     Raises:
-        InputFileError: It does not exist or is of another kind.
+        ArjunaError: An input cannot be used.
     """
-    if not path.exists():
-        raise InputFileError(path, "does not exist")
-    suffixes = [suffix.lower() for suffix in path.suffixes]
-    if path.is_dir() or suffixes[-1:] == [_MCAP]:
-        return Recording(path, topics)
-    if suffixes[-1:] and suffixes[-1] in COMPRESSED:
-        suffixes.pop()
-    if suffixes[-1:] and suffixes[-1] in _CARMEN:
-        return CarmenLog(path)
-    valid = f"{', '.join(_CARMEN)} (also with {', '.join(COMPRESSED)}), {_MCAP}, rosbag2 folders"
-    raise InputFileError(path, f"is of no kind that can be read; valid: {valid}")
+    config = load(SlamNodeConfig, parameters, "slam_toolbox")
+    topics = RecordingTopics(scan_topic, odom_topic, config.odom_frame, config.base_frame)
+    log = open_log(path, topics)
+    known = None if relations is None else read_relations(relations)
+    slam = Slam(config)
+    trajectory = run(slam, watch(log))
+    grid = slam.map()
+    if not trajectory or grid is None:
+        raise InputFileError(path, "none of its scans has anything in range")
+    error = None
+    if relations is not None and known is not None:
+        try:
+            error = evaluate(trajectory, known)
+        except ValueError as problem:
+            raise InputFileError(relations, str(problem)) from problem
+    return MappedLog(trajectory, grid, _counts(slam), error, log.problems)
+
+
+def _counts(slam: Slam) -> dict[str, int]:
+    return {
+        "scans_skipped": slam.scans.skipped,
+        "keyframes": len(slam.graph),
+        "edges": len(slam.graph.edges),
+        "closures": sum(edge.kind is EdgeKind.LOOP for edge in slam.graph.edges),
+        "closures_undone": slam.undone,
+    }
 
 
 def run(slam: Slam, log: Iterable[tuple[Scan, SE2]]) -> list[tuple[float, SE2]]:
@@ -77,55 +108,3 @@ def run(slam: Slam, log: Iterable[tuple[Scan, SE2]]) -> list[tuple[float, SE2]]:
     slam.optimize()
     hung.sort(key=lambda entry: entry[0])
     return [(stamp, slam.graph.pose(node) @ pose) for stamp, node, pose in hung]
-
-
-@dataclass(frozen=True)
-class RelationError:
-    """Error of a trajectory against relations.
-
-    Attributes:
-        translation: Mean and standard deviation [m].
-        rotation: Mean and standard deviation [rad].
-        count: Relations evaluated.
-    """
-
-    translation: tuple[float, float]
-    rotation: tuple[float, float]
-    count: int
-
-
-def evaluate(trajectory: list[tuple[float, SE2]], relations: NDArray[np.float64]) -> RelationError:
-    """Compare a trajectory with reference relations.
-
-    Args:
-        trajectory: Stamps [s], increasing, and poses; between two, poses are interpolated.
-        relations: `(R, 8) float64`: t1, t2, x, y, z, roll, pitch, yaw of the pose at t2 in that
-            at t1.
-
-    Raises:
-        ValueError: No relation lies within the trajectory.
-
-    Source: Kuemmerle et al., On measuring the accuracy of SLAM algorithms, 2009.
-    """
-    stamps = np.array([stamp for stamp, _ in trajectory])
-    times = relations[:, :2]
-    relations = relations[((times >= stamps[0]) & (times <= stamps[-1])).all(axis=1)]
-    if len(relations) == 0:
-        raise ValueError(f"no relation within {stamps[0]:.3f}..{stamps[-1]:.3f} s")
-    error = np.empty((len(relations), 2))
-    for k, row in enumerate(relations):
-        first, second = (_at(stamps, trajectory, t) for t in row[:2])
-        e = SE2(row[2], row[3], row[7]).inverse() @ (first.inverse() @ second)
-        error[k] = math.hypot(e.x, e.y), abs(wrap(e.theta))
-    mean, deviation = error.mean(axis=0), error.std(axis=0)
-    return RelationError(
-        (float(mean[0]), float(deviation[0])), (float(mean[1]), float(deviation[1])), len(error)
-    )
-
-
-def _at(stamps: NDArray[np.float64], trajectory: list[tuple[float, SE2]], stamp: float) -> SE2:
-    k = int(np.searchsorted(stamps, stamp))
-    if k == 0 or stamps[k] == stamp:
-        return trajectory[k][1]
-    ratio = (stamp - stamps[k - 1]) / (stamps[k] - stamps[k - 1])
-    return trajectory[k - 1][1].interpolate(trajectory[k][1], float(ratio))

@@ -13,11 +13,8 @@ from arjuna_core.config import param
 from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
 from arjuna_slam.graph.pose_graph import Edge, PoseGraph
 
-_URGENT_POSITION, _URGENT_HEADING = 0.1, 0.03  # a loop edge this far off is optimised at once
-_STEPS = 2  # in one call
+_STEPS = 2  # in one call, so that no scan waits
 _ONLINE_TOLERANCE, _FINAL_TOLERANCE = 1e-3, 1e-6
-_DISBELIEVED = 0.01  # robust weight below which a loop edge is taken back: 30 deviations off
-_MATURE = 40  # keyframes that a loop edge gets for others to bear it out
 
 
 @dataclass(frozen=True)
@@ -34,6 +31,21 @@ class BackEndConfig:
         0.04, "Share of all keyframes added to that, so that the cost stays in proportion.",
         minimum=0.0, maximum=10.0,
     )  # fmt: skip
+    optimize_urgent_distance: float = param(
+        0.1, "Error in position of a loop edge that is optimised at once.", unit="m", minimum=0.0
+    )
+    optimize_urgent_angle: float = param(
+        0.03, "Error in heading of a loop edge that is optimised at once.", unit="rad", minimum=0.0
+    )
+    loop_minimum_weight: float = param(
+        0.01,
+        "Robust weight below which a loop edge is taken back: 30 deviations at the default scale.",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    loop_trial_keyframes: int = param(
+        40, "Keyframes in which others may bear a loop edge out.", minimum=0, maximum=1000000
+    )
 
 
 class BackEnd:
@@ -42,23 +54,27 @@ class BackEnd:
     Args:
         config: The parameters.
         graph: The graph.
+        undone: Loop edges taken back from a graph that this one is what is left of.
+
+    Attributes:
+        undone: Loop edges taken back because the rest of the graph disagreed.
     """
 
-    def __init__(self, config: BackEndConfig, graph: PoseGraph) -> None:
+    def __init__(self, config: BackEndConfig, graph: PoseGraph, undone: int = 0) -> None:
         self._config = config
         self._graph = graph
         self._since = 0
         self._fresh = 0
         self._running = False
-        self.undone = 0
+        self.undone = undone
 
     def add(self, edges: list[Edge]) -> None:
         """Add a keyframe's loop edges."""
         for edge in edges:
             self._graph.add_edge(edge)
             error = self._graph.residual(edge)
-            far = math.hypot(error[0], error[1]) > _URGENT_POSITION
-            self._running |= far or abs(error[2]) > _URGENT_HEADING
+            far = math.hypot(error[0], error[1]) > self._config.optimize_urgent_distance
+            self._running |= far or abs(error[2]) > self._config.optimize_urgent_angle
         self._fresh += len(edges)
         self._since += 1
         period = self._config.optimize_every + self._config.optimize_growth * len(self._graph)
@@ -88,8 +104,8 @@ class BackEnd:
         graph.poses = result.poses
         if result.status is OptimizerStatus.MAX_ITERATIONS and steps == _STEPS:
             return False
-        mature = graph.table.j < len(graph) - _MATURE
-        wrong = graph.table.loop & mature & (result.weights < _DISBELIEVED)
+        tried = graph.table.j < len(graph) - self._config.loop_trial_keyframes
+        wrong = graph.table.loop & tried & (result.weights < self._config.loop_minimum_weight)
         if not wrong.any():
             return True
         self.undone += int(wrong.sum())

@@ -93,21 +93,10 @@ def assemble(
     corner: NDArray[np.float64],
     g: NDArray[np.float64],
 ) -> None:
-    """Fill the Hessian and the gradient; node 0 is held.
+    """Fill the Hessian's lower triangle and the gradient; node 0 is held.
 
-    Args:
-        poses: `(N, 3) float64`.
-        i: First node of each edge.
-        j: Second node.
-        measured: `(E, 3) float64`.
-        information: `(E, 3, 3) float64`.
-        weight: Robust weight of each edge, `(E,) float64`.
-        place: Row of each node.
-        starts: First block of each column before the corner.
-        slots: Block of each edge.
-        blocks: Receives the lower triangle.
-        corner: Receives the lower right corner.
-        g: Receives the gradient, `(N, 3) float64` in the order of elimination.
+    Edges are the columns of `EdgeTable`, each with a robust weight; `place`, `starts` and `slots`
+    are those of `Pattern`. `blocks`, `corner` and `g`, `(N, 3)` in elimination order, are filled.
     """
     blocks[:] = 0.0
     corner[:] = 0.0
@@ -127,11 +116,9 @@ def assemble(
         if j[e] != 0:
             _add_product(_block(b, b, first, starts[min(b, first)], blocks, corner), left_j, by_j)
             _add_gradient(g[b], left_j, error)
-        if slots[e] == -2:
-            continue
-        if a > b:
+        if slots[e] != -2 and a > b:
             _add_product(_block(a, b, first, slots[e], blocks, corner), left_i, by_j)
-        else:
+        elif slots[e] != -2:
             _add_product(_block(b, a, first, slots[e], blocks, corner), left_j, by_i)
     held = _block(place[0], place[0], first, starts[min(place[0], first)], blocks, corner)
     for k in range(3):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +14,13 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.drift import Drift
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
-from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window
+from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface
 
-_CANDIDATES_MAX = 2
-_RETRY_DISTANCE = 0.5  # a failed search is not repeated within this travel
-_SURE_POSITION, _SURE_HEADING = 0.15, 0.05  # a correction below this needs no second witness
-_AGREE_POSITION, _AGREE_HEADING = 0.1, 0.03
-_WITNESS_DISTANCE = 2.0
-_BY_HAND = Window(0.75, 0.35, 3)
+_CANDIDATES_MAX = 2  # submaps tried for a keyframe, to bound its time
+_BY_HAND = Window(0.75, 0.35, 3)  # a hand in RViz is no better
 
 
 @dataclass(frozen=True)
@@ -53,6 +51,35 @@ class LoopConfig:
         0.03, "How much the search window grows with travel since the place was left.",
         minimum=0.0, maximum=1.0,
     )  # fmt: skip
+    loop_retry_distance: float = param(
+        0.5, "Travel within which a failed search is not repeated.", unit="m", minimum=0.0
+    )
+    loop_sure_distance: float = param(
+        0.15, "Correction in position below which a match needs no witness.", unit="m", minimum=0.0
+    )
+    loop_sure_angle: float = param(
+        0.05, "Correction in heading below which a match needs no witness.", unit="rad", minimum=0.0
+    )
+    loop_witness_distance: float = param(
+        2.0, "Travel within which another match may bear a correction out.", unit="m", minimum=0.0
+    )
+    loop_agree_distance: float = param(
+        0.1, "Position within which two matches agree.", unit="m", minimum=0.0
+    )
+    loop_agree_angle: float = param(
+        0.03, "Heading within which two matches agree.", unit="rad", minimum=0.0
+    )
+
+
+class Submap(Protocol):
+    """What a loop is closed with: a run of keyframes and their field in the first one's frame."""
+
+    field: Field
+    nodes: list[int]
+
+    @property
+    def anchor(self) -> int:
+        """The node whose frame the field is in."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +123,12 @@ class LoopCloser:
         self._witnesses.clear()
 
     def close(
-        self, graph: PoseGraph, node: int, travel: float, surface: Surface, submaps: list[Submap]
+        self,
+        graph: PoseGraph,
+        node: int,
+        travel: float,
+        surface: Surface,
+        submaps: Sequence[Submap],
     ) -> list[Edge]:
         """Return the loop edges of a new keyframe, and those of earlier ones it confirms.
 
@@ -112,7 +144,7 @@ class LoopCloser:
             return []
         edges: list[Edge] = []
         for anchor, submap, nearest in self._candidates(graph, node, submaps):
-            if travel - self._tried.get(anchor, -math.inf) < _RETRY_DISTANCE:
+            if travel - self._tried.get(anchor, -math.inf) < self._config.loop_retry_distance:
                 continue
             prior = graph.pose(anchor).inverse() @ graph.pose(node)
             match = self._match(submap, surface, prior, self._error(node, nearest))
@@ -126,7 +158,7 @@ class LoopCloser:
         return edges
 
     def close_by_hand(
-        self, graph: PoseGraph, node: int, pose: SE2, surface: Surface, submaps: list[Submap]
+        self, graph: PoseGraph, node: int, pose: SE2, surface: Surface, submaps: Sequence[Submap]
     ) -> Edge | None:
         """Return the loop edge of a keyframe that a person has put somewhere, or None.
 
@@ -153,7 +185,7 @@ class LoopCloser:
         return None if best is None else best[1]
 
     def _candidates(
-        self, graph: PoseGraph, node: int, submaps: list[Submap]
+        self, graph: PoseGraph, node: int, submaps: Sequence[Submap]
     ) -> list[tuple[int, Submap, int]]:
         """Return the nearest submaps with a keyframe within reach, each with that keyframe."""
         if not submaps:
@@ -198,17 +230,18 @@ class LoopCloser:
     ) -> list[Edge]:
         """Return the edges to add: at once if the correction is small, else once two agree."""
         edge = Edge(anchor, node, match.T_field_base, match.information, EdgeKind.LOOP)
-        change = prior.inverse() @ match.T_field_base
-        if math.hypot(change.x, change.y) < _SURE_POSITION and abs(change.theta) < _SURE_HEADING:
+        change, c = prior.inverse() @ match.T_field_base, self._config
+        near = math.hypot(change.x, change.y) < c.loop_sure_distance
+        if near and abs(change.theta) < c.loop_sure_angle:
             return [edge]
-        travel = self._drift.travel[node]
-        self._witnesses = [w for w in self._witnesses if travel - w.travel < _WITNESS_DISTANCE]
+        travel, reach = self._drift.travel[node], c.loop_witness_distance
+        self._witnesses = [w for w in self._witnesses if travel - w.travel < reach]
         correction = graph.pose(anchor) @ match.T_field_base @ graph.pose(node).inverse()
         here = graph.poses[node : node + 1, :2]
         for witness in self._witnesses:
             gap = witness.correction.apply(here) - correction.apply(here)
             turn = (witness.correction.inverse() @ correction).theta
-            close = np.hypot(*gap[0]) < _AGREE_POSITION and abs(turn) < _AGREE_HEADING
+            close = np.hypot(*gap[0]) < c.loop_agree_distance and abs(turn) < c.loop_agree_angle
             if close and witness.edge.j != node:
                 self._witnesses.remove(witness)
                 return [witness.edge, edge]

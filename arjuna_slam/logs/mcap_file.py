@@ -1,135 +1,122 @@
-"""Messages of mcap files, one by one; a file that was cut short is read as far as it goes."""
+"""Mcap recordings, record by record, so that one without its end is read as far as it goes."""
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
+from typing import Any, BinaryIO
 
-import yaml
+import lz4.frame
 import zstandard
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
-from mcap.records import Channel, Message, Schema
-from mcap.stream_reader import StreamReader
+from mcap.records import Channel, Chunk, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
 
-from arjuna_core.errors import InputFileError
+_CHUNK_MAX = 1 << 28  # bytes; recorders write chunks of about 1 MiB
 
-_DAMAGE = (
-    *(McapError, zstandard.ZstdError, ValueError, RuntimeError, KeyError, struct.error),
-    *(EOFError, MemoryError),
+DAMAGE = (
+    *(McapError, zstandard.ZstdError, struct.error, ValueError, RuntimeError, KeyError),
+    *(EOFError, MemoryError, OverflowError),
 )
+"""What reading a damaged file raises."""
 
 
-class McapFiles:
-    """The mcap files of one recording.
+class McapFile:
+    """An mcap file.
 
     Args:
-        path: An mcap file, or a rosbag2 folder with such files.
-
-    Attributes:
-        progress: Share (0..1) of the bytes read.
-        problems: What was passed over.
-
-    Raises:
-        InputFileError: It is no recording in mcap storage.
+        path: The file.
     """
 
     def __init__(self, path: Path) -> None:
-        self.progress = 0.0
-        self.problems: list[str] = []
-        self._files = _files(path)
+        self._path = path
 
-    def channels(self) -> dict[str, tuple[str, str]]:
-        """Return type and encoding of each topic.
+    def channels(self) -> dict[str, tuple[str, str, str]]:
+        """Return type, encoding and definition of each topic: by the summary, else by all of it.
 
         Raises:
-            InputFileError: A file is no mcap.
+            ValueError: It does not begin as an mcap file.
         """
-        found: dict[str, tuple[str, str]] = {}
-        for path in self._files:
-            found.update(_indexed(path) or self._scanned(path))
-        return found
+        with self._path.open("rb") as file:
+            if file.read(8) != b"\x89MCAP0\r\n":
+                raise ValueError("it does not begin as one")
+            file.seek(0)
+            summary = _summary(file)
+        if summary is not None and summary.channels:
+            return _channels(summary.schemas, list(summary.channels.values()))
+        schemas: dict[int, Any] = {}
+        channels: list[Any] = []
+        with suppress(*DAMAGE):  # said when the messages are read
+            for record, _ in self._records():
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels.append(record)
+        return _channels(schemas, channels)
 
-    def messages(self, topics: set[str]) -> Iterator[tuple[str, bytes]]:
-        """Yield topic and bytes of each message of some topics, in the order of the files.
+    def messages(self, topics: set[str]) -> Iterator[tuple[str, bytes, float]]:
+        """Yield topic, bytes and the share (0..1) of the file that has been read.
 
         Args:
             topics: The topics.
         """
-        self.progress = 0.0
-        for number, path in enumerate(self._files):
-            names: dict[int, str] = {}
-            for record, share in self._records(path):
-                self.progress = (number + share) / len(self._files)
-                if isinstance(record, Channel):
-                    names[record.id] = record.topic
-                elif isinstance(record, Message) and names.get(record.channel_id) in topics:
-                    yield names[record.channel_id], record.data
+        names: dict[int, str] = {}
+        for record, share in self._records():
+            if isinstance(record, Channel):
+                names[record.id] = record.topic
+            elif isinstance(record, Message) and names.get(record.channel_id) in topics:
+                yield names[record.channel_id], record.data, share
 
-    def _scanned(self, path: Path) -> dict[str, tuple[str, str]]:
-        """Return the channels of a file without a summary."""
-        types: dict[int, str] = {}
-        found: dict[str, tuple[str, str]] = {}
-        for record, _ in self._records(path):
-            if isinstance(record, Schema):
-                types[record.id] = record.name
-            elif isinstance(record, Channel):
-                found[record.topic] = types.get(record.schema_id, ""), record.message_encoding
-        return found
-
-    def _records(self, path: Path) -> Iterator[tuple[object, float]]:
-        size = path.stat().st_size
-        with path.open("rb") as file:
-            try:
-                for record in StreamReader(file, record_size_limit=size).records:
-                    yield record, file.tell() / size
-            except _DAMAGE as error:
-                where = f"{path.name}: damaged or cut short at {100.0 * file.tell() / size:.0f} %"
-                note = f"{where} ({str(error) or type(error).__name__}); read up to there"
-                if note not in self.problems:
-                    self.problems.append(note)
+    def _records(self) -> Iterator[tuple[object, float]]:
+        size = self._path.stat().st_size
+        with self._path.open("rb") as file:
+            for record in StreamReader(file, emit_chunks=True, record_size_limit=size).records:
+                share = file.tell() / size
+                if isinstance(record, Chunk):
+                    yield from ((inner, share) for inner in breakup_chunk(_inflated(record)))
+                else:
+                    yield record, share
 
 
-def _indexed(path: Path) -> dict[str, tuple[str, str]] | None:
-    """Return the channels of a file's summary, or None where it has none."""
+def _summary(file: BinaryIO) -> Any:
+    """Return the summary at the end of a file, or None where it is missing."""
     try:
-        with path.open("rb") as file:
-            if file.read(8) != b"\x89MCAP0\r\n":
-                raise InputFileError(path, "is no mcap recording: it does not begin as one")
-            file.seek(0)
-            summary = make_reader(file).get_summary()
-    except OSError as error:
-        raise InputFileError(path, f"cannot be read: {error.strerror or error}") from error
-    except _DAMAGE:
+        return make_reader(file).get_summary()
+    except DAMAGE:
         return None
-    if summary is None or not summary.channels:
-        return None
-    schemas = {key: schema.name for key, schema in summary.schemas.items()}
-    return {
-        channel.topic: (schemas.get(channel.schema_id, ""), channel.message_encoding)
-        for channel in summary.channels.values()
-    }
 
 
-def _files(path: Path) -> list[Path]:
-    """Return the mcap files of a file or of a rosbag2 folder, in the order of its metadata."""
-    if not path.is_dir():
-        return [path]
-    metadata = path / "metadata.yaml"
-    found = _listed(metadata) if metadata.exists() else sorted(path.glob("*.mcap"))
-    if not found:
-        raise InputFileError(path, "is a folder without mcap files")
-    for file in found:
-        if file.suffix != ".mcap" or not file.is_file():
-            raise InputFileError(file, "is no mcap file; valid: recordings in mcap storage")
+def _channels(schemas: dict[int, Any], channels: list[Any]) -> dict[str, tuple[str, str, str]]:
+    found = {}
+    for channel in channels:
+        schema = schemas.get(channel.schema_id)
+        kind = "" if schema is None else schema.name
+        text = ""
+        if schema is not None and schema.encoding.endswith("msg"):
+            text = schema.data.decode("utf-8", "replace")
+        found[channel.topic] = kind, channel.message_encoding, text
     return found
 
 
-def _listed(metadata: Path) -> list[Path]:
-    try:
-        text = yaml.safe_load(metadata.read_text(encoding="utf-8"))
-        names = text["rosbag2_bagfile_information"]["relative_file_paths"]
-        return [metadata.parent / Path(name).name for name in names]
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError) as error:
-        raise InputFileError(metadata, f"is no metadata of rosbag2: {error}") from error
+def _inflated(chunk: Any) -> Any:
+    """Return a chunk without its compression.
+
+    Raises:
+        ValueError: It is larger than it says, or than any chunk should be.
+    """
+    if chunk.compression == "zstd":
+        packed: Any = zstandard.ZstdDecompressor().stream_reader(BytesIO(chunk.data))
+    elif chunk.compression == "lz4":
+        packed = lz4.frame.open(BytesIO(chunk.data))
+    else:
+        return chunk
+    limit = min(chunk.uncompressed_size, _CHUNK_MAX)
+    data = packed.read(limit + 1)
+    if len(data) != chunk.uncompressed_size:
+        raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes holds {len(data)}")
+    return replace(chunk, compression="", data=data)

@@ -1,4 +1,4 @@
-"""Recordings (mcap, ours and rosbag2's): their scans with the odometry at the scans' stamps."""
+"""Recordings: their scans with the odometry at the scans' stamps."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.transforms import TransformBuffer, TransformError
-from arjuna_slam.logs.cdr import (
-    CdrError,
+from arjuna_slam.logs.messages import (
+    ODOMETRY,
+    ROS1,
+    ROS2,
+    SCAN,
+    TRANSFORMS,
+    MessageError,
     StampedTransform,
+    is_known,
     read_odometry,
     read_scan,
     read_transforms,
 )
-from arjuna_slam.logs.mcap_file import McapFiles
+from arjuna_slam.logs.storage import Storage
 
-_SCAN, _ODOMETRY, _TF = (
-    "sensor_msgs/msg/LaserScan",
-    "nav_msgs/msg/Odometry",
-    "tf2_msgs/msg/TFMessage",
-)
 _USUAL = ("/scan", "/odom", "/tf")
 _WAITING_MAX = 1000  # scans; odometry that lags further behind will not come
 _LOOKED_AT = 2000  # messages of /tf in which the odometry must show up
@@ -51,7 +52,7 @@ class Recording:
     """The scans of a recording, each with `T_odom_base` at its stamp.
 
     Args:
-        path: An mcap file, or a rosbag2 folder with such files.
+        path: A file that `storage` can read, or a rosbag2 folder of such files.
         topics: What to read.
 
     Attributes:
@@ -66,7 +67,7 @@ class Recording:
         self._path = path
         self._topics = topics
         self._frames = topics.odom_frame, topics.base_frame
-        self._files = McapFiles(path)
+        self._files = Storage(path)
         self.problems = self._files.problems
         self._buffer = TransformBuffer()
         self._waiting: deque[tuple[Scan, str]] = deque()
@@ -81,30 +82,37 @@ class Recording:
 
     def _choose(self) -> None:
         """Settle on the topics, or refuse with those that there are."""
-        channels = self._files.channels()
-        self._types = {topic: kind for topic, (kind, _) in channels.items()}
-        self._scan = self._one(_SCAN, self._topics.scan)
-        self._tf = {topic for topic, kind in self._types.items() if kind == _TF}
+        self._channels = self._files.channels()
+        self._scan = self._one(SCAN, self._topics.scan)
+        self._tf = {topic for topic, c in self._channels.items() if _type(c.kind) in TRANSFORMS}
+        for topic in sorted({self._scan} | self._tf):
+            self._check(topic)
         self._odometry = ""
         if self._topics.odometry or not self._tf_has_odometry():
-            self._odometry = self._one(_ODOMETRY, self._topics.odometry)
-        for topic in self._wanted():
-            encoding = channels[topic][1]
-            if encoding != "cdr":
-                problem = f"{topic} is encoded as '{encoding}'; valid: cdr, as ROS 2 records"
-                raise InputFileError(self._path, problem)
+            self._odometry = self._one(ODOMETRY, self._topics.odometry)
+            self._check(self._odometry)
+
+    def _check(self, topic: str) -> None:
+        """Refuse a topic that cannot be read."""
+        kind, encoding, definition = self._channels[topic]
+        if encoding not in (ROS1, ROS2):
+            problem = f"{topic} is encoded as '{encoding}'; valid: {ROS2} (ROS 2), {ROS1}"
+            raise InputFileError(self._path, problem)
+        if not is_known(_type(kind), encoding, definition):
+            problem = f"{topic} is of a type that only has the name of {kind}"
+            raise InputFileError(self._path, f"{problem}; valid: its fields in ROS")
 
     def _wanted(self) -> set[str]:
         return {self._scan} | self._tf | ({self._odometry} if self._odometry else set())
 
     def _one(self, kind: str, asked: str) -> str:
         """Return the topic of a type to use: the one asked for, or the usual one, or the first."""
-        found = sorted(topic for topic, is_of in self._types.items() if is_of == kind)
+        found = sorted(topic for topic, c in self._channels.items() if _type(c.kind) == kind)
         if asked and asked not in found:
             valid = ", ".join(found) or "none"
             raise InputFileError(self._path, f"no topic '{asked}' of {kind}; valid: {valid}")
         if not found:
-            topics = ", ".join(sorted(self._types)) or "none"
+            topics = ", ".join(sorted(self._channels)) or "none"
             raise InputFileError(self._path, f"has no topic of {kind}; its topics: {topics}")
         chosen = asked or next((topic for topic in _USUAL if topic in found), found[0])
         if len(found) > 1 and not asked:
@@ -116,8 +124,8 @@ class Recording:
         buffer = TransformBuffer()
         for count, (topic, data) in enumerate(self._files.messages(self._tf)):
             try:
-                _insert(buffer, read_transforms(data), topic)
-            except CdrError:
+                _insert(buffer, self._transforms(topic, data), topic)
+            except MessageError:
                 continue  # counted when it is read again
             if buffer.try_lookup(*self._frames) is not None:
                 return True
@@ -135,7 +143,7 @@ class Recording:
         for topic, data in self._files.messages(self._wanted()):
             try:
                 self._take(topic, data)
-            except CdrError as error:
+            except MessageError as error:
                 self._unread += 1
                 last = f"{topic}: {error}"
             for pair in self._ready():
@@ -151,20 +159,24 @@ class Recording:
 
     def _take(self, topic: str, data: bytes) -> None:
         if topic == self._scan:
-            scan, frame = read_scan(data)
+            scan, frame = read_scan(data, self._channels[topic].encoding)
             self._waiting.append((scan, frame))
             if len(self._waiting) > _WAITING_MAX:
                 self._waiting.popleft()
                 self._unpaired += 1
         elif topic == self._odometry:
-            pose = read_odometry(data)
+            pose = read_odometry(data, self._channels[topic].encoding)
             named = replace(pose, parent=self._frames[0], child=self._frames[1])
             _insert(self._buffer, [named], topic)
         else:
-            found = read_transforms(data)
+            found = self._transforms(topic, data)
             if self._odometry:  # the chosen topic wins over what /tf says of the same pair
                 found = [item for item in found if item.child != self._frames[1]]
             _insert(self._buffer, found, topic)
+
+    def _transforms(self, topic: str, data: bytes) -> list[StampedTransform]:
+        kind, encoding, _ = self._channels[topic]
+        return read_transforms(data, encoding, _type(kind))
 
     def _ready(self) -> Iterator[tuple[Scan, SE2]]:
         while self._waiting:
@@ -214,6 +226,11 @@ class Recording:
         except TransformError as error:
             return str(error)
         return "there is no odometry at the stamps of the scans"
+
+
+def _type(kind: str) -> str:
+    """Return a type's name as ROS 2 writes it."""
+    return kind if kind.count("/") != 1 else kind.replace("/", "/msg/")
 
 
 def _insert(buffer: TransformBuffer, found: list[StampedTransform], topic: str) -> None:

@@ -8,25 +8,63 @@ the graph has made of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.mapping.session import Session
 
-_COVERED_WITHIN = 0.5  # a newer keyframe this near sees what an older one saw [m]
-_COVERED_SHARE = 0.9
 _BRIDGE = np.diag([1.0 / 0.02**2, 1.0 / 0.02**2, 1.0 / 0.01**2])  # information across a gap
 _DOUBT = 0.5  # what the information of a measurement moved to another keyframe is worth
 
 
-def is_redundant(poses: NDArray[np.float64], nodes: Sequence[int]) -> bool:
+@dataclass(frozen=True)
+class LifelongConfig:
+    """Parameters of forgetting."""
+
+    lifelong: bool = param(
+        False, "Whether keyframes that newer ones cover are forgotten, so that memory is bounded."
+    )
+    lifelong_cover_distance: float = param(
+        0.5, "How near a newer keyframe sees what an older one saw.", unit="m", minimum=0.0
+    )
+    lifelong_cover_share: float = param(
+        0.9, "Share of a submap's keyframes that newer ones must cover.", minimum=0.0, maximum=1.0
+    )
+
+
+def forget_submap(
+    config: LifelongConfig, session: Session, submap: int
+) -> tuple[Session, NDArray[np.int64]] | None:
+    """Return a session without a submap and the keyframes that only it has, if newer cover it.
+
+    Args:
+        config: The parameters.
+        session: The session.
+        submap: The submap's index in it.
+
+    Returns:
+        As `prune` does, or None where the submap is still needed.
+    """
+    if not is_redundant(config, session.poses, session.submaps[submap]):
+        return None
+    keep = np.zeros(len(session.poses), np.bool_)
+    for k, nodes in enumerate(session.submaps):
+        keep[list(nodes)] |= k != submap
+    keep[session.submaps[submap][0]] = False  # the anchor goes, and with it the submap
+    return prune(session, keep)
+
+
+def is_redundant(config: LifelongConfig, poses: NDArray[np.float64], nodes: Sequence[int]) -> bool:
     """Tell whether newer keyframes cover a submap.
 
     Args:
+        config: The parameters.
         poses: x, y, theta of every keyframe, `(N, 3) float64`.
         nodes: The submap's keyframes.
     """
@@ -34,7 +72,8 @@ def is_redundant(poses: NDArray[np.float64], nodes: Sequence[int]) -> bool:
     if len(newer) == 0:
         return False
     gaps = np.linalg.norm(poses[list(nodes), None, :2] - newer[None], axis=2).min(axis=1)
-    return bool((gaps < _COVERED_WITHIN).mean() >= _COVERED_SHARE)
+    covered = gaps < config.lifelong_cover_distance
+    return bool(covered.mean() >= config.lifelong_cover_share)
 
 
 def prune(session: Session, keep: NDArray[np.bool_]) -> tuple[Session, NDArray[np.int64]]:

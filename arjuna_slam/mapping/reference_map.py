@@ -3,21 +3,38 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
+from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_slam.config import SlamConfig
+from arjuna_slam.graph.loops import LoopConfig
 from arjuna_slam.mapping.session import Session, Start, StartKind
+from arjuna_slam.mapping.submap import SubmapConfig
 from arjuna_slam.matching.correlative import Window, search
-from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher
+from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface, extract
 
-_NEAR_POSITION, _NEAR_HEADING, _NEAR_DEPTH = 1.5, 0.6, 4
+_NEAR_DEPTH = 4
 _POINTS = 120  # of a scan that is looked for everywhere
 _DEPTH_MIN, _DEPTH_MAX = 3, 7
-_ANYWHERE_RESPONSE = 0.7  # on a whole map much fits somewhat
+
+
+@dataclass(frozen=True)
+class ReferenceConfig(SubmapConfig, LoopConfig, MatcherConfig):
+    """Parameters of the search on a finished map."""
+
+    start_search_distance: float = param(
+        1.5, "How far from the pose given a start is searched.", unit="m", minimum=0.1, maximum=50.0
+    )
+    start_search_angle: float = param(
+        0.6, "How far from the heading given.", unit="rad", minimum=0.01, maximum=3.15
+    )
+    start_anywhere_response: float = param(
+        0.7, "Mean likelihood for a start anywhere: on a whole map much fits somewhat.",
+        minimum=0.0, maximum=1.0,
+    )  # fmt: skip
 
 
 class ReferenceMap:
@@ -28,15 +45,14 @@ class ReferenceMap:
         session: The session.
     """
 
-    def __init__(self, config: SlamConfig, session: Session) -> None:
+    def __init__(self, config: ReferenceConfig, session: Session) -> None:
         self._config = config
         self._matcher = ScanMatcher(config)
         self._first = SE2.from_array(session.poses[0])
-        resolution = config.field_resolution
-        self.field = Field(resolution, config.field_deviation)
+        self.field = config.field()
         for scan, row in zip(session.scans, session.poses, strict=True):
             pose = SE2.from_array(row)
-            points, normals = extract(scan, config.max_laser_range).dense(resolution)
+            points, normals = extract(scan, config.max_laser_range).dense(config.field_resolution)
             self.field.add(pose.apply(points), SE2(0.0, 0.0, pose.theta).apply(normals))
         self.field.trim()
 
@@ -50,8 +66,9 @@ class ReferenceMap:
         if start.kind is StartKind.ANYWHERE:
             return self._search_all(surface)
         prior = self._first if start.kind is StartKind.FIRST_NODE else start.T_map_base
-        window = Window(_NEAR_POSITION, _NEAR_HEADING, _NEAR_DEPTH)
-        least = self._config.loop_match_minimum_response_coarse
+        c = self._config
+        window = Window(c.start_search_distance, c.start_search_angle, _NEAR_DEPTH)
+        least = c.loop_match_minimum_response_coarse
         return self._matcher.match(self.field, surface, prior, window, least)
 
     def _search_all(self, surface: Surface) -> Match:
@@ -62,7 +79,7 @@ class ReferenceMap:
         window = Window(float(half.max()), math.pi, min(max(depth, _DEPTH_MIN), _DEPTH_MAX))
         prior = SE2(float(centre[0]), float(centre[1]), 0.0)
         points = surface.points[:: math.ceil(len(surface) / _POINTS)]
-        found = search(self.field, points, prior, window, _ANYWHERE_RESPONSE)
+        found = search(self.field, points, prior, window, self._config.start_anywhere_response)
         if found is None:
             return Match(MatchStatus.LOW_RESPONSE, prior, np.eye(3), 0.0)
         match = self._matcher.track(self.field, surface, found[0])

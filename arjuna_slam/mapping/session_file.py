@@ -1,20 +1,20 @@
-"""Sessions on disk: a versioned file of plain arrays with a checksum.
+"""Sessions on disk: an archive of plain arrays as `numpy.savez` writes it, then its SHA-256.
 
-Layout: the magic, version and length of the header (`uint32`, little end first), the header (JSON:
-names, types and shapes of the arrays), the arrays one after another, and the SHA-256 of all that.
+`numpy.load(path, allow_pickle=False)` reads it too.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
+import io
 import math
-import struct
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
@@ -25,9 +25,8 @@ from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.mapping.session import Session
 
 SUFFIX = ".posegraph"
-_MAGIC = b"ARJUNAPG"
-_VERSION = 1
-_HEAD = struct.Struct("<8sII")
+_VERSION = 2
+_FIRST_VERSION = b"ARJUNAPG"  # began the files of a format of its own
 _DIGEST = hashlib.sha256().digest_size
 _KINDS = (EdgeKind.ODOMETRY, EdgeKind.MATCH, EdgeKind.LOOP)
 _TRIANGLE = np.triu_indices(3)
@@ -37,6 +36,7 @@ _COLUMNS = {
     "motions": ("<f8", 3), "sweeps": ("<f8", 5), "beams": ("<u4", 0), "ranges": ("<f4", 0),
     "edge_nodes": ("<u4", 2), "edge_poses": ("<f8", 3), "edge_information": ("<f8", 6),
     "edge_kinds": ("u1", 0), "submap_sizes": ("<u4", 0), "submap_nodes": ("<u4", 0),
+    "version": ("<u4", 0),
 }  # fmt: skip
 """Name, type and width of each array; width 0 for a plain column."""
 
@@ -85,11 +85,9 @@ def load_session(path: Path) -> Session:
 
 
 def _encode(session: Session) -> bytes:
-    arrays = _to_arrays(session)
-    listed = [(name, arrays[name].shape) for name in _COLUMNS]
-    header = json.dumps({"arrays": listed}).encode()
-    body = _HEAD.pack(_MAGIC, _VERSION, len(header)) + header
-    body += b"".join(arrays[name].tobytes() for name in _COLUMNS)
+    archive = io.BytesIO()
+    np.savez(archive, allow_pickle=False, **_to_arrays(session))
+    body = archive.getvalue()
     return body + hashlib.sha256(body).digest()
 
 
@@ -110,6 +108,7 @@ def _to_arrays(session: Session) -> Arrays:
         "edge_kinds": [_KINDS.index(edge.kind) for edge in edges],
         "submap_sizes": [len(nodes) for nodes in session.submaps],
         "submap_nodes": [node for nodes in session.submaps for node in nodes],
+        "version": [_VERSION],
     }
     return {
         name: np.asarray(values[name], dtype=kind).reshape((-1, width) if width else (-1,))
@@ -130,42 +129,40 @@ def _decode(path: Path, data: bytes) -> Session:
 
 
 def _read_arrays(path: Path, data: bytes) -> Arrays:
-    if not data.startswith(_MAGIC):
+    if data.startswith(_FIRST_VERSION):
+        raise SessionFileError(path, f"is of version 1, an earlier Arjuna's; valid: {_VERSION}")
+    if not data.startswith(b"PK"):
         problem = "is no pose graph of Arjuna's"
         if data[:40].find(b"serialization::archive") >= 0:
             problem += "; the archives that slam_toolbox writes cannot be read"
         raise SessionFileError(path, problem)
-    if len(data) < _HEAD.size + _DIGEST:
-        raise SessionFileError(path, f"is cut short: {len(data)} bytes")
-    _, version, length = _HEAD.unpack_from(data)
-    if version != _VERSION:
-        raise SessionFileError(path, f"is of version {version}; valid: {_VERSION}")
-    if hashlib.sha256(data[:-_DIGEST]).digest() != data[-_DIGEST:]:
+    body = data[:-_DIGEST]
+    if hashlib.sha256(body).digest() != data[-_DIGEST:]:
         raise SessionFileError(path, "is damaged or cut short: its checksum does not fit")
     try:
-        listed = json.loads(data[_HEAD.size : _HEAD.size + length])["arrays"]
-        shapes = {str(name): tuple(int(n) for n in shape) for name, shape in listed}
-    except (ValueError, KeyError, TypeError) as error:
-        raise SessionFileError(path, f"has no valid header: {error}") from error
-    return _cut(path, data, _HEAD.size + length, shapes)
-
-
-def _cut(path: Path, data: bytes, at: int, shapes: dict[str, tuple[int, ...]]) -> Arrays:
-    """Return the arrays, once they are sure to fill the file exactly."""
-    arrays: Arrays = {}
-    for name, (kind, width) in _COLUMNS.items():
-        shape = shapes.get(name, ())
-        if len(shape) != (2 if width else 1) or min(shape) < 0 or (width and shape[1] != width):
-            raise SessionFileError(path, f"has the shape {shape}", name)
-        count = math.prod(shape)
-        end = at + count * np.dtype(kind).itemsize
-        if end > len(data) - _DIGEST:
-            raise SessionFileError(path, f"of shape {shape} does not fit in the file", name)
-        arrays[name] = np.frombuffer(data, kind, count, at).reshape(shape)
-        at = end
-    if at != len(data) - _DIGEST:
-        raise SessionFileError(path, f"has {len(data) - _DIGEST - at} bytes too many")
+        with zipfile.ZipFile(io.BytesIO(body)) as archive:
+            arrays = {name: _read_array(archive, name) for name in _COLUMNS}
+    except (zipfile.BadZipFile, ValueError, KeyError, EOFError, RuntimeError) as error:
+        raise SessionFileError(path, f"is no archive of its arrays: {error}") from error
+    if arrays["version"].tolist() != [_VERSION]:
+        raise SessionFileError(path, f"is of version {arrays['version']}; valid: {_VERSION}")
     return arrays
+
+
+def _read_array(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
+    """Return an array, once it is sure to be no larger than its place in the file."""
+    info = archive.getinfo(f"{name}.npy")
+    if info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:
+        raise ValueError(f"{name} is compressed")
+    content = io.BytesIO(archive.read(info))
+    npy.read_magic(content)
+    shape, fortran, kind = npy.read_array_header_1_0(content)
+    known, width = _COLUMNS[name]
+    rows = content.getbuffer().nbytes - content.tell()
+    fits = math.prod(shape) * kind.itemsize == rows and len(shape) == (2 if width else 1)
+    if kind != np.dtype(known) or fortran or not fits or (width and shape[1] != width):
+        raise ValueError(f"{name} has the shape {shape} of {kind} in {rows} bytes")
+    return np.frombuffer(content.getvalue(), kind, offset=content.tell()).reshape(shape)
 
 
 def _check(path: Path, arrays: Arrays) -> None:

@@ -8,9 +8,32 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.surface import Surface
+
+
+@dataclass(frozen=True)
+class SubmapConfig:
+    """Parameters of submaps and their fields."""
+
+    max_laser_range: float = param(20.0, "Longest range used.", unit="m", minimum=0.1)
+    submap_size: int = param(40, "Keyframes in a submap.", minimum=2, maximum=10000)
+    field_resolution: float = param(
+        0.05, "Edge of a cell of the matching field.", unit="m", minimum=0.005, maximum=0.5
+    )
+    field_deviation: float = param(
+        0.05,
+        "Deviation of the Gaussian around a reference point.",
+        unit="m",
+        minimum=0.005,
+        maximum=0.5,
+    )
+
+    def field(self) -> Field:
+        """Return an empty field."""
+        return Field(self.field_resolution, self.field_deviation)
 
 
 @dataclass
@@ -36,25 +59,21 @@ class Submap:
         """Add a keyframe's surface at its pose in the anchor's frame."""
         self.nodes.append(node)
         points, normals = surface.dense(self.field.resolution)
-        turn = SE2(0.0, 0.0, T_anchor_base.theta)
-        self.field.add(T_anchor_base.apply(points), turn.apply(normals))
+        rotation = SE2(0.0, 0.0, T_anchor_base.theta)
+        self.field.add(T_anchor_base.apply(points), rotation.apply(normals))
 
 
 class LocalMap:
     """The two submaps being built, each half a submap apart; scans are matched against the older.
 
     Args:
-        resolution: Edge of a field's cell [m].
-        sigma: Deviation of a field's Gaussian [m].
-        size: Keyframes in a finished submap.
+        config: The parameters.
 
     Source: Hess et al., Real-time loop closure in 2D LIDAR SLAM, 2016, section IV.
     """
 
-    def __init__(self, resolution: float, sigma: float, size: int) -> None:
-        self._resolution = resolution
-        self._sigma = sigma
-        self._size = size
+    def __init__(self, config: SubmapConfig) -> None:
+        self._config = config
         self.active: list[Submap] = []
         self.finished: list[Submap] = []
 
@@ -71,7 +90,7 @@ class LocalMap:
             surfaces: What every keyframe saw.
             poses: Where every keyframe lies in map.
         """
-        submap = Submap(Field(self._resolution, self._sigma))
+        submap = Submap(self._config.field())
         T_anchor_map = poses[nodes[0]].inverse()
         for node in nodes:
             submap.insert(node, surfaces[node], T_anchor_map @ poses[node])
@@ -89,15 +108,15 @@ class LocalMap:
         Returns:
             The pose in the frame of the reference that holds from now on.
         """
-        if not self.active or len(self.active[-1].nodes) >= self._size // 2:
+        if not self.active or len(self.active[-1].nodes) >= self._config.submap_size // 2:
             start = T_anchor_base if self.active else IDENTITY
-            self.active.append(Submap(Field(self._resolution, self._sigma), start))
+            self.active.append(Submap(self._config.field(), start))
         pose = T_anchor_base
         for k, submap in enumerate(self.active):
             if k > 0:
                 pose = submap.T_previous_anchor.inverse() @ pose
             submap.insert(node, surface, pose)
-        if len(self.reference.nodes) < self._size:
+        if len(self.reference.nodes) < self._config.submap_size:
             return T_anchor_base
         self.finished.append(self.active.pop(0))
         self.finished[-1].field.trim()

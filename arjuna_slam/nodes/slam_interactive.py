@@ -104,10 +104,9 @@ class InteractiveGraph:
         self.show_scan(session.scans[int(name)], pose)
 
     def _on_close(self, request: Any, response: Any) -> Any:
-        moved, slam = dict(self._moved), self._node.slam
+        moved = dict(self._moved)
         self._moved.clear()
-        closed = slam.close_by_hand(moved)
-        self._node.graph_changed()
+        closed = self._node.close_by_hand(moved)
         self._publish()
         if len(moved) > closed:
             self._node.get_logger().warning(

@@ -2,47 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
-import numpy as np
-from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
-from nav_msgs.msg import MapMetaData
-from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.srv import GetMap
 from rclpy.logging import LoggingSeverity
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 from slam_toolbox.srv import ClearQueue, Pause, Reset
 from std_srvs.srv import Empty
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import (
-    grid_msg,
-    header,
-    planar_covariance,
-    pose_msg,
-    se2_from_pose,
-    transform_msg,
-)
+from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.localization import Localizer
 from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.matching.scan_filter import Skip
-from arjuna_slam.matching.scan_matcher import MatchStatus
-from arjuna_slam.nodes.graph_markers import markers
 from arjuna_slam.nodes.scan_intake import ScanIntake, shortened
-from arjuna_slam.nodes.slam_config import SlamNodeConfig
 from arjuna_slam.nodes.slam_files import SlamFiles
 from arjuna_slam.nodes.slam_interactive import InteractiveGraph
-from arjuna_slam.slam import Slam, SlamUpdate
+from arjuna_slam.nodes.slam_output import SlamOutput
+from arjuna_slam.pose_tracker import PoseTracker
+from arjuna_slam.slam import Slam
+from arjuna_slam.slam_node_config import SlamNodeConfig
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
-_MOST_MOVED = 200  # keyframes traced anew for one map: a closure must not hold up the scans
 _EVERY_SCAN = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
@@ -54,16 +41,11 @@ class SlamToolboxNode(ManagedNode):
 
     def configure(self) -> None:
         """Build SLAM and the interfaces, and go on from a saved graph if one is named."""
-        c = self.config
         self._warn_of_unused()
         self._scans = ScanIntake(self)
         self._paused = False
-        self._map = self.publisher(OccupancyGridMsg, c.map_name, qos.LATCHED)
-        self._metadata = self.publisher(MapMetaData, f"{c.map_name}_metadata", qos.LATCHED)
-        self._pose = self.publisher(PoseWithCovarianceStamped, "pose", qos.DEFAULT)
-        self._graph = self.publisher(MarkerArray, "slam_toolbox/graph_visualization", qos.LATEST)
-        self._tf = self.publisher(TFMessage, "/tf", qos.TF)
-        self._begin(self._new())
+        self._map_with(Slam(self.config.core))
+        self._output = SlamOutput(self, self.slam)
         self._interactive = InteractiveGraph(self)
         SlamFiles(self, self._resume).load_at_start()
         self._listen()
@@ -86,9 +68,9 @@ class SlamToolboxNode(ManagedNode):
         self.serve(Reset, "slam_toolbox/reset", self._on_reset)
         self.serve(Empty, "slam_toolbox/clear_localization_buffer", self._on_clear_buffer)
         self.every(_RETRY, self._process_scans)
-        self.every(c.map_update_interval, self._publish_map)
+        self.every(c.map_update_interval, self._output.publish_map)
         if c.transform_publish_period > 0.0:
-            self.every(c.transform_publish_period, self._broadcast)
+            self.every(c.transform_publish_period, self._output.broadcast)
 
     def deactivate(self) -> None:
         """Forget the scans that wait; say how many were of no use."""
@@ -108,42 +90,44 @@ class SlamToolboxNode(ManagedNode):
         """Say when it counts: SLAM keeps its parameters as long as its map."""
         self.get_logger().info("parameters of SLAM itself take effect at the next reset")
 
-    def graph_changed(self) -> None:
-        """Publish the map when it is next due, although no keyframe came."""
-        self._fresh = len(self.slam.graph) > 0
+    def close_by_hand(self, moved: Mapping[int, SE2]) -> int:
+        """Close loops where keyframes were put by hand; return how many, none on a saved graph."""
+        closed = 0 if self._mapping is None else self._mapping.close_by_hand(moved)
+        self._output.graph_changed()
+        return closed
 
-    def _core_config(self) -> Any:
-        c = self.config
-        return replace(c, lifelong=True) if c.mode == "lifelong" else c
-
-    def _new(self) -> Slam:
-        return Slam(self._core_config())
-
-    def _begin(self, slam: Slam | Localizer) -> None:
-        """Go on with another mapper."""
-        self.slam = slam
-        self._update: SlamUpdate | None = None
-        self._status = MatchStatus.MATCHED
-        self._stamp = self._broadcast_stamp = -np.inf
+    def _map_with(self, slam: Slam) -> None:
+        """Go on mapping."""
+        self.slam: PoseTracker = slam
+        self._mapping: Slam | None = slam
+        self._localizer: Localizer | None = None
         self._warned: set[Skip] = set()
-        self.graph_changed()
+
+    def _localize_with(self, localizer: Localizer) -> None:
+        """Go on with localization alone."""
+        self.slam = self._localizer = localizer
+        self._mapping = None
+        self._warned = set()
+
+    def _begin(self) -> None:
+        """Forget what was of the mapper before."""
+        self._scans.restart()
+        self._output.restart(self.slam)
+        self._interactive.forget()
 
     def _restart(self) -> None:
-        self._scans.restart()
-        self._begin(self._new())
-        self._interactive.forget()
+        self._map_with(Slam(self.config.core))
+        self._begin()
 
     def _resume(self, session: Session, start: Start, localize: bool) -> None:
         """Go on from a saved session, mapping or only localizing."""
-        config = self._core_config()
-        self._scans.restart()
         if localize:
-            self._begin(Localizer(config, session, start))
+            self._localize_with(Localizer(self.config.core, session, start))
         else:
-            slam = Slam(config)
+            slam = Slam(self.config.core)
             slam.resume(session, start)
-            self._begin(slam)
-        self._interactive.forget()
+            self._map_with(slam)
+        self._begin()
 
     def _on_scan(self, message: Any) -> None:
         self._scans.add(message)
@@ -155,19 +139,13 @@ class SlamToolboxNode(ManagedNode):
 
     def _take_in(self, scan: Scan, T_odom_base: SE2) -> None:
         if self._paused or self._interactive.on:
-            self._stamp = scan.stamp
+            self._output.hold(scan.stamp)
             return
         update = self.slam.process(scan, T_odom_base)
         if update is None:
             self._log_skipped(scan)
             return
-        first = self._update is None
-        self._update, self._stamp = update, scan.stamp
-        self._fresh |= update.keyframe
-        self._log_status(update.status)
-        self._publish_pose(update, scan.stamp)
-        if first:
-            self._publish_map()
+        self._output.take(update, scan.stamp)
         if update.keyframe:
             self._interactive.show_scan(scan, update.T_map_base)
             self.get_logger().debug(f"keyframe {update.node}, {update.closures} loop edges")
@@ -183,7 +161,7 @@ class SlamToolboxNode(ManagedNode):
             )
 
     def _on_initial_pose(self, message: Any) -> None:
-        if not isinstance(self.slam, Localizer):
+        if self._localizer is None:
             self.get_logger().warning("initialpose is for localization; the map is being made")
             return
         try:
@@ -191,53 +169,10 @@ class SlamToolboxNode(ManagedNode):
         except ValueError as error:
             self.get_logger().warning(f"initialpose not used: {error}")
             return
-        self.slam.restart(Start(StartKind.NEAR_POSE, pose))
-
-    def _log_status(self, status: MatchStatus) -> None:
-        if status is self._status:
-            return
-        self._status = status
-        if status is MatchStatus.MATCHED:
-            self.get_logger().info("scans match the map again")
-        else:
-            self.get_logger().warning(f"scan matching: {status.value}; following the odometry")
-
-    def _publish_pose(self, update: SlamUpdate, stamp: float) -> None:
-        c = self.config
-        scale = np.diag([c.position_covariance_scale, c.position_covariance_scale, 1.0])
-        scale[2, 2] = c.yaw_covariance_scale
-        covariance = planar_covariance(np.sqrt(scale) @ update.covariance @ np.sqrt(scale))
-        pose = PoseWithCovariance(pose=pose_msg(update.T_map_base), covariance=covariance)
-        head = header(c.map_frame, stamp)
-        self._pose.publish(PoseWithCovarianceStamped(header=head, pose=pose))
-
-    def _broadcast(self) -> None:
-        if self._update is None or self._stamp <= self._broadcast_stamp:
-            return  # a stamp sent twice is an error to tf2
-        self._broadcast_stamp = self._stamp
-        c = self.config
-        dated = (self.now if c.restamp_tf else self._stamp) + c.transform_timeout
-        transform = transform_msg(self._update.T_map_odom, c.map_frame, c.odom_frame, dated)
-        self._tf.publish(TFMessage(transforms=[transform]))
-
-    def _map_message(self, most_moved: int | None = None) -> OccupancyGridMsg | None:
-        grid = self.slam.map(most_moved)
-        return None if grid is None else grid_msg(grid, self.config.map_frame, self.now)
-
-    def _publish_map(self) -> None:
-        if not (self._fresh or self.slam.map_behind):
-            return
-        message = self._map_message(_MOST_MOVED)
-        if message is None:
-            return
-        self._fresh = False
-        self._map.publish(message)
-        self._metadata.publish(message.info)
-        if self._graph.get_subscription_count():
-            self._graph.publish(markers(self.slam.graph, message.header))
+        self._localizer.restart(Start(StartKind.NEAR_POSE, pose))
 
     def _on_dynamic_map(self, request: Any, response: Any) -> Any:
-        message = self._map_message()
+        message = self._output.map_message()
         if message is not None:
             response.map = message
         return response

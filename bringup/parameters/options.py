@@ -42,7 +42,8 @@ def add_log_options(
         "--offline",
         type=Path,
         metavar="INPUT",
-        help="a CARMEN log (.clf, .log, also .xz, .gz, .bz2), an mcap recording or rosbag2 folder",
+        help="a CARMEN log (.clf, .log, also .xz, .gz, .bz2), a recording (.mcap, .db3, .bag) or "
+        "a rosbag2 folder",
     )
     group.add_argument(
         "--out", type=Path, default=Path(out), metavar="FOLDER", help=f"{what} (%(default)s)"

@@ -11,11 +11,11 @@ import yaml
 from mcap.writer import Writer
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosbags.typesys import Stores, get_typestore
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.process import Process
-from bringup.recording.message_definitions import message_definition, type_hash
 
 TOPICS: dict[str, tuple[str, QoSProfile]] = {
     "/tf": ("tf2_msgs/msg/TFMessage", qos.TF),
@@ -64,7 +64,7 @@ class Recorder:
     Args:
         process: The process to listen in.
         path: The file to write; an existing one is never overwritten.
-        topics: `{topic: (type, QoS)}`.
+        topics: `{topic: (type, QoS)}`; types of ROS's common interfaces.
 
     Raises:
         RecordingError: The file exists or cannot be written.
@@ -78,6 +78,7 @@ class Recorder:
     ) -> None:
         self._process = process
         self._file = _open_new(path)
+        self._types = get_typestore(Stores.ROS2_JAZZY)
         self._writer = Writer(self._file)
         self._writer.start(profile="ros2", library="arjuna")
         self._counts: dict[int, int] = {}
@@ -89,12 +90,11 @@ class Recorder:
     def _subscribe(self, topic: str, type_name: str, profile: QoSProfile) -> None:
         package, kind, name = type_name.split("/")
         message_type = getattr(importlib.import_module(f"{package}.{kind}"), name)
-        schema = self._writer.register_schema(
-            type_name, "ros2msg", message_definition(type_name).encode()
-        )
+        definition, _ = self._types.generate_msgdef(type_name, ros_version=2)
+        schema = self._writer.register_schema(type_name, "ros2msg", definition.encode())
         metadata = {
             "offered_qos_profiles": _offered(profile),
-            "topic_type_hash": type_hash(type_name),
+            "topic_type_hash": self._types.hash_rihs01(type_name),
         }
         channel = self._writer.register_channel(topic, "cdr", schema, metadata)
         self._counts[channel] = 0

@@ -16,8 +16,9 @@ import numpy as np
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam import offline
 from arjuna_slam.config import SlamConfig
+from arjuna_slam.logs.log import open_log
+from arjuna_slam.logs.recording import RecordingTopics
 from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field
@@ -88,9 +89,7 @@ def _generated(rng: np.random.Generator) -> _Case:
 
 def _recorded(log: Path, relations: Path, count: int, rng: np.random.Generator) -> list[_Case]:
     """Pairs of scans of a log that a short relation joins."""
-    scans = {
-        round(scan.stamp, 6): scan for scan, _ in offline.open_log(log, offline.RecordingTopics())
-    }
+    scans = {round(scan.stamp, 6): scan for scan, _ in open_log(log, RecordingTopics())}
     cases = []
     for t1, t2, x, y, _, _, _, yaw in np.loadtxt(relations, ndmin=2).tolist():
         first, second = scans.get(round(t1, 6)), scans.get(round(t2, 6))

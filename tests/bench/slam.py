@@ -13,12 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from arjuna_core.errors import InputFileError
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam import offline
 from arjuna_slam.graph.pose_graph import EdgeKind
-from arjuna_slam.slam import Slam, SlamUpdate
+from arjuna_slam.logs.log import open_log
+from arjuna_slam.logs.recording import RecordingTopics
+from arjuna_slam.logs.relations import evaluate, read_relations
+from arjuna_slam.pose_tracker import SlamUpdate
+from arjuna_slam.slam import Slam
 
 _WARM_UP_SCANS = 300
 
@@ -67,7 +70,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _open(path: Path) -> Iterable[tuple[Scan, SE2]]:
-    return offline.open_log(path, offline.RecordingTopics())
+    return open_log(path, RecordingTopics())
 
 
 def _warm_up(path: Path) -> None:
@@ -111,13 +114,8 @@ def _errors(trajectory: list[tuple[float, SE2]], relations: Path | None) -> dict
     keys = ("translation_m", "translation_sd_m", "rotation_deg", "rotation_sd_deg", "relations")
     if relations is None:
         return dict.fromkeys(keys)
-    try:
-        rows = np.loadtxt(relations, ndmin=2)
-    except (OSError, ValueError) as error:
-        raise InputFileError(relations, f"cannot be read: {error}") from error
-    if rows.shape[1] != 8:
-        raise InputFileError(relations, f"has {rows.shape[1]} numbers a line; 8 are valid")
-    measured = offline.evaluate(trajectory, rows)
+    rows = read_relations(relations)
+    measured = evaluate(trajectory, rows)
     rotation = np.degrees(measured.rotation).tolist()
     return dict(zip(keys, (*measured.translation, *rotation, measured.count), strict=True))
 
@@ -135,7 +133,7 @@ def _callbacks(slam: _TimedSlam) -> dict[str, Any]:
 def _counts(slam: Slam, scans: int) -> dict[str, Any]:
     return {
         "scans": scans,
-        "skipped": slam.skipped,
+        "skipped": slam.scans.skipped,
         "keyframes": len(slam.graph),
         "closures": sum(edge.kind is EdgeKind.LOOP for edge in slam.graph.edges),
         "undone": slam.undone,

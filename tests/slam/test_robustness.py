@@ -89,7 +89,7 @@ def test_bad_scans_among_good_ones_change_no_pose(log: Log) -> None:
         assert mixed.process(scan, odometry) is None  # sent twice
         fed += 1
     assert plain.graph.poses.tobytes() == mixed.graph.poses.tobytes()
-    assert mixed.skipped == fed
+    assert mixed.scans.skipped == fed
     assert set(Skip) - {reason for reason, n in mixed.scans.counts.items() if n} == {Skip.LOST}
 
 

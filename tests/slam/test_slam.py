@@ -13,7 +13,8 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.mapping.mapper import Mapper
 from arjuna_slam.matching.scan_matcher import MatchStatus
-from arjuna_slam.slam import Slam, SlamUpdate
+from arjuna_slam.pose_tracker import SlamUpdate
+from arjuna_slam.slam import Slam
 from tests.slam.slam_room import box, distance_to_walls, drive, ranges_at, room, scan_at
 
 Log = list[tuple[Scan, SE2, SE2]]
@@ -102,7 +103,7 @@ def test_bad_scans_are_counted_and_change_nothing(log: Log) -> None:
     bad.append(dataclasses.replace(good, stamp=-1.0))
     bad.append(dataclasses.replace(good, stamp=math.nan))
     assert [slam.process(scan, SE2(1.0, 0.0, 0.0)) for scan in bad] == [None] * 9
-    assert slam.skipped == 9
+    assert slam.scans.skipped == 9
     assert len(slam.trajectory()) == 1
 
 
@@ -118,7 +119,7 @@ def test_a_scan_with_too_few_points_keeps_the_odometry(log: Log) -> None:
 
 
 @pytest.mark.parametrize(("told", "limit"), [(True, 0.02), (False, 0.06)])
-def test_scans_swept_while_the_robot_moves_are_straightened(told: bool, limit: float) -> None:
+def test_scans_swept_while_the_robot_moves_are_deskewed(told: bool, limit: float) -> None:
     """From rest to 1 m/s and up to 1 rad/s, with a mirror of 5 turns a second."""
 
     def pose(t: float) -> SE2:

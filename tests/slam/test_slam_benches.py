@@ -35,6 +35,7 @@ def test_a_consistent_graph_is_solved_to_nothing(tmp_path: Path) -> None:
     assert result["start_chi2"] > 0.01
     assert result["chi2"] < 1e-9
     assert result["time_s"] > 0.0
+    assert result["splu_difference"] < 1e-6
 
 
 def test_made_scans_are_matched_to_millimetres() -> None:

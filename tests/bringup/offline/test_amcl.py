@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,12 @@ import pytest
 
 from arjuna_core.files.maps import save_map
 from arjuna_core.se2 import SE2
+from arjuna_slam.logs.log import open_log
+from arjuna_slam.logs.recording import RecordingTopics
 from bringup import cli
 from bringup.cli_parser import parse
 from tests.slam.amcl.room import Robot, ranges_at, room_map
+from tests.slam.logs.recordings import SCAN, TF, Entry, scan_bytes, transform_bytes, write_humble
 
 
 @pytest.fixture
@@ -81,3 +85,21 @@ def test_a_bad_input_is_refused_in_one_line(
     assert run(tmp_path, log=log, map_name=map_name) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert problem in line
+
+
+@pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
+def test_a_bag_with_the_definitions_of_humble_is_followed(
+    robot: Robot, storage: str, tmp_path: Path
+) -> None:
+    log = list(open_log(tmp_path / "room.clf", RecordingTopics()))
+    messages: list[Entry] = []
+    for scan, pose in log:
+        moved = transform_bytes(("odom", "base_footprint", pose, scan.stamp))
+        messages.append(("/tf", TF, scan.stamp, moved))
+        finite = replace(scan, ranges=np.nan_to_num(scan.ranges, posinf=1e3))
+        messages.append(("/scan", SCAN, scan.stamp, scan_bytes(finite)))
+    write_humble(tmp_path / "bag", messages, storage)
+    assert run(tmp_path, log="bag") == 0
+    rows = (tmp_path / "out/trajectory.tum").read_text().splitlines()
+    x, y = (float(word) for word in rows[-1].split()[1:3])
+    assert SE2(x, y).distance(robot.pose) < 0.05

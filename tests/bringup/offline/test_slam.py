@@ -12,7 +12,9 @@ from arjuna_core.files.maps import load_map
 from bringup import cli
 from bringup.cli_parser import parse
 from bringup.progress import Bar
+from tests.slam.logs.recordings import write_humble
 from tests.slam.logs.test_offline import text
+from tests.slam.logs.test_recording import LOG, entries
 
 
 @pytest.fixture
@@ -73,3 +75,13 @@ def test_a_bar_that_nobody_watches_says_each_tenth_once(
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 10
     assert lines[0] == " 10 %  10 scans"
+
+
+@pytest.mark.parametrize("storage", ["SQLITE3", "MCAP", "bare"])
+def test_a_bag_with_the_definitions_of_humble_becomes_a_map(storage: str, tmp_path: Path) -> None:
+    kind = "SQLITE3" if storage == "bare" else storage
+    bag = write_humble(tmp_path / "bag", entries(), kind)
+    path = bag / "bag.db3" if storage == "bare" else bag
+    assert cli.run(parse(["slam", "--offline", str(path), "--out", str(tmp_path / "out")])) == 0
+    report = json.loads((tmp_path / "out/report.json").read_text())
+    assert (report["scans"], report["scans_skipped"]) == (len(LOG), 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +11,16 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 import yaml
+from ament_index_python.packages import get_package_share_directory
 from geometry_msgs.msg import Twist
 from mcap.reader import make_reader
 from nav_msgs.msg import OccupancyGrid
 from rclpy.serialization import deserialize_message
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from arjuna_core.ros import qos
-from bringup.recording.message_definitions import message_definition, type_hash
-from bringup.recording.recorder import Recorder, RecordingError
+from arjuna_core.ros.ament import add_environment_to_ament_index
+from bringup.recording.recorder import TOPICS, Recorder, RecordingError
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
@@ -58,21 +61,21 @@ def test_latched_topics_stay_latched(recording: Path) -> None:
     schema, channel, _ = read(recording)[-1]
     offered = yaml.safe_load(channel.metadata["offered_qos_profiles"])
     assert offered[0]["durability"] == "transient_local"
-    assert channel.metadata["topic_type_hash"] == type_hash("nav_msgs/msg/OccupancyGrid")
+    assert channel.metadata["topic_type_hash"].startswith("RIHS01_8d348150c12913a31ee0")
     assert (schema.name, schema.encoding) == ("nav_msgs/msg/OccupancyGrid", "ros2msg")
 
 
-def test_a_definition_carries_every_type_it_needs_once() -> None:
-    text = message_definition("nav_msgs/msg/OccupancyGrid")
-    named = [line[5:] for line in text.splitlines() if line.startswith("MSG: ")]
-    assert sorted(named) == [
-        "builtin_interfaces/Time",
-        "geometry_msgs/Point",
-        "geometry_msgs/Pose",
-        "geometry_msgs/Quaternion",
-        "nav_msgs/MapMetaData",
-        "std_msgs/Header",
-    ]
+@pytest.mark.parametrize("kind", sorted({kind for kind, _ in TOPICS.values()}))
+def test_definitions_and_hashes_are_those_of_the_installed_packages(kind: str) -> None:
+    add_environment_to_ament_index()
+    package, name = kind.split("/msg/")
+    share = Path(get_package_share_directory(package)) / "msg"
+    types = get_typestore(Stores.ROS2_JAZZY)
+    fields = get_types_from_msg((share / f"{name}.msg").read_text(), kind)
+    assert fields[kind] == types.fielddefs[kind]
+    described = json.loads((share / f"{name}.json").read_text())["type_hashes"]
+    (found,) = (entry["hash_string"] for entry in described if entry["type_name"] == kind)
+    assert types.hash_rihs01(kind) == found
 
 
 def test_an_existing_recording_is_never_overwritten(recording: Path) -> None:

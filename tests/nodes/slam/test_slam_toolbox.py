@@ -116,7 +116,7 @@ def test_paused_it_takes_no_scan_in_and_goes_on_after(robot: Robot) -> None:
     assert len(robot.poses) == count + 10
     truth = LOG[0][2].inverse() @ robot.truth
     assert se2_from_pose(robot.poses[-1].pose.pose).distance(truth) < 0.03
-    assert node.slam.skipped == 0
+    assert node.slam.scans.skipped == 0
 
 
 def test_reset_starts_a_new_map_at_the_robot(robot: Robot) -> None:
@@ -176,7 +176,7 @@ def test_bad_scans_do_not_stop_it(robot: Robot) -> None:
     message.ranges = [math.nan] * len(message.ranges)
     message.header.stamp = robot.poses[-1].header.stamp
     robot.bench.publish(LaserScan, "/scan", message, qos.SENSOR_PUBLISHER)
-    assert node.slam.skipped == 1
+    assert node.slam.scans.skipped == 1
     robot.drive(3)
     assert len(robot.poses) == 6
 

@@ -24,8 +24,8 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, pose_msg, time_msg, transform_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.scan_filter import Skip
-from arjuna_slam.nodes.slam_config import SlamNodeConfig
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
+from arjuna_slam.slam_node_config import SlamNodeConfig
 from bringup.parameters.files import for_node, load_parameters
 from tests.helpers.ros import RosBench
 from tests.helpers.slam_robot import DT, LOG, Robot, started
@@ -117,7 +117,7 @@ def test_scans_that_waited_are_all_used_or_only_the_newest(
     robot.bench.advance(0.02)
     assert len(robot.poses) == 3 + used
     assert robot.error() < 0.03
-    assert node.slam.skipped == 0
+    assert node.slam.scans.skipped == 0
 
 
 def test_clear_queue_drops_the_scans_that_wait(robot: Robot) -> None:
@@ -162,7 +162,7 @@ def test_bad_scans_are_counted_warned_about_once_and_move_nothing(
         robot.wait()
         robot.send_odometry()
         robot.send(_spoilt(robot.scan(), **fields))
-    assert node.slam.scans.counts[reason] == node.slam.skipped == 20
+    assert node.slam.scans.counts[reason] == node.slam.scans.skipped == 20
     assert len(notes.warnings) == 1
     assert reason.value in notes.warnings[0]
     assert len(robot.poses) == 5
@@ -193,7 +193,7 @@ def test_beam_counts_may_change_from_scan_to_scan(robot: Robot) -> None:
         message = robot.scan()
         message.ranges = message.ranges[: 360 - 7 * k]
         robot.send(message)
-    assert node.slam.skipped == 0
+    assert node.slam.scans.skipped == 0
     assert len(robot.poses) == 40
     assert robot.error() < 0.03
 

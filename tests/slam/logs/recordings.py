@@ -1,12 +1,16 @@
-"""Recordings made by hand: messages as bytes, in an mcap file."""
+"""Recordings made by hand: messages as bytes, in mcap files and bags of any ROS."""
 
 from __future__ import annotations
 
 import math
 import struct
 from pathlib import Path
+from typing import Any
 
 from mcap.writer import Writer
+from rosbags import rosbag1, rosbag2
+from rosbags.rosbag2.enums import StoragePlugin
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -16,6 +20,9 @@ SCAN, ODOMETRY, TF = (
     "nav_msgs/msg/Odometry",
     "tf2_msgs/msg/TFMessage",
 )
+HUMBLE = get_typestore(Stores.ROS2_HUMBLE)
+NOETIC = get_typestore(Stores.ROS1_NOETIC)
+NOETIC.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TF))
 
 
 class Cdr:
@@ -74,17 +81,47 @@ def transform_bytes(*transforms: tuple[str, str, SE2, float], upside_down: bool 
 Entry = tuple[str, str, float, bytes]
 
 
-def write(path: Path, entries: list[Entry], encoding: str = "cdr", chunk: int = 20000) -> Path:
-    """Write topic, type, time [s] and bytes of each message."""
+def write(
+    path: Path,
+    entries: list[Entry],
+    encoding: str = "cdr",
+    chunk: int = 20000,
+    definition: bytes = b"",
+) -> Path:
+    """Write topic, type, time [s] and bytes of each message to an mcap file."""
     with path.open("wb") as file:
         writer = Writer(file, chunk_size=chunk)
         writer.start(profile="ros2", library="test")
         channels: dict[str, int] = {}
         for topic, kind, stamp, data in entries:
             if topic not in channels:
-                schema = writer.register_schema(kind, "ros2msg", b"")
+                schema = writer.register_schema(kind, "ros2msg", definition)
                 channels[topic] = writer.register_channel(topic, encoding, schema)
             now = round(stamp * 1e9)
             writer.add_message(channels[topic], now, data, now)
         writer.finish()
+    return path
+
+
+def write_humble(folder: Path, entries: list[Entry], storage: str = "SQLITE3") -> Path:
+    """Write a rosbag2 folder with the message definitions of ROS 2 Humble."""
+    with rosbag2.Writer(folder, version=8, storage_plugin=StoragePlugin[storage]) as bag:
+        channels: dict[str, Any] = {}
+        for topic, kind, stamp, data in entries:
+            if topic not in channels:
+                channels[topic] = bag.add_connection(topic, kind, typestore=HUMBLE)
+            bag.write(channels[topic], round(stamp * 1e9), data)
+    return folder
+
+
+def write_ros1(path: Path, entries: list[Entry]) -> Path:
+    """Write a bag of ROS 1."""
+    writer = rosbag1.Writer(path)
+    writer.set_compression(writer.CompressionFormat.BZ2)
+    with writer as bag:
+        channels: dict[str, Any] = {}
+        for topic, kind, stamp, data in entries:
+            if topic not in channels:
+                channels[topic] = bag.add_connection(topic, kind, typestore=NOETIC)
+            bag.write(channels[topic], round(stamp * 1e9), HUMBLE.cdr_to_ros1(data, kind))
     return path

@@ -11,7 +11,11 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
-from arjuna_slam.offline import RecordingTopics, evaluate, open_log, read_carmen, run
+from arjuna_slam.logs.carmen import read_carmen
+from arjuna_slam.logs.log import open_log
+from arjuna_slam.logs.recording import RecordingTopics
+from arjuna_slam.logs.relations import evaluate
+from arjuna_slam.offline import run
 from arjuna_slam.slam import Slam
 from tests.slam.slam_room import ranges_at, room
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from arjuna_core.config import param
@@ -113,3 +113,8 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
         False, "Whether keyframes may be moved by hand from the start.", read_only=True
     )
     debug_logging: bool = param(False, "Whether to log each keyframe.", read_only=True)
+
+    @property
+    def core(self) -> SlamConfig:
+        """The parameters of SLAM itself."""
+        return replace(self, lifelong=True) if self.mode == "lifelong" else self

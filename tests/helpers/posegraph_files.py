@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, EdgeTable
+from tests.helpers.posegraph_start import initialize
 
 _VERTICES = ("VERTEX_SE2", "VERTEX2")
 _UPPER = {  # places of the six numbers in the upper triangle
@@ -26,10 +27,11 @@ def read_graph(path: str | Path) -> tuple[NDArray[np.float64], EdgeTable]:
         path: A g2o (`VERTEX_SE2`, `EDGE_SE2`) or TORO file (`VERTEX2`, `EDGE2`).
 
     Returns:
-        Poses `(N, 3) float64` in the order of their ids, and the edges.
+        Poses `(N, 3) float64` in the order of their ids, from the edges alone where the file holds
+        no vertex, and the edges.
 
     Raises:
-        InputFileError: The file is missing, a line is broken, or a node or edge has no match.
+        InputFileError: The file is missing, a line is broken, or some nodes have no vertex.
     """
     path = Path(path)
     try:
@@ -47,16 +49,19 @@ def read_graph(path: str | Path) -> tuple[NDArray[np.float64], EdgeTable]:
                 edges.append(_edge(words))
         except ValueError as error:
             raise InputFileError(path, str(error), f"line {number}") from error
-    order = {name: k for k, name in enumerate(sorted(poses))}
-    missing = {name for i, j, _, _ in edges for name in (i, j)} - order.keys()
-    if missing or not edges:
-        problem = f"nodes {sorted(missing)[:5]} have no vertex" if missing else "has no edges"
-        raise InputFileError(path, problem)
+    if not edges:
+        raise InputFileError(path, "has no edges")
+    named = {name for i, j, _, _ in edges for name in (i, j)}
+    if poses and (missing := named - poses.keys()):
+        raise InputFileError(path, f"nodes {sorted(missing)[:5]} have no vertex")
+    order = {name: k for k, name in enumerate(sorted(poses or named))}
     table = EdgeTable.of(
         Edge(order[i], order[j], pose, information, EdgeKind.LOOP)
         for i, j, pose, information in edges
     )
-    return np.array([poses[name] for name in sorted(poses)]), table
+    if not poses:
+        return initialize(np.zeros((len(order), 3)), table), table
+    return np.array([poses[name] for name in order]), table
 
 
 def _numbers(words: list[str], count: int) -> tuple[float, ...]:

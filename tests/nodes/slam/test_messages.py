@@ -13,7 +13,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros.convert import header, pose_msg, scan_msg, transform_msg
 from arjuna_core.se2 import SE2
-from arjuna_slam.logs.cdr import read_odometry, read_scan, read_transforms
+from arjuna_slam.logs.messages import read_odometry, read_scan, read_transforms
 from tests.slam.slam_room import room, scan_at
 
 pytestmark = pytest.mark.ros

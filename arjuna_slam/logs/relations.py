@@ -1,0 +1,85 @@
+"""The error of a trajectory against reference relations.
+
+Source: Kuemmerle et al., On measuring the accuracy of SLAM algorithms, 2009.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.errors import InputFileError
+from arjuna_core.se2 import SE2, wrap
+
+
+def read_relations(path: Path) -> NDArray[np.float64]:
+    """Read a file of relations as `evaluate` takes them.
+
+    Args:
+        path: The file: t1, t2, x, y, z, roll, pitch, yaw a line.
+
+    Raises:
+        InputFileError: It cannot be read as such.
+    """
+    try:
+        relations = np.loadtxt(path, ndmin=2)
+    except (OSError, ValueError) as error:
+        raise InputFileError(path, f"cannot be read as relations: {error}") from error
+    if relations.shape[1] != 8:
+        problem = f"has {relations.shape[1]} columns; valid: t1 t2 x y z roll pitch yaw"
+        raise InputFileError(path, problem)
+    return relations
+
+
+@dataclass(frozen=True)
+class RelationError:
+    """Error of a trajectory against relations.
+
+    Attributes:
+        translation: Mean and standard deviation [m].
+        rotation: Mean and standard deviation [rad].
+        count: Relations evaluated.
+    """
+
+    translation: tuple[float, float]
+    rotation: tuple[float, float]
+    count: int
+
+
+def evaluate(trajectory: list[tuple[float, SE2]], relations: NDArray[np.float64]) -> RelationError:
+    """Compare a trajectory with reference relations.
+
+    Args:
+        trajectory: Stamps [s], increasing, and poses; between two, poses are interpolated.
+        relations: `(R, 8) float64`: t1, t2, x, y, z, roll, pitch, yaw of the pose at t2 in that
+            at t1.
+
+    Raises:
+        ValueError: No relation lies within the trajectory.
+    """
+    stamps = np.array([stamp for stamp, _ in trajectory])
+    times = relations[:, :2]
+    relations = relations[((times >= stamps[0]) & (times <= stamps[-1])).all(axis=1)]
+    if len(relations) == 0:
+        raise ValueError(f"no relation within {stamps[0]:.3f}..{stamps[-1]:.3f} s")
+    error = np.empty((len(relations), 2))
+    for k, row in enumerate(relations):
+        first, second = (_at(stamps, trajectory, t) for t in row[:2])
+        e = SE2(row[2], row[3], row[7]).inverse() @ (first.inverse() @ second)
+        error[k] = math.hypot(e.x, e.y), abs(wrap(e.theta))
+    mean, deviation = error.mean(axis=0), error.std(axis=0)
+    return RelationError(
+        (float(mean[0]), float(deviation[0])), (float(mean[1]), float(deviation[1])), len(error)
+    )
+
+
+def _at(stamps: NDArray[np.float64], trajectory: list[tuple[float, SE2]], stamp: float) -> SE2:
+    k = int(np.searchsorted(stamps, stamp))
+    if k == 0 or stamps[k] == stamp:
+        return trajectory[k][1]
+    ratio = (stamp - stamps[k - 1]) / (stamps[k] - stamps[k - 1])
+    return trajectory[k - 1][1].interpolate(trajectory[k][1], float(ratio))

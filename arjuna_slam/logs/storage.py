@@ -1,0 +1,152 @@
+"""Recordings on disk: mcap, rosbag2's SQLite, folders of either and ROS 1 bags, message by message.
+
+rosbags reads the messages and ROS 1 bags, but mcap and SQLite are read here as they lie in the
+file, so that one that was cut short is read as far as it goes and nothing grows beyond bounds.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+import yaml
+from rosbags.rosbag1 import Reader, ReaderError
+
+from arjuna_core.errors import InputFileError
+from arjuna_slam.logs.mcap_file import DAMAGE, McapFile
+from arjuna_slam.logs.messages import ROS1
+from arjuna_slam.logs.sqlite_file import SqliteFile
+
+_DAMAGE = (*DAMAGE, ReaderError, sqlite3.Error, AssertionError, IndexError, OSError)
+
+
+class Channel(NamedTuple):
+    """What a topic carries: type, encoding and, where the file has it, the type's definition."""
+
+    kind: str
+    encoding: str
+    definition: str
+
+
+class _File(Protocol):
+    """One file of a recording."""
+
+    def channels(self) -> dict[str, tuple[str, str, str]]:
+        """Return type, encoding and definition of each topic."""
+
+    def messages(self, topics: set[str]) -> Iterator[tuple[str, bytes, float]]:
+        """Yield topic, bytes and the share (0..1) of the file that has been read."""
+
+
+class _BagFile:
+    """A bag of ROS 1."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def channels(self) -> dict[str, tuple[str, str, str]]:
+        with Reader(self._path) as bag:
+            return {c.topic: (c.msgtype, ROS1, c.msgdef.data) for c in bag.connections}
+
+    def messages(self, topics: set[str]) -> Iterator[tuple[str, bytes, float]]:
+        with Reader(self._path) as bag:
+            wanted = [c for c in bag.connections if c.topic in topics]
+            for connection, stamp, data in bag.messages(wanted):
+                yield connection.topic, data, (stamp - bag.start_time) / max(bag.duration, 1)
+
+
+_KINDS: dict[str, Callable[[Path], _File]] = {
+    ".mcap": McapFile,
+    ".db3": SqliteFile,
+    ".bag": _BagFile,
+}
+SUFFIXES = tuple(_KINDS)
+"""Suffixes of files that can be read."""
+
+
+class Storage:
+    """The files of one recording.
+
+    Args:
+        path: A file, or a rosbag2 folder with such files.
+
+    Attributes:
+        progress: Share (0..1) that has been read.
+        problems: What was passed over.
+
+    Raises:
+        InputFileError: It is no recording.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.progress = 0.0
+        self.problems: list[str] = []
+        self._files = [(file, _KINDS[file.suffix](file)) for file in _files(path)]
+
+    def channels(self) -> dict[str, Channel]:
+        """Return what each topic carries.
+
+        Raises:
+            InputFileError: A file is no recording.
+        """
+        found: dict[str, Channel] = {}
+        for path, file in self._files:
+            try:
+                found.update({name: Channel(*c) for name, c in file.channels().items()})
+            except _DAMAGE as error:
+                problem = f"is no {path.suffix[1:]} recording: {_reason(error)}"
+                raise InputFileError(path, problem) from error
+        return found
+
+    def messages(self, topics: set[str]) -> Iterator[tuple[str, bytes]]:
+        """Yield topic and bytes of each message of some topics, in the order of the files.
+
+        Args:
+            topics: The topics.
+        """
+        self.progress = 0.0
+        for number, (path, file) in enumerate(self._files):
+            try:
+                for topic, data, share in file.messages(topics):
+                    self.progress = (number + share) / len(self._files)
+                    yield topic, data
+            except _DAMAGE as error:
+                share = 100.0 * (self.progress * len(self._files) - number)
+                where = f"{path.name}: damaged or cut short at {max(share, 0.0):.0f} %"
+                note = f"{where} ({_reason(error)}); read up to there"
+                if note not in self.problems:
+                    self.problems.append(note)
+
+
+def _reason(error: BaseException) -> str:
+    return str(error) or type(error).__name__
+
+
+def _files(path: Path) -> list[Path]:
+    """Return the files of a file or of a rosbag2 folder, in the order of its metadata."""
+    if not path.is_dir():
+        return [path]
+    metadata = path / "metadata.yaml"
+    found = (
+        _listed(metadata)
+        if metadata.exists()
+        else sorted(file for file in path.iterdir() if file.suffix in SUFFIXES)
+    )
+    if not found:
+        raise InputFileError(path, "is a folder without recordings")
+    for file in found:
+        if file.suffix not in SUFFIXES or not file.is_file():
+            problem = f"is no recording; valid: files of {', '.join(SUFFIXES)}, not compressed"
+            raise InputFileError(file, problem)
+    return found
+
+
+def _listed(metadata: Path) -> list[Path]:
+    try:
+        text = yaml.safe_load(metadata.read_text(encoding="utf-8"))
+        names = text["rosbag2_bagfile_information"]["relative_file_paths"]
+        return [metadata.parent / Path(name).name for name in names]
+    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError) as error:
+        raise InputFileError(metadata, f"is no metadata of rosbag2: {error}") from error

@@ -1,0 +1,113 @@
+"""What the slam_toolbox node says: pose, correction of the odometry, map and graph."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
+from nav_msgs.msg import MapMetaData
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import grid_msg, header, planar_covariance, pose_msg, transform_msg
+from arjuna_core.ros.node import ManagedNode
+from arjuna_slam.matching.scan_matcher import MatchStatus
+from arjuna_slam.nodes.graph_markers import markers
+from arjuna_slam.pose_tracker import PoseTracker, SlamUpdate
+
+_MOST_MOVED = 200  # keyframes traced anew for one map: a closure must not hold up the scans
+
+
+class SlamOutput:
+    """The publishers of slam_toolbox.
+
+    Args:
+        node: The node, whose configuration names the frames.
+        slam: The mapper that they speak of at first.
+    """
+
+    def __init__(self, node: ManagedNode, slam: PoseTracker) -> None:
+        self._node = node
+        c = node.config
+        self._map = node.publisher(OccupancyGridMsg, c.map_name, qos.LATCHED)
+        self._metadata = node.publisher(MapMetaData, f"{c.map_name}_metadata", qos.LATCHED)
+        self._pose = node.publisher(PoseWithCovarianceStamped, "pose", qos.DEFAULT)
+        self._graph = node.publisher(MarkerArray, "slam_toolbox/graph_visualization", qos.LATEST)
+        self._tf = node.publisher(TFMessage, "/tf", qos.TF)
+        self.restart(slam)
+
+    def restart(self, slam: PoseTracker) -> None:
+        """Speak of another mapper."""
+        self._slam = slam
+        self._update: SlamUpdate | None = None
+        self._status = MatchStatus.MATCHED
+        self._stamp = self._broadcast_stamp = -np.inf
+        self.graph_changed()
+
+    def graph_changed(self) -> None:
+        """Publish the map when it is next due, although no keyframe came."""
+        self._fresh = len(self._slam.graph) > 0
+
+    def hold(self, stamp: float) -> None:
+        """Let the correction hold for a scan's stamp [s] too that was not taken in."""
+        self._stamp = stamp
+
+    def take(self, update: SlamUpdate, stamp: float) -> None:
+        """Publish what a scan of some stamp [s] brought."""
+        first = self._update is None
+        self._update, self._stamp = update, stamp
+        self._fresh |= update.keyframe
+        self._log(update.status)
+        self._publish_pose(update, stamp)
+        if first:
+            self.publish_map()
+
+    def _log(self, status: MatchStatus) -> None:
+        if status is self._status:
+            return
+        self._status = status
+        if status is MatchStatus.MATCHED:
+            self._node.get_logger().info("scans match the map again")
+        else:
+            reason = f"scan matching: {status.value}; following the odometry"
+            self._node.get_logger().warning(reason)
+
+    def _publish_pose(self, update: SlamUpdate, stamp: float) -> None:
+        c = self._node.config
+        scale = np.diag([c.position_covariance_scale, c.position_covariance_scale, 1.0])
+        scale[2, 2] = c.yaw_covariance_scale
+        covariance = planar_covariance(np.sqrt(scale) @ update.covariance @ np.sqrt(scale))
+        pose = PoseWithCovariance(pose=pose_msg(update.T_map_base), covariance=covariance)
+        head = header(c.map_frame, stamp)
+        self._pose.publish(PoseWithCovarianceStamped(header=head, pose=pose))
+
+    def broadcast(self) -> None:
+        """Broadcast map -> odom."""
+        if self._update is None or self._stamp <= self._broadcast_stamp:
+            return  # a stamp sent twice is an error to tf2
+        self._broadcast_stamp = self._stamp
+        c = self._node.config
+        dated = (self._node.now if c.restamp_tf else self._stamp) + c.transform_timeout
+        transform = transform_msg(self._update.T_map_odom, c.map_frame, c.odom_frame, dated)
+        self._tf.publish(TFMessage(transforms=[transform]))
+
+    def map_message(self, most_moved: int | None = None) -> OccupancyGridMsg | None:
+        """Return the map, or None before the first scan; `most_moved` as in `PoseTracker.map`."""
+        grid = self._slam.map(most_moved)
+        return None if grid is None else grid_msg(grid, self._node.config.map_frame, self._node.now)
+
+    def publish_map(self) -> None:
+        """Publish map and graph, if they are others than before."""
+        if not (self._fresh or self._slam.keyframes.map_behind):
+            return
+        message: Any = self.map_message(_MOST_MOVED)
+        if message is None:
+            return
+        self._fresh = False
+        self._map.publish(message)
+        self._metadata.publish(message.info)
+        if self._graph.get_subscription_count():
+            self._graph.publish(markers(self._slam.graph, message.header))

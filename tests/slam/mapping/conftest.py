@@ -1,0 +1,44 @@
+"""A mapped drive through the room, its session and the file of that."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_slam.mapping.session import Session
+from arjuna_slam.mapping.session_file import save_session
+from arjuna_slam.slam import Slam
+from tests.slam.slam_room import drive
+
+Log = list[tuple[Scan, SE2, SE2]]
+
+
+@pytest.fixture(scope="module")
+def log() -> Log:
+    return drive(seed=5)
+
+
+@pytest.fixture(scope="module")
+def mapped(log: Log) -> Slam:
+    slam = Slam()
+    for scan, odometry, _ in log:
+        slam.process(scan, odometry)
+    slam.optimize()
+    return slam
+
+
+@pytest.fixture(scope="module")
+def session(mapped: Slam) -> Session:
+    found = mapped.session()
+    assert found is not None
+    return found
+
+
+@pytest.fixture
+def file(session: Session, tmp_path: Path) -> Path:
+    path = tmp_path / "room.posegraph"
+    save_session(path, session)
+    return path
