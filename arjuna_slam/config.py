@@ -13,12 +13,11 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.back_end import BackEndConfig
 from arjuna_slam.graph.loops import LoopConfig
 from arjuna_slam.mapping.mapper import Mapper
-from arjuna_slam.matching.correlative import Window
-from arjuna_slam.matching.scan_matcher import MatcherConfig
+from arjuna_slam.matching.tracking import TrackerConfig
 
 
 @dataclass(frozen=True)
-class SlamConfig(BackEndConfig, LoopConfig, MatcherConfig):
+class SlamConfig(BackEndConfig, LoopConfig, TrackerConfig):
     """Parameters of SLAM, those of matching and of loop closure among them."""
 
     resolution: float = param(0.05, "Edge of a map cell.", unit="m", minimum=0.005, maximum=1.0)
@@ -43,39 +42,10 @@ class SlamConfig(BackEndConfig, LoopConfig, MatcherConfig):
         minimum=0.005,
         maximum=0.5,
     )
-    correlation_search_space_dimension: float = param(
-        1.0,
-        "Width of the search window of a keyframe; 0.5 (slam_toolbox) loses slipping wheels.",
-        unit="m",
-        minimum=0.0,
-        maximum=10.0,
-    )
-    coarse_search_angle_offset: float = param(
-        0.349,
-        "Half the angle of the search window of a keyframe.",
-        unit="rad",
-        minimum=0.0,
-        maximum=3.15,
-    )
-    distance_variance_penalty: float = param(
-        0.5, "Deviation of the penalty on the distance from the odometry.", unit="m", minimum=1e-3
-    )
-    angle_variance_penalty: float = param(
-        1.0, "Deviation of the penalty on the turn from the odometry.", unit="rad", minimum=1e-3
-    )
-    minimum_distance_penalty: float = param(
-        0.8, "Least the penalty on distance may become.", minimum=0.0, maximum=1.0
-    )
-    minimum_angle_penalty: float = param(
-        0.9, "Least the penalty on the turn may become.", minimum=0.0, maximum=1.0
-    )
     odometry_deviation: float = param(
         0.2, "Deviation of odometry per metre and per radian.", minimum=1e-3, maximum=10.0
     )
 
-    use_scan_matching: bool = param(
-        True, "Whether scans correct the odometry; without, it is believed."
-    )
     min_pass_through: int = param(
         2, "A cell of the map is known where more beams came.", minimum=0, maximum=1000
     )
@@ -91,19 +61,6 @@ class SlamConfig(BackEndConfig, LoopConfig, MatcherConfig):
         """Return a mapper without scans."""
         return Mapper(
             self.resolution, self.max_laser_range, self.min_pass_through, self.occupancy_threshold
-        )
-
-    @property
-    def window(self) -> Window:
-        """Where a keyframe is searched."""
-        return Window(
-            0.5 * self.correlation_search_space_dimension,
-            self.coarse_search_angle_offset,
-            3,
-            self.distance_variance_penalty**2,
-            self.angle_variance_penalty**2,
-            self.minimum_distance_penalty,
-            self.minimum_angle_penalty,
         )
 
     def keyframe_due(self, delta: SE2) -> bool:

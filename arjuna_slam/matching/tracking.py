@@ -2,14 +2,65 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_slam.config import SlamConfig
+from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
+from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
+
+
+@dataclass(frozen=True)
+class TrackerConfig(MatcherConfig):
+    """Parameters of tracking, those of scan matching among them."""
+
+    use_scan_matching: bool = param(
+        True, "Whether scans correct the odometry; without, it is believed."
+    )
+    correlation_search_space_dimension: float = param(
+        1.0,
+        "Width of the search window of a keyframe; 0.5 (slam_toolbox) loses slipping wheels.",
+        unit="m",
+        minimum=0.0,
+        maximum=10.0,
+    )
+    coarse_search_angle_offset: float = param(
+        0.349,
+        "Half the angle of the search window of a keyframe.",
+        unit="rad",
+        minimum=0.0,
+        maximum=3.15,
+    )
+    distance_variance_penalty: float = param(
+        0.5, "Deviation of the penalty on the distance from the odometry.", unit="m", minimum=1e-3
+    )
+    angle_variance_penalty: float = param(
+        1.0, "Deviation of the penalty on the turn from the odometry.", unit="rad", minimum=1e-3
+    )
+    minimum_distance_penalty: float = param(
+        0.8, "Least the penalty on distance may become.", minimum=0.0, maximum=1.0
+    )
+    minimum_angle_penalty: float = param(
+        0.9, "Least the penalty on the turn may become.", minimum=0.0, maximum=1.0
+    )
+
+    @property
+    def window(self) -> Window:
+        """Where a keyframe is searched."""
+        return Window(
+            0.5 * self.correlation_search_space_dimension,
+            self.coarse_search_angle_offset,
+            3,
+            self.distance_variance_penalty**2,
+            self.angle_variance_penalty**2,
+            self.minimum_distance_penalty,
+            self.minimum_angle_penalty,
+        )
 
 
 class Tracker:
@@ -20,7 +71,7 @@ class Tracker:
         matcher: The scan matcher.
     """
 
-    def __init__(self, config: SlamConfig, matcher: ScanMatcher) -> None:
+    def __init__(self, config: TrackerConfig, matcher: ScanMatcher) -> None:
         self._config = config
         self._matcher = matcher
 

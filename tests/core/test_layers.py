@@ -61,7 +61,6 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
 UPWARD = {
     ("arjuna_slam/graph/loops.py", "arjuna_slam.mapping.submap"),
     ("arjuna_slam/mapping/reference_map.py", "arjuna_slam.config"),
-    ("arjuna_slam/matching/tracking.py", "arjuna_slam.config"),
     ("bringup/viewing/pictures.py", "bringup.demo.log"),
 }
 CIRCLES: set[str] = set()
