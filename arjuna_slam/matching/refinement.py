@@ -11,6 +11,7 @@ SLAM, 2016, section IV (scan to map); Zhang, Parameter estimation techniques, 19
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -98,7 +99,7 @@ def sample_distance(
 
 @njit(cache=True)
 def _linearize(
-    values: NDArray[np.generic],
+    values: NDArray[Any],
     planes: NDArray[np.float32] | None,
     resolution: float,
     origin: NDArray[np.float64],
@@ -151,7 +152,7 @@ def _linearize(
 
 @njit(cache=True)
 def refine(
-    values: NDArray[np.generic],
+    values: NDArray[Any],
     planes: NDArray[np.float32] | None,
     resolution: float,
     origin: NDArray[np.float64],

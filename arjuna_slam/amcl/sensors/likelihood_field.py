@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.field import DistanceField
-from arjuna_slam.amcl.lookup import bordered, count_near, sum_at_endpoints
-from arjuna_slam.amcl.sensors.observation import Observation
+from arjuna_slam.amcl.sensors.scan_view import ScanView
+from arjuna_slam.matching.lookup import bordered, sum_at_endpoints
+from arjuna_slam.matching.map_field import MapField
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ class Likelihood:
 class SensorModel(Protocol):
     """Weighs particles by a scan."""
 
-    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
+    def weigh(self, particles: NDArray[np.float64], view: ScanView) -> Likelihood:
         """Return the likelihood of a scan's few beams at particles.
 
         Args:
             particles: `(N, 3) float64` in the map frame [m, m, rad].
-            seen: The scan, with at least one beam.
+            view: The scan, with at least one beam.
         """
 
 
@@ -47,7 +47,7 @@ class _Density:
     uniform reading.
     """
 
-    def __init__(self, field: DistanceField, config: AmclConfig) -> None:
+    def __init__(self, field: MapField, config: AmclConfig) -> None:
         self.field = field
         self._config = config
         self._range_max = -1.0
@@ -78,16 +78,16 @@ class LikelihoodField:
     replaces because neighbouring beams are not independent.
     """
 
-    def __init__(self, field: DistanceField, config: AmclConfig) -> None:
+    def __init__(self, field: MapField, config: AmclConfig) -> None:
         self._density = _Density(field, config)
         self._cubed: NDArray[np.float32] = field.distances
 
-    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
+    def weigh(self, particles: NDArray[np.float64], view: ScanView) -> Likelihood:
         """See `SensorModel.weigh`."""
         density = self._density
-        if density.build(seen.range_max):
+        if density.build(view.range_max):
             self._cubed = bordered(density.table**3, density.outside**3)
-        sums = sum_at_endpoints(self._cubed, *_in_cells(density.field, particles, seen))
+        sums = sum_at_endpoints(self._cubed, *_in_cells(density.field, particles, view))
         factors = 1.0 + sums.astype(np.float64)
         return Likelihood(factors, factors)
 
@@ -98,18 +98,19 @@ class LikelihoodFieldProb:
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 6.3; skipping: nav2_amcl.
     """
 
-    def __init__(self, field: DistanceField, config: AmclConfig) -> None:
+    def __init__(self, field: MapField, config: AmclConfig) -> None:
         self._density = _Density(field, config)
         self._config = config
-        self._distances = bordered(field.distances, field.max_distance)
-        self._logs: NDArray[np.float32] = self._distances
+        within = config.beam_skip_distance
+        self._near = bordered(field.distances < within, float(field.max_distance < within))
+        self._logs: NDArray[np.float32] = self._near
 
-    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
+    def weigh(self, particles: NDArray[np.float64], view: ScanView) -> Likelihood:
         """See `SensorModel.weigh`."""
         density = self._density
-        if density.build(seen.range_max):
+        if density.build(view.range_max):
             self._logs = bordered(np.log(density.table), math.log(density.outside))
-        poses, cells = _in_cells(density.field, particles, seen)
+        poses, cells = _in_cells(density.field, particles, view)
         if self._config.do_beamskip:
             cells = self._skip(poses, cells)
         sums = sum_at_endpoints(self._logs, poses, cells).astype(np.float64)
@@ -118,13 +119,13 @@ class LikelihoodFieldProb:
     def _skip(self, poses: NDArray[np.float64], cells: NDArray[np.float64]) -> NDArray[np.float64]:
         """Leave out beams that fit too few particles, unless that would be nearly all."""
         c = self._config
-        fits = count_near(self._distances, c.beam_skip_distance, poses, cells)
-        keep = fits > c.beam_skip_threshold * len(poses)
+        near = [sum_at_endpoints(self._near, poses, cell[np.newaxis]) for cell in cells]
+        keep = np.mean(near, axis=1, dtype=np.float64) > c.beam_skip_threshold
         skipped = 1.0 - keep.mean()
         return cells if skipped >= c.beam_skip_error_threshold else cells[keep]
 
 
 def _in_cells(
-    field: DistanceField, particles: NDArray[np.float64], seen: Observation
+    field: MapField, particles: NDArray[np.float64], view: ScanView
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    return field.to_grid(particles), seen.few.endpoints / field.frame.resolution
+    return field.to_grid(particles), view.few.endpoints / field.frame.resolution
