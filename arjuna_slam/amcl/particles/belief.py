@@ -10,7 +10,7 @@ from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Hypothesis
 from arjuna_slam.amcl.particles.bins import to_bins
 from arjuna_slam.amcl.particles.clusters import Cluster, find_clusters
-from arjuna_slam.amcl.particles.motion import make_motion
+from arjuna_slam.amcl.particles.motion import MODELS
 from arjuna_slam.amcl.particles.resample import effective_count, kld_indices, low_variance_indices
 from arjuna_slam.matching.map_field import MapField
 
@@ -33,7 +33,7 @@ class Belief:
 
     def __init__(self, config: AmclConfig, field: MapField, rng: np.random.Generator) -> None:
         self._config, self._field, self._rng = config, field, rng
-        self._motion = make_motion(config)
+        self._motion = MODELS[config.robot_model_type]
         self._updates = 0
         self._rank_of: NDArray[np.int64] | None = None  # of each particle's cluster, when known
         self._tied = np.zeros(0, bool)  # which clusters the last scan fit alike
@@ -77,7 +77,7 @@ class Belief:
 
     def move(self, delta: SE2) -> None:
         """Move each particle by a draw around a step of odometry."""
-        self.particles = self._motion.sample(self.particles, delta, self._rng)
+        self.particles = self._motion(self._config, self.particles, delta, self._rng)
         self._binned = None
 
     def reweigh(self, factors: NDArray[np.float64]) -> None:
