@@ -75,7 +75,7 @@ class MapField:
         """
         start = (self._T_grid_map @ pose).array()
         found = refine(
-            self.distances, None, self.frame.resolution, _NOWHERE, points, None,
+            (self.distances, None, self.frame.resolution, _NOWHERE), points, None,
             start, start, information, scales, deviation,
         )[0]  # fmt: skip
         return self.frame.origin @ SE2.from_array(found)

@@ -17,6 +17,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+# A field's values `(H, W)`, which are rows of its planes, or distances [m] where it has none; its
+# planes `(K, 4) float32`; edge of a cell [m]; origin `(2,) float64` [m]
+Reference = tuple[NDArray[Any], NDArray[np.float32] | None, float, NDArray[np.float64]]
+
 # Weights rise from 0 to 1 between two values, because hard limits make the steps cycle.
 _SUPPORT_MIN, _SUPPORT_FULL = 0.02, 0.2  # how much reference is around a point
 _ALIGNED_MIN, _ALIGNED_FULL = 0.3, 0.7  # how well its normals agree; a thin wall's cancel
@@ -109,7 +113,6 @@ def _linearize(
     scale: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
     """Return the normal equations, the sum of weights and that of weighted squares [m^2]."""
-    h, g = np.empty((3, 3)), np.empty(3)
     xx = xy = xt = yy = yt = tt = gx = gy = gt = total = square = 0.0
     c, s = math.cos(pose[2]), math.sin(pose[2])
     for i in range(len(points)):
@@ -125,11 +128,10 @@ def _linearize(
             continue
         ratio = d / scale
         w = trust / (1.0 + ratio * ratio) ** 2
-        if normals is not None:
-            qx, qy = normals[i, 0], normals[i, 1]
-            if qx != 0.0 or qy != 0.0:
-                facing = nx * (c * qx - s * qy) + ny * (s * qx + c * qy)
-                w *= _ramp(facing, _FACING_MIN, _FACING_FULL)
+        if normals is not None and (normals[i, 0] != 0.0 or normals[i, 1] != 0.0):
+            along = nx * normals[i, 0] + ny * normals[i, 1]
+            facing = c * along + s * (ny * normals[i, 0] - nx * normals[i, 1])
+            w *= _ramp(facing, _FACING_MIN, _FACING_FULL)
         nt = ny * rx - nx * ry
         wx, wy, wt = w * nx, w * ny, w * nt
         xx += wx * nx
@@ -143,19 +145,13 @@ def _linearize(
         gt += wt * d
         total += w
         square += w * d * d
-    h[0, 0], h[0, 1], h[0, 2] = xx, xy, xt
-    h[1, 0], h[1, 1], h[1, 2] = xy, yy, yt
-    h[2, 0], h[2, 1], h[2, 2] = xt, yt, tt
-    g[0], g[1], g[2] = gx, gy, gt
-    return h, g, total, square
+    h = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+    return h, np.array([gx, gy, gt]), total, square
 
 
 @njit(cache=True)
 def refine(
-    values: NDArray[Any],
-    planes: NDArray[np.float32] | None,
-    resolution: float,
-    origin: NDArray[np.float64],
+    reference: Reference,
     points: NDArray[np.float64],
     normals: NDArray[np.float64] | None,
     start: NDArray[np.float64],
@@ -167,14 +163,11 @@ def refine(
     """Return the refined pose and how well it fits.
 
     Args:
-        values: The field's `(H, W)`: rows of `planes`, or distances [m] where there are none.
-        planes: The field's `(K, 4) float32`, None for a distance field.
-        resolution: Edge of a cell [m].
-        origin: The field's `(2,) float64` [m].
+        reference: The field's.
         points: `(N, 2) float64` in the robot's base frame [m].
-        normals: `(N, 2) float64` in the robot's base frame, zero where unknown; None for none.
-        start: `(3,) float64` pose to start from.
-        prior: `(3,) float64` pose that the prior information is about.
+        normals: Theirs, `(N, 2) float64`, zero where unknown; None for none.
+        start: Pose to start from, `(3,) float64`.
+        prior: Pose that the prior information is about, `(3,) float64`.
         prior_information: `(3, 3) float64`.
         scales: Of the Geman-McClure weight in each step, `(K,) float64` [m]; the last ones alike.
         deviation: Of a distance [m].
@@ -183,6 +176,7 @@ def refine(
         Pose `(3,) float64`; information of the match alone `(3, 3) float64`; sum of the weights;
         weighted mean of the squared distances [m^2]; steps used, -1 if it did not converge.
     """
+    values, planes, resolution, origin = reference
     pose, h = start.copy(), np.zeros((3, 3))
     total = square = 0.0
     step, done = math.inf, 0
@@ -191,10 +185,10 @@ def refine(
             values, planes, resolution, origin, points, normals, pose, scales[done]
         )
         h /= deviation * deviation
-        g /= deviation * deviation
         error = pose - prior
         error[2] = (error[2] + math.pi) % (2.0 * math.pi) - math.pi
-        delta = solve(h + prior_information, -g - prior_information @ error)
+        pull = g / (deviation * deviation) + prior_information @ error
+        delta = solve(h + prior_information, -pull)
         if done > _WHOLE_STEPS:
             delta *= 0.5
         pose += delta

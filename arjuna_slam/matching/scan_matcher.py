@@ -183,8 +183,8 @@ class ScanMatcher:
     ) -> Match:
         config = self._config
         pose, h, total, square, steps = refine(
-            field.index, field.planes, field.resolution, field.origin, surface.points,
-            surface.normals,
+            (field.index, field.planes, field.resolution, field.origin),
+            surface.points, surface.normals,
             start.array(), prior.array(), information + 1e-6 * _UNKNOWN_INFORMATION,
             self._scales, config.range_deviation,
         )  # fmt: skip
