@@ -135,6 +135,7 @@ def _stamp(
 
     A point is not added while there is no room for all the planes it may need.
     """
+    scale = -0.5 * (resolution / sigma) ** 2
     width = 2 * radius + 1
     wx, wy = np.empty(width), np.empty(width)
     for i in range(first, len(points)):
@@ -142,8 +143,8 @@ def _stamp(
             return count, i
         gx = (points[i, 0] - origin[0]) / resolution
         gy = (points[i, 1] - origin[1]) / resolution
-        _fill_gaussian(wx, gx - int(gx) + radius, sigma / resolution)
-        _fill_gaussian(wy, gy - int(gy) + radius, sigma / resolution)
+        _fill_gaussian(wx, gx - int(gx) + radius, scale)
+        _fill_gaussian(wy, gy - int(gy) + radius, scale)
         count = _stamp_point(
             score, index, planes, count, resolution, gx, gy, normals[i], wx, wy, radius
         )
@@ -151,11 +152,11 @@ def _stamp(
 
 
 @njit(cache=True)
-def _fill_gaussian(weights: NDArray[np.float64], centre: float, sigma: float) -> None:
+def _fill_gaussian(weights: NDArray[np.float64], centre: float, scale: float) -> None:
     """Fill in a Gaussian at the centres of cells; all in cells."""
     for k in range(len(weights)):
-        ratio = (centre - k - 0.5) / sigma
-        weights[k] = math.exp(-0.5 * ratio * ratio)
+        off = centre - k - 0.5
+        weights[k] = math.exp(scale * off * off)
 
 
 @njit(cache=True)
