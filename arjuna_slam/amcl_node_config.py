@@ -56,7 +56,7 @@ class AmclNodeConfig(AmclConfig):
         unit="Hz",
         minimum=0.0,
     )
-    seed: int = param(0, "Seed of all chance.", minimum=0, read_only=True)
+    seed: int = param(0, "Seed of all randomness.", minimum=0, read_only=True)
 
 
 def filter_part(config: AmclNodeConfig) -> tuple[Any, ...]:

@@ -80,6 +80,22 @@ class AmclConfig:
     recovery_alpha_fast: float = param(
         0.1, "Decay of the fast average likelihood; 0 injects no particles.", minimum=0, maximum=1
     )
+    agreement_distance: float = param(
+        0.15, "Distance to an obstacle below which a beam agrees with the map.", unit="m", minimum=0
+    )
+    match_deviation: float = param(
+        0.05,
+        "Deviation of a beam's end from the map, in matching; so that neighbouring beams, which "
+        "share an error, do not outweigh the odometry.",
+        unit="m",
+        minimum=1e-3,
+    )
+    tracking_share: float = param(
+        0.75,
+        "Probability of the best hypothesis from which the pose counts as known.",
+        minimum=0.0,
+        maximum=1.0,
+    )
     relocalize: bool = param(True, "Search the whole map for the scan when lost.")
     relocalize_agreement: float = param(
         0.7,
@@ -93,8 +109,22 @@ class AmclConfig:
         minimum=0.0,
         maximum=1.0,
     )
+    relocalize_gain: float = param(
+        0.15,
+        "Agreement that another place must have more; two thirds of it where the robot is lost.",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    relocalize_evidence: float = param(
+        40.0,
+        "How many beams of a scan err independently, so count as evidence for a place.",
+        minimum=0.0,
+    )
     relocalize_patience: float = param(
         1.0, "How long doubt must last before the map is searched.", unit="s", minimum=0.0
+    )
+    relocalize_wait: float = param(
+        8.0, "Longest wait between two searches, each waiting twice as long.", unit="s", minimum=0.0
     )
 
     def __post_init__(self) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.grid import OccupancyGrid
+from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 
 _PSD_TOLERANCE = 1e-9
@@ -45,13 +45,12 @@ def check_finite(pose: SE2, name: str) -> None:
         raise LocalizationError(f"{name} must be finite, got {pose}")
 
 
-def check_inside(pose: SE2, grid: OccupancyGrid) -> None:
-    """Raise unless a pose [m] of the map frame lies on the map.
+def check_inside(pose: SE2, frame: GridFrame) -> None:
+    """Raise unless a pose [m] of the map frame lies on a map.
 
     Raises:
         LocalizationError: The pose lies outside; the message gives the map's extent.
     """
-    frame = grid.frame
     if not frame.contains(*frame.to_cell(pose.x, pose.y)):
         w, h = frame.width * frame.resolution, frame.height * frame.resolution
         corners = frame.origin.apply(np.array([[0.0, 0.0], [w, 0.0], [0.0, h], [w, h]]))

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-
-_SURE = 0.75  # share of the weight above which the heaviest cluster is the answer
+from arjuna_slam.amcl.config import AmclConfig
 
 
 class Status(enum.Enum):
@@ -44,43 +43,42 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Answer:
-    """The hypothesis that wins.
+class Hypothesis:
+    """A place where the robot may be.
 
     Attributes:
-        pose: `(3,) float64` in the map frame [m, m, rad].
-        covariance: `(3, 3) float64`.
+        T_map_base: Pose of the base in the map.
+        covariance: Of x, y, theta, `(3, 3) float64` [m, m, rad].
         agreement: Share of beams that agree with the map there, 0..1; None if too few returned.
         share: Its probability among the hypotheses, 0..1.
     """
 
-    pose: NDArray[np.float64]
+    T_map_base: SE2
     covariance: NDArray[np.float64]
     agreement: float | None
     share: float
 
 
-def conclude(answer: Answer, T_odom_base: SE2, least: float) -> Estimate:
-    """Say what an answer amounts to.
+def conclude(best: Hypothesis, T_odom_base: SE2, config: AmclConfig) -> Estimate:
+    """Say what the best hypothesis amounts to.
 
     Args:
-        answer: The hypothesis that wins.
+        best: The hypothesis.
         T_odom_base: Odometry at its time.
-        least: Agreement below which the robot is lost, 0..1.
+        config: Parameters.
     """
-    T_map_base = SE2.from_array(answer.pose)
-    T_map_odom = T_map_base @ T_odom_base.inverse()
-    status, reason = _judge(answer, least)
-    quality = (answer.agreement or 0.0) * answer.share
-    return Estimate(T_map_base, T_map_odom, answer.covariance, quality, reason, status)
+    T_map_odom = best.T_map_base @ T_odom_base.inverse()
+    status, reason = _judge(best, config)
+    quality = (best.agreement or 0.0) * best.share
+    return Estimate(best.T_map_base, T_map_odom, best.covariance, quality, reason, status)
 
 
-def _judge(answer: Answer, least: float) -> tuple[Status, str]:
-    if answer.agreement is None:
+def _judge(best: Hypothesis, config: AmclConfig) -> tuple[Status, str]:
+    if best.agreement is None:
         return Status.BLIND, "hardly a beam returned; odometry alone"
-    agree = f"{answer.agreement:.0%} of the beams agree with the map"
-    if answer.agreement < least:
+    agree = f"{best.agreement:.0%} of the beams agree with the map"
+    if best.agreement < config.relocalize_agreement:
         return Status.LOST, f"only {agree}"
-    if answer.share < _SURE:
-        return Status.AMBIGUOUS, f"{agree}, but other places explain {1 - answer.share:.0%}"
+    if best.share < config.tracking_share:
+        return Status.AMBIGUOUS, f"{agree}, but other places explain {1 - best.share:.0%}"
     return Status.TRACKING, agree

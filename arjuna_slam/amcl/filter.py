@@ -9,37 +9,25 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import IDENTITY, SE2, wrap
+from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.errors import (
-    LocalizationError,
-    check_finite,
-    check_inside,
-    check_map,
-    covariance_root,
-)
-from arjuna_slam.amcl.estimate import Answer, Estimate, Status, conclude
-from arjuna_slam.amcl.field import DistanceField
-from arjuna_slam.amcl.particles.belief import SEED_COVARIANCE, Belief
+from arjuna_slam.amcl.errors import check_finite, check_inside, check_map, covariance_root
+from arjuna_slam.amcl.estimate import Estimate, Hypothesis, Status
+from arjuna_slam.amcl.map_matcher import MapMatcher
+from arjuna_slam.amcl.particles.belief import Belief
 from arjuna_slam.amcl.particles.clusters import Cluster
-from arjuna_slam.amcl.recovery import EVIDENCE, LikelihoodAverages, LostDetector, propose
-from arjuna_slam.amcl.refine import refine, refine_around
-from arjuna_slam.amcl.search import GlobalSearch
-from arjuna_slam.amcl.sensors.agreement import agreement
+from arjuna_slam.amcl.recovery import SEED_COVARIANCE, Recovery
 from arjuna_slam.amcl.sensors.models import make_sensor
-from arjuna_slam.amcl.sensors.observation import Observation
-from arjuna_slam.matching.deskew import motion_within
+from arjuna_slam.amcl.sensors.scan_view import ScanView
+from arjuna_slam.amcl.track import Track
+from arjuna_slam.matching.deskew import Deskewer
+from arjuna_slam.matching.map_field import MapField
 
-__all__ = ["AmclConfig", "Estimate", "LocalizationError", "ParticleFilter", "Status"]
-
-_INDIFFERENT = 0.015  # difference of agreement that decides nothing
-_STILL = np.array((1e-3, 1e-3, 1e-3))  # a robot that moved less since the last scan stands [m, rad]
+_INDIFFERENT = 0.015  # difference of agreement that decides nothing: three beams of 180
 _EXCELLENT = 0.95  # agreement that leaves nothing to look for
-_BETTER, _BETTER_IF_LOST = 0.15, 0.1  # agreement by which another place must be better
-_DRIFT = np.array(
-    (0.005, 0.005, 0.005)
-)  # by which odometry may err from scan to scan [m, m, rad] ...
-_DRIFT_SHARE = 0.2  # ... and per unit of motion
+_STILL = 1e-3  # a robot that moved less since the last scan stands [m, rad]
+_DRIFT = 0.005  # by which odometry may err from scan to scan [m, m, rad] ...
+_DRIFT_SHARE = 0.2  # ... and per unit of motion, as nav2_amcl's alphas
 
 
 class ParticleFilter:
@@ -48,30 +36,24 @@ class ParticleFilter:
     Args:
         config: Parameters.
         grid: The map.
-        rng: Source of all chance.
+        rng: Source of all randomness.
 
     Raises:
-        LocalizationError: The map has no free or no occupied cell, or the particle limits cross.
+        LocalizationError: The map has no free or no occupied cell.
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 8.3; nav2_amcl.
     """
 
     def __init__(self, config: AmclConfig, grid: OccupancyGrid, rng: np.random.Generator) -> None:
         check_map(grid)
-        self._config, self._grid = config, grid
-        self._field = DistanceField(grid, config.laser_likelihood_max_dist)
-        self._belief = Belief(config, self._field, rng)
-        self._sensor = make_sensor(self._field, config)
-        self._search: GlobalSearch | None = None
-        self._averages = LikelihoodAverages(config.recovery_alpha_slow, config.recovery_alpha_fast)
-        self._lost = LostDetector(config.relocalize_doubt, config.relocalize_patience)
-        self._updated_at: SE2 | None = None  # odometry at the last update; None after a new start
-        self._seen_at = IDENTITY  # odometry at the last estimate
-        self._last: tuple[float, SE2] | None = None  # stamp [s] of and odometry at the last scan
-        self._estimate: Estimate | None = None
-        self._answer = Answer(np.zeros(3), np.zeros((3, 3)), None, 0.0)
-        self._tied = np.zeros(0, bool)
-        self._search_wanted = False
+        field = MapField(grid, config.laser_likelihood_max_dist)
+        self._config = config
+        self._belief = Belief(config, field, rng)
+        self._sensor = make_sensor(field, config)
+        self._matcher = MapMatcher(config, field)
+        self._recovery = Recovery(config, self._matcher)
+        self._deskewer = Deskewer()
+        self._track = Track()
 
     @property
     def initialized(self) -> bool:
@@ -99,21 +81,18 @@ class ParticleFilter:
             LocalizationError: The pose is not finite or off the map, or the covariance is none.
         """
         check_finite(pose, "the pose")
-        check_inside(pose, self._grid)
+        check_inside(pose, self._matcher.field.frame)
         self._belief.spread(pose, covariance_root(covariance))
-        self._begin(search=False)
+        self._restart(search=False)
 
     def globalize(self) -> None:
         """Start anew with no idea of the pose; the next scan is looked for in the whole map."""
         self._belief.scatter()
-        self._begin(search=self._config.relocalize)
+        self._restart(search=self._config.relocalize)
 
-    def _begin(self, search: bool) -> None:
-        self._updated_at = self._estimate = None
-        self._tied = np.zeros(0, bool)
-        self._search_wanted = search
-        self._averages.reset()
-        self._lost.reset()
+    def _restart(self, search: bool) -> None:
+        self._track = Track()
+        self._recovery.restart(search)
 
     def update(self, T_odom_base: SE2, scan: Scan, force: bool = False) -> Estimate | None:
         """Take in a scan.
@@ -136,133 +115,109 @@ class ParticleFilter:
         check_finite(T_odom_base, "the odometry pose")
         if not self.initialized:
             return None
-        seen = Observation.of(self._straightened(T_odom_base, scan), self._config)
-        if not (self._due(T_odom_base) or force or self._search_wanted):
-            return self._follow(T_odom_base, seen)
-        if self._updated_at is not None:
-            self._belief.move(self._updated_at.inverse() @ T_odom_base)
-        self._updated_at = T_odom_base
-        if seen.blind:
-            return self._report(T_odom_base, self._unseen(self._belief.clusters()[0]))
-        self._weigh(seen)
-        if self._belief.resample(self._averages.injection):
-            self._averages.reset()
-        return self._settle(
-            T_odom_base, seen, self._compare(self._belief.clusters(), T_odom_base, seen)
-        )
+        view = ScanView.of(self._deskewer.deskewed(scan, T_odom_base), self._config)
+        if not (self._track.due(T_odom_base, self._config) or force or self._recovery.wanted):
+            best = self._follow(T_odom_base, view)
+            if best is None:
+                return None
+        else:
+            self._predict(T_odom_base)
+            if view.blind:
+                return self._track.conclude(self._unseen(), T_odom_base, self._config)
+            self._weigh(view)
+            self._resample()
+            best = self._verify(T_odom_base, view)
+        best = self._relocalize(best, T_odom_base, view)
+        return self._track.conclude(best, T_odom_base, self._config)
 
-    def _straightened(self, T_odom_base: SE2, scan: Scan) -> Scan:
-        """Return the scan with the motion within it, at the velocity since the last one."""
-        before, self._last = self._last, (scan.stamp, T_odom_base)
-        if scan.time_increment == 0.0 or before is None:
-            return scan
-        delta, gap = before[1].inverse() @ T_odom_base, scan.stamp - before[0]
-        return replace(scan, motion=motion_within(scan, delta, gap))
+    def _predict(self, T_odom_base: SE2) -> None:
+        """Move the particles as odometry says."""
+        step = self._track.step(T_odom_base)
+        if step is not None:
+            self._belief.move(step)
 
-    def _due(self, T_odom_base: SE2) -> bool:
-        """Whether the robot moved enough, each coordinate by itself as in nav2_amcl."""
-        if self._updated_at is None:
-            return True
-        last, c = self._updated_at, self._config
-        far = max(abs(T_odom_base.x - last.x), abs(T_odom_base.y - last.y)) > c.update_min_d
-        return far or abs(wrap(T_odom_base.theta - last.theta)) > c.update_min_a
-
-    def _follow(self, T_odom_base: SE2, seen: Observation) -> Estimate | None:
-        """Move the last estimate along, without the particles."""
-        if seen.blind or self._estimate is None:
-            return None
-        moved = np.abs((self._seen_at.inverse() @ T_odom_base).array())
-        pose = (self._estimate.T_map_odom @ T_odom_base).array()
-        score, enough = agreement(self._field, pose, seen), self._config.relocalize_doubt
-        settled = self._estimate.status in (Status.TRACKING, Status.AMBIGUOUS)
-        if (moved < _STILL).all() and settled and score >= enough:
-            self._lost.reset()
-            return None
-        refined = self._followed(T_odom_base, seen)
-        refined_score = agreement(self._field, refined, seen)
-        if refined_score >= min(score, self._config.relocalize_agreement):
-            pose, score = refined, refined_score
-        return self._settle(T_odom_base, seen, replace(self._answer, pose=pose, agreement=score))
-
-    def _followed(self, T_odom_base: SE2, seen: Observation) -> NDArray[np.float64]:
-        """Return the last estimate moved along by odometry and matched to the scan."""
-        assert self._estimate is not None
-        moved = np.abs((self._seen_at.inverse() @ T_odom_base).array())
-        pose = (self._estimate.T_map_odom @ T_odom_base).array()
-        drift = _DRIFT + _DRIFT_SHARE * moved.max()
-        return refine(self._field, pose, seen.many.endpoints, drift)
-
-    def _weigh(self, seen: Observation) -> None:
-        if not len(seen.few.ranges):
+    def _weigh(self, view: ScanView) -> None:
+        """Weigh the particles by how likely the scan is at each."""
+        if not len(view.few.ranges):
             return
-        likelihood = self._sensor.weigh(self._belief.particles, seen)
-        self._averages.add(float(self._belief.weights @ likelihood.levels))
-        self._belief.reweigh(self._belief.level(likelihood.factors, self._tied))
+        likelihood = self._sensor.weigh(self._belief.particles, view)
+        self._recovery.averages.add(float(self._belief.weights @ likelihood.levels))
+        self._belief.reweigh(self._belief.level(likelihood.factors))
 
-    @staticmethod
-    def _unseen(cluster: Cluster) -> Answer:
-        return Answer(cluster.mean, cluster.covariance, None, cluster.share)
+    def _resample(self) -> None:
+        """Draw the particles anew, some from anywhere if the scans have become unlikely."""
+        if self._belief.resample(self._recovery.averages.injection):
+            self._recovery.averages.reset()
 
-    def _compare(self, clusters: list[Cluster], T_odom_base: SE2, seen: Observation) -> Answer:
+    def _verify(self, T_odom_base: SE2, view: ScanView) -> Hypothesis:
         """Match each cluster to the scan, weigh clusters by all beams, return the heaviest."""
-        followed = None if self._estimate is None else self._followed(T_odom_base, seen)
-        found = [self._match(one, followed, seen) for one in clusters]
+        clusters = self._belief.clusters()
+        followed = self._followed(T_odom_base, view)
+        found = [self._match(one, followed, view) for one in clusters]
         scores = np.array([score for _, score in found])
         behind = np.minimum(0.0, scores - scores.max() + _INDIFFERENT)
-        shares = self._belief.shift(np.exp(EVIDENCE * behind))
-        self._tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement)
-        best = int(np.argmax(shares))
-        return Answer(
-            found[best][0], clusters[best].covariance, found[best][1], float(shares[best])
-        )
+        tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement)
+        shares = self._belief.shift(np.exp(self._config.relocalize_evidence * behind), tied)
+        k = int(np.argmax(shares))
+        return Hypothesis(found[k][0], clusters[k].covariance, found[k][1], float(shares[k]))
 
-    def _match(
-        self, cluster: Cluster, followed: NDArray[np.float64] | None, seen: Observation
-    ) -> tuple[NDArray[np.float64], float]:
+    def _match(self, cluster: Cluster, followed: SE2 | None, view: ScanView) -> tuple[SE2, float]:
         """Match a cluster to the scan; keep the pose followed so far if it is one of its own.
 
         Unless that fits worse: the filter is the judge.
         """
-        kept = followed is not None and cluster.holds(followed)
-        score = agreement(self._field, followed, seen) if kept and followed is not None else 0.0
-        if followed is not None and score >= _EXCELLENT:
-            return followed, score
+        kept, score = None, 0.0
+        if followed is not None and cluster.holds(followed.array()):
+            kept, score = followed, self._matcher.agreement(followed, view)
+            if score >= _EXCELLENT:
+                return kept, score
         deviations = np.sqrt(cluster.covariance.diagonal())
-        pose, matched = refine_around(self._field, cluster.mean, seen, deviations)
-        if followed is not None and kept and score >= matched - _INDIFFERENT:
-            return followed, score
+        pose, matched = self._matcher.best_near(SE2.from_array(cluster.mean), view, deviations)
+        if kept is not None and score >= matched - _INDIFFERENT:
+            return kept, score
         return pose, matched
 
-    def _settle(self, T_odom_base: SE2, seen: Observation, answer: Answer) -> Estimate:
-        """Search the whole map if the answer has been bad for long, then report."""
-        assert answer.agreement is not None
-        due = self._lost.observe(answer.agreement, seen.stamp) and self._config.relocalize
-        if due or self._search_wanted:
-            answer = self._relocalize(answer, seen)
-            self._updated_at = T_odom_base
-        return self._report(T_odom_base, answer)
+    def _unseen(self) -> Hypothesis:
+        """Return the heaviest cluster, which no scan confirms."""
+        cluster = self._belief.clusters()[0]
+        return Hypothesis(SE2.from_array(cluster.mean), cluster.covariance, None, cluster.share)
 
-    def _relocalize(self, answer: Answer, seen: Observation) -> Answer:
-        """Seed particles wherever the scan fits the map, if it fits anywhere better than here."""
-        assert answer.agreement is not None
-        if self._search is None:
-            self._search = GlobalSearch(self._field)
-        present = answer.pose[np.newaxis][: 0 if self._search_wanted else 1]
-        found = propose(self._search, self._field, seen, present)
-        self._lost.searched(seen.stamp)
-        lost = answer.agreement < self._config.relocalize_agreement
-        better = answer.agreement + (_BETTER_IF_LOST if lost else _BETTER)
-        if not self._search_wanted and found[0].agreement <= better:
-            return answer
-        self._search_wanted = False
-        poses = np.array([hypothesis.pose for hypothesis in found])
-        self._belief.seed(poses, np.array([hypothesis.share for hypothesis in found]))
-        self._tied = np.zeros(0, bool)
-        self._averages.reset()
-        return Answer(found[0].pose, SEED_COVARIANCE, found[0].agreement, found[0].share)
+    def _follow(self, T_odom_base: SE2, view: ScanView) -> Hypothesis | None:
+        """Move the last estimate along, without the particles; None if there is nothing new."""
+        last = self._track.estimate
+        if view.blind or last is None or self._track.best is None:
+            return None
+        pose = last.T_map_odom @ T_odom_base
+        score = self._matcher.agreement(pose, view)
+        moved = np.abs((last.T_map_base.inverse() @ pose).array()).max()
+        settled = last.status in (Status.TRACKING, Status.AMBIGUOUS)
+        if moved < _STILL and settled and score >= self._config.relocalize_doubt:
+            self._recovery.lost.reset()
+            return None
+        refined = self._followed(T_odom_base, view)
+        if refined is not None:
+            refined_score = self._matcher.agreement(refined, view)
+            if refined_score >= min(score, self._config.relocalize_agreement):
+                pose, score = refined, refined_score
+        return replace(self._track.best, T_map_base=pose, agreement=score)
 
-    def _report(self, T_odom_base: SE2, answer: Answer) -> Estimate:
-        """Keep the answer and say what it amounts to."""
-        self._answer, self._seen_at = answer, T_odom_base
-        self._estimate = conclude(answer, T_odom_base, self._config.relocalize_agreement)
-        return self._estimate
+    def _followed(self, T_odom_base: SE2, view: ScanView) -> SE2 | None:
+        """Return the last estimate moved along by odometry and matched to the scan."""
+        last = self._track.estimate
+        if last is None:
+            return None
+        pose = last.T_map_odom @ T_odom_base
+        moved = np.abs((last.T_map_base.inverse() @ pose).array()).max()
+        return self._matcher.refined(pose, view, np.full(3, _DRIFT + _DRIFT_SHARE * moved))
+
+    def _relocalize(self, best: Hypothesis, T_odom_base: SE2, view: ScanView) -> Hypothesis:
+        """Where the scan has fit badly for long, seed particles wherever it fits better."""
+        assert best.agreement is not None
+        if not self._recovery.due(best.agreement, view.stamp):
+            return best
+        found = self._recovery.search(best, view)
+        if not found:
+            return best
+        self._belief.seed(found, SEED_COVARIANCE)
+        self._track.updated_at = T_odom_base
+        return found[0]

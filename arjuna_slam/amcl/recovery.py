@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from arjuna_slam.amcl.field import DistanceField
-from arjuna_slam.amcl.refine import refine
-from arjuna_slam.amcl.search import GlobalSearch, distinct
-from arjuna_slam.amcl.sensors.agreement import agreement
-from arjuna_slam.amcl.sensors.observation import Observation
+from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.config import AmclConfig
+from arjuna_slam.amcl.estimate import Hypothesis
+from arjuna_slam.amcl.map_matcher import MapMatcher
+from arjuna_slam.amcl.sensors.scan_view import ScanView
+from arjuna_slam.matching.global_search import GlobalSearch, distinct
 
-EVIDENCE = 40.0  # log-likelihood of one more unit of agreement: so many beams are independent
+SEED_COVARIANCE = np.diag([0.05**2, 0.05**2, math.radians(2.0) ** 2])  # of a pose just matched
 _PROPOSALS = 24  # poses of the search that are refined and compared beam by beam
 _MARGIN = 0.1  # agreement by which a proposal may fall short of the best and be kept
 _HYPOTHESES = 6
-_BACKOFF_MAX = 8.0  # longest wait between two searches [s]
+_LOST_SHARE = 2.0 / 3.0  # of the gain that another place needs, where the robot is lost
 
 
 class LikelihoodAverages:
-    """Slow and fast averages of the likelihood, whose ratio says how much chance to inject.
+    """Slow and fast averages of the likelihood, whose ratio says how many particles to inject.
 
     Args:
         alpha_slow: Decay rate of the long-term average.
@@ -60,11 +60,13 @@ class LostDetector:
     Args:
         threshold: Agreement (0..1) below which a scan disagrees.
         patience: How long scans must disagree [s].
+        longest: Longest wait between two searches [s].
     """
 
-    def __init__(self, threshold: float, patience: float) -> None:
+    def __init__(self, threshold: float, patience: float, longest: float) -> None:
         self._threshold = threshold
         self._patience = patience
+        self._longest = longest
         self.reset()
 
     def reset(self) -> None:
@@ -89,46 +91,77 @@ class LostDetector:
     def searched(self, now: float) -> None:
         """Begin the wait for the next search, each twice as long as the one before."""
         self._since = now
-        self._wait = min(max(2.0 * self._wait, self._patience), _BACKOFF_MAX)
+        self._wait = min(max(2.0 * self._wait, self._patience), self._longest)
 
 
-@dataclass(frozen=True)
-class Hypothesis:
-    """A place where the robot may be.
-
-    Attributes:
-        pose: `(3,) float64` in the map frame [m, m, rad].
-        agreement: Share of beams that agree with the map there, 0..1.
-        share: Its probability among the hypotheses, 0..1.
-    """
-
-    pose: NDArray[np.float64]
-    agreement: float
-    share: float
-
-
-def propose(
-    search: GlobalSearch,
-    field: DistanceField,
-    seen: Observation,
-    present: NDArray[np.float64],
-) -> list[Hypothesis]:
-    """Return the places that explain a scan about equally well, best first.
+class Recovery:
+    """Notices that the robot is lost, and looks for it in the whole map.
 
     Args:
-        search: Of the map.
-        field: The map's distances.
-        seen: The scan.
-        present: Poses that compete with those found, `(K, 3) float64` [m, m, rad].
+        config: Parameters.
+        matcher: Of the map.
+
+    Attributes:
+        averages: Of the likelihood.
+        lost: Says when to search.
+        wanted: Whether to search with the next scan, however well it fits.
     """
-    found = np.vstack((present, search.find(seen.many.endpoints, _PROPOSALS)))
-    poses = np.array([refine(field, pose, seen.many.endpoints) for pose in found])
-    scores = np.array([agreement(field, pose, seen) for pose in poses])
-    keep = distinct(poses, scores, _HYPOTHESES)
-    keep = keep[scores[keep] >= scores[keep[0]] - _MARGIN]
-    shares = np.exp(EVIDENCE * (scores[keep] - scores[keep[0]]))
-    shares /= shares.sum()
-    return [
-        Hypothesis(poses[i], float(scores[i]), float(share))
-        for i, share in zip(keep, shares, strict=True)
-    ]
+
+    def __init__(self, config: AmclConfig, matcher: MapMatcher) -> None:
+        self._config, self._matcher = config, matcher
+        self._search: GlobalSearch | None = None
+        c = config
+        self.averages = LikelihoodAverages(c.recovery_alpha_slow, c.recovery_alpha_fast)
+        self.lost = LostDetector(c.relocalize_doubt, c.relocalize_patience, c.relocalize_wait)
+        self.wanted = False
+
+    def restart(self, search: bool) -> None:
+        """Forget the scans so far; search with the next one if told so."""
+        self.wanted = search
+        self.averages.reset()
+        self.lost.reset()
+
+    def due(self, agreement: float, now: float) -> bool:
+        """Tell whether to search the map, from a scan's agreement (0..1) and stamp [s]."""
+        lost = self.lost.observe(agreement, now)
+        return self.wanted or (lost and self._config.relocalize)
+
+    def search(self, best: Hypothesis, view: ScanView) -> list[Hypothesis]:
+        """Return the places that explain a scan, best first; none if the present one will do.
+
+        Args:
+            best: The hypothesis that is believed.
+            view: The scan.
+        """
+        assert best.agreement is not None
+        found = self.propose(view, [] if self.wanted else [best.T_map_base])
+        self.lost.searched(view.stamp)
+        gain = self._config.relocalize_gain
+        if best.agreement < self._config.relocalize_agreement:
+            gain *= _LOST_SHARE
+        if not self.wanted and (found[0].agreement or 0.0) <= best.agreement + gain:
+            return []
+        self.wanted = False
+        self.averages.reset()
+        return found
+
+    def propose(self, view: ScanView, present: list[SE2]) -> list[Hypothesis]:
+        """Return the places that explain a scan about equally well, best first.
+
+        Args:
+            view: The scan.
+            present: Poses that compete with those found.
+        """
+        if self._search is None:
+            self._search = GlobalSearch(self._matcher.field)
+        places = self._search.find(view.many.endpoints, _PROPOSALS)
+        starts = present + [SE2.from_array(place) for place in places]
+        poses = [self._matcher.refined(start, view) for start in starts]
+        scores = np.array([self._matcher.agreement(pose, view) for pose in poses])
+        keep = distinct(np.array([pose.array() for pose in poses]), scores, _HYPOTHESES)
+        keep = keep[scores[keep] >= scores[keep[0]] - _MARGIN]
+        shares = np.exp(self._config.relocalize_evidence * (scores[keep] - scores[keep[0]]))
+        return [
+            Hypothesis(poses[i], SEED_COVARIANCE, float(scores[i]), float(share))
+            for i, share in zip(keep, shares / shares.sum(), strict=True)
+        ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 
@@ -23,3 +25,23 @@ def motion_within(scan: Scan, delta: SE2, gap: float) -> SE2:
     if not (gap > 0.0 and abs(sweep) <= _SCANS_MAX * gap):
         return IDENTITY
     return SE2.exp(sweep / gap * delta.log())
+
+
+class Deskewer:
+    """Gives each scan the motion during it, at the velocity since the scan before."""
+
+    def __init__(self) -> None:
+        self._last: tuple[float, SE2] | None = None  # stamp [s] and odometry
+
+    def deskewed(self, scan: Scan, T_odom_base: SE2) -> Scan:
+        """Return the scan with its motion; as it is where no scan came before.
+
+        Args:
+            scan: The scan.
+            T_odom_base: Odometry at its stamp.
+        """
+        before, self._last = self._last, (scan.stamp, T_odom_base)
+        if scan.time_increment == 0.0 or before is None:
+            return scan
+        delta = before[1].inverse() @ T_odom_base
+        return replace(scan, motion=motion_within(scan, delta, scan.stamp - before[0]))

@@ -135,7 +135,7 @@ def _stamp(
 
     A point is not added while there is no room for all the planes it may need.
     """
-    scale = 0.5 / (sigma * sigma)
+    scale = -0.5 * (resolution / sigma) ** 2
     width = 2 * radius + 1
     wx, wy = np.empty(width), np.empty(width)
     for i in range(first, len(points)):
@@ -143,36 +143,62 @@ def _stamp(
             return count, i
         gx = (points[i, 0] - origin[0]) / resolution
         gy = (points[i, 1] - origin[1]) / resolution
-        column, row = int(gx), int(gy)
-        for k in range(width):
-            dx = (gx - (column - radius + k) - 0.5) * resolution
-            dy = (gy - (row - radius + k) - 0.5) * resolution
-            wx[k] = math.exp(-scale * dx * dx)
-            wy[k] = math.exp(-scale * dy * dy)
-        nx, ny = normals[i, 0], normals[i, 1]
-        flat = nx != 0.0 or ny != 0.0
-        for a in range(width):
-            dy = (gy - (row - radius + a) - 0.5) * resolution
-            for b in range(width):
-                w = wx[b] * wy[a]
-                level = int(255.0 * w + 0.5)
-                if level < _LEVEL_MIN:
-                    continue
-                r, c = row - radius + a, column - radius + b
-                if level > score[r, c]:
-                    score[r, c] = level
-                if not flat:
-                    continue
-                k = index[r, c]
-                if k == 0:
-                    k = index[r, c] = count
-                    count += 1
-                dx = (gx - c - 0.5) * resolution
-                planes[k, 0] += w
-                planes[k, 1] += w * nx
-                planes[k, 2] += w * ny
-                planes[k, 3] += w * (nx * dx + ny * dy)
+        _fill_gaussian(wx, gx - int(gx) + radius, scale)
+        _fill_gaussian(wy, gy - int(gy) + radius, scale)
+        count = _stamp_point(
+            score, index, planes, count, resolution, gx, gy, normals[i], wx, wy, radius
+        )
     return count, len(points)
+
+
+@njit(cache=True)
+def _fill_gaussian(weights: NDArray[np.float64], centre: float, scale: float) -> None:
+    """Fill in a Gaussian at the centres of cells; all in cells."""
+    for k in range(len(weights)):
+        off = centre - k - 0.5
+        weights[k] = math.exp(scale * off * off)
+
+
+@njit(cache=True)
+def _stamp_point(
+    score: NDArray[np.uint8],
+    index: NDArray[np.int32],
+    planes: NDArray[np.float32],
+    count: int,
+    resolution: float,
+    gx: float,
+    gy: float,
+    normal: NDArray[np.float64],
+    wx: NDArray[np.float64],
+    wy: NDArray[np.float64],
+    radius: int,
+) -> int:
+    """Add one point, in cells from the origin; return the number of planes."""
+    nx, ny = normal[0], normal[1]
+    flat = nx != 0.0 or ny != 0.0
+    for a in range(len(wy)):
+        r = int(gy) - radius + a
+        dy = (gy - r - 0.5) * resolution
+        for b in range(len(wx)):
+            c = int(gx) - radius + b
+            w = wx[b] * wy[a]
+            level = int(255.0 * w + 0.5)
+            if level < _LEVEL_MIN:
+                continue
+            if level > score[r, c]:
+                score[r, c] = level
+            if not flat:
+                continue
+            k = index[r, c]
+            if k == 0:
+                k = index[r, c] = count
+                count += 1
+            dx = (gx - c - 0.5) * resolution
+            planes[k, 0] += w
+            planes[k, 1] += w * nx
+            planes[k, 2] += w * ny
+            planes[k, 3] += w * (nx * dx + ny * dy)
+    return count
 
 
 def _build_pyramid(

@@ -1,22 +1,31 @@
-"""Continuous refinement: Gauss-Newton on the signed distances of a scan's points to the surface.
+"""Continuous refinement: Gauss-Newton on the distances of a scan's points to the reference.
 
-Each step solves sum w (d + n J delta)^2 + prior, with d and n the field's smoothed distance and
-normal at the point and w a Geman-McClure weight. Sources: Deschaud, IMLS-SLAM, 2018, section III-C;
-Zhang, Parameter estimation techniques, 1997 (M-estimators).
+Each step solves sum w (d + n J delta)^2 + prior, with d and n the distance and its gradient at the
+point and w a Geman-McClure weight. SLAM's reference is an implicit surface with normals, AMCL's a
+map's distance field; where a field has no planes, its values are distances.
+
+Sources: Deschaud, IMLS-SLAM, 2018, section III-C; Hess et al., Real-time loop closure in 2D LIDAR
+SLAM, 2016, section IV (scan to map); Zhang, Parameter estimation techniques, 1997 (M-estimators).
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+# A field's values `(H, W)`, which are rows of its planes, or distances [m] where it has none; its
+# planes `(K, 4) float32`; edge of a cell [m]; origin `(2,) float64` [m]
+Reference = tuple[NDArray[Any], NDArray[np.float32] | None, float, NDArray[np.float64]]
+
 # Weights rise from 0 to 1 between two values, because hard limits make the steps cycle.
 _SUPPORT_MIN, _SUPPORT_FULL = 0.02, 0.2  # how much reference is around a point
 _ALIGNED_MIN, _ALIGNED_FULL = 0.3, 0.7  # how well its normals agree; a thin wall's cancel
 _FACING_MIN, _FACING_FULL = 0.3, 0.7  # cosine between the point's normal and the reference's
+_WHOLE_STEPS = 10  # after so many, steps are halved, so that a cycle comes to rest
 _STEP_DONE = 1e-4  # [m, rad]
 _STEP_CLOSE = 3e-3  # [m, rad]; a cycle no larger than this counts as converged
 
@@ -28,12 +37,8 @@ def _ramp(value: float, low: float, high: float) -> float:
 
 
 @njit(cache=True)
-def sample(
-    index: NDArray[np.int32],
-    planes: NDArray[np.float32],
-    gx: float,
-    gy: float,
-    resolution: float,
+def sample_surface(
+    index: NDArray[np.int32], planes: NDArray[np.float32], gx: float, gy: float, resolution: float
 ) -> tuple[float, float, float, float]:
     """Return signed distance [m], normal and trust (0..1) of the surface near a point.
 
@@ -71,95 +76,120 @@ def sample(
 
 
 @njit(cache=True)
+def sample_distance(
+    distances: NDArray[np.float32], gx: float, gy: float, resolution: float
+) -> tuple[float, float, float, float]:
+    """Return the distance [m], interpolated between cells, its gradient and trust (0 or 1).
+
+    Args:
+        distances: The field's `(H, W) float32` [m].
+        gx: The point in cells from the field's origin.
+        gy: As `gx`.
+        resolution: Edge of a cell [m].
+    """
+    height, width = distances.shape
+    x, y = gx - 0.5, gy - 0.5
+    if not (0.0 <= x < width - 1 and 0.0 <= y < height - 1):
+        return 0.0, 0.0, 0.0, 0.0
+    column, row = np.uint32(x), np.uint32(y)  # spares the check for Python's negative indices
+    u, v = x - column, y - row
+    d00, d01 = distances[row, column], distances[row, column + np.uint32(1)]
+    row += np.uint32(1)
+    d10, d11 = distances[row, column], distances[row, column + np.uint32(1)]
+    low, high = d00 + u * (d01 - d00), d10 + u * (d11 - d10)
+    nx = ((1.0 - v) * (d01 - d00) + v * (d11 - d10)) / resolution
+    return low + v * (high - low), nx, (high - low) / resolution, 1.0
+
+
+@njit(cache=True)
 def _linearize(
-    index: NDArray[np.int32],
-    planes: NDArray[np.float32],
+    values: NDArray[Any],
+    planes: NDArray[np.float32] | None,
     resolution: float,
     origin: NDArray[np.float64],
     points: NDArray[np.float64],
-    normals: NDArray[np.float64],
+    normals: NDArray[np.float64] | None,
     pose: NDArray[np.float64],
-    sigma: float,
-    h: NDArray[np.float64],
-    g: NDArray[np.float64],
-) -> tuple[float, float]:
-    """Fill the normal equations; return the sum of weights and of weighted squares [m^2]."""
-    h[:] = 0.0
-    g[:] = 0.0
-    total = square = 0.0
+    scale: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+    """Return the normal equations, the sum of weights and that of weighted squares [m^2]."""
+    xx = xy = xt = yy = yt = tt = gx = gy = gt = total = square = 0.0
     c, s = math.cos(pose[2]), math.sin(pose[2])
     for i in range(len(points)):
         rx = c * points[i, 0] - s * points[i, 1]
         ry = s * points[i, 0] + c * points[i, 1]
-        gx = (rx + pose[0] - origin[0]) / resolution
-        gy = (ry + pose[1] - origin[1]) / resolution
-        d, nx, ny, trust = sample(index, planes, gx, gy, resolution)
+        column = (rx + pose[0] - origin[0]) / resolution
+        row = (ry + pose[1] - origin[1]) / resolution
+        if planes is None:
+            d, nx, ny, trust = sample_distance(values, column, row, resolution)
+        else:
+            d, nx, ny, trust = sample_surface(values, planes, column, row, resolution)
         if trust == 0.0:
             continue
-        ratio = d / sigma
+        ratio = d / scale
         w = trust / (1.0 + ratio * ratio) ** 2
-        qx, qy = normals[i, 0], normals[i, 1]
-        if qx != 0.0 or qy != 0.0:
-            facing = nx * (c * qx - s * qy) + ny * (s * qx + c * qy)
+        if normals is not None and (normals[i, 0] != 0.0 or normals[i, 1] != 0.0):
+            along = nx * normals[i, 0] + ny * normals[i, 1]
+            facing = c * along + s * (ny * normals[i, 0] - nx * normals[i, 1])
             w *= _ramp(facing, _FACING_MIN, _FACING_FULL)
-        row = (nx, ny, ny * rx - nx * ry)
+        nt = ny * rx - nx * ry
+        wx, wy, wt = w * nx, w * ny, w * nt
+        xx += wx * nx
+        xy += wx * ny
+        xt += wx * nt
+        yy += wy * ny
+        yt += wy * nt
+        tt += wt * nt
+        gx += wx * d
+        gy += wy * d
+        gt += wt * d
         total += w
         square += w * d * d
-        for a in range(3):
-            g[a] += w * row[a] * d
-            for b in range(3):
-                h[a, b] += w * row[a] * row[b]
-    return total, square
+    h = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+    return h, np.array([gx, gy, gt]), total, square
 
 
 @njit(cache=True)
 def refine(
-    index: NDArray[np.int32],
-    planes: NDArray[np.float32],
-    resolution: float,
-    origin: NDArray[np.float64],
+    reference: Reference,
     points: NDArray[np.float64],
-    normals: NDArray[np.float64],
+    normals: NDArray[np.float64] | None,
     start: NDArray[np.float64],
     prior: NDArray[np.float64],
     prior_information: NDArray[np.float64],
-    sigma: float,
-    sigma_range: float,
-    iterations: int,
+    scales: NDArray[np.float64],
+    deviation: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, int]:
     """Return the refined pose and how well it fits.
 
     Args:
-        index: The field's `(H, W) int32`.
-        planes: The field's `(K, 4) float32`.
-        resolution: Edge of a cell [m].
-        origin: The field's `(2,) float64` [m].
+        reference: The field's.
         points: `(N, 2) float64` in the robot's base frame [m].
-        normals: `(N, 2) float64` in the robot's base frame, zero where unknown.
-        start: `(3,) float64` pose to start from.
-        prior: `(3,) float64` pose that the prior information is about.
+        normals: Theirs, `(N, 2) float64`, zero where unknown; None for none.
+        start: Pose to start from, `(3,) float64`.
+        prior: Pose that the prior information is about, `(3,) float64`.
         prior_information: `(3, 3) float64`.
-        sigma: Scale of the Geman-McClure weight [m].
-        sigma_range: Deviation of a distance [m].
-        iterations: Most steps; from the middle on they are halved.
+        scales: Of the Geman-McClure weight in each step, `(K,) float64` [m]; the last ones alike.
+        deviation: Of a distance [m].
 
     Returns:
         Pose `(3,) float64`; information of the match alone `(3, 3) float64`; sum of the weights;
-        weighted mean of the squared distances [m^2]; iterations used, -1 if it did not converge.
+        weighted mean of the squared distances [m^2]; steps used, -1 if it did not converge.
     """
-    pose, h, g = start.copy(), np.zeros((3, 3)), np.zeros(3)
+    values, planes, resolution, origin = reference
+    pose, h = start.copy(), np.zeros((3, 3))
     total = square = 0.0
     step, done = math.inf, 0
-    while done < iterations and step >= _STEP_DONE:
-        total, square = _linearize(
-            index, planes, resolution, origin, points, normals, pose, sigma, h, g
+    while done < len(scales) and (step >= _STEP_DONE or scales[done] != scales[done - 1]):
+        h, g, total, square = _linearize(
+            values, planes, resolution, origin, points, normals, pose, scales[done]
         )
-        h /= sigma_range * sigma_range
-        g /= sigma_range * sigma_range
+        h /= deviation * deviation
         error = pose - prior
         error[2] = (error[2] + math.pi) % (2.0 * math.pi) - math.pi
-        delta = _solve3(h + prior_information, -g - prior_information @ error)
-        if 2 * done > iterations:
+        pull = g / (deviation * deviation) + prior_information @ error
+        delta = solve(h + prior_information, -pull)
+        if done > _WHOLE_STEPS:
             delta *= 0.5
         pose += delta
         step = np.abs(delta).max()
@@ -168,7 +198,7 @@ def refine(
 
 
 @njit(cache=True)
-def _solve3(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def solve(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """Solve a positive definite 3 x 3 system by Cholesky decomposition."""
     l00 = math.sqrt(a[0, 0])
     l10, l20 = a[1, 0] / l00, a[2, 0] / l00

@@ -14,7 +14,7 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.correlative import Window, score, search
 from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.refinement import refine
+from arjuna_slam.matching.refinement import refine, solve
 from arjuna_slam.matching.surface import Surface
 
 _SEARCH_POINTS_MAX = 360
@@ -35,17 +35,11 @@ class MatchStatus(enum.Enum):
 @njit(cache=True)
 def invert(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the inverse of a covariance or information matrix, `(3, 3) float64`."""
-    a, b, c = matrix[0]
-    d, e = matrix[1, 1], matrix[1, 2]
-    f = matrix[2, 2]
     result = np.empty((3, 3))
-    result[0, 0] = d * f - e * e
-    result[0, 1] = result[1, 0] = c * e - b * f
-    result[0, 2] = result[2, 0] = b * e - c * d
-    result[1, 1] = a * f - c * c
-    result[1, 2] = result[2, 1] = b * c - a * e
-    result[2, 2] = a * d - b * b
-    result /= a * result[0, 0] + b * result[0, 1] + c * result[0, 2]
+    for k in range(3):
+        unit = np.zeros(3)
+        unit[k] = 1.0
+        result[k] = solve(matrix, unit)
     return result
 
 
@@ -118,6 +112,7 @@ class ScanMatcher:
 
     def __init__(self, config: MatcherConfig) -> None:
         self._config = config
+        self._scales = np.full(config.match_iterations, config.match_robust_scale)
         self._floor = np.diag(
             [
                 config.match_position_floor**2,
@@ -188,10 +183,10 @@ class ScanMatcher:
     ) -> Match:
         config = self._config
         pose, h, total, square, steps = refine(
-            field.index, field.planes, field.resolution, field.origin, surface.points,
-            surface.normals,
+            (field.index, field.planes, field.resolution, field.origin),
+            surface.points, surface.normals,
             start.array(), prior.array(), information + 1e-6 * _UNKNOWN_INFORMATION,
-            config.match_robust_scale, config.range_deviation, config.match_iterations,
+            self._scales, config.range_deviation,
         )  # fmt: skip
         response = total / len(surface)
         if response < config.match_minimum_response:

@@ -105,10 +105,7 @@ def _extract(
 
 @njit(cache=True)
 def _fit_normals(
-    points: NDArray[np.float64],
-    linked: NDArray[np.bool_],
-    reach: float,
-    mount: NDArray[np.float64],
+    points: NDArray[np.float64], linked: NDArray[np.bool_], reach: float, mount: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the normal of each point from its linked neighbours, at least one to each side."""
     count = len(points)

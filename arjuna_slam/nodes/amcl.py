@@ -19,7 +19,8 @@ from arjuna_core.ros.scan_queue import ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.errors import LocalizationError
-from arjuna_slam.amcl.filter import Estimate, ParticleFilter
+from arjuna_slam.amcl.estimate import Estimate
+from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.amcl_node_config import ALWAYS, NEVER, AmclNodeConfig, filter_part
 from arjuna_slam.nodes.amcl_output import AmclOutput
 

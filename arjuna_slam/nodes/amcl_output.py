@@ -14,7 +14,8 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
-from arjuna_slam.amcl.filter import Estimate, ParticleFilter, Status
+from arjuna_slam.amcl.estimate import Estimate, Status
+from arjuna_slam.amcl.filter import ParticleFilter
 
 
 class AmclOutput:

@@ -14,7 +14,8 @@ import numpy as np
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.filter import ParticleFilter, Status
+from arjuna_slam.amcl.estimate import Status
+from arjuna_slam.amcl.filter import ParticleFilter
 from tests.helpers.tours import Place, Step
 
 _TOUR = 120.0

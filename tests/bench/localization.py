@@ -15,7 +15,8 @@ from arjuna_core.config import load
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.filter import Estimate, ParticleFilter, Status
+from arjuna_slam.amcl.estimate import Estimate, Status
+from arjuna_slam.amcl.filter import ParticleFilter
 from tests.helpers.clutter import crowded, without_walls
 from tests.helpers.tours import Place, Step, with_odometry
 

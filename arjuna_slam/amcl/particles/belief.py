@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.estimate import Hypothesis
 from arjuna_slam.amcl.particles.bins import to_bins
 from arjuna_slam.amcl.particles.clusters import Cluster, find_clusters
-from arjuna_slam.amcl.particles.motion import make_motion
+from arjuna_slam.amcl.particles.motion import MODELS
 from arjuna_slam.amcl.particles.resample import effective_count, kld_indices, low_variance_indices
+from arjuna_slam.matching.map_field import MapField
 
 _RIVAL = 0.02  # lighter clusters are no hypothesis
 _RIVALS_MAX = 6
-SEED_COVARIANCE = np.diag([0.05**2, 0.05**2, math.radians(2.0) ** 2])
 
 
 class Belief:
@@ -26,18 +24,19 @@ class Belief:
     Args:
         config: Parameters.
         field: The map.
-        rng: Source of all chance.
+        rng: Source of all randomness.
 
     Attributes:
         particles: `(N, 3) float64` in the map frame [m, m, rad], columns contiguous.
         weights: `(N,) float64` that sum to 1.
     """
 
-    def __init__(self, config: AmclConfig, field: DistanceField, rng: np.random.Generator) -> None:
+    def __init__(self, config: AmclConfig, field: MapField, rng: np.random.Generator) -> None:
         self._config, self._field, self._rng = config, field, rng
-        self._motion = make_motion(config)
+        self._motion = MODELS[config.robot_model_type]
         self._updates = 0
         self._rank_of: NDArray[np.int64] | None = None  # of each particle's cluster, when known
+        self._tied = np.zeros(0, bool)  # which clusters the last scan fit alike
         self._binned: tuple[NDArray[np.int32], NDArray[np.int64]] | None = None
         self.particles: NDArray[np.float64] = np.empty((0, 3))
         self.weights: NDArray[np.float64] = np.empty(0)
@@ -51,11 +50,18 @@ class Belief:
         """Draw all particles from the map's free cells."""
         self._replace(self._anywhere(self._config.max_particles))
 
-    def seed(self, poses: NDArray[np.float64], shares: NDArray[np.float64]) -> None:
-        """Draw all particles around poses `(K, 3)` in proportion to their shares `(K,)`."""
+    def seed(self, places: list[Hypothesis], covariance: NDArray[np.float64]) -> None:
+        """Draw all particles around places in proportion to their shares.
+
+        Args:
+            places: The hypotheses.
+            covariance: Of the draws around each, `(3, 3) float64`, diagonal.
+        """
         count = self._config.max_particles
+        shares = np.array([place.share for place in places])
+        poses = np.array([place.T_map_base.array() for place in places])
         centres = poses[low_variance_indices(shares, count, self._rng)]
-        draws = self._rng.standard_normal((count, 3)) @ np.sqrt(SEED_COVARIANCE)
+        draws = self._rng.standard_normal((count, 3)) @ np.sqrt(covariance)
         self._replace(centres + draws)
 
     def _replace(self, particles: NDArray[np.float64]) -> None:
@@ -63,6 +69,7 @@ class Belief:
         self.particles = np.asfortranarray(particles)
         self.weights = np.full(len(particles), 1.0 / len(particles))
         self._rank_of = self._binned = None
+        self._tied = np.zeros(0, bool)
 
     def _anywhere(self, count: int) -> NDArray[np.float64]:
         step = 2 if self._config.freespace_downsampling else 1
@@ -70,7 +77,7 @@ class Belief:
 
     def move(self, delta: SE2) -> None:
         """Move each particle by a draw around a step of odometry."""
-        self.particles = self._motion.sample(self.particles, delta, self._rng)
+        self.particles = self._motion(self._config, self.particles, delta, self._rng)
         self._binned = None
 
     def reweigh(self, factors: NDArray[np.float64]) -> None:
@@ -78,7 +85,7 @@ class Belief:
         self.weights = self.weights * factors
         self.weights /= self.weights.sum()
 
-    def level(self, factors: NDArray[np.float64], tied: NDArray[np.bool_]) -> NDArray[np.float64]:
+    def level(self, factors: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return factors `(N,)` that leave the shares of tied clusters among each other alone.
 
         Where a scan fits several places alike, its sampled likelihood differs by chance, and over
@@ -86,8 +93,8 @@ class Belief:
 
         Args:
             factors: Of the particles.
-            tied: Which of the clusters found last tie, `(K,) bool`.
         """
+        tied = self._tied
         if self._rank_of is None or tied.sum() < 2:
             return factors
         count = len(tied)
@@ -136,9 +143,15 @@ class Belief:
         )
         return found
 
-    def shift(self, factors: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Multiply the weight of each cluster found last by `(K,)` factors; return their shares."""
+    def shift(self, factors: NDArray[np.float64], tied: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """Multiply the weight of each cluster found last by a factor; return their shares `(K,)`.
+
+        Args:
+            factors: Of the clusters, `(K,) float64`.
+            tied: Which of them the scan fits alike, `(K,) bool`.
+        """
         assert self._rank_of is not None
+        self._tied = tied
         count = len(factors)
         if count > 1:
             self.reweigh(np.append(factors, 1.0)[self._rank_of])

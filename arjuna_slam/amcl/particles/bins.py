@@ -12,7 +12,7 @@ _METRES = 0.5
 _HEADINGS = 36
 _RADIANS = 2.0 * math.pi / _HEADINGS
 _TABLE_MAX = 1 << 23  # bins of the box around all particles, up to which a table numbers them
-_SADDLE = 0.2  # of the lesser peak's weight, above which two heaps are one
+_SADDLE = 0.2  # of the lesser peak's weight, above which two modes are one
 _STEPS = tuple((x, y, h) for x in (-1, 0, 1) for y in (-1, 0, 1) for h in (-1, 0, 1))
 
 
@@ -90,10 +90,10 @@ def _number(codes: NDArray[np.int64], size: int) -> tuple[NDArray[np.int32], NDA
 
 
 def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Label bins `(K, 3)` alike that belong to one heap of weight.
+    """Label bins `(K, 3)` alike that belong to one mode of the belief.
 
     From the heaviest bin down, each joins what it touches, corners and wrapped headings included.
-    Heaps that meet are one if the bin between them carries enough of the lesser one's peak; so
+    Modes that meet are one if the bin between them carries enough of the lesser one's peak; so
     the tails of places near each other do not make them one.
 
     Args:
@@ -119,7 +119,7 @@ def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.
 def _connect(
     codes: NDArray[np.int64], shares: NDArray[np.float64], by_share: NDArray[np.int64], rows: int
 ) -> NDArray[np.int64]:
-    """Number the bins' heaps by falling peaks; codes are sorted, their rows and columns from 1."""
+    """Number the bins' modes by falling peaks; codes are sorted, their rows and columns from 1."""
     root, rank = np.full(len(codes), -1), np.empty(len(codes), np.int64)
     rank[by_share] = np.arange(len(codes))
     for k in by_share:

@@ -57,10 +57,11 @@ def find_clusters(
         The clusters, and the index of each particle's, `(N,) int64`; that of particles of none is
         the number of clusters.
 
-    Source: nav2_amcl (pf_kdtree_cluster), but for the heaps.
+    Source: nav2_amcl (pf_kdtree_cluster), but for the modes.
     """
     bin_of, bins = to_bins(particles) if binned is None else binned
-    shares, met = _shares(bin_of, weights, len(bins))
+    shares = np.asarray(np.bincount(bin_of, weights, len(bins)), np.float64)
+    met = np.bincount(bin_of, minlength=len(bins)) > 0
     labels = np.full(len(bins), -1)
     labels[met] = connect(bins[met], shares[met])
     totals = np.bincount(labels[met], shares[met])
@@ -74,18 +75,6 @@ def find_clusters(
     sums = _moments(particles[:, 0], particles[:, 1], particles[:, 2], weights, rank_of, references)
     pairs = zip(sums, references, strict=True)
     return [_cluster(row, reference) for row, reference in pairs], rank_of
-
-
-@njit(cache=True)
-def _shares(
-    bin_of: NDArray[np.int32], weights: NDArray[np.float64], count: int
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return each bin's weight, and whether it has a particle."""
-    shares, met = np.zeros(count), np.zeros(count, np.bool_)
-    for i in range(len(bin_of)):
-        shares[bin_of[i]] += weights[i]
-        met[bin_of[i]] = True
-    return shares, met
 
 
 @njit(cache=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2, wrap
-from arjuna_slam.amcl.config import DIFFERENTIAL, SKID_STEER, AmclConfig
+from arjuna_slam.amcl.config import DIFFERENTIAL, OMNIDIRECTIONAL, SKID_STEER, AmclConfig
 
 _TURN_ONLY_BELOW = 0.01  # shorter moves have no direction worth trusting [m]
 
@@ -17,109 +17,90 @@ _TURN_ONLY_BELOW = 0.01  # shorter moves have no direction worth trusting [m]
 class MotionModel(Protocol):
     """Moves particles by a noisy step of odometry."""
 
-    def sample(
-        self, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
+    def __call__(
+        self,
+        config: AmclConfig,
+        particles: NDArray[np.float64],
+        delta: SE2,
+        rng: np.random.Generator,
     ) -> NDArray[np.float64]:
         """Return new particles `(N, 3)` [m, m, rad], each moved by a draw around `delta`.
 
         Args:
+            config: The deviations.
             particles: `(N, 3) float64` [m, m, rad].
             delta: Motion since the last step in the robot's frame before it.
-            rng: Source of chance.
+            rng: Source of randomness.
 
         Returns:
             `(N, 3) float64`, columns contiguous.
-        """
+        """  # fmt: skip
 
 
-class DifferentialMotion:
-    """Turn, drive, turn: for robots that cannot move sideways.
+def differential(
+    config: AmclConfig, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Turn, drive, turn: for robots that cannot move sideways; see `MotionModel`.
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 5.6, with nav2_amcl's noise
     that treats driving backwards as forwards.
     """
-
-    def __init__(self, config: AmclConfig) -> None:
-        self._config = config
-
-    def sample(
-        self, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
-    ) -> NDArray[np.float64]:
-        """See `MotionModel.sample`."""
-        a = self._config
-        length = math.hypot(delta.x, delta.y)
-        turn1 = math.atan2(delta.y, delta.x) if length >= _TURN_ONLY_BELOW else 0.0
-        turn2 = wrap(delta.theta - turn1)
-        noise1, noise2 = _turn_or_reverse(turn1), _turn_or_reverse(turn2)
-        variances = (
-            a.alpha1 * noise1**2 + a.alpha2 * length**2,
-            a.alpha3 * length**2 + a.alpha4 * (noise1**2 + noise2**2),
-            a.alpha1 * noise2**2 + a.alpha2 * length**2,
-        )
-        first, drive, second = _draws((turn1, length, turn2), variances, len(particles), rng)
-        heading = particles[:, 2] + first
-        ahead, left = drive * np.cos(heading), drive * np.sin(heading)
-        return _moved(particles, ahead, left, heading + second)
+    a, length = config, math.hypot(delta.x, delta.y)
+    first = math.atan2(delta.y, delta.x) if length >= _TURN_ONLY_BELOW else 0.0
+    second = wrap(delta.theta - first)
+    noise1, noise2 = _turn_or_reverse(first), _turn_or_reverse(second)
+    variances = (
+        a.alpha1 * noise1**2 + a.alpha2 * length**2,
+        a.alpha3 * length**2 + a.alpha4 * (noise1**2 + noise2**2),
+        a.alpha1 * noise2**2 + a.alpha2 * length**2,
+    )
+    turns, drive, last = _draws((first, length, second), variances, len(particles), rng)
+    heading = particles[:, 2] + turns
+    return _moved(particles, drive * np.cos(heading), drive * np.sin(heading), heading + last)
 
 
-class OmnidirectionalMotion:
-    """Translate in any direction and turn: nav2_amcl's OmniMotionModel."""
-
-    def __init__(self, config: AmclConfig) -> None:
-        self._config = config
-
-    def sample(
-        self, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
-    ) -> NDArray[np.float64]:
-        """See `MotionModel.sample`."""
-        a = self._config
-        length, turn = math.hypot(delta.x, delta.y), wrap(delta.theta)
-        variances = (
-            a.alpha3 * length**2 + a.alpha1 * turn**2,
-            a.alpha5 * length**2 + a.alpha1 * turn**2,
-            a.alpha4 * turn**2 + a.alpha2 * length**2,
-        )
-        along, across, turned = _draws((length, 0.0, turn), variances, len(particles), rng)
-        bearing = particles[:, 2] + math.atan2(delta.y, delta.x)
-        return _moved(particles, *_turned(along, across, bearing), particles[:, 2] + turned)
+def omnidirectional(
+    config: AmclConfig, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Translate in any direction and turn: nav2_amcl's OmniMotionModel; see `MotionModel`."""
+    a, length, angle = config, math.hypot(delta.x, delta.y), wrap(delta.theta)
+    variances = (
+        a.alpha3 * length**2 + a.alpha1 * angle**2,
+        a.alpha5 * length**2 + a.alpha1 * angle**2,
+        a.alpha4 * angle**2 + a.alpha2 * length**2,
+    )
+    along, across, angles = _draws((length, 0.0, angle), variances, len(particles), rng)
+    bearing = particles[:, 2] + math.atan2(delta.y, delta.x)
+    return _moved(particles, *_rotated(along, across, bearing), particles[:, 2] + angles)
 
 
-class SkidSteerMotion:
-    """Drive an arc while the wheels slip: turning errs most, and shifts the base sideways.
+def skid_steer(
+    config: AmclConfig, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Drive an arc while the wheels slip; see `MotionModel`.
 
-    The centre about which a skid-steer robot turns lies somewhere ahead of or behind the middle of
-    its wheels, so that a turn moves the base across in proportion. A turn is one draw, not two as
-    in the differential model.
+    Turning errs most, and shifts the base sideways: the centre about which a skid-steer robot
+    turns lies somewhere ahead of or behind the middle of its wheels. A turn is one draw, not two
+    as in the differential model.
 
     Source: Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007.
     """
-
-    def __init__(self, config: AmclConfig) -> None:
-        self._config = config
-
-    def sample(
-        self, particles: NDArray[np.float64], delta: SE2, rng: np.random.Generator
-    ) -> NDArray[np.float64]:
-        """See `MotionModel.sample`."""
-        a = self._config
-        length, turn = math.hypot(delta.x, delta.y), wrap(delta.theta)
-        variances = (
-            a.alpha3 * length**2 + a.alpha4 * turn**2,
-            a.alpha5 * turn**2,
-            a.alpha1 * turn**2 + a.alpha2 * length**2,
-        )
-        along, across, turned = _draws((delta.x, delta.y, turn), variances, len(particles), rng)
-        heading = particles[:, 2]
-        return _moved(particles, *_turned(along, across, heading), heading + turned)
+    a, length, angle = config, math.hypot(delta.x, delta.y), wrap(delta.theta)
+    variances = (
+        a.alpha3 * length**2 + a.alpha4 * angle**2,
+        a.alpha5 * angle**2,
+        a.alpha1 * angle**2 + a.alpha2 * length**2,
+    )
+    along, across, angles = _draws((delta.x, delta.y, angle), variances, len(particles), rng)
+    heading = particles[:, 2]
+    return _moved(particles, *_rotated(along, across, heading), heading + angles)
 
 
-def make_motion(config: AmclConfig) -> MotionModel:
-    """Return the motion model that the configuration names."""
-    if config.robot_model_type == DIFFERENTIAL:
-        return DifferentialMotion(config)
-    if config.robot_model_type == SKID_STEER:
-        return SkidSteerMotion(config)
-    return OmnidirectionalMotion(config)
+MODELS: dict[str, MotionModel] = {
+    DIFFERENTIAL: differential,
+    OMNIDIRECTIONAL: omnidirectional,
+    SKID_STEER: skid_steer,
+}
 
 
 def _draws(
@@ -135,10 +116,10 @@ def _draws(
     return draws
 
 
-def _turned(
+def _rotated(
     x: NDArray[np.float64], y: NDArray[np.float64], angle: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return vectors turned by angles, all `(N,)`."""
+    """Return vectors rotated by angles, all `(N,)`."""
     c, s = np.cos(angle), np.sin(angle)
     return c * x - s * y, s * x + c * y
 

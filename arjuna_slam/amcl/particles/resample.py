@@ -53,7 +53,7 @@ def kld_indices(
         weights: `(N,) float64`, not all zero.
         bin_of: Each particle's bin, `(N,) int32`.
         limits: `error, z, minimum, maximum` of `kld_count`.
-        rng: Source of chance.
+        rng: Source of randomness.
 
     Returns:
         Indices of what is kept, ascending, `(M,) int64`.

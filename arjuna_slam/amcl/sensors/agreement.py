@@ -9,17 +9,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_slam.amcl.field import DistanceField
-from arjuna_slam.amcl.sensors.observation import Observation
+from arjuna_slam.amcl.sensors.scan_view import ScanView
+from arjuna_slam.matching.map_field import MapField
 
-_NEAR = 0.15  # a beam this near to an obstacle hit it [m]
 _THROUGH = 0.5  # a beam this much longer than the map allows went through an obstacle [m] ...
 _OUT = 1.5  # ... as did one that came out of it so far [cells]
 _SHORT = 0.5  # what a beam that ends early counts: someone may stand there
 _HALF_DIAGONAL = math.sqrt(0.5)
 
 
-def agreement(field: DistanceField, pose: NDArray[np.float64], seen: Observation) -> float:
+def share_agreeing(field: MapField, pose: SE2, view: ScanView, near: float) -> float:
     """Return the share of beams (0..1) that agree with the map at a pose.
 
     A beam agrees if it ends near an obstacle of the map and crossed none on its way. One that
@@ -28,16 +27,17 @@ def agreement(field: DistanceField, pose: NDArray[np.float64], seen: Observation
     has an obstacle in its way; thus poses are told apart that end points alone do not tell apart.
 
     Args:
-        field: The map's distances.
-        pose: Of the base, `(3,) float64` in the map frame [m, m, rad].
-        seen: The scan.
+        field: The map.
+        pose: Of the base in the map.
+        view: The scan.
+        near: Distance to an obstacle below which a beam hit it [m].
     """
-    sensor = SE2.from_array(pose) @ seen.T_base_sensor
+    sensor = pose @ view.T_base_sensor
     origin = field.to_grid(sensor.array()[np.newaxis])[0]
-    origin[2] -= seen.T_base_sensor.theta  # the beams' directions are the base's
-    beams, resolution = seen.many, field.frame.resolution
+    origin[2] -= view.T_base_sensor.theta  # the beams' directions are the base's
+    beams, resolution = view.many, field.frame.resolution
     return _agreement(
-        field.distances, resolution, origin, beams.directions, beams.ranges, beams.returned
+        field.distances, resolution, near, origin, beams.directions, beams.ranges, beams.returned
     )
 
 
@@ -45,6 +45,7 @@ def agreement(field: DistanceField, pose: NDArray[np.float64], seen: Observation
 def _agreement(
     distances: NDArray[np.float32],
     resolution: float,
+    limit: float,
     origin: NDArray[np.float64],
     directions: NDArray[np.float64],
     ranges: NDArray[np.float64],
@@ -52,10 +53,10 @@ def _agreement(
 ) -> float:
     height, width = distances.shape
     near, through, short = 0, 0, 0
-    turn_c, turn_s = math.cos(origin[2]), math.sin(origin[2])
+    cosine, sine = math.cos(origin[2]), math.sin(origin[2])
     for i in range(len(ranges)):
-        c = turn_c * directions[i, 0] - turn_s * directions[i, 1]
-        s = turn_s * directions[i, 0] + turn_c * directions[i, 1]
+        c = cosine * directions[i, 0] - sine * directions[i, 1]
+        s = sine * directions[i, 0] + cosine * directions[i, 1]
         length = ranges[i] / resolution
         if _crossed(distances, resolution, origin, c, s, length):
             through += 1
@@ -63,7 +64,7 @@ def _agreement(
             column = math.floor(origin[0] + c * length)
             row = math.floor(origin[1] + s * length)
             inside = 0 <= row < height and 0 <= column < width
-            if inside and distances[row, column] < _NEAR:
+            if inside and distances[row, column] < limit:
                 near += 1
             else:
                 short += 1

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.raycast import cast
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.field import DistanceField
 from arjuna_slam.amcl.sensors.likelihood_field import Likelihood
-from arjuna_slam.amcl.sensors.observation import Observation
+from arjuna_slam.amcl.sensors.scan_view import ScanView
+from arjuna_slam.matching.map_field import MapField
 
 _HEADINGS = 360
 _BYTES_MAX = 256e6  # of the cache; coarser headings keep a large map's below it
@@ -29,7 +29,7 @@ class BeamModel:
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 6.1; the sum: nav2_amcl.
     """
 
-    def __init__(self, field: DistanceField, config: AmclConfig) -> None:
+    def __init__(self, field: MapField, config: AmclConfig) -> None:
         self._field, self._config = field, config
         self._blocked = field.occupied | field.unknown
         headings = _HEADINGS
@@ -38,10 +38,10 @@ class BeamModel:
         # the system lends zeroed pages only as they are touched
         self._cache = np.zeros((*self._blocked.shape, headings), np.uint16)
 
-    def weigh(self, particles: NDArray[np.float64], seen: Observation) -> Likelihood:
+    def weigh(self, particles: NDArray[np.float64], view: ScanView) -> Likelihood:
         """See `SensorModel.weigh`."""
         c, field = self._config, self._field
-        beams, sensor = seen.few, seen.T_base_sensor
+        beams, sensor = view.few, view.T_base_sensor
         mount = np.array([sensor.x, sensor.y]) / field.frame.resolution
         mixture = np.array([c.z_hit, c.z_short, c.z_max, c.z_rand, c.sigma_hit, c.lambda_short])
         factors = _weigh(
@@ -49,7 +49,7 @@ class BeamModel:
             field.occupied,
             self._blocked,
             field.frame.resolution,
-            seen.range_max,
+            view.range_max,
             mixture,
             np.ascontiguousarray(field.to_grid(particles)),
             mount,

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.field import DistanceField
 from arjuna_slam.amcl.sensors.beam_model import BeamModel
 from arjuna_slam.amcl.sensors.likelihood_field import (
     LikelihoodField,
     LikelihoodFieldProb,
     SensorModel,
 )
+from arjuna_slam.matching.map_field import MapField
 
 
-def make_sensor(field: DistanceField, config: AmclConfig) -> SensorModel:
+def make_sensor(field: MapField, config: AmclConfig) -> SensorModel:
     """Return the sensor model that the configuration names."""
     if config.laser_model_type == "likelihood_field":
         return LikelihoodField(field, config)

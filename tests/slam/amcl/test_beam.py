@@ -12,9 +12,9 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.field import DistanceField
 from arjuna_slam.amcl.sensors.beam_model import BeamModel
-from arjuna_slam.amcl.sensors.observation import Observation
+from arjuna_slam.amcl.sensors.scan_view import ScanView
+from arjuna_slam.matching.map_field import MapField
 
 RANGE_MAX = 10.0
 CONFIG = AmclConfig(
@@ -36,8 +36,8 @@ def density(grid: OccupancyGrid, column: int, reading: float) -> float:
     x, y = grid.frame.to_point(2, column)
     pose: NDArray[np.float64] = np.array([[x, y, grid.frame.origin.theta]])
     scan = Scan(np.array([reading]), 0.0, 0.1, 0.05, RANGE_MAX)
-    model = BeamModel(DistanceField(grid, 2.0), CONFIG)
-    factor = model.weigh(pose, Observation.of(scan, CONFIG)).factors[0]
+    model = BeamModel(MapField(grid, 2.0), CONFIG)
+    factor = model.weigh(pose, ScanView.of(scan, CONFIG)).factors[0]
     return float((factor - 1.0) ** (1.0 / 3.0))
 
 
@@ -80,12 +80,12 @@ def test_beyond_where_the_map_ends_in_the_unknown_any_reading_is_as_likely() -> 
 
 def test_what_the_cache_says_is_what_the_first_cast_said() -> None:
     grid = grid_5x5(SE2(1.0, 2.0, 0.3))
-    model = BeamModel(DistanceField(grid, 2.0), CONFIG)
+    model = BeamModel(MapField(grid, 2.0), CONFIG)
     rng = np.random.default_rng(0)
     poses = np.column_stack((*grid.frame.to_points(rng.integers(0, 5, (50, 2))).T, np.zeros(50)))
     poses[:, 2] = rng.uniform(-math.pi, math.pi, 50)
     scan = Scan(rng.uniform(0.1, 3.0, 36), -math.pi, math.pi / 18, 0.05, RANGE_MAX)
-    seen = Observation.of(scan, CONFIG)
+    seen = ScanView.of(scan, CONFIG)
     first = model.weigh(poses, seen).factors
     np.testing.assert_array_equal(model.weigh(poses, seen).factors, first)
     assert (first > 1.0).all()

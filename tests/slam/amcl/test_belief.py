@@ -7,12 +7,19 @@ import pytest
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.field import DistanceField
+from arjuna_slam.amcl.estimate import Hypothesis
 from arjuna_slam.amcl.particles.belief import Belief
+from arjuna_slam.amcl.recovery import SEED_COVARIANCE
+from arjuna_slam.matching.map_field import MapField
 from tests.slam.amcl.room import room_map
 
-FIELD = DistanceField(room_map(), 2.0)
-PLACES = np.array([(2.0, 2.0, 0.0), (-2.0, 2.0, 1.5), (-2.0, -3.5, 3.0)])
+FIELD = MapField(room_map(), 2.0)
+PLACES = [
+    Hypothesis(SE2(*pose), SEED_COVARIANCE, 1.0, share)
+    for pose, share in zip(
+        ((2.0, 2.0, 0.0), (-2.0, 2.0, 1.5), (-2.0, -3.5, 3.0)), (0.5, 0.3, 0.2), strict=True
+    )
+]
 
 
 def belief(config: AmclConfig = AmclConfig(), seed: int = 0) -> Belief:  # noqa: B008
@@ -56,12 +63,15 @@ def test_a_scan_that_fits_places_alike_leaves_their_shares_alone(
     tied: tuple[bool, bool, bool],
 ) -> None:
     some = belief()
-    some.seed(PLACES, np.array([0.5, 0.3, 0.2]))
+    some.seed(PLACES, SEED_COVARIANCE)
     clusters = some.clusters()
     assert [round(one.share, 2) for one in clusters] == [0.5, 0.3, 0.2]
-    place = np.argmin([np.hypot(*(some.particles - at)[:, :2].T) for at in PLACES], axis=0)
+    place = np.argmin(
+        [np.hypot(*(some.particles - at.T_map_base.array())[:, :2].T) for at in PLACES], axis=0
+    )
     factors = np.array([1.0, 1.3, 1.3])[place]
-    some.reweigh(some.level(factors, np.array(tied)))
+    some.shift(np.ones(3), np.array(tied))
+    some.reweigh(some.level(factors))
     shares = np.bincount(place, some.weights)
     assert shares[0] / shares[1] == pytest.approx(5.0 / 3.0, rel=0.01)
     if not tied[2]:
@@ -70,9 +80,9 @@ def test_a_scan_that_fits_places_alike_leaves_their_shares_alone(
 
 def test_shifting_clusters_changes_their_shares_by_the_factors() -> None:
     some = belief()
-    some.seed(PLACES, np.array([0.5, 0.3, 0.2]))
+    some.seed(PLACES, SEED_COVARIANCE)
     some.clusters()
-    shares = some.shift(np.array([1.0, 0.5, 0.25]))
+    shares = some.shift(np.array([1.0, 0.5, 0.25]), np.zeros(3, bool))
     np.testing.assert_allclose(shares, np.array([0.5, 0.15, 0.05]) / 0.7, atol=0.002)
     assert some.weights.sum() == pytest.approx(1.0)
 

@@ -12,8 +12,10 @@ from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.amcl.config import MOTION_MODELS, SENSOR_MODELS
-from arjuna_slam.amcl.filter import AmclConfig, Estimate, LocalizationError, ParticleFilter, Status
+from arjuna_slam.amcl.config import MOTION_MODELS, SENSOR_MODELS, AmclConfig
+from arjuna_slam.amcl.errors import LocalizationError
+from arjuna_slam.amcl.estimate import Estimate, Status
+from arjuna_slam.amcl.filter import ParticleFilter
 from tests.slam.amcl.room import Robot, error, random_pose, room_map
 
 DEFAULTS = AmclConfig()

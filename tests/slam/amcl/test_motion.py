@@ -16,7 +16,7 @@ from arjuna_slam.amcl.config import (
     SKID_STEER,
     AmclConfig,
 )
-from arjuna_slam.amcl.particles.motion import DifferentialMotion, OmnidirectionalMotion, make_motion
+from arjuna_slam.amcl.particles.motion import MODELS, differential, omnidirectional
 
 COUNT = 100_000
 A1, A2, A3, A4, A5 = 0.02, 0.03, 0.04, 0.05, 0.06
@@ -31,10 +31,8 @@ def assert_distributed(samples: NDArray[np.float64], mean: float, deviation: flo
 
 def draws(name: str, delta: SE2, start: SE2 = IDENTITY) -> NDArray[np.float64]:
     particles = np.tile(start.array(), (COUNT, 1))
-    model = make_motion(
-        AmclConfig(robot_model_type=name, alpha1=A1, alpha2=A2, alpha3=A3, alpha4=A4, alpha5=A5)
-    )
-    return model.sample(particles, delta, np.random.default_rng(5))
+    config = AmclConfig(alpha1=A1, alpha2=A2, alpha3=A3, alpha4=A4, alpha5=A5)
+    return MODELS[name](config, particles, delta, np.random.default_rng(5))
 
 
 @pytest.mark.parametrize("start", [SE2(), SE2(2.0, -1.0, 2.5)])
@@ -82,17 +80,15 @@ def test_skid_steer_errs_across_when_it_turns_and_not_when_it_drives() -> None:
 
 @pytest.mark.parametrize("name", MOTION_MODELS)
 def test_every_model_without_noise_composes(name: str) -> None:
-    config = AmclConfig(
-        robot_model_type=name, alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0, alpha5=0.0
-    )
+    config = AmclConfig(alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0, alpha5=0.0)
     start, delta = SE2(1.0, 2.0, 3.0), SE2(0.3, -0.2, 0.5)
     particles = np.tile(start.array(), (3, 1))
-    moved = make_motion(config).sample(particles, delta, np.random.default_rng(0))
+    moved = MODELS[name](config, particles, delta, np.random.default_rng(0))
     np.testing.assert_allclose(moved, np.tile((start @ delta).array(), (3, 1)), atol=1e-12)
     np.testing.assert_array_equal(particles, np.tile(start.array(), (3, 1)))  # not in place
 
 
 def test_models_are_chosen_by_nav2s_names() -> None:
-    assert isinstance(make_motion(AmclConfig()), DifferentialMotion)
-    omni = AmclConfig(robot_model_type="nav2_amcl::OmniMotionModel")
-    assert isinstance(make_motion(omni), OmnidirectionalMotion)
+    assert set(MODELS) == set(MOTION_MODELS)
+    assert MODELS[AmclConfig().robot_model_type] is differential
+    assert MODELS["nav2_amcl::OmniMotionModel"] is omnidirectional

@@ -73,7 +73,7 @@ def test_bins_touch_across_the_wrap_of_headings_and_not_across_rows() -> None:
     assert len(set(labels)) == 4
 
 
-def test_heaps_that_only_their_tails_join_stay_two() -> None:
+def test_modes_that_only_their_tails_join_stay_two() -> None:
     row = np.array([[x, 0, 0] for x in range(7)])
     labels = connect(row, np.array([2.0, 9.0, 2.0, 0.1, 2.0, 8.0, 2.0]))
     assert labels[1] == labels[0] == labels[2]

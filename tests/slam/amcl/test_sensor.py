@@ -12,10 +12,10 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import SENSOR_MODELS, AmclConfig
-from arjuna_slam.amcl.field import DistanceField
 from arjuna_slam.amcl.sensors.likelihood_field import LikelihoodField, LikelihoodFieldProb
 from arjuna_slam.amcl.sensors.models import make_sensor
-from arjuna_slam.amcl.sensors.observation import Beams, Observation
+from arjuna_slam.amcl.sensors.scan_view import Beams, ScanView
+from arjuna_slam.matching.map_field import MapField
 
 CONFIG = AmclConfig(laser_likelihood_max_dist=2.0)
 RANGE_MAX = 10.0
@@ -45,13 +45,13 @@ def grid_5x5(origin: SE2) -> OccupancyGrid:
     return OccupancyGrid(GridFrame(0.5, 5, 5, origin), data)
 
 
-def seen(endpoints: NDArray[np.float64]) -> Observation:
+def seen(endpoints: NDArray[np.float64]) -> ScanView:
     """What a scan with these end points [m] says."""
     ranges = np.hypot(*endpoints.T)
     bearings = np.arctan2(endpoints[:, 1], endpoints[:, 0])
     directions = np.column_stack((np.cos(bearings), np.sin(bearings)))
     beams = Beams(directions, ranges, np.ones(len(ranges), bool), endpoints)
-    return Observation(0.0, RANGE_MAX, SE2(), beams, beams)
+    return ScanView(0.0, RANGE_MAX, SE2(), beams, beams)
 
 
 def poses_at_cells(grid: OccupancyGrid) -> NDArray[np.float64]:
@@ -62,7 +62,7 @@ def poses_at_cells(grid: OccupancyGrid) -> NDArray[np.float64]:
 @pytest.mark.parametrize("origin", ORIGINS)
 def test_likelihood_field_is_golden_under_offset_and_rotation(origin: SE2) -> None:
     grid = grid_5x5(origin)
-    model = LikelihoodField(DistanceField(grid, 2.0), CONFIG)
+    model = LikelihoodField(MapField(grid, 2.0), CONFIG)
     factors = model.weigh(poses_at_cells(grid), seen(HERE)).factors.reshape(5, 5)
     np.testing.assert_allclose(factors, 1.0 + GOLDEN**3, rtol=1e-6)
 
@@ -70,7 +70,7 @@ def test_likelihood_field_is_golden_under_offset_and_rotation(origin: SE2) -> No
 @pytest.mark.parametrize("origin", ORIGINS)
 def test_likelihood_field_prob_is_golden_under_offset_and_rotation(origin: SE2) -> None:
     grid = grid_5x5(origin)
-    model = LikelihoodFieldProb(DistanceField(grid, 2.0), CONFIG)
+    model = LikelihoodFieldProb(MapField(grid, 2.0), CONFIG)
     factors = model.weigh(poses_at_cells(grid), seen(HERE)).factors.reshape(5, 5)
     np.testing.assert_allclose(factors, GOLDEN / HIT, rtol=2e-5)
 
@@ -79,7 +79,7 @@ def test_likelihood_field_prob_is_golden_under_offset_and_rotation(origin: SE2) 
 @pytest.mark.parametrize("heading", [0.0, 0.7, -2.0])
 def test_beams_end_where_pose_and_bearing_say(origin: SE2, heading: float) -> None:
     grid = grid_5x5(origin)
-    model = LikelihoodField(DistanceField(grid, 2.0), CONFIG)
+    model = LikelihoodField(MapField(grid, 2.0), CONFIG)
     target = np.array(grid.frame.to_point(2, 2))
     start = target - 0.8 * np.array([math.cos(heading), math.sin(heading)])
     pose = np.array([[start[0], start[1], heading]])
@@ -88,13 +88,13 @@ def test_beams_end_where_pose_and_bearing_say(origin: SE2, heading: float) -> No
 
 
 def test_an_endpoint_off_the_map_is_as_far_as_can_be() -> None:
-    model = LikelihoodField(DistanceField(grid_5x5(SE2()), 2.0), CONFIG)
+    model = LikelihoodField(MapField(grid_5x5(SE2()), 2.0), CONFIG)
     factors = model.weigh(np.array([[100.0, 0.0, 0.0]]), seen(HERE)).factors
     assert factors[0] == pytest.approx(1.0 + 0.05**3, rel=1e-6)
 
 
 def test_likelihood_field_adds_beams_and_prob_multiplies_them() -> None:
-    field = DistanceField(grid_5x5(SE2()), 2.0)
+    field = MapField(grid_5x5(SE2()), 2.0)
     poses, beams = (
         np.array([[1.25, 1.25, 0.0], [0.75, 1.25, 0.0]]),
         np.array([[0.0, 0.0], [0.5, 0]]),
@@ -106,7 +106,7 @@ def test_likelihood_field_adds_beams_and_prob_multiplies_them() -> None:
 
 
 def test_beam_skipping_ignores_a_beam_that_fits_no_particle() -> None:
-    field = DistanceField(grid_5x5(SE2()), 2.0)
+    field = MapField(grid_5x5(SE2()), 2.0)
     poses = np.array([[1.25, 1.25, 0.0], [1.2, 1.2, 0.0]])
     beams = np.array([[0.0, 0.0], [0.0, 50.0]])
     skipping = LikelihoodFieldProb(field, AmclConfig(do_beamskip=True))
@@ -119,7 +119,7 @@ def test_beam_skipping_ignores_a_beam_that_fits_no_particle() -> None:
 
 @pytest.mark.parametrize("name", SENSOR_MODELS)
 def test_every_model_prefers_the_true_pose(name: str) -> None:
-    field = DistanceField(grid_5x5(SE2()), 2.0)
+    field = MapField(grid_5x5(SE2()), 2.0)
     model = make_sensor(field, AmclConfig(laser_model_type=name))
     poses = np.array([[0.25, 1.25, 0.0], [0.25, 1.25, 0.5]])
     factors = model.weigh(poses, seen(np.array([[1.0, 0.0]]))).factors
@@ -129,23 +129,23 @@ def test_every_model_prefers_the_true_pose(name: str) -> None:
 def test_endpoints_leave_out_what_is_no_hit() -> None:
     ranges = np.array([1.0, np.inf, np.nan, 0.05, 10.0, 2.0])
     scan = Scan(ranges, 0.0, 0.1, 0.1, RANGE_MAX, T_base_sensor=SE2(0.3, 0.0, 0.0))
-    points = Observation.of(scan, AmclConfig()).many.endpoints
+    points = ScanView.of(scan, AmclConfig()).many.endpoints
     expected = [[1.3, 0.0], [0.3 + 2.0 * math.cos(0.5), 2.0 * math.sin(0.5)]]
     np.testing.assert_allclose(points, expected)
-    assert len(Observation.of(scan, AmclConfig(laser_max_range=1.5)).many.endpoints) == 1
+    assert len(ScanView.of(scan, AmclConfig(laser_max_range=1.5)).many.endpoints) == 1
 
 
 @pytest.mark.parametrize(("count", "selected"), [(360, 60), (61, 61), (30, 30), (1, 1)])
 def test_selected_beams_step_over_the_whole_sweep(count: int, selected: int) -> None:
     scan = Scan(np.full(count, 2.0), -math.pi, 2.0 * math.pi / count, 0.1, RANGE_MAX)
-    points = Observation.of(scan, AmclConfig(max_beams=60)).few.endpoints
+    points = ScanView.of(scan, AmclConfig(max_beams=60)).few.endpoints
     assert len(points) == selected
 
 
 def test_an_endpoint_in_the_unknown_is_at_least_as_likely_as_any_reading() -> None:
     grid = grid_5x5(SE2())
     grid.data[:, 4] = -1
-    model = LikelihoodField(DistanceField(grid, 2.0), CONFIG)
+    model = LikelihoodField(MapField(grid, 2.0), CONFIG)
     factors = model.weigh(poses_at_cells(grid), seen(HERE)).factors.reshape(5, 5)
     np.testing.assert_allclose(factors[:, 4], 1.0 + (1.0 / RANGE_MAX) ** 3, rtol=1e-6)
     np.testing.assert_allclose(factors[:, :4], 1.0 + GOLDEN[:, :4] ** 3, rtol=1e-6)
@@ -156,7 +156,7 @@ def test_beams_of_a_moving_sweep_are_seen_from_where_it_began() -> None:
     ranges[::7] = np.inf
     mount = SE2(0.3, 0.1, 0.2)
     scan = Scan(ranges, 0.0, 0.05, 0.1, 10.0, 0.0, 0.001, mount, motion=SE2(0.2, 0.0, 0.3))
-    many = Observation.of(scan, AmclConfig()).many
+    many = ScanView.of(scan, AmclConfig()).many
     np.testing.assert_allclose(many.endpoints, scan.points(), atol=1e-12)
     ends = many.directions * many.ranges[:, np.newaxis] + (mount.x, mount.y)
     np.testing.assert_allclose(ends[many.returned], many.endpoints, atol=1e-12)

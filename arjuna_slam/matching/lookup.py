@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -9,11 +11,11 @@ from numpy.typing import NDArray
 _BLOCK = 256  # poses at a time: their coordinates and sums stay in the innermost cache
 
 
-def bordered(table: NDArray[np.floating], outside: float) -> NDArray[np.float32]:
+def bordered(table: NDArray[Any], outside: float) -> NDArray[np.float32]:
     """Return a table `(h, w)` inside a rim of one cell that stands for all places off it.
 
     Args:
-        table: Any floating type.
+        table: Any number type.
         outside: The rim's value.
 
     Returns:
@@ -39,30 +41,6 @@ def sum_at_endpoints(
     x, y, c, s = _split(poses)
     _sum(table.ravel(), _limits(table), x, y, c, s, endpoints.astype(np.float32), sums)
     return sums
-
-
-def count_near(
-    table: NDArray[np.float32],
-    limit: float,
-    poses: NDArray[np.float64],
-    endpoints: NDArray[np.float64],
-) -> NDArray[np.int64]:
-    """Return for each endpoint how many poses put it where a table is below `limit`, `(B,) int64`.
-
-    Args:
-        table: From `bordered`.
-        limit: In the table's unit.
-        poses: `(N, 3) float64` in grid coordinates.
-        endpoints: `(B, 2) float64` in the base frame [cells].
-    """
-    below = (table < limit).astype(np.float32)
-    counts = np.empty(len(endpoints), np.int64)
-    x, y, c, s = _split(poses)
-    for j, end in enumerate(endpoints.astype(np.float32)):
-        hits = np.empty(len(poses), np.float32)
-        _sum(below.ravel(), _limits(table), x, y, c, s, end[np.newaxis], hits)
-        counts[j] = round(float(hits.sum(dtype=np.float64)))
-    return counts
 
 
 def _limits(table: NDArray[np.float32]) -> tuple[np.float32, np.float32, np.int32]:

@@ -1,4 +1,4 @@
-"""Observation: what one scan says, in the form that the filter's parts use."""
+"""What one scan says, in the form that the filter's parts use."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Beams:
 
 
 @dataclass(frozen=True)
-class Observation:
+class ScanView:
     """One scan.
 
     Attributes:
@@ -52,7 +52,7 @@ class Observation:
     few: Beams
 
     @staticmethod
-    def of(scan: Scan, config: AmclConfig) -> Observation:
+    def of(scan: Scan, config: AmclConfig) -> ScanView:
         """Read a scan; few beams are taken at even steps over the sweep, as nav2_amcl does."""
         low = max(config.laser_min_range, scan.range_min)
         high = scan.range_max
@@ -62,7 +62,7 @@ class Observation:
         mount = scan.T_base_sensor
         directions = _unit(scan.angles + mount.theta)
         if scan.motion != IDENTITY:
-            ranges, directions = _straightened(ranges, scan.rays(), mount, high)
+            ranges, directions = _deskewed(ranges, scan.rays(), mount, high)
         step = max(1, (len(ranges) - 1) // (config.max_beams - 1))
         stride = max(1, math.ceil(len(ranges) / _MATCHED))
 
@@ -77,7 +77,7 @@ class Observation:
             ends += (mount.x, mount.y)
             return Beams(ways, some, returned, ends)
 
-        return Observation(scan.stamp, scan.range_max, mount, beams(stride), beams(step))
+        return ScanView(scan.stamp, scan.range_max, mount, beams(stride), beams(step))
 
     @property
     def blind(self) -> bool:
@@ -89,7 +89,7 @@ def _unit(bearings: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.column_stack((np.cos(bearings), np.sin(bearings)))
 
 
-def _straightened(
+def _deskewed(
     ranges: NDArray[np.float64], rays: NDArray[np.float64], mount: SE2, high: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return ranges and directions as seen from where the sensor was at beam 0."""

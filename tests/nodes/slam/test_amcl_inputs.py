@@ -1,0 +1,216 @@
+"""Claims: the amcl node refuses what it cannot use, says why, and stays as it was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("nav2_msgs")
+
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import (
+    header,
+    pose_msg,
+    scan_msg,
+    seconds,
+    transform_msg,
+)
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_slam.nodes.amcl import AmclNode
+from tests.helpers.amcl_room import Room, rooms, started
+from tests.slam.amcl.room import DT
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def room() -> Iterator[Room]:
+    yield from rooms()
+
+
+NAN = float("nan")
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What the node under test logs as errors."""
+    return _logged(monkeypatch, "error")
+
+
+@pytest.fixture
+def warned(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What the node under test logs as warnings."""
+    return _logged(monkeypatch, "warning")
+
+
+def _logged(monkeypatch: pytest.MonkeyPatch, level: str) -> list[str]:
+    lines: list[str] = []
+    real = AmclNode.get_logger
+
+    class Logger:
+        def __init__(self, logger: Any) -> None:
+            self._logger = logger
+
+        def __getattr__(self, name: str) -> Any:
+            return lines.append if name == level else getattr(self._logger, name)
+
+    monkeypatch.setattr(AmclNode, "get_logger", lambda node: Logger(real(node)))
+    return lines
+
+
+def initial_pose(
+    pose: SE2 = IDENTITY, frame: str = "map", covariance: tuple[float, ...] = (0.25, 0.25, 0.0685)
+) -> PoseWithCovarianceStamped:
+    message = PoseWithCovarianceStamped(header=header(frame, 0.0))
+    message.pose.pose = pose_msg(pose)
+    message.pose.covariance[0], message.pose.covariance[7] = covariance[:2]
+    message.pose.covariance[35] = covariance[2]
+    if len(covariance) > 3:
+        message.pose.covariance[1] = message.pose.covariance[6] = covariance[3]
+    return message
+
+
+@pytest.mark.parametrize(
+    ("message", "reason"),
+    [
+        (initial_pose(frame="odom"), "frame 'odom', valid: 'map'"),
+        (initial_pose(frame=""), "frame '', valid: 'map'"),
+        (initial_pose(SE2(99.0, 0.0, 0.0)), "lies outside the map, which spans x"),
+        (initial_pose(SE2(NAN, 0.0, 0.0)), "is not finite"),
+        (initial_pose(SE2(0.0, 0.0, NAN)), "is no rotation"),
+        (initial_pose(covariance=(NAN, 0.25, 0.07)), "finite"),
+        (initial_pose(covariance=(0.25, -0.25, 0.07)), "positive semi-definite"),
+        (initial_pose(covariance=(0.1, 0.1, 0.07, 0.3)), "positive semi-definite"),
+    ],
+)
+def test_a_bad_initial_pose_is_refused_with_a_reason_and_changes_nothing(
+    room: Room, said: list[str], message: PoseWithCovarianceStamped, reason: str
+) -> None:
+    started(room)
+    room.drive(3)
+    room.bench.publish(PoseWithCovarianceStamped, "initialpose", message, qos.DEFAULT)
+    (line,) = said
+    assert "initial pose refused" in line
+    assert reason in line
+    room.drive(3)
+    assert room.error[0] < 0.06
+
+
+def map_message(width: int, height: int, value: int, resolution: float = 0.05) -> OccupancyGridMsg:
+    message = OccupancyGridMsg(header=header("map", 0.0))
+    message.info.resolution = resolution
+    message.info.width, message.info.height = width, height
+    message.info.origin.orientation.w = 1.0
+    message.data = [value] * (width * height)
+    return message
+
+
+@pytest.mark.parametrize(
+    ("message", "reason"),
+    [
+        (map_message(0, 0, 0), "has no free cell"),
+        (map_message(40, 40, 0, resolution=0.0), "resolution must be positive"),
+        (map_message(40, 40, 0, resolution=NAN), "resolution must be positive"),
+        (map_message(1, 1, 0), "has no occupied cell"),
+        (map_message(1, 1, 100), "has no free cell"),
+        (map_message(1, 1, -1), "has no free cell"),
+        (map_message(40, 40, 0), "has no occupied cell"),
+    ],
+)
+def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(
+    room: Room, said: list[str], message: OccupancyGridMsg, reason: str
+) -> None:
+    node = started(room)
+    room.drive(3)
+    room.bench.publish(OccupancyGridMsg, "map", message, qos.LATCHED)
+    (line,) = said
+    assert "refused" in line
+    assert reason in line
+    node.set_parameters([Parameter("max_particles", value=1500)])  # builds the filter anew
+    room.drive(3)
+    assert room.error[0] < 0.06
+
+
+def test_a_bad_map_as_the_first_is_refused_and_a_good_one_then_used(
+    room: Room, said: list[str]
+) -> None:
+    started(room, with_map=False)
+    room.bench.publish(OccupancyGridMsg, "map", map_message(1, 1, 0), qos.LATCHED)
+    room.drive(3)
+    assert room.poses == []
+    assert any("has no occupied cell" in line for line in said)
+    room.publish_map()
+    room.drive(3)
+    assert room.error[0] < 0.06
+
+
+def test_without_a_map_a_pose_is_kept_and_nothing_is_published(room: Room) -> None:
+    started(room, with_map=False)
+    room.place(room.robot.pose)
+    room.drive(3)
+    assert room.poses == []
+    assert room.transforms == []
+
+
+def test_scans_of_an_unknown_frame_are_dropped_with_a_reason(room: Room, warned: list[str]) -> None:
+    started(room)
+    room.drive(3)
+    count = len(room.poses)
+    message = scan_msg(room.robot.scan(), "nowhere", DT)
+    room.bench.publish(LaserScan, "scan", message, qos.SENSOR_PUBLISHER)
+    room.drive(3)
+    assert any("nowhere" in line for line in warned)
+    assert len(room.poses) == count + 3
+    assert room.error[0] < 0.06
+
+
+def test_odometry_that_is_no_pose_leaves_the_filter_as_it_was(room: Room) -> None:
+    started(room)
+    room.drive(3)
+    odometry = transform_msg(room.robot.odometry, "odom", "base_footprint", room.robot.now + DT)
+    odometry.transform.translation.x = NAN
+    room.bench.advance(DT)
+    room.bench.publish(TFMessage, "/tf", TFMessage(transforms=[odometry]), qos.TF)
+    room.publish_scan(room.robot.step())
+    room.drive(4)
+    assert room.error[0] < 0.06
+
+
+def test_a_configured_pose_off_the_map_is_refused_and_the_map_searched(
+    room: Room, said: list[str]
+) -> None:
+    started(room, set_initial_pose=True, initial_pose={"x": 90.0, "y": 0.0, "yaw": 0.0})
+    assert "lies outside the map" in said[0]
+    room.drive(2)
+    assert room.error[0] < 0.06
+
+
+def test_a_scan_waits_for_its_transform(room: Room) -> None:
+    started(room)
+    room.bench.advance(DT)
+    scan = room.robot.step()
+    room.publish_scan(scan)
+    assert room.poses == []
+    room.publish_odometry()
+    room.bench.advance(0.02)
+    assert len(room.poses) == 1
+
+
+def test_scans_without_transforms_are_dropped_and_later_ones_used(room: Room) -> None:
+    started(room)
+    for _ in range(15):
+        room.bench.advance(DT)
+        room.publish_scan(room.robot.step())
+    assert room.poses == []
+    room.drive(2)
+    assert room.error[0] < 0.06
+    assert seconds(room.poses[0].header.stamp) > 1.0
