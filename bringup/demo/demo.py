@@ -228,7 +228,7 @@ class Demo:
         out = self._options.out
         grid = load_map(out / "map.yaml")
         draw_map(out / "map.png", grid)
-        draw_trajectory(out / "trajectory.png", grid, self._log)
+        draw_trajectory(out / "trajectory.png", grid, self._log.table, self._log.goals)
         simulator = self._robot.sim.simulator
         report = Report.of(
             self._log,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import matplotlib as mpl
@@ -10,7 +11,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
-from bringup.demo.log import RunLog
 
 mpl.use("Agg")
 _LEAP = 0.1
@@ -54,14 +54,25 @@ def _broken_at_leaps(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.insert(points, leaps, np.nan, axis=0)
 
 
-def draw_trajectory(path: Path, grid: OccupancyGrid, log: RunLog) -> None:
-    """Write a picture of a map with the true path, the estimated path and the goals."""
+def draw_trajectory(
+    path: Path,
+    grid: OccupancyGrid,
+    table: NDArray[np.float64],
+    goals: Iterable[tuple[float, float, float, bool]],
+) -> None:
+    """Write a picture of a map with the true path, the estimated path and the goals.
+
+    Args:
+        path: The PNG to write.
+        grid: The map.
+        table: Time, true and estimated x, y, yaw, `(N, 7) float64` [s, m, m, rad, m, m, rad].
+        goals: x, y, yaw [m, m, rad] and whether it was reached.
+    """
     figure = Figure(figsize=(7.5, 7.5))
     axes = _draw_map(figure, grid, "Where the robot was, and where it believed to be")
-    table = log.table
     axes.plot(*_broken_at_leaps(table[:, 1:3]).T, color="tab:green", lw=2.5, label="true")
     axes.plot(*_broken_at_leaps(table[:, 4:6]).T, color="tab:blue", lw=1.0, label="estimated")
-    for number, (x, y, yaw, reached) in enumerate(log.goals, 1):
+    for number, (x, y, yaw, reached) in enumerate(goals, 1):
         colour = "tab:orange" if reached else "tab:red"
         axes.plot(x, y, "o", color=colour, ms=9)
         axes.annotate(str(number), (x, y), ha="center", va="center", fontsize=7)
