@@ -83,7 +83,8 @@ class Process:
         with _discovery(isolated):
             rclpy.init(context=self.context)
             # the middleware reads the range when the context's first node is made
-            self.node = Node(name, context=self.context, start_parameter_services=False)
+            # clients that ask every node for its parameters wait for one that does not answer
+            self.node = Node(name, context=self.context, start_parameter_services=not isolated)
         self.executor = EventsExecutor(context=self.context)
         self.nodes: list[ClockedNode] = []
         self.now = 0.0

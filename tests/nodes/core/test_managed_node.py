@@ -24,6 +24,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.process import Process
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
@@ -221,3 +222,11 @@ def test_a_request_that_has_come_is_answered_by_a_node_that_goes(
     bench.process.drain()
     assert future.result().message == "yes"
     assert not client.service_is_ready()
+
+
+def test_a_process_s_own_node_answers_for_its_parameters(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    process = Process("some_host", use_sim_time=False)
+    names = [service.srv_name for service in process.node.services]
+    process.close()
+    assert "some_host/list_parameters" in names

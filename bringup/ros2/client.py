@@ -1,0 +1,167 @@
+"""A short-lived node of the command line: it sees the graph, waits with deadlines and calls."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Callable, Iterable, Sequence
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
+
+from arjuna_core.ros.ament import add_environment_to_ament_index
+from bringup.ros2.errors import Ros2Error
+
+STABLE = 0.3  # the graph is taken as known once it has not changed for so long [s]
+ALONE = 3.5  # while no other node has been seen: each announces itself every 3 s
+LIMIT = 5.0  # how long a graph that goes on changing is watched
+ANSWER = 5.0  # how long a service may take to appear, and again to answer [s]
+_POLL = 0.02
+
+
+class Client:
+    """A hidden node, its executor and a view of the graph; a context manager.
+
+    Args:
+        arguments: The command line's; `spin_time` and `use_sim_time` count.
+        name: The node's name; a hidden one, as ros2cli's, if None.
+    """
+
+    def __init__(self, arguments: argparse.Namespace, name: str | None = None) -> None:
+        add_environment_to_ament_index()
+        self.context = Context()
+        rclpy.init(context=self.context)
+        self._name = name or f"_ros2cli_{os.getpid()}"
+        self.node = Node(
+            self._name,
+            context=self.context,
+            start_parameter_services=False,
+            parameter_overrides=[
+                Parameter("use_sim_time", value=bool(getattr(arguments, "use_sim_time", False)))
+            ],
+        )
+        self.executor = EventsExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self._limit = getattr(arguments, "spin_time", None)
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.shutdown()
+        self.context.destroy()  # else the graph keeps it until it is collected
+
+    def spin(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
+        """Run callbacks until something is done; return whether it is, within a timeout [s]."""
+        end = None if timeout is None else time.monotonic() + timeout
+        while not done():
+            left = _POLL if end is None else min(end - time.monotonic(), _POLL)
+            if left <= 0.0:
+                return False
+            self.executor.spin_once(timeout_sec=left)
+        return True
+
+    def discover(self, found: Callable[[], bool] | None = None) -> bool:
+        """Wait until the graph is known, or until something is found in it.
+
+        Args:
+            found: Looks for what is asked for; it ends the wait early.
+
+        Returns:
+            Whether it was found; False if nothing was looked for.
+        """
+        start = changed = time.monotonic()
+        seen: Any = None
+        while found is None or not found():
+            now, graph = time.monotonic(), self._graph()
+            if graph != seen:
+                seen, changed = graph, now
+            quiet = STABLE if any(name != self._name for name, _ in seen[0]) else ALONE
+            if self._limit is None and (now > changed + quiet or now > start + LIMIT):
+                return False
+            if self._limit is not None and now > start + float(self._limit):
+                return False
+            self.executor.spin_once(timeout_sec=_POLL)
+        return True
+
+    def _graph(self) -> tuple[Any, Any, Any]:
+        node = self.node
+        return (
+            node.get_node_names_and_namespaces(),
+            node.get_topic_names_and_types(),
+            node.get_service_names_and_types(),
+        )
+
+    def nodes(self, hidden: bool = False) -> list[str]:
+        """Return the full names of the nodes, sorted, a name that occurs twice twice."""
+        pairs = self.node.get_node_names_and_namespaces()
+        names = [f"{space.rstrip('/')}/{name}" for name, space in pairs]
+        return sorted(visible(names, hidden))
+
+    def find_node(self, name: str, hidden: bool = False) -> str:
+        """Wait for a node and return its full name.
+
+        Raises:
+            Ros2Error: There is none.
+        """
+        full = absolute(name)
+        if not self.discover(lambda: full in self.nodes(hidden)):
+            raise Ros2Error("Node not found")
+        return full
+
+    def call(self, service_type: Any, name: str, request: Any, timeout: float = ANSWER) -> Any:
+        """Return a service's response.
+
+        Raises:
+            Ros2Error: Nobody serves it, or no answer comes in time [s].
+        """
+        client = self.node.create_client(service_type, name)
+        try:
+            if not self.spin(client.service_is_ready, timeout):
+                raise Ros2Error(f"Wait for service timed out: {name}")
+            return self.result(client.call_async(request), timeout, name)
+        finally:
+            self.node.destroy_client(client)
+
+    def result(self, future: Any, timeout: float | None, what: str) -> Any:
+        """Return a future's result, or raise Ros2Error if it does not come in time [s]."""
+        if not self.spin(future.done, timeout):
+            raise Ros2Error(f"{what} did not answer within {timeout:g} s")
+        return future.result()
+
+
+def absolute(name: str) -> str:
+    """Return a name that starts with a slash."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+def visible(names: Iterable[str], hidden: bool) -> list[str]:
+    """Return the names that are not hidden, or all of them."""
+    return [name for name in names if hidden or not topic_or_service_is_hidden(name)]
+
+
+def visible_types(
+    pairs: Iterable[tuple[str, Sequence[str]]], hidden: bool
+) -> list[tuple[str, Sequence[str]]]:
+    """Return the names and types whose names are not hidden, or all of them."""
+    return [pair for pair in pairs if hidden or not topic_or_service_is_hidden(pair[0])]
+
+
+def print_names_and_types(pairs: Sequence[tuple[str, Sequence[str]]], types: bool) -> None:
+    """Print a line for each name, its types in brackets if asked for."""
+    for name, kinds in pairs:
+        print(f"{name} [{', '.join(kinds)}]" if types else name)

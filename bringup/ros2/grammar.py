@@ -1,0 +1,124 @@
+"""The grammar of `ros2`: commands, verbs and arguments as values, and the parser of them."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+VERBS = "bringup.ros2.verbs"
+COMPLETIONS = ("topic", "node", "service", "action", "message_type", "interface", "package", "")
+
+
+@dataclass(frozen=True)
+class Argument:
+    """One argument, as `argparse.ArgumentParser.add_argument` takes it.
+
+    Attributes:
+        names: Its flags, or the one name of a positional.
+        options: The keyword arguments.
+        complete: What the shell completes it with, one of `COMPLETIONS`.
+    """
+
+    names: tuple[str, ...]
+    options: Mapping[str, Any]
+    complete: str = ""
+
+
+@dataclass(frozen=True)
+class Verb:
+    """One verb of a command.
+
+    Attributes:
+        name: As it is typed.
+        about: One line for the help.
+        run: `module:function` among the verbs; the module is imported only when it runs.
+        arguments: What it takes; a tuple of them excludes one another.
+    """
+
+    name: str
+    about: str
+    run: str
+    arguments: tuple[Argument | tuple[Argument, ...], ...] = ()
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command.
+
+    Attributes:
+        name: As it is typed.
+        about: One line for the help.
+        verbs: Its verbs.
+        arguments: What may stand before the verb.
+        forward: `module:function` that takes all words after the command instead of verbs.
+    """
+
+    name: str
+    about: str
+    verbs: tuple[Verb, ...] = ()
+    arguments: tuple[Argument, ...] = ()
+    forward: str = ""
+
+
+def argument(*names: str, complete: str = "", **options: Any) -> Argument:
+    """Return an argument; `options` are those of `add_argument`."""
+    assert complete in COMPLETIONS
+    return Argument(names, options, complete)
+
+
+def switch(*names: str, **options: Any) -> Argument:
+    """Return an option that is on or off."""
+    return argument(*names, action="store_true", **options)
+
+
+# What every verb that looks at the graph takes. Nothing here needs ros2cli's daemon.
+GRAPH = (
+    argument("--spin-time", type=float, metavar="N", help="seconds to wait for the graph at most"),
+    switch("-s", "--use-sim-time", help="take the time from /clock"),
+    switch("--no-daemon", help="accepted for ros2cli's sake: there is no daemon"),
+)
+
+
+def build_parser(commands: tuple[Command, ...]) -> argparse.ArgumentParser:
+    """Return the parser of the commands that do not forward their words."""
+    parser = argparse.ArgumentParser(
+        prog="ros2",
+        description="ros2 is the command-line tool for ROS 2, as Arjuna brings it.",
+        epilog="'ros2 --completion bash' (or zsh) prints what makes the shell complete it",
+    )
+    choices = parser.add_subparsers(metavar="COMMAND", title="Commands")
+    for command in commands:
+        child = choices.add_parser(command.name, help=command.about, description=command.about)
+        child.set_defaults(run=None, help=child.format_help)
+        _add_arguments(child, command.arguments)
+        if command.verbs:
+            verbs = child.add_subparsers(metavar="VERB", title="Verbs")
+            for verb in command.verbs:
+                leaf = verbs.add_parser(verb.name, help=verb.about, description=verb.about)
+                leaf.set_defaults(run=verb.run)
+                _add_arguments(leaf, verb.arguments)
+    return parser
+
+
+def _add_arguments(
+    parser: argparse.ArgumentParser, arguments: tuple[Argument | tuple[Argument, ...], ...]
+) -> None:
+    for item in arguments:
+        if isinstance(item, Argument):
+            parser.add_argument(*item.names, **item.options)
+        else:
+            group = parser.add_mutually_exclusive_group()
+            for one in item:
+                group.add_argument(*one.names, **one.options)
+
+
+def load(run: str) -> Callable[..., int | None]:
+    """Import and return the function that a table names as `module:function`."""
+    module, function = run.split(":")
+    loaded: Callable[..., int | None] = getattr(
+        importlib.import_module(f"bringup.ros2.verbs.{module}"), function
+    )
+    return loaded

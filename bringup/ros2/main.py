@@ -1,0 +1,78 @@
+"""`ros2`: a real ros2cli if there is one, else Arjuna's own with the same grammar."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from arjuna_core.errors import ArjunaError
+from bringup.ros2 import completion
+from bringup.ros2.grammar import build_parser, load
+from bringup.ros2.tables import COMMANDS
+
+FAILED, INTERRUPTED = 1, int(signal.SIGINT)  # as ros2cli ends
+_HANDED_ON = "ARJUNA_ROS2_HANDED_ON"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code.
+
+    Args:
+        argv: The words after `ros2`; those of the process if None.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    real = real_ros2(os.environ, Path(sys.argv[0]))
+    if argv is None and real is not None:
+        os.environ[_HANDED_ON] = "1"
+        os.execv(real, [real, *words])  # noqa: S606 - the program that the user asked for
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
+    try:
+        return _run(words)
+    except ArjunaError as error:
+        sys.stderr.write(f"{error}\n")
+    except ModuleNotFoundError as error:
+        sys.stderr.write(f"the module {error.name} is not installed; run 'make setup'\n")
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:  # nobody reads any more, as after `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return FAILED
+
+
+def _run(words: list[str]) -> int:
+    if words[:1] == ["--completion"]:
+        print(completion.script(words[1] if len(words) > 1 else "bash"))
+        return 0
+    command = next((item for item in COMMANDS if words[:1] == [item.name]), None)
+    if command is not None and command.forward:
+        return load(command.forward)(words[1:]) or 0
+    parser = build_parser(COMMANDS)
+    arguments = parser.parse_args(words)
+    if getattr(arguments, "run", None) is None:
+        print(getattr(arguments, "help", parser.format_help)(), end="")
+        return 0
+    return load(arguments.run)(arguments) or 0
+
+
+def real_ros2(environment: Mapping[str, str], own: Path) -> str | None:
+    """Return the `ros2` of a sourced ROS, or None.
+
+    Args:
+        environment: The process's environment.
+        own: This program, which is none.
+    """
+    if "ROS_DISTRO" not in environment or _HANDED_ON in environment:
+        return None
+    bins = {own.resolve().parent, Path(sys.executable).parent.resolve()}
+    folders = environment.get("PATH", "").split(os.pathsep)
+    others = [folder for folder in folders if folder and Path(folder).resolve() not in bins]
+    return shutil.which("ros2", path=os.pathsep.join(others))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

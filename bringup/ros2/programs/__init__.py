@@ -1,0 +1,1 @@
+"""Programs of other packages that `ros2 run` runs."""

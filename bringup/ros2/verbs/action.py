@@ -1,0 +1,164 @@
+"""`ros2 action list`, `info`, `type`, `find`, `send_goal`."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from rclpy.action import (
+    ActionClient,
+    get_action_client_names_and_types_by_node,
+    get_action_names_and_types,
+    get_action_server_names_and_types_by_node,
+)
+
+from bringup.ros2.client import ANSWER, Client, absolute, print_names_and_types
+from bringup.ros2.errors import Ros2Error
+from bringup.ros2.types import interface_class
+from bringup.ros2.values import Abridge, fill, to_yaml
+from bringup.ros2.verbs.pub import values_of
+
+_CUT = Abridge(length=128)
+
+
+def list_actions(arguments: argparse.Namespace) -> int:
+    """List the actions."""
+    _print(_actions(arguments), arguments.count_actions, arguments.show_types)
+    return 0
+
+
+def find(arguments: argparse.Namespace) -> int:
+    """List the actions of a type."""
+    pairs = [pair for pair in _actions(arguments) if arguments.action_type in pair[1]]
+    _print(pairs, arguments.count_actions, types=False)
+    return 0
+
+
+def _print(pairs: Sequence[tuple[str, Sequence[str]]], count: bool, types: bool) -> None:
+    if count:
+        print(len(pairs))
+    else:
+        print_names_and_types(pairs, types)
+
+
+def _actions(arguments: argparse.Namespace) -> list[tuple[str, Sequence[str]]]:
+    with Client(arguments) as client:
+        client.discover()
+        return list(get_action_names_and_types(client.node))
+
+
+def type_of(arguments: argparse.Namespace) -> int:
+    """Print an action's types; 1 if there is no such action."""
+    name = absolute(arguments.action_name)
+    with Client(arguments) as client:
+
+        def types() -> Sequence[str]:
+            found: Sequence[str] = dict(get_action_names_and_types(client.node)).get(name, [])
+            return found
+
+        if not client.discover(lambda: bool(types())):
+            return 1
+        print("\n".join(types()))
+    return 0
+
+
+def info(arguments: argparse.Namespace) -> int:
+    """Print which nodes serve an action and which are its clients."""
+    name = absolute(arguments.action_name)
+    with Client(arguments) as client:
+        client.discover(lambda: name in dict(get_action_names_and_types(client.node)))
+        client.discover()
+        clients = _nodes_with(client, name, get_action_client_names_and_types_by_node)
+        servers = _nodes_with(client, name, get_action_server_names_and_types_by_node)
+    print(f"Action: {arguments.action_name}")
+    for title, pairs in (("clients", clients), ("servers", servers)):
+        print(f"Action {title}: {len(pairs)}")
+        for node, types in [] if arguments.count else pairs:
+            print(f"    {node} [{', '.join(types)}]" if arguments.show_types else f"    {node}")
+    return 0
+
+
+def _nodes_with(
+    client: Client, action: str, get: Callable[..., Any]
+) -> list[tuple[str, Sequence[str]]]:
+    found = []
+    for full in client.nodes(hidden=True):
+        space, _, name = full.rpartition("/")
+        types = dict(get(client.node, name, space or "/")).get(action)
+        if types:
+            found.append((full, types))
+    return found
+
+
+def send_goal(arguments: argparse.Namespace) -> int:
+    """Send a goal and print how it ends; an interrupt cancels it.
+
+    Raises:
+        Ros2Error: The type or a field does not exist.
+    """
+    action_type = interface_class(arguments.action_type, "action")
+    goal = action_type.Goal()
+    stamps = fill(goal, values_of(arguments.goal, arguments.stdin))
+    with Client(arguments) as client, contextlib.ExitStack() as opened:
+        action = ActionClient(client.node, action_type, arguments.action_name)
+        opened.callback(action.destroy)
+        print("Waiting for an action server to become available...")
+        client.spin(action.server_is_ready)
+        for stamp in stamps:
+            stamp(client.node.get_clock().now().to_msg())
+        print(f"Sending goal:\n     {to_yaml(goal, _CUT)}")
+        feedback = _Feedback()
+        sent = action.send_goal_async(goal, feedback.take if arguments.feedback else None)
+        handle = client.result(sent, None, arguments.action_name)
+        if not handle.accepted:
+            print("Goal was rejected.")
+            return 0
+        print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
+        feedback.start()
+        try:
+            outcome = client.result(handle.get_result_async(), None, arguments.action_name)
+        except KeyboardInterrupt:
+            _cancel(client, handle)
+            raise
+        print(f"Result:\n    {to_yaml(outcome.result, _CUT)}")
+        print(f"Goal finished with status: {status_name(outcome.status)}")
+    return 0
+
+
+class _Feedback:
+    """Prints feedback; what comes before the goal is said to be accepted waits until then."""
+
+    def __init__(self) -> None:
+        self._waiting: list[Any] | None = []
+
+    def take(self, message: Any) -> None:
+        """Print a feedback message, or keep it."""
+        if self._waiting is not None:
+            self._waiting.append(message)
+            return
+        print(f"Feedback:\n    {to_yaml(message.feedback, _CUT)}")
+
+    def start(self) -> None:
+        """Print what was kept, and from now on what comes."""
+        waiting, self._waiting = self._waiting or [], None
+        for message in waiting:
+            self.take(message)
+
+
+def _cancel(client: Client, handle: Any) -> None:
+    print("Canceling goal...")
+    answer = client.result(handle.cancel_goal_async(), ANSWER, "the action server")
+    if not answer.goals_canceling:
+        raise Ros2Error("Failed to cancel goal")
+    print("Goal canceled.")
+
+
+def status_name(status: int) -> str:
+    """Return the word for a goal's status."""
+    names = ("UNKNOWN", "ACCEPTED", "EXECUTING", "CANCELING", "SUCCEEDED", "CANCELED", "ABORTED")
+    return next(
+        (name for name in names if getattr(GoalStatus, f"STATUS_{name}") == status), names[0]
+    )

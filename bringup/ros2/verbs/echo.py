@@ -1,0 +1,131 @@
+"""`ros2 topic echo`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+
+from bringup.ros2.client import Client, absolute
+from bringup.ros2.errors import Ros2Error
+from bringup.ros2.qos import for_subscription
+from bringup.ros2.types import interface_class
+from bringup.ros2.values import Abridge, dump, is_message, to_csv, to_yaml
+from bringup.ros2.verbs.topic import types_of
+
+
+def echo(arguments: argparse.Namespace) -> int:
+    """Print messages of a topic until interrupted, timed out, or after the first.
+
+    Raises:
+        Ros2Error: The topic's type is not known, or the field does not exist.
+    """
+    printer = Printer(arguments)
+    name = absolute(arguments.topic_name)
+    with Client(arguments) as client:
+        client.discover(lambda: bool(types_of(client, name)))
+        client.discover()  # all of its publishers, for the quality of service
+        message_type = topic_class(client, arguments.topic_name, arguments.message_type)
+        client.node.create_subscription(
+            message_type,
+            name,
+            printer.show_with_info if arguments.include_message_info else printer.show,
+            for_subscription(client.node, name, arguments),
+            event_callbacks=SubscriptionEventCallbacks(
+                message_lost=None if arguments.no_lost_messages else _lost
+            ),
+            raw=arguments.raw,
+        )
+        client.spin(lambda: printer.finished, arguments.timeout)
+    if printer.problem:
+        raise Ros2Error(printer.problem)
+    return 0
+
+
+def topic_class(client: Client, topic: str, given: str | None = None) -> Any:
+    """Return the message class of a topic, or the one whose name is given.
+
+    Raises:
+        Ros2Error: Nobody has the topic, or it has several types.
+    """
+    if given is not None:
+        return interface_class(given, "msg")
+    types = types_of(client, absolute(topic))
+    if len(types) > 1:
+        kinds = ", ".join(types)
+        raise Ros2Error(
+            f"Cannot echo topic '{topic}', as it contains more than one type: [{kinds}]"
+        )
+    if not types:
+        print(f"WARNING: topic [{topic}] does not appear to be published yet")
+        raise Ros2Error("Could not determine the type for the passed topic")
+    return interface_class(types[0], "msg")
+
+
+def condition(expression: str | None) -> Callable[[Any], bool]:
+    """Return what a person's Python expression says of a message `m`."""
+    if not expression:
+        return lambda message: True
+    code = compile(expression, "--filter", "eval")
+    # the person who types it runs it with her own rights
+    return lambda message: bool(eval(code, {}, {"m": message}))  # noqa: S307
+
+
+def _lost(status: Any) -> None:
+    print(
+        f"A message was lost!!!\n\ttotal count change:{status.total_count_change}"
+        f"\n\ttotal count: {status.total_count}",
+        end="---\n",
+    )
+
+
+class Printer:
+    """Prints messages as the options of `echo` ask for.
+
+    Args:
+        arguments: The options.
+    """
+
+    def __init__(self, arguments: argparse.Namespace) -> None:
+        self._options = arguments
+        length = None if arguments.full_length else arguments.truncate_length
+        self._abridge = Abridge(length, arguments.no_arr, arguments.no_str)
+        self._fields = [part for part in (arguments.field or "").split(".") if part]
+        if arguments.field is not None and not self._fields:
+            raise Ros2Error(f"Invalid field value '{arguments.field}'")
+        self._wanted = condition(arguments.filter)
+        self.finished = False
+        self.problem = ""
+
+    def show(self, message: Any) -> None:
+        """Print a message."""
+        self._show(message, None)
+
+    def show_with_info(self, message: Any, info: Any) -> None:
+        """Print a message and when it was sent and received."""
+        self._show(message, info)
+
+    def _show(self, message: Any, info: Any) -> None:
+        if self.finished:
+            return
+        value = message
+        for field in self._fields:
+            if not hasattr(value, field):
+                self.problem = f"Invalid field '{'.'.join(self._fields)}': no '{field}'"
+                self.finished = True
+                return
+            value = getattr(value, field)
+        if not self._wanted(value):
+            return
+        self.finished = self._options.once
+        if not is_message(value):
+            print(value, end="\n---\n")
+        elif self._options.csv:
+            head = "".join(f"{item}," for item in (info or {}).values())
+            print(head + to_csv(value, self._abridge))
+        else:
+            if info is not None:
+                print(dump(dict(info)), end="---\n")
+            print(to_yaml(value, self._abridge, self._options.flow_style), end="---\n")

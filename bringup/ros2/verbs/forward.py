@@ -1,0 +1,112 @@
+"""The commands that hand all their words on: `ros2 run`, `bag`, `doctor`, `daemon`."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Callable
+
+from arjuna_core.errors import nearest
+from bringup.ros2.errors import Ros2Error
+
+_PROGRAMS = "bringup.ros2.programs"
+
+
+def _teleop(words: list[str]) -> int:
+    """Run teleop_twist_keyboard: its parameters and remapping as our options."""
+    _, remapped, parameters = ros_arguments(words)
+    options = ["--keys", "twist"]
+    if "cmd_vel" in remapped:
+        options += ["--topic", remapped["cmd_vel"]]
+    for name in ("speed", "turn"):
+        if name in parameters:
+            options += [f"--{name}", parameters[name]]
+    if parameters.get("stamped", "").lower() == "true":
+        options.append("--stamped")
+    return arjuna("teleop", options)
+
+
+def _save_map(words: list[str]) -> int:
+    """Run map_saver_cli: its options as ours."""
+    rest, _, parameters = ros_arguments(words)
+    parser = argparse.ArgumentParser(prog="ros2 run nav2_map_server map_saver_cli")
+    parser.add_argument("-f", dest="name", default="map", help="path without suffix (map)")
+    name = parser.parse_args(rest).name
+    timeout = parameters.get("save_map_timeout", "10.0")
+    return arjuna("save-map", [name, "--timeout", timeout])
+
+
+# What `ros2 run PACKAGE EXECUTABLE` runs
+PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], int]] = {
+    ("nav2_map_server", "map_saver_cli"): _save_map,
+    ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
+    ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
+    ("tf2_ros", "tf2_echo"): f"{_PROGRAMS}.tf2_echo",
+    ("tf2_tools", "view_frames"): f"{_PROGRAMS}.view_frames",
+}
+
+
+def ros_arguments(words: list[str]) -> tuple[list[str], dict[str, str], dict[str, str]]:
+    """Part a program's own words from those between `--ros-args` and `--`.
+
+    Returns:
+        Its own words, the remapped names (without leading slash) and the parameters.
+    """
+    own: list[str] = []
+    remapped: dict[str, str] = {}
+    parameters: dict[str, str] = {}
+    target, for_ros = None, False
+    for word in words:
+        if word in ("--ros-args", "--") and (for_ros or word == "--ros-args"):
+            for_ros = word == "--ros-args"
+        elif not for_ros:
+            own.append(word)
+        elif word in ("-r", "--remap"):
+            target = remapped
+        elif word in ("-p", "--param"):
+            target = parameters
+        elif ":=" in word and target is not None:
+            name, value = word.split(":=", maxsplit=1)
+            target[name.lstrip("/")] = value
+    return own, remapped, parameters
+
+
+def arjuna(command: str, words: list[str]) -> int:
+    """Become `arjuna COMMAND`, which stands above this wing."""
+    program = [sys.executable, "-m", "bringup", command, *words]
+    os.execv(sys.executable, program)  # noqa: S606 - our own module
+    raise AssertionError("execv returned")
+
+
+def run(words: list[str]) -> int:
+    """Run a program of a package.
+
+    Raises:
+        Ros2Error: There is no such package or program.
+    """
+    if len(words) < 2 or words[0] in ("-h", "--help"):
+        print("usage: ros2 run [-h] package_name executable_name ...\n")
+        print("\n".join(f"  {package} {name}" for package, name in sorted(PROGRAMS)))
+        return 0 if words[:1] in (["-h"], ["--help"]) else 2
+    package, name = words[:2]
+    if package not in {known for known, _ in PROGRAMS}:
+        valid = nearest(package, {known for known, _ in PROGRAMS})
+        raise Ros2Error(f"Package '{package}' not found; {valid}")
+    if (package, name) not in PROGRAMS:
+        valid = nearest(name, {known for other, known in PROGRAMS if other == package})
+        raise Ros2Error(f"No executable found; {valid}")
+    program = PROGRAMS[package, name]
+    if isinstance(program, str):
+        program = importlib.import_module(program).main
+    return program(words[2:])
+
+
+def daemon(words: list[str]) -> int:
+    """Say that there is no daemon; scripts that stop or start it go on."""
+    if words[:1] == ["status"] or words[:1] == ["stop"]:
+        print("The daemon is not running")
+    else:
+        print("There is no daemon: every command looks at the graph itself")
+    return 0

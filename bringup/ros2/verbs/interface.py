@@ -1,0 +1,77 @@
+"""`ros2 interface list`, `package`, `packages`, `proto`, `show`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from bringup.ros2.definitions import flattened
+from bringup.ros2.errors import Ros2Error
+from bringup.ros2.types import interface_class, interfaces_of
+from bringup.ros2.types import packages as all_packages
+
+_TITLES = {"msg": "Messages", "srv": "Services", "action": "Actions"}
+
+
+def _kinds(arguments: argparse.Namespace) -> list[str]:
+    options = {
+        "msg": arguments.only_msgs,
+        "srv": arguments.only_srvs,
+        "action": arguments.only_actions,
+    }
+    return [kind for kind in options if options[kind]] or list(options)
+
+
+def list_types(arguments: argparse.Namespace) -> int:
+    """List all interfaces."""
+    found = all_packages()
+    for kind in _kinds(arguments):
+        print(f"{_TITLES[kind]}:")
+        for package, names in found.items():
+            for name in names:
+                if name.startswith(f"{kind}/"):
+                    print(f"    {package}/{name}")
+    return 0
+
+
+def package(arguments: argparse.Namespace) -> int:
+    """List the interfaces of a package."""
+    for name in interfaces_of(arguments.package_name):
+        if name.split("/")[0] in _kinds(arguments):
+            print(f"{arguments.package_name}/{name}")
+    return 0
+
+
+def packages(arguments: argparse.Namespace) -> int:
+    """List the packages that have interfaces."""
+    kinds = set(_kinds(arguments))
+    for name, names in all_packages().items():
+        if kinds & {item.split("/")[0] for item in names}:
+            print(name)
+    return 0
+
+
+def proto(arguments: argparse.Namespace) -> int:
+    """Print an interface with its default values, to be filled in and sent."""
+    from bringup.ros2.values import to_yaml  # only here: it takes as long as all the rest
+
+    found = interface_class(arguments.type)
+    for part in ("Goal", "Request"):
+        found = getattr(found, part, found)
+    text = to_yaml(found())
+    print(text if arguments.no_quotes else f'"{text}"')
+    return 0
+
+
+def show(arguments: argparse.Namespace) -> int:
+    """Print a definition; `-` reads its name from the standard input.
+
+    Raises:
+        Ros2Error: There is no such interface.
+    """
+    name = sys.stdin.readline().strip() if arguments.type == "-" else arguments.type
+    if not name:
+        raise Ros2Error("the passed value is empty")
+    for line in flattened(name, not arguments.no_comments, arguments.all_comments):
+        print(line)
+    return 0

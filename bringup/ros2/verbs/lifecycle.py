@@ -1,0 +1,105 @@
+"""`ros2 lifecycle nodes`, `get`, `set`, `list`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+from lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
+
+from bringup.ros2.client import Client
+from bringup.ros2.errors import Ros2Error
+
+_GET_STATE = "lifecycle_msgs/srv/GetState"
+_TRANSITION_TIMEOUT = 60.0  # [s]; a node may read a large map while it is configured
+
+
+def nodes(arguments: argparse.Namespace) -> int:
+    """List the nodes with a lifecycle."""
+    with Client(arguments) as client:
+        client.discover()
+        names = _managed(client, arguments.all)
+    if arguments.count_nodes:
+        print(len(names))
+    else:
+        for name in names:
+            print(name)
+    return 0
+
+
+def _managed(client: Client, hidden: bool) -> list[str]:
+    served = dict(client.node.get_service_names_and_types())
+    return [
+        name for name in client.nodes(hidden) if _GET_STATE in served.get(f"{name}/get_state", [])
+    ]
+
+
+def _find(client: Client, arguments: argparse.Namespace) -> str:
+    """Return a managed node's full name.
+
+    Raises:
+        Ros2Error: There is none of the name, or it has no lifecycle.
+    """
+    node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
+    if not client.discover(lambda: node in _managed(client, hidden=True)):
+        raise Ros2Error("Node not found")
+    return node
+
+
+def get(arguments: argparse.Namespace) -> int:
+    """Print the state of a node, or of all nodes with a lifecycle."""
+    with Client(arguments) as client:
+        if arguments.node_name:
+            names = [_find(client, arguments)]
+        else:
+            client.discover()
+            names = _managed(client, arguments.include_hidden_nodes)
+        for name in names:
+            state = client.call(GetState, f"{name}/get_state", GetState.Request()).current_state
+            prefix = "" if arguments.node_name else f"{name}: "
+            print(f"{prefix}{state.label} [{state.id}]")
+    return 0
+
+
+def list_transitions(arguments: argparse.Namespace) -> int:
+    """Print the transitions that a node can make now, or all it has."""
+    service = "get_transition_graph" if arguments.all else "get_available_transitions"
+    with Client(arguments) as client:
+        for item in _transitions(client, _find(client, arguments), service):
+            print(f"- {item.transition.label} [{item.transition.id}]")
+            print(f"\tStart: {item.start_state.label}")
+            print(f"\tGoal: {item.goal_state.label}")
+    return 0
+
+
+def _transitions(client: Client, node: str, service: str) -> list[Any]:
+    request = GetAvailableTransitions.Request()
+    answer = client.call(GetAvailableTransitions, f"{node}/{service}", request)
+    return list(answer.available_transitions)
+
+
+def set_state(arguments: argparse.Namespace) -> int:
+    """Make a node go through a transition, named by label or number.
+
+    Raises:
+        Ros2Error: The node cannot make it now.
+    """
+    with Client(arguments) as client:
+        node = _find(client, arguments)
+        offered = [
+            item.transition for item in _transitions(client, node, "get_available_transitions")
+        ]
+        wanted = arguments.transition
+        chosen = next((item for item in offered if wanted in (item.label, str(item.id))), None)
+        if chosen is None:
+            lines = [f"- {item.label} [{item.id}]" for item in offered]
+            title = "Unknown transition requested, available ones are:"
+            raise Ros2Error("\n".join([title, *lines]))
+        request = ChangeState.Request(transition=chosen)
+        answer = client.call(ChangeState, f"{node}/change_state", request, _TRANSITION_TIMEOUT)
+    if answer.success:
+        print("Transitioning successful")
+    else:
+        sys.stderr.write("Transitioning failed\n")
+    return 0

@@ -1,0 +1,169 @@
+"""`ros2 param list`, `get`, `set`, `describe`, `delete`."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from typing import Any
+
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rclpy.parameter import get_parameter_value, parameter_value_to_python
+
+from bringup.ros2.client import Client
+from bringup.ros2.errors import Ros2Error
+
+_NAMES = {
+    ParameterType.PARAMETER_NOT_SET: ("not set", "Parameter not set."),
+    ParameterType.PARAMETER_BOOL: ("boolean", "Boolean value is:"),
+    ParameterType.PARAMETER_INTEGER: ("integer", "Integer value is:"),
+    ParameterType.PARAMETER_DOUBLE: ("double", "Double value is:"),
+    ParameterType.PARAMETER_STRING: ("string", "String value is:"),
+    ParameterType.PARAMETER_BYTE_ARRAY: ("byte array", "Byte values are:"),
+    ParameterType.PARAMETER_BOOL_ARRAY: ("boolean array", "Boolean values are:"),
+    ParameterType.PARAMETER_INTEGER_ARRAY: ("integer array", "Integer values are:"),
+    ParameterType.PARAMETER_DOUBLE_ARRAY: ("double array", "Double values are:"),
+    ParameterType.PARAMETER_STRING_ARRAY: ("string array", "String values are:"),
+}
+
+
+def list_parameters(arguments: argparse.Namespace) -> int:
+    """List the parameters of a node, or of all nodes that serve them."""
+    wanted = re.compile(arguments.filter or "")
+    with Client(arguments) as client:
+        if arguments.node_name:
+            nodes = [client.find_node(arguments.node_name, arguments.include_hidden_nodes)]
+        else:
+            client.discover()
+            served = dict(client.node.get_service_names_and_types())
+            names = client.nodes(arguments.include_hidden_nodes)
+            nodes = [name for name in names if f"{name}/list_parameters" in served]
+        for node in nodes:
+            if not arguments.node_name:
+                print(f"{node}:")
+            names = [name for name in _list(client, node, arguments) if wanted.search(name)]
+            for line in _typed(client, node, names, arguments) if arguments.param_type else names:
+                print(f"  {line}")
+    return 0
+
+
+def _list(client: Client, node: str, arguments: argparse.Namespace) -> list[str]:
+    request = ListParameters.Request(prefixes=list(getattr(arguments, "param_prefixes", [])))
+    answer = client.call(
+        ListParameters, f"{node}/list_parameters", request, timeout=arguments.timeout
+    )
+    return sorted(answer.result.names)
+
+
+def _typed(client: Client, node: str, names: list[str], arguments: argparse.Namespace) -> list[str]:
+    found = _describe(client, node, names, arguments)
+    return [f"{item.name} (type: {_NAMES[item.type][0]})" for item in found]
+
+
+def _describe(
+    client: Client, node: str, names: list[str], arguments: argparse.Namespace
+) -> list[Any]:
+    request = DescribeParameters.Request(names=names)
+    service = f"{node}/describe_parameters"
+    answer = client.call(DescribeParameters, service, request, timeout=arguments.timeout)
+    return list(answer.descriptors)
+
+
+def values(client: Client, node: str, arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return all parameters of a node by name."""
+    names = _list(client, node, arguments)
+    found = _values(client, node, names, arguments)
+    plain = (parameter_value_to_python(value) for value in found)
+    return dict(zip(names, plain, strict=True))
+
+
+def _values(
+    client: Client, node: str, names: list[str], arguments: argparse.Namespace
+) -> list[Any]:
+    request = GetParameters.Request(names=names)
+    service = f"{node}/get_parameters"
+    return list(client.call(GetParameters, service, request, timeout=arguments.timeout).values)
+
+
+def get(arguments: argparse.Namespace) -> int:
+    """Print a parameter.
+
+    Raises:
+        Ros2Error: There is no such node or parameter.
+    """
+    with Client(arguments) as client:
+        node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
+        found = _values(client, node, [arguments.parameter_name], arguments)
+    if not found:
+        raise Ros2Error("Parameter not set")
+    kind, label = _NAMES[found[0].type]
+    value = None if kind == "not set" else getattr(found[0], _field(kind))
+    if arguments.hide_type:
+        print(value)
+    else:
+        print(label) if value is None else print(label, value)
+    return 0
+
+
+def _field(kind: str) -> str:
+    """Return the field of a ParameterValue that holds a type of values."""
+    return kind.replace("boolean", "bool").replace(" ", "_") + "_value"
+
+
+def set_parameter(arguments: argparse.Namespace) -> int:
+    """Set a parameter."""
+    value = get_parameter_value(arguments.value)
+    return _set(arguments, value, "Set parameter successful", "Setting parameter failed")
+
+
+def delete(arguments: argparse.Namespace) -> int:
+    """Delete a parameter."""
+    done, failed = "Deleted parameter successfully", "Deleting parameter failed"
+    return _set(arguments, ParameterValue(), done, failed)
+
+
+def _set(arguments: argparse.Namespace, value: Any, done: str, failed: str) -> int:
+    with Client(arguments) as client:
+        node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
+        parameter = Parameter(name=arguments.parameter_name, value=value)
+        (result,) = set_all(client, node, [parameter], arguments)
+    reason = f": {result.reason}" if result.reason else ""
+    stream = sys.stdout if result.successful else sys.stderr
+    stream.write(f"{done if result.successful else failed}{reason}\n")
+    return 0
+
+
+def set_all(
+    client: Client, node: str, parameters: list[Any], arguments: argparse.Namespace
+) -> list[Any]:
+    """Set parameters of a node; return a result for each."""
+    request = SetParameters.Request(parameters=parameters)
+    service = f"{node}/set_parameters"
+    return list(client.call(SetParameters, service, request, timeout=arguments.timeout).results)
+
+
+def describe(arguments: argparse.Namespace) -> int:
+    """Print descriptions of parameters."""
+    with Client(arguments) as client:
+        node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
+        for item in _describe(client, node, arguments.parameter_names, arguments):
+            print("\n".join(_described(item)))
+    return 0
+
+
+def _described(item: Any) -> list[str]:
+    lines = [f"Parameter name: {item.name}", f"  Type: {_NAMES[item.type][0]}"]
+    if item.description:
+        lines.append(f"  Description: {item.description}")
+    lines.append("  Constraints:")
+    if item.read_only:
+        lines.append("    Read only: true")
+    for limits in [*item.floating_point_range, *item.integer_range][:1]:
+        lines.append(f"    Min value: {limits.from_value}")
+        lines.append(f"    Max value: {limits.to_value}")
+        if limits.step:
+            lines.append(f"    Step: {limits.step}")
+    if item.additional_constraints:
+        lines.append(f"    Additional constraints: {item.additional_constraints}")
+    return lines

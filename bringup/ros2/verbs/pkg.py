@@ -1,0 +1,70 @@
+"""`ros2 pkg list`, `prefix`, `xml`, `executables`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ament_index_python import get_package_prefix, get_packages_with_prefixes
+from ament_index_python.packages import PackageNotFoundError
+from defusedxml import ElementTree
+
+from arjuna_core.ros.ament import add_environment_to_ament_index
+from bringup.ros2.errors import Ros2Error
+from bringup.ros2.verbs.forward import PROGRAMS
+
+
+def list_packages(arguments: argparse.Namespace) -> int:
+    """List the packages."""
+    add_environment_to_ament_index()
+    for name in sorted({*get_packages_with_prefixes(), *(package for package, _ in PROGRAMS)}):
+        print(name)
+    return 0
+
+
+def _prefix(package: str) -> Path:
+    add_environment_to_ament_index()
+    try:
+        return Path(get_package_prefix(package))
+    except (PackageNotFoundError, ValueError) as error:
+        raise Ros2Error("Package not found") from error
+
+
+def prefix(arguments: argparse.Namespace) -> int:
+    """Print where a package is installed.
+
+    Raises:
+        Ros2Error: There is no such package.
+    """
+    found = _prefix(arguments.package_name)
+    print(found / "share" / arguments.package_name if arguments.share else found)
+    return 0
+
+
+def xml(arguments: argparse.Namespace) -> int:
+    """Print a package's manifest, or the texts of one of its tags.
+
+    Raises:
+        Ros2Error: There is no such package, manifest or tag.
+    """
+    path = _prefix(arguments.package_name) / "share" / arguments.package_name / "package.xml"
+    if not path.is_file():
+        raise Ros2Error("Package xml manifest not found")
+    root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+    if arguments.tag is None:
+        print(ElementTree.tostring(root, encoding="unicode"))
+        return 0
+    found = root.findall(arguments.tag)
+    if not found:
+        raise Ros2Error("XML tag not found")
+    for element in found:
+        print(element.text)
+    return 0
+
+
+def executables(arguments: argparse.Namespace) -> int:
+    """List what `ros2 run` can run."""
+    for package, name in sorted(PROGRAMS):
+        if arguments.package_name in (None, package):
+            print(name if arguments.package_name else f"{package} {name}")
+    return 0

@@ -1,0 +1,105 @@
+"""`ros2 topic hz`, `bw`, `delay`."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import deque
+from typing import Any
+
+from rclpy.qos import QoSPresetProfiles
+
+from bringup.ros2.client import Client, absolute
+from bringup.ros2.errors import Ros2Error
+from bringup.ros2.qos import matched
+from bringup.ros2.statistics import Intervals, bandwidth_text, rate_text, spread
+from bringup.ros2.verbs.echo import condition, topic_class
+from bringup.ros2.verbs.topic import types_of
+
+_EVERY = 1.0  # between two lines [s]
+
+
+def hz(arguments: argparse.Namespace) -> int:
+    """Print the rate at which messages come, until interrupted."""
+    wanted = condition(arguments.filter)
+    intervals = Intervals(arguments.window)
+    with Client(arguments) as client:
+        clock = client.node.get_clock()
+
+        def heard(message: Any) -> None:
+            now = time.time() if arguments.wall_time else clock.now().nanoseconds / 1e9
+            if now > 0.0 and wanted(message):
+                intervals.add(now)
+
+        _subscribe(client, arguments, heard, raw=arguments.filter is None)
+        while True:
+            _wait(client)
+            found = intervals.spread()
+            if found is not None:
+                print(rate_text(found))
+
+
+def bw(arguments: argparse.Namespace) -> int:
+    """Print how many bytes a second come, until interrupted."""
+    sizes: deque[int] = deque(maxlen=arguments.window)
+    times: deque[float] = deque(maxlen=arguments.window)
+
+    def heard(data: bytes) -> None:
+        sizes.append(len(data))
+        times.append(time.monotonic())
+
+    with Client(arguments) as client:
+        _subscribe(client, arguments, heard, raw=True)
+        print(f"Subscribed to [{absolute(arguments.topic_name)}]")
+        while True:
+            _wait(client)
+            if len(sizes) > 1:
+                print(bandwidth_text(sizes, time.monotonic() - times[0]))
+
+
+def delay(arguments: argparse.Namespace) -> int:
+    """Print how old messages are when they come, until interrupted.
+
+    Raises:
+        Ros2Error: The messages have no header.
+    """
+    delays: deque[float] = deque(maxlen=arguments.window)
+    new: list[float] = []
+    with Client(arguments) as client:
+        clock = client.node.get_clock()
+
+        def heard(message: Any) -> None:
+            stamp = message.header.stamp
+            age = (clock.now().nanoseconds - stamp.sec * 1_000_000_000 - stamp.nanosec) / 1e9
+            delays.append(age)
+            new.append(age)
+
+        message_type = _subscribe(client, arguments, heard, raw=False)
+        if "header" not in message_type.get_fields_and_field_types():
+            raise Ros2Error("msg does not have header")
+        while True:
+            _wait(client)
+            if new:
+                found = spread(delays)
+                print(f"average delay: {found.mean:.3f}\n{found}")
+            elif delays:
+                print("no new messages")
+            new.clear()
+
+
+def _wait(client: Client) -> None:
+    client.spin(lambda: False, _EVERY)
+
+
+def _subscribe(client: Client, arguments: argparse.Namespace, heard: Any, raw: bool) -> Any:
+    """Subscribe to the topic, waiting until somebody has it; return its message class."""
+    topic = absolute(arguments.topic_name)
+    if not client.discover(lambda: bool(types_of(client, topic))):
+        print(f"WARNING: topic [{arguments.topic_name}] does not appear to be published yet")
+        client.spin(lambda: bool(types_of(client, topic)))
+    client.discover()
+    message_type = topic_class(client, arguments.topic_name)
+    publishers = client.node.get_publishers_info_by_topic(topic)
+    profile = matched(QoSPresetProfiles.get_from_short_key("sensor_data"), publishers)
+    client.node.create_subscription(message_type, topic, heard, profile, raw=raw)
+    return message_type

@@ -1,0 +1,151 @@
+"""The command line of `ros2`: its grammar, its help, and whose program runs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bringup.cli_parser import parse
+from bringup.ros2.grammar import VERBS, build_parser
+from bringup.ros2.main import main, real_ros2
+from bringup.ros2.tables import COMMANDS
+from bringup.ros2.verbs import forward
+from bringup.ros2.verbs.forward import ros_arguments
+
+ALL = [(command.name, verb) for command in COMMANDS for verb in command.verbs]
+
+
+def test_help_imports_neither_ros_nor_numpy() -> None:
+    code = (
+        "import sys; from bringup.ros2.main import main\n"
+        "try: main(['topic', 'pub', '--help'])\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'rclpy', 'numpy', 'yaml'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(("command", "verb"), ALL, ids=[f"{c}-{v.name}" for c, v in ALL])
+def test_every_verb_has_its_function(command: str, verb: object) -> None:
+    module, function = verb.run.split(":")  # type: ignore[attr-defined]
+    path = Path(*VERBS.split("."), f"{module}.py")
+    assert f"def {function}(arguments: argparse.Namespace) -> int:" in path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["topic", "echo", "/scan", "--once"], {"topic_name": "/scan", "once": True}),
+        (["topic", "--include-hidden-topics", "list"], {"include_hidden_topics": True}),
+        (["topic", "list", "-a", "-t"], {"include_hidden_topics": True, "show_types": True}),
+        (["topic", "list"], {"include_hidden_topics": False, "count_topics": False}),
+        (["topic", "pub", "-1", "/x", "a/B", "{}"], {"once": True, "values": "{}"}),
+        (["topic", "pub", "-r", "5", "/x", "a/B"], {"rate": 5.0, "times": 0}),
+        (["topic", "hz", "/x", "-w", "7"], {"window": 7}),
+        (["service", "call", "/x", "a/srv/B", "{c: 1}"], {"values": "{c: 1}"}),
+        (["action", "send_goal", "-f", "/x", "a/B", "{}"], {"feedback": True, "goal": "{}"}),
+        (["param", "set", "/n", "p", "-1.5"], {"parameter_name": "p", "value": "-1.5"}),
+        (["param", "list"], {"node_name": None}),
+        (["lifecycle", "set", "/n", "activate"], {"transition": "activate"}),
+        (["interface", "show", "a/msg/B"], {"type": "a/msg/B"}),
+        (["node", "info", "/n", "--no-daemon", "--spin-time", "2"], {"spin_time": 2.0}),
+    ],
+)
+def test_words_become_arguments(words: list[str], expected: dict[str, object]) -> None:
+    arguments = vars(build_parser(COMMANDS).parse_args(words))
+    assert {name: arguments[name] for name in expected} == expected
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["topic", "hz"],
+        ["topic", "hz", "/x", "--window", "0"],
+        ["topic", "pub", "/x", "a/B", "--once", "--times", "3"],
+        ["topic", "pub", "/x", "a/B", "--rate", "0"],
+        ["topic", "echo", "/x", "--qos-reliability", "good"],
+        ["nope"],
+    ],
+)
+def test_wrong_words_end_with_2(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(words)
+    assert "usage: ros2" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("words", "title"), [([], "Commands:"), (["topic"], "Verbs:")])
+def test_without_a_verb_the_help_is_printed(
+    words: list[str], title: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 0
+    assert title in capsys.readouterr().out
+
+
+def _program(folder: Path) -> Path:
+    folder.mkdir()
+    path = folder / "ros2"
+    path.write_text("#!/bin/sh\n")
+    path.chmod(0o755)
+    return path
+
+
+def test_a_sourced_ros_comes_first(tmp_path: Path) -> None:
+    real, own = _program(tmp_path / "real"), _program(tmp_path / "own")
+    path = f"{own.parent}:{real.parent}"
+    assert real_ros2({"ROS_DISTRO": "jazzy", "PATH": path}, own) == str(real)
+
+
+@pytest.mark.parametrize("environment", [{}, {"ROS_DISTRO": "jazzy", "ARJUNA_ROS2_HANDED_ON": "1"}])
+def test_no_other_program_is_run_unsourced_or_twice(
+    environment: dict[str, str], tmp_path: Path
+) -> None:
+    real, own = _program(tmp_path / "real"), _program(tmp_path / "own")
+    assert real_ros2({**environment, "PATH": str(real.parent)}, own) is None
+
+
+def test_its_own_folder_is_no_sourced_ros(tmp_path: Path) -> None:
+    own = _program(tmp_path / "own")
+    assert real_ros2({"ROS_DISTRO": "jazzy", "PATH": str(own.parent)}, own) is None
+
+
+def test_the_daemon_is_not_running(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["daemon", "stop"]) == 0
+    assert capsys.readouterr().out == "The daemon is not running\n"
+
+
+def test_an_unknown_program_names_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "tf2_rso", "tf2_echo"]) == 1
+    assert capsys.readouterr().err == "Package 'tf2_rso' not found; did you mean 'tf2_ros'?\n"
+
+
+def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
+    words = "-f a --ros-args --remap /cmd_vel:=/b -p stamped:=true -p speed:=0.5 -- -t c"
+    assert ros_arguments(words.split()) == (
+        ["-f", "a", "-t", "c"],
+        {"cmd_vel": "/b"},
+        {"stamped": "true", "speed": "0.5"},
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (
+            "teleop_twist_keyboard teleop_twist_keyboard --ros-args -r cmd_vel:=/x -p speed:=0.2",
+            "teleop --keys twist --topic /x --speed 0.2",
+        ),
+        ("nav2_map_server map_saver_cli -f maps/room", "save-map maps/room --timeout 10.0"),
+    ],
+)
+def test_run_becomes_a_command_of_arjuna(
+    words: str, expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[list[str]] = []
+    monkeypatch.setattr(forward, "arjuna", lambda command, rest: started.append([command, *rest]))
+    main(["run", *words.split()])
+    assert started == [expected.split()]
+    parse(started[0])

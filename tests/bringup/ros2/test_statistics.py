@@ -1,0 +1,66 @@
+"""What `ros2 topic hz`, `delay` and `bw` work out."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import pytest
+
+from bringup.ros2.statistics import Intervals, bandwidth_text, rate_text, spread
+
+
+def test_a_steady_rate_has_no_spread() -> None:
+    intervals = Intervals(window=100)
+    for step in range(11):
+        intervals.add(0.25 * step)
+    found = intervals.spread()
+    assert found is not None
+    assert rate_text(found) == (
+        "average rate: 4.000\n\tmin: 0.250s max: 0.250s std dev: 0.00000s window: 10"
+    )
+
+
+def test_the_window_forgets_the_oldest() -> None:
+    intervals = Intervals(window=2)
+    for now in (0.0, 5.0, 6.0, 8.0):
+        intervals.add(now)
+    found = intervals.spread()
+    assert found is not None
+    assert (found.count, found.mean, found.least, found.most) == (2, 1.5, 1.0, 2.0)
+
+
+def test_time_set_back_starts_anew() -> None:
+    intervals = Intervals(window=10)
+    for now in (7.0, 8.0, 1.0, 1.5):
+        intervals.add(now)
+    found = intervals.spread()
+    assert found is not None
+    assert (found.count, found.mean) == (1, 0.5)
+
+
+def test_one_message_has_no_rate() -> None:
+    intervals = Intervals(window=10)
+    intervals.add(1.0)
+    assert intervals.spread() is None
+
+
+def test_deviation_is_that_of_the_whole_window() -> None:
+    assert spread(deque([1.0, 3.0])).deviation == 1.0
+
+
+@pytest.mark.parametrize(
+    ("sizes", "text"),
+    [
+        ([100, 200], "300 B/s from 2 messages\n\tMessage size mean: 150 B min: 100 B max: 200 B"),
+        (
+            [1000, 3000],
+            "4.00 KB/s from 2 messages\n\tMessage size mean: 2.00 KB min: 1.00 KB max: 3.00 KB",
+        ),
+        (
+            [4_000_000, 4_000_000],
+            "8.00 MB/s from 2 messages\n\tMessage size mean: 4.00 MB min: 4.00 MB max: 4.00 MB",
+        ),
+    ],
+)
+def test_one_unit_for_the_whole_line(sizes: list[int], text: str) -> None:
+    assert bandwidth_text(deque(sizes), 1.0) == text

@@ -1,0 +1,35 @@
+"""Commands that go on until they are interrupted, each a process of its own."""
+
+from __future__ import annotations
+
+import re
+import signal
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from tests.helpers.processes import Lines
+from tests.nodes.bringup.ros2.conftest import ENVIRONMENT
+
+pytestmark = [pytest.mark.ros, pytest.mark.usefixtures("stand_in")]
+
+LINES = {
+    "hz /chatter --window 20": r"average rate: \d+\.\d{3}",
+    "bw /chatter": r"\d+ B/s from \d+ messages",
+    "delay /point": r"average delay: 0\.\d{3}",
+    "echo /chatter": r"data: hello \d+",
+    "pub -r 20 /cmd_vel geometry_msgs/msg/Twist": r"publishing #3: geometry_msgs.msg.Twist\(.*",
+}
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_goes_on_until_interrupted(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in ENVIRONMENT.items():
+        monkeypatch.setenv(name, value)
+    with Lines("-m", "bringup.ros2.main", "topic", *line.split()) as process:
+        (first, *_) = process.wait_for(LINES[line].split("\\", maxsplit=1)[0] or "/s from")
+        assert re.fullmatch(LINES[line], first)
+        process.process.send_signal(signal.SIGINT)
+        assert process.read_to_end() == signal.SIGINT
+        assert not [text for text in process.seen if "Traceback" in text]

@@ -1,0 +1,86 @@
+"""What `ros2 run` runs: their arguments and their files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from arjuna_core.pose3 import Pose3
+from bringup.ros2.programs.static_transform_publisher import parse
+from bringup.ros2.programs.tf2_echo import lines
+from bringup.ros2.programs.view_frames import layout
+from tests.helpers.ros2_commands import Outcome
+
+pytestmark = pytest.mark.ros
+TURNED = Pose3.from_rpy((1.0, 2.0, -3.0), (0.0, 0.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "--x 1 --y 2 --z -3 --yaw 0.5 --frame-id map --child-frame-id base",
+        "1 2 -3 0.5 0 0 map base",
+        "1 2 -3 0 0 0.247404 0.968912 map base",
+        "--x 1 --y 2 --z -3 --qz 0.247404 --qw 0.968912 --frame-id map --child-frame-id base",
+    ],
+)
+def test_a_static_transform_in_all_its_forms(words: str) -> None:
+    frame, child, pose = parse(words.split())
+    assert (frame, child, pose.position) == ("map", "base", TURNED.position)
+    assert pose.quaternion == pytest.approx(TURNED.quaternion, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        ("--x 1 --frame-id map", "--frame-id and --child-frame-id are needed"),
+        ("1 2 3 map base", "unknown arguments: 1 2 3 map base"),
+        ("--yaw 1 --qw 1 --frame-id a --child-frame-id b", "cannot specify both quaternion"),
+        ("1 2 3 4 5 x map base", "could not convert string to float"),
+    ],
+)
+def test_wrong_words_are_refused(
+    words: str, problem: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        parse(words.split())
+    assert problem in capsys.readouterr().err
+
+
+def test_tf2_echo_prints_a_pose_in_every_form() -> None:
+    assert lines(1.25, TURNED) == [
+        "At time 1.250000000",
+        "- Translation: [1.000, 2.000, -3.000]",
+        "- Rotation: in Quaternion (xyzw) [0.000, 0.000, 0.247, 0.969]",
+        "- Rotation: in RPY (radian) [0.000, 0.000, 0.500]",
+        "- Rotation: in RPY (degree) [0.000, 0.000, 28.648]",
+        "- Matrix:",
+        "  0.878 -0.479  0.000  1.000",
+        "  0.479  0.878  0.000  2.000",
+        "  0.000  0.000  1.000 -3.000",
+        "  0.000  0.000  0.000  1.000",
+    ]
+
+
+def test_parents_stand_above_the_middle_of_their_children() -> None:
+    parents = {"odom": "map", "left": "odom", "right": "odom"}
+    assert layout({child: {"parent": parent} for child, parent in parents.items()}) == {
+        "left": (0.0, -2.0),
+        "right": (1.0, -2.0),
+        "odom": (0.5, -1.0),
+        "map": (0.5, 0.0),
+    }
+
+
+def test_view_frames_writes_a_graph_and_a_pdf(ros2: Callable[..., Outcome], tmp_path: Path) -> None:
+    name = tmp_path / "tree"
+    assert ros2("run", "tf2_tools", "view_frames", "-t", "3", "-o", str(name)).code == 0
+    assert (
+        '"map" -> "base"[label=" Broadcaster: default_authority'
+        in name.with_suffix(".gv").read_text()
+    )
+    assert name.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
