@@ -47,6 +47,7 @@ BRINGUP_WITHOUT_ROS = (
     *("__init__.py", "__main__.py", "cli.py", "cli_parser.py", "terminal.py", "stack.py"),
     *("progress.py", "offline/", "client/keys.py", "client/avoidance.py", "client/waypoints.py"),
     *("parameters/files.py", "parameters/robot_options.py", "viewing/pictures.py"),
+    "viewing/drawing/",
     *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/restart.py"),
     *("processes/child.py", "processes/supervisor.py", "processes/lifecycle_plan.py"),
 )
