@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import signal
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,13 +19,18 @@ _PORT = 8080
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     parser.add_argument(
+        "--foxglove",
+        action="store_true",
+        help="serve Foxglove (ws://...) instead: all topics as they are",
+    )
+    parser.add_argument(
         "--host",
         default="127.0.0.1",
         metavar="ADDRESS",
         help="address to serve on; who reaches it can drive the robot (%(default)s)",
     )
     parser.add_argument(
-        "--port", type=int, metavar="N", help=f"port; the next free one if it is taken ({_PORT})"
+        "--port", type=int, metavar="N", help=f"port to serve on ({_PORT}; 8765 for Foxglove)"
     )
     parser.add_argument(
         "--frame", default="map", metavar="FRAME", help="frame to draw in (%(default)s)"
@@ -47,27 +53,42 @@ def run(arguments: argparse.Namespace) -> int:
     """Serve the viewer until it is stopped.
 
     Raises:
-        ServerError: It cannot be served at the address.
+        ArjunaError: It cannot be served at the address.
     """
+    stopping: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda signal_number, frame: stopping.append(signal_number))
+    serve = _serve_foxglove if arguments.foxglove else _serve_browser
+    serve(arguments, lambda: bool(stopping))
+    return 0
+
+
+def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -> None:
     from bringup.terminal import show
     from bringup.viewing.browser.server import open_server
     from bringup.viewing.browser.viewer import Viewer
     from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
 
     robot_options.extend_search(arguments)
-    stopping: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda signal_number, frame: stopping.append(signal_number))
     server = open_server(arguments.host, _PORT if arguments.port is None else arguments.port)
-    options = RobotOptions(arguments.namespace, arguments.frame, arguments.cmd_vel)
-    robot = RobotSide(options)
+    robot = RobotSide(RobotOptions(arguments.namespace, arguments.frame, arguments.cmd_vel))
     viewer = Viewer(server, robot, _mesh_finder())
     show(f"open http://{arguments.host}:{server.get_port()} in a browser; Ctrl-C ends it")
-    while not stopping:
+    while not stopped():
         viewer.step()
     robot.close()
     server.stop()
-    return 0
+
+
+def _serve_foxglove(arguments: argparse.Namespace, stopped: Callable[[], bool]) -> None:
+    from bringup.terminal import show
+    from bringup.viewing.foxglove.bridge import PORT, Bridge
+
+    bridge = Bridge(arguments.host, PORT if arguments.port is None else arguments.port)
+    show(f"open ws://{arguments.host}:{bridge.port} in Foxglove; Ctrl-C ends it")
+    while not stopped():
+        bridge.step()
+    bridge.close()
 
 
 def _mesh_finder() -> FindMesh:

@@ -55,6 +55,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "mujoco": ("arjuna_sim/",),
     "rerun": ("bringup/viewing/",),
     "viser": ("bringup/viewing/",),
+    "foxglove": ("bringup/viewing/",),
     "mcap": ("bringup/recording/", "arjuna_slam/logs/"),
     "rosbags": ("bringup/recording/", "arjuna_slam/logs/"),
 }
