@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 pytest.importorskip("viser", reason="no viewer here")
 
-from arjuna_core.files.shipped import resource
+from arjuna_core.files.shipped import shipped_file
 from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 from bringup.viewing.browser.server import open_server
@@ -77,7 +77,7 @@ class Watched:
 
 @pytest.fixture
 def watched(stack: Callable[..., LockStep], tmp_path: Path) -> Iterator[Watched]:
-    chosen = {"map_server": {"yaml_filename": str(resource("maps/arjuna_room.yaml"))}}
+    chosen = {"map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))}}
     robot = stack(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=chosen)
     with closing(Watched(robot, tmp_path / "profile")) as made:
         made.until(lambda: made.side.frames.fixed, LOADING)
