@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,11 +62,6 @@ def ellipse(covariance: NDArray[np.float64], z: float) -> Floats:
     circle = np.stack([np.cos(angles), np.sin(angles)])
     outline = axes @ (_SIGMAS * np.sqrt(np.maximum(values, 0.0))[:, None] * circle)
     return polyline(outline.T, z, closed=True)
-
-
-def footprint(corners: Sequence[tuple[float, float]], z: float) -> Floats:
-    """Return a polygon's outline as segments, `(N, 2, 3) float32` [m]."""
-    return polyline(np.array(corners, dtype=np.float64).reshape(-1, 2), z, closed=True)
 
 
 def particles_from_cdr(data: bytes) -> tuple[str, NDArray[np.float64]]:

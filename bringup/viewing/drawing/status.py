@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 _ENDS = {4: "arrived", 5: "cancelled", 6: "failed"}  # of action_msgs/GoalStatus
-_LAMPS = {"active": "🟢", "inactive": "🟡", "unconfigured": "⚪"}
+_MARKS = {"active": "●", "inactive": "○", "unconfigured": "·"}
 
 
 @dataclass(frozen=True)
@@ -51,5 +51,5 @@ def nodes_text(states: Mapping[str, str]) -> str:
     """Return the lifecycle states of nodes as a Markdown table."""
     if not states:
         return "no managed nodes found"
-    rows = [f"| {_LAMPS.get(s, '🔴')} | {name} | {s} |" for name, s in sorted(states.items())]
+    rows = [f"| {_MARKS.get(s, '✖')} | {name} | {s} |" for name, s in sorted(states.items())]
     return "\n".join(["| | node | state |", "|-|-|-|", *rows])

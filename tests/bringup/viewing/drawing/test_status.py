@@ -26,8 +26,8 @@ def test_arrival_has_no_error() -> None:
 def test_nodes_are_listed_by_name_with_their_states() -> None:
     rows = nodes_text({"planner": "inactive", "amcl": "active", "x": "errorprocessing"})
     assert rows.splitlines()[2:] == [
-        "| 🟢 | amcl | active |",
-        "| 🟡 | planner | inactive |",
-        "| 🔴 | x | errorprocessing |",
+        "| ● | amcl | active |",
+        "| ○ | planner | inactive |",
+        "| ✖ | x | errorprocessing |",
     ]
     assert nodes_text({}) == "no managed nodes found"
