@@ -22,6 +22,9 @@ COMMANDS = {
         "initial-pose": "tell AMCL where the robot is",
         "save-map": "write the map to files",
     },
+    "See": {
+        "view": "the robot, its map and its plans in a browser, with tools to command it",
+    },
     "The world": {
         "entity": "spawn, move, delete and list what is in the simulation",
         "world": "pause, step, reset and replace the simulated world",

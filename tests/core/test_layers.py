@@ -47,6 +47,7 @@ BRINGUP_WITHOUT_ROS = (
     *("__init__.py", "__main__.py", "cli.py", "cli_parser.py", "terminal.py", "stack.py"),
     *("progress.py", "offline/", "client/keys.py", "client/avoidance.py", "client/waypoints.py"),
     *("parameters/files.py", "parameters/robot_options.py", "viewing/pictures.py"),
+    "viewing/drawing/",
     *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/restart.py"),
     *("processes/child.py", "processes/supervisor.py", "processes/lifecycle_plan.py"),
     *("ros2/main.py", "ros2/grammar.py", "ros2/tables/", "ros2/completion.py"),
@@ -56,6 +57,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "mujoco": ("arjuna_sim/physics/", "arjuna_sim/devices/", "arjuna_sim/simulator.py"),
     "rerun": ("bringup/viewing/",),
     "viser": ("bringup/viewing/",),
+    "foxglove": ("bringup/viewing/",),
     "mcap": ("bringup/recording/", "arjuna_slam/logs/"),
     "rosbags": ("bringup/recording/", "arjuna_slam/logs/"),
 }

@@ -1,0 +1,104 @@
+"""`view`: see the robot in a browser, and command it there."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bringup.parameters import robot_options
+
+if TYPE_CHECKING:
+    from bringup.viewing.drawing.looks import FindMesh
+
+_PORT = 8080
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        "--foxglove",
+        action="store_true",
+        help="serve Foxglove (ws://...) instead: all topics as they are",
+    )
+    parser.add_argument(
+        "--host",
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="address to serve on; who reaches it can drive the robot (%(default)s)",
+    )
+    parser.add_argument(
+        "--port", type=int, metavar="N", help=f"port to serve on ({_PORT}; 8765 for Foxglove)"
+    )
+    parser.add_argument(
+        "--frame", default="map", metavar="FRAME", help="frame to draw in (%(default)s)"
+    )
+    parser.add_argument("--namespace", default="", metavar="NAME", help="the robot's namespace")
+    parser.add_argument(
+        "--cmd-vel", default="cmd_vel", metavar="TOPIC", help="to drive by hand (%(default)s)"
+    )
+    parser.add_argument(
+        "--package-path",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="folder of ROS packages with the robot's meshes; may be given again",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Serve the viewer until it is stopped.
+
+    Raises:
+        ArjunaError: It cannot be served at the address.
+    """
+    stopping: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda signal_number, frame: stopping.append(signal_number))
+    serve = _serve_foxglove if arguments.foxglove else _serve_browser
+    serve(arguments, lambda: bool(stopping))
+    return 0
+
+
+def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -> None:
+    from bringup.terminal import show
+    from bringup.viewing.browser.server import open_server
+    from bringup.viewing.browser.viewer import Viewer
+    from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
+
+    robot_options.extend_search(arguments)
+    server = open_server(arguments.host, _PORT if arguments.port is None else arguments.port)
+    robot = RobotSide(RobotOptions(arguments.namespace, arguments.frame, arguments.cmd_vel))
+    viewer = Viewer(server, robot, _mesh_finder())
+    show(f"open http://{arguments.host}:{server.get_port()} in a browser; Ctrl-C ends it")
+    while not stopped():
+        viewer.step()
+    robot.close()
+    server.stop()
+
+
+def _serve_foxglove(arguments: argparse.Namespace, stopped: Callable[[], bool]) -> None:
+    from bringup.terminal import show
+    from bringup.viewing.foxglove.bridge import PORT, Bridge
+
+    bridge = Bridge(arguments.host, PORT if arguments.port is None else arguments.port)
+    show(f"open ws://{arguments.host}:{bridge.port} in Foxglove; Ctrl-C ends it")
+    while not stopped():
+        bridge.step()
+    bridge.close()
+
+
+def _mesh_finder() -> FindMesh:
+    """Return what finds meshes in the packages of the environment and below this folder."""
+    from arjuna_sim.files.search_path import EscapeError, SearchPath
+
+    def find(uri: str) -> Path | None:
+        try:
+            return SearchPath.of().find(Path.cwd() / "robot.urdf", uri)
+        except EscapeError:
+            return None
+
+    return find

@@ -1,0 +1,65 @@
+"""Message definitions and type hashes of installed packages, as recordings carry them."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+
+from arjuna_core.ros.ament import add_environment_to_ament_index
+
+_INTEGERS = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
+_PRIMITIVES = _INTEGERS | {"bool", "byte", "char", "float32", "float64", "string", "wstring"}
+_FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
+_RULE = "=" * 80
+
+
+def _share(type_name: str, suffix: str) -> Path:
+    add_environment_to_ament_index()
+    package, kind, name = type_name.split("/")
+    return Path(get_package_share_directory(package)) / kind / f"{name}{suffix}"
+
+
+def type_hash(type_name: str) -> str:
+    """Return the RIHS01 hash of a type such as `nav_msgs/msg/Path` (REP 2016)."""
+    described = json.loads(_share(type_name, ".json").read_text(encoding="utf-8"))
+    return next(
+        str(entry["hash_string"])
+        for entry in described["type_hashes"]
+        if entry["type_name"] == type_name
+    )
+
+
+def _dependencies(type_name: str, text: str) -> list[str]:
+    package = type_name.split("/")[0]
+    found: list[str] = []
+    for line in text.splitlines():
+        match = _FIELD.match(line.split("#")[0])
+        if match and match[1] not in _PRIMITIVES:
+            parts = match[1].split("/")
+            found.append(f"{parts[0] if len(parts) > 1 else package}/msg/{parts[-1]}")
+    return found
+
+
+def message_definition(type_name: str) -> str:
+    """Return a type's definition followed by those of all types it needs, `ros2msg` encoding.
+
+    Args:
+        type_name: A type such as `nav_msgs/msg/Path`.
+
+    Source: the mcap format's registry of schema encodings, `ros2msg`.
+    """
+    text = _share(type_name, ".msg").read_text(encoding="utf-8")
+    sections, seen, queue = [text], {type_name}, _dependencies(type_name, text)
+    while queue:
+        needed = queue.pop(0)
+        if needed in seen:
+            continue
+        seen.add(needed)
+        text = _share(needed, ".msg").read_text(encoding="utf-8")
+        package, _, name = needed.split("/")
+        sections.append(f"{_RULE}\nMSG: {package}/{name}\n{text}")
+        queue.extend(_dependencies(needed, text))
+    return "\n".join(sections)

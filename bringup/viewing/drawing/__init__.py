@@ -1,0 +1,1 @@
+"""What a viewer draws, as plain values: no ROS, no window."""

@@ -1,0 +1,1 @@
+"""A Foxglove WebSocket server: all topics as they are, publications and parameters."""

@@ -1,0 +1,55 @@
+"""What Foxglove's clients publish: goals, pose estimates, velocities, as they serialized them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.node import Node
+
+from arjuna_core.ros import qos
+from bringup.viewing.foxglove.channels import message_type
+from bringup.viewing.foxglove.listener import Advertised
+
+_LITTLE_ENDIAN_CDR = b"\x00\x01"
+
+
+class Publications:
+    """A publisher for each channel that a client advertised.
+
+    Args:
+        node: The bridge's node.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publishers: dict[tuple[int, int], Any] = {}
+
+    def advertise(self, channel: Advertised) -> str | None:
+        """Make a publisher; return what is wrong with the channel, if anything."""
+        if channel.encoding != "cdr":
+            return f"{channel.topic}: encoding '{channel.encoding}' is not taken; valid: cdr"
+        try:
+            kind = message_type(_full(channel.type_name))
+            publisher = self._node.create_publisher(kind, channel.topic, qos.DEFAULT)
+        except (LookupError, InvalidTopicNameException) as error:
+            return f"{channel.topic}: {error}"
+        self._publishers[channel.key] = publisher
+        return None
+
+    def unadvertise(self, key: tuple[int, int]) -> None:
+        """Drop a channel's publisher."""
+        publisher = self._publishers.pop(key, None)
+        if publisher is not None:
+            self._node.destroy_publisher(publisher)
+
+    def publish(self, key: tuple[int, int], data: bytes) -> None:
+        """Publish a message, if its channel is open and it is in CDR."""
+        if key in self._publishers and data[:2] == _LITTLE_ENDIAN_CDR:
+            self._publishers[key].publish(data)
+
+
+def _full(type_name: str) -> str:
+    """Return a type as ROS 2 writes it, of `package/Name` too."""
+    package, _, name = type_name.rpartition("/")
+    return type_name if "/" in package else f"{package}/msg/{name}"

@@ -1,0 +1,73 @@
+"""Driving by hand: velocities while a button is held down, and a stop in any case."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.node import Node
+
+from arjuna_core.ros import qos
+
+_RELEASED = 0.35  # without a renewed wish, the button is no longer held [s]
+_STOPS = 5  # a lost message must not leave the robot driving
+
+
+class HandDrive:
+    """Publishes velocities; the topic is advertised when it is first used.
+
+    Args:
+        node: The viewer's node.
+        topic: The velocity command's topic.
+    """
+
+    def __init__(self, node: Node, topic: str) -> None:
+        self._node = node
+        self._topic = topic
+        self._publisher: Any = None
+        self._stamped = False
+        self._until = 0.0
+        self._velocity = (0.0, 0.0)
+        self._stops_left = 0
+
+    def drive(self, speed: float, turn_rate: float, now: float) -> None:
+        """Take a wish [m/s, rad/s] at a time [s, wall]."""
+        self._velocity, self._until, self._stops_left = (speed, turn_rate), now + _RELEASED, _STOPS
+
+    def stop(self) -> None:
+        """Stand still from now on."""
+        self._until, self._stops_left = 0.0, _STOPS
+
+    def tick(self, now: float) -> None:
+        """Publish what is due at a time [s, wall]; called 10 times a second."""
+        if now < self._until:
+            self._publish(*self._velocity)
+        elif self._stops_left > 0:
+            self._stops_left -= 1
+            self._publish(0.0, 0.0)
+
+    def halt(self) -> None:
+        """Publish the stop that is due at once, before nobody ticks any more."""
+        if self._stops_left > 0:
+            self._stops_left = 0
+            self._until = 0.0
+            self._publish(0.0, 0.0)
+
+    def _publish(self, speed: float, turn_rate: float) -> None:
+        if self._publisher is None:
+            self._advertise()
+        twist = Twist()
+        twist.linear.x, twist.angular.z = speed, turn_rate
+        if self._stamped:
+            stamped = TwistStamped(twist=twist)
+            stamped.header.stamp = self._node.get_clock().now().to_msg()
+            self._publisher.publish(stamped)
+        else:
+            self._publisher.publish(twist)
+
+    def _advertise(self) -> None:
+        """Advertise the type that the topic's subscribers take."""
+        listeners = self._node.get_subscriptions_info_by_topic(self._topic)
+        self._stamped = any(item.topic_type.endswith("TwistStamped") for item in listeners)
+        kind = TwistStamped if self._stamped else Twist
+        self._publisher = self._node.create_publisher(kind, self._topic, qos.DEFAULT)

@@ -1,0 +1,86 @@
+"""The managed nodes' states, and the commands to their managers and to the costmaps."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from lifecycle_msgs.srv import GetState
+from nav2_msgs.srv import ClearEntireCostmap, ManageLifecycleNodes
+
+from bringup.viewing.robot.services import Services
+
+COMMANDS = {
+    name.lower(): getattr(ManageLifecycleNodes.Request, name)
+    for name in ("STARTUP", "PAUSE", "RESUME", "RESET")
+}
+"""What can be asked of lifecycle managers."""
+_TRANSITIONS_DEADLINE = 120.0
+_SUFFIX = "/get_state"
+
+
+class ManagedNodes:
+    """Asks one node after the other how it is.
+
+    Args:
+        services: The viewer's service clients.
+    """
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+        self._round: list[str] = []
+        self.states: dict[str, str] = {}
+        self.said = ""
+
+    def ask_next(self) -> None:
+        """Ask the next node for its state; after the last, look who is there."""
+        if not self._round:
+            self._round = self._services.of_type("lifecycle_msgs/srv/GetState")
+            here = {_node(name) for name in self._round}
+            self.states = {name: state for name, state in self.states.items() if name in here}
+        if not self._round:
+            return
+        name = self._round.pop(0)
+        node = _node(name)
+        self._services.ask(
+            GetState, name, GetState.Request(), lambda response: self._on_state(node, response)
+        )
+
+    def _on_state(self, node: str, response: Any) -> None:
+        self.states[node] = response.current_state.label
+
+    def command(self, command: str) -> None:
+        """Send a command to every lifecycle manager that takes commands."""
+        request = ManageLifecycleNodes.Request(command=COMMANDS[command])
+        managers = self._services.of_type("nav2_msgs/srv/ManageLifecycleNodes")
+        self.said = f"{command} …" if managers else "no lifecycle manager takes commands"
+        failed: list[str] = []
+        left = list(managers)
+
+        def done(manager: str, response: Any) -> None:
+            left.remove(manager)
+            if not response.success:
+                failed.append(_node(manager))
+            how = f"failed: {', '.join(failed)}" if failed else "done"
+            self.said = f"{command} {how}" if not left else self.said
+
+        for manager in managers:
+            self._services.ask(
+                ManageLifecycleNodes,
+                manager,
+                request,
+                partial(done, manager),
+                _TRANSITIONS_DEADLINE,
+            )
+
+    def clear_costmaps(self) -> None:
+        """Empty every costmap."""
+        names = self._services.of_type("nav2_msgs/srv/ClearEntireCostmap")
+        self.said = "costmaps cleared" if names else "no costmap is running"
+        for name in names:
+            request = ClearEntireCostmap.Request()
+            self._services.ask(ClearEntireCostmap, name, request, lambda response: None)
+
+
+def _node(service: str) -> str:
+    return service.rpartition("/")[0].lstrip("/")

@@ -1,0 +1,33 @@
+"""Claims: a person reads how navigation goes, why it failed, and how the nodes are."""
+
+from __future__ import annotations
+
+from bringup.viewing.drawing.status import Navigation, nodes_text
+
+
+def test_driving_says_how_far_and_how_often_it_recovered() -> None:
+    text = Navigation().driving(2.345, 12.4, 1).text()
+    assert text == "**driving** · 2.35 m to go · 12 s, recoveries: 1"
+
+
+def test_a_failure_says_why_and_no_distance() -> None:
+    state = Navigation().driving(2.0, 3.0, 0).ended(6, 204, "no valid path")
+    assert state.text() == "**failed** · 3 s, recoveries: 0\n\n⚠ no valid path"
+
+
+def test_a_failure_without_words_says_its_code() -> None:
+    assert Navigation().ended(6, 204, "").error == "error code 204"
+
+
+def test_arrival_has_no_error() -> None:
+    assert Navigation("driving").ended(4, 0, "").text() == "**arrived**"
+
+
+def test_nodes_are_listed_by_name_with_their_states() -> None:
+    rows = nodes_text({"planner": "inactive", "amcl": "active", "x": "errorprocessing"})
+    assert rows.splitlines()[2:] == [
+        "| ● | amcl | active |",
+        "| ○ | planner | inactive |",
+        "| ✖ | x | errorprocessing |",
+    ]
+    assert nodes_text({}) == "no managed nodes found"

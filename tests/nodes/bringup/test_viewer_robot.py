@@ -1,0 +1,223 @@
+"""Claims: the viewer hears what is shown and nothing else, and says what a person asks for."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+pytest.importorskip("viser", reason="no viewer here")
+
+from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped, Twist, TwistStamped
+from nav2_msgs.srv import ClearEntireCostmap, ManageLifecycleNodes
+from rclpy.lifecycle import LifecycleNode
+from sensor_msgs.msg import Image, LaserScan
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import grid_msg, header, transform_msg
+from arjuna_core.se2 import SE2
+from bringup.viewing.drawing import wishes
+from bringup.viewing.drawing.values import Picture, Points
+from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
+from tests.helpers.ros import RosBench
+
+pytestmark = pytest.mark.ros
+DEADLINE = 5.0
+
+
+class Bench:
+    """A viewer's ROS side beside a node that plays the robot."""
+
+    def __init__(self) -> None:
+        self.ros = RosBench()
+        self.viewer = RobotSide(RobotOptions(), self.ros.process.context)
+
+    def until(self, done: Callable[[], Any]) -> None:
+        end = time.monotonic() + DEADLINE
+        while not done():
+            assert time.monotonic() < end, "it did not happen in time"
+            self.ros.process.drain()
+            self.viewer.spin(time.monotonic() + 0.02)
+            self.viewer.tick(time.monotonic())
+
+    def drawn(self, key: str, publish: Callable[[], None]) -> Any:
+        found: dict[str, Any] = {}
+
+        def done() -> bool:
+            publish()
+            found.update(self.viewer.take())
+            return key in found
+
+        self.until(done)
+        return found[key]
+
+    def close(self) -> None:
+        self.viewer.close()
+        self.ros.close()
+
+
+@pytest.fixture
+def bench() -> Iterator[Bench]:
+    with closing(Bench()) as made:
+        yield made
+
+
+def scan_at(stamp: float) -> LaserScan:
+    return LaserScan(
+        header=header("lidar", stamp), angle_increment=0.1, range_max=9.0, ranges=[1.0, 2.0]
+    )
+
+
+def test_a_map_that_was_published_before_is_drawn(bench: Bench) -> None:
+    grid = OccupancyGrid(GridFrame(0.5, 4, 2, SE2(-1.0, -2.0, 0.0)), np.zeros((2, 4), np.int8))
+    bench.ros.publish(
+        type(grid_msg(grid, "map", 0.0)), "/map", grid_msg(grid, "map", 0.0), qos.LATCHED
+    )
+    bench.viewer.listen({"map"})
+    picture = bench.drawn("map", lambda: None)
+    assert isinstance(picture, Picture)
+    assert picture.frame == "map"
+    assert picture.size == (2.0, 1.0)
+    assert picture.pose.position == (-1.0, -2.0, 0.0)
+
+
+def test_a_scan_stays_where_its_stamp_says(bench: Bench) -> None:
+    bench.viewer.listen({"scan"})
+    message = scan_at(3.0)
+    scan = bench.drawn("scan", lambda: bench.ros.publish(LaserScan, "/scan", message))
+    assert isinstance(scan, Points)
+    assert (scan.frame, scan.stamp) == ("lidar", 3.0)
+    assert len(scan.points) == 2
+
+
+def test_a_scan_by_another_name_is_found(bench: Bench) -> None:
+    bench.ros.publish(LaserScan, "/front/laser", scan_at(1.0))
+    bench.until(lambda: bench.viewer.node.count_publishers("/front/laser"))
+    bench.viewer.listen({"scan"})
+    publish = lambda: bench.ros.publish(LaserScan, "/front/laser", scan_at(2.0))  # noqa: E731
+    assert isinstance(bench.drawn("scan", publish), Points)
+
+
+def test_nothing_is_subscribed_to_unless_it_is_shown(bench: Bench) -> None:
+    count = bench.ros.node.count_subscribers
+    base = count("/tf")
+    bench.viewer.listen({"scan", "camera"})
+    bench.until(lambda: count("/scan") and count("/camera/image_raw") and count("/tf") > base)
+    assert not count("/map")
+    bench.viewer.listen({"scan"})
+    bench.until(lambda: not count("/camera/image_raw"))
+    bench.viewer.listen(())
+    assert not any(count(topic) for topic in ("/scan", "/navigate_to_pose/_action/feedback"))
+    assert count("/tf") == base
+
+
+def test_a_message_that_makes_no_sense_is_left_out(bench: Bench) -> None:
+    grid = OccupancyGrid(GridFrame(0.5, 4, 2), np.zeros((2, 4), np.int8))
+    broken = grid_msg(grid, "map", 0.0)
+    broken.info.width = 5
+    bench.ros.publish(type(broken), "/map", broken, qos.LATCHED)
+    bench.viewer.listen({"map", "camera"})
+    image = Image(encoding="rgb8", height=1, width=1, step=3, data=b"abc")
+    publish = lambda: bench.ros.publish(Image, "/camera/image_raw", image)  # noqa: E731
+    assert bench.drawn("camera", publish).encoding == "rgb8"
+
+
+def test_transforms_build_the_tree_of_frames(bench: Bench) -> None:
+    bench.viewer.listen({"axes"})
+    moving = TFMessage(transforms=[transform_msg(SE2(1.0, 2.0, 0.0), "map", "base", 1.0)])
+
+    def known() -> bool:
+        bench.ros.publish(TFMessage, "/tf", moving)
+        return bench.viewer.frames.pose("base") is not None
+
+    bench.until(known)
+    pose = bench.viewer.frames.pose("base")
+    assert pose is not None
+    assert pose.position == (1.0, 2.0, 0.0)
+
+
+def test_a_pose_estimate_says_how_sure_a_person_is(bench: Bench) -> None:
+    got = bench.ros.collect(PoseWithCovarianceStamped, "/initialpose")
+    bench.until(lambda: bench.viewer.node.count_subscribers("/initialpose"))
+    bench.viewer.act(wishes.PoseEstimate(SE2(1.0, 2.0, 3.0)), 0.0)
+    bench.until(lambda: got)
+    assert got[0].header.frame_id == "map"
+    assert (got[0].pose.pose.position.x, got[0].pose.covariance[0]) == (1.0, 0.25)
+
+
+def test_a_point_is_published(bench: Bench) -> None:
+    got = bench.ros.collect(PointStamped, "/clicked_point")
+    bench.until(lambda: bench.viewer.node.count_subscribers("/clicked_point"))
+    bench.viewer.act(wishes.GroundPoint(1.0, -2.0), 0.0)
+    bench.until(lambda: got)
+    assert (got[0].point.x, got[0].point.y) == (1.0, -2.0)
+
+
+def test_driving_ends_when_the_button_is_let_go(bench: Bench) -> None:
+    got = bench.ros.collect(Twist, "/cmd_vel")
+    bench.until(lambda: bench.viewer.node.count_subscribers("/cmd_vel"))
+    bench.viewer.act(wishes.Drive(0.3, 0.1), time.monotonic())
+    bench.until(lambda: len(got) > 3 and got[-1].linear.x == 0.0)
+    assert (got[0].linear.x, got[0].angular.z) == (0.3, 0.1)
+    bench.until(lambda: len([twist for twist in got if twist.linear.x == 0.0]) == 5)
+
+
+def test_the_last_viewer_leaving_stops_the_robot(bench: Bench) -> None:
+    got = bench.ros.collect(Twist, "/cmd_vel")
+    bench.viewer.listen({"axes"})
+    bench.until(lambda: bench.viewer.node.count_subscribers("/cmd_vel"))
+    bench.viewer.act(wishes.Drive(0.3, 0.0), time.monotonic() + 60.0)
+    bench.until(lambda: got)
+    bench.viewer.listen(())
+    bench.until(lambda: got[-1].linear.x == 0.0)
+
+
+def test_a_robot_that_takes_stamped_velocities_gets_them(bench: Bench) -> None:
+    got = bench.ros.collect(TwistStamped, "/cmd_vel")
+    bench.until(lambda: bench.viewer.node.count_subscribers("/cmd_vel"))
+    bench.viewer.act(wishes.Drive(0.2, 0.0), time.monotonic())
+    bench.until(lambda: got)
+    assert got[0].twist.linear.x == 0.2
+
+
+def test_a_goal_without_a_navigator_says_what_to_start(bench: Bench) -> None:
+    bench.viewer.act(wishes.Goal(SE2()), 0.0)
+    assert "python -m bringup nav" in bench.viewer.navigation.state.error
+
+
+def test_costmaps_and_managers_are_found_by_their_types(bench: Bench) -> None:
+    asked: list[Any] = []
+
+    def answer(request: Any, response: Any) -> Any:
+        asked.append(request)
+        if isinstance(request, ManageLifecycleNodes.Request):
+            response.success = request.command == request.PAUSE
+        return response
+
+    node, managed = bench.ros.node, bench.viewer.managed
+    node.create_service(ManageLifecycleNodes, "/lifecycle_manager_x/manage_nodes", answer)
+    node.create_service(ClearEntireCostmap, "/local_costmap/clear_entirely", answer)
+    bench.until(lambda: len(bench.viewer.node.get_service_names_and_types()) > 1)
+    bench.viewer.act(wishes.Manage("pause"), 0.0)
+    bench.until(lambda: managed.said == "pause done")
+    bench.viewer.act(wishes.Manage("reset"), 0.0)
+    bench.until(lambda: managed.said == "reset failed: lifecycle_manager_x")
+    bench.viewer.act(wishes.ClearCostmaps(), 0.0)
+    bench.until(lambda: len(asked) == 3)
+    assert managed.said == "costmaps cleared"
+
+
+def test_the_state_of_managed_nodes_is_asked_for_one_by_one(bench: Bench) -> None:
+    node = LifecycleNode("managed", context=bench.ros.process.context)
+    bench.ros.process.executor.add_node(node)
+    bench.until(lambda: bench.viewer.managed.states.get("managed") == "unconfigured")
+    node.trigger_configure()
+    bench.until(lambda: bench.viewer.managed.states.get("managed") == "inactive")
+    node.destroy_node()

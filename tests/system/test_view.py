@@ -1,0 +1,102 @@
+"""`view` in a real browser: the page loads, a drag sends a goal, the robot arrives."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+pytest.importorskip("viser", reason="no viewer here")
+
+from arjuna_core.files.shipped import shipped_file
+from bringup.lockstep import LockStep
+from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
+from bringup.viewing.browser.server import open_server
+from bringup.viewing.browser.viewer import Viewer
+from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
+from tests.helpers.chromium import Page, find
+
+BROWSER = find()
+pytestmark = [
+    pytest.mark.ros,
+    pytest.mark.system,
+    pytest.mark.skipif(BROWSER is None, reason="no Chromium here"),
+]
+KEPT = "ARJUNA_SCREENSHOTS"  # a folder to keep screenshots in
+LOADING = 300  # pictures that a browser without a GPU may need to show the first
+
+
+class Watched:
+    """A lock-step robot under a viewer, watched by a browser."""
+
+    def __init__(self, robot: LockStep, folder: Path) -> None:
+        self.robot = robot
+        with ExitStack() as opened:
+            self.side = RobotSide(RobotOptions(), robot.process.context)
+            opened.callback(self.side.close)
+            server = open_server("127.0.0.1", 0)
+            opened.callback(server.stop)
+            self.viewer = Viewer(server, self.side, lambda uri: None)
+            assert BROWSER is not None
+            self.page = opened.enter_context(
+                Page(BROWSER, folder, f"http://127.0.0.1:{server.get_port()}")
+            )
+            self._opened = opened.pop_all()
+
+    def until(self, done: Callable[[], Any], pictures: int) -> None:
+        """Run robot and viewer, 0.1 s for each picture, until something is done."""
+        for _ in range(pictures):
+            if done():
+                return
+            for _ in range(5):
+                self.robot.step()
+            self.viewer.step(0.01)
+        assert done(), f"not within {pictures} pictures; the page says: {self.page.text()}"
+
+    def press(self, label: str, answer: str) -> None:
+        """Press a button until the page says that it was; a page that loads may miss it."""
+        for _ in range(10):
+            self.page.press(label)
+            for _ in range(10):
+                self.viewer.step(0.05)
+            if answer in self.page.text():
+                return
+        pytest.fail(f"{label!r} does nothing; the page says: {self.page.text()}")
+
+    def says(self, text: str) -> Callable[[], bool]:
+        return lambda: text in self.page.text()
+
+    def close(self) -> None:
+        self._opened.close()
+
+
+@pytest.fixture
+def watched(stack: Callable[..., LockStep], tmp_path: Path) -> Iterator[Watched]:
+    chosen = {"map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))}}
+    robot = stack(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=chosen)
+    with closing(Watched(robot, tmp_path / "profile")) as made:
+        made.until(lambda: made.side.frames.fixed, LOADING)
+        made.until(made.says("2D goal"), LOADING)
+        yield made
+
+
+def test_a_drag_on_the_ground_sends_the_robot_there(watched: Watched, tmp_path: Path) -> None:
+    page, navigation = watched.page, watched.side.navigation
+    watched.press("2D goal", "drag to where it shall look")
+    page.drag((200.0, 200.0), (260.0, 200.0))
+    watched.until(lambda: navigation.state.state == "driving", 100)
+    watched.until(watched.says("m to go"), 50)
+    watched.until(lambda: navigation.state.state == "arrived", 600)
+    watched.until(watched.says("arrived"), 50)
+    picture = page.screenshot()
+    assert picture.startswith(b"\x89PNG")
+    kept = Path(os.environ.get(KEPT, tmp_path))
+    (kept / "view.png").write_bytes(picture)
+    assert (
+        abs(watched.robot.sim.simulator.truth().pose.theta) < 0.3
+    )  # as it was dragged: to the right
