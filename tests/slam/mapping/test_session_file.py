@@ -181,7 +181,7 @@ def test_a_disk_that_returns_other_bytes_is_noticed_and_the_old_file_stays(
     session: Session, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = file.read_bytes()
-    monkeypatch.setattr(Path, "read_bytes", lambda path: whole[:-1] + b"?")
+    monkeypatch.setattr(Path, "read_bytes", lambda path: whole[:-1] + bytes([whole[-1] ^ 1]))
     with pytest.raises(SessionFileError, match="does not read back"):
         save_session(file, session)
     monkeypatch.undo()
