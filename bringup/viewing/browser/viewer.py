@@ -17,7 +17,7 @@ from bringup.viewing.drawing import camera, looks, shapes, wishes
 from bringup.viewing.drawing.ground import dragged_pose, heading_to
 from bringup.viewing.drawing.layers import LAYERS
 from bringup.viewing.drawing.status import nodes_text
-from bringup.viewing.drawing.values import Arrows
+from bringup.viewing.drawing.values import Arrows, Drawing
 from bringup.viewing.drawing.wishes import Tool, Wish
 from bringup.viewing.robot.robot_side import RobotSide
 from bringup.viewing.robot.topics import GOAL_COLOUR, GOAL_LENGTH, TOPICS
@@ -49,6 +49,8 @@ class Viewer:
         self._tool = Tool.LOOK
         self._shown = {name for name, layer in LAYERS.items() if layer.shown}
         self._base = ""
+        self._waiting: dict[str, Any] = {}
+        self._due = 0.0
         self._viewers = 0
         self._server = server
         server.on_client_connect(self._on_viewers)
@@ -64,7 +66,9 @@ class Viewer:
                 self._grant(self.wishes.get(timeout=_REST))
             except queue.Empty:
                 return
-        self._robot.spin(time.monotonic() + period)
+        now = time.monotonic()
+        self._due = max(self._due + period, now)
+        self._robot.spin(self._due)
         while not self.wishes.empty():
             self._grant(self.wishes.get())
         if self._viewers > 0:
@@ -74,8 +78,9 @@ class Viewer:
     def _draw(self) -> None:
         self._robot.tick(time.monotonic())
         self._scene.drop_old()
-        for key, item in self._robot.take():
-            self._show(key, item)
+        self._waiting.update(self._robot.take())
+        for key in [key for key, item in self._waiting.items() if self._is_placed(item)]:
+            self._show(key, self._waiting.pop(key))
         if (bodies := self._robot.entities.take(self._base)) is not None:
             self._scene.draw("people", "people", bodies)
         self._scene.place(self._robot.frames)
@@ -83,6 +88,12 @@ class Viewer:
         managed = self._robot.managed
         nodes = "\n\n".join(filter(None, (managed.said, nodes_text(managed.states))))
         self._panel.say(self._robot.navigation.state.text(), nodes)
+
+    def _is_placed(self, item: Any) -> bool:
+        """Tell whether the transforms have come to where a drawing's stamp is."""
+        frames = self._robot.frames
+        stamped = isinstance(item, Drawing) and item.stamp is not None
+        return not stamped or frames.pose(item.frame, item.stamp) is not None
 
     def _show(self, key: str, item: Any) -> None:
         """Draw what came on a topic."""

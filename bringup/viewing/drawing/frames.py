@@ -9,6 +9,7 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 
 _HISTORY = 256  # transforms of a frame: some seconds of odometry
 _JUMP = 1.0
+_LATE = 0.05  # a pose may be older than its stamp by so much: half a period of a slow odometry [s]
 _DEEPEST = 100
 
 
@@ -20,9 +21,11 @@ class _Edge:
     static: bool
     poses: deque[tuple[float, Pose3]] = field(default_factory=lambda: deque(maxlen=_HISTORY))
 
-    def at(self, stamp: float | None) -> Pose3:
-        """Return the pose at a time: the last that is not younger, or the oldest there is."""
+    def at(self, stamp: float | None) -> Pose3 | None:
+        """Return the pose at a time: the last not younger, or the oldest; None before it comes."""
         if stamp is not None and not self.static:
+            if stamp > self.poses[-1][0] + _LATE:
+                return None
             for time, pose in reversed(self.poses):
                 if time <= stamp:
                     return pose
@@ -66,9 +69,9 @@ class Frames:
         return chain
 
     def local(self, frame: str) -> Pose3:
-        """Return a frame's pose in its parent, or the origin for a root."""
+        """Return a frame's newest pose in its parent, or the origin for a root."""
         edge = self._edges.get(frame)
-        return ORIGIN if edge is None else edge.at(None)
+        return ORIGIN if edge is None else edge.poses[-1][1]
 
     @property
     def fixed(self) -> str | None:
@@ -79,16 +82,20 @@ class Frames:
         return max(sorted(set(roots)), key=roots.count) if roots else None
 
     def pose(self, frame: str, stamp: float | None = None) -> Pose3 | None:
-        """Return `T_fixed_frame` at a time [s], the newest for None; None where unknown."""
+        """Return `T_fixed_frame` at a time [s], the newest for None; None where unknown yet."""
         fixed = self.fixed
-        if fixed is None:
+        if fixed is None or self.chain(fixed)[-1] != self.chain(frame)[-1]:
             return None
-        T_root_fixed, root = self._from_root(fixed, stamp)
-        T_root_frame, other = self._from_root(frame, stamp)
-        return T_root_fixed.inverse() @ T_root_frame if root == other else None
+        T_root_fixed, T_root_frame = self._from_root(fixed, stamp), self._from_root(frame, stamp)
+        if T_root_fixed is None or T_root_frame is None:
+            return None
+        return T_root_fixed.inverse() @ T_root_frame
 
-    def _from_root(self, frame: str, stamp: float | None) -> tuple[Pose3, str]:
-        pose, chain = ORIGIN, self.chain(frame)
-        for name in chain[:-1]:
-            pose = self._edges[name].at(stamp) @ pose
-        return pose, chain[-1]
+    def _from_root(self, frame: str, stamp: float | None) -> Pose3 | None:
+        pose = ORIGIN
+        for name in self.chain(frame)[:-1]:
+            at = self._edges[name].at(stamp)
+            if at is None:
+                return None
+            pose = at @ pose
+        return pose

@@ -23,6 +23,7 @@ class EntityWatch:
     def __init__(self, services: Services) -> None:
         self._services = services
         self._kinds: dict[str, Kind] = {}
+        self._names: list[str] = []
         self._newest: tuple[float, list[tuple[str, Pose3]]] | None = None
 
     def ask(self) -> None:
@@ -41,12 +42,15 @@ class EntityWatch:
         stamps = [seconds(state.header.stamp) for state in response.states]
         self._newest = (max(stamps, default=0.0), poses)
         self._kinds = {name: kind for name, kind in self._kinds.items() if name in dict(poses)}
-        unknown = next((name for name, _ in poses if name not in self._kinds), None)
-        if unknown is not None and not self._services.busy("get_entity_info"):
-            self._ask_kind(unknown)
+        self._names = [name for name, _ in poses]
+        if not self._services.busy("get_entity_info"):
+            self._ask_next_kind()
 
-    def _ask_kind(self, name: str) -> None:
-        """Learn what an entity is: its category, then its size; one at a time."""
+    def _ask_next_kind(self) -> None:
+        """Learn what the next new entity is: its category, then its size."""
+        name = next((name for name in self._names if name not in self._kinds), None)
+        if name is None:
+            return
 
         def on_info(response: Any) -> None:
             category = response.info.category.category
@@ -62,10 +66,7 @@ class EntityWatch:
         corners = [(p.x, p.y, p.z) for p in points]
         high, low = corners if len(corners) == 2 else ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         self._kinds[name] = Kind(category, low, high)
-        unknown = [] if self._newest is None else [n for n, _ in self._newest[1]]
-        following = next((n for n in unknown if n not in self._kinds), None)
-        if following is not None:
-            self._ask_kind(following)
+        self._ask_next_kind()
 
     def take(self, robot_frame: str) -> Bodies | None:
         """Return what stands around the robot since the last call, or None."""

@@ -30,6 +30,7 @@ from bringup.viewing.robot.topics import Feed
 
 _BELIEF = np.diag([0.25, 0.25, 0.0685])  # what RViz's pose estimate says
 _SETTLE = 20  # turns of the executor until what was closed is gone
+_TURN = 0.001
 _SLOW, _RARE = 0.25, 2.0  # [s, wall]
 
 
@@ -120,9 +121,13 @@ class RobotSide:
             )
 
     def spin(self, until: float) -> None:
-        """Take in what comes until a time [s, monotonic]."""
+        """Take in what comes until a time [s, monotonic], and in any case all that waits now."""
         while (left := until - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=left)
+        reached: list[bool] = []
+        self._executor.create_task(lambda: reached.append(True))  # the queue is first in, first out
+        while not reached:
+            self._executor.spin_once(timeout_sec=_TURN)
 
     def tick(self, now: float) -> None:
         """Publish and ask what is due at a time [s, monotonic]."""

@@ -31,6 +31,7 @@ def test_the_newest_pose_is_given_without_a_stamp(frames: Frames) -> None:
 
 
 def test_a_stamp_finds_the_last_pose_that_is_not_younger(frames: Frames) -> None:
+    frames.insert("map", "odom", 9.0, at(10.0), static=False)
     pose = frames.pose("base", 2.9)
     assert pose is not None
     assert pose.position[0] == pytest.approx(11.0)
@@ -70,3 +71,11 @@ def test_time_set_back_forgets_what_moves(frames: Frames) -> None:
     frames.insert("odom", "base", 0.0, at(7.0), static=False)
     assert frames.parents == {"base": "odom", "lidar": "base"}
     assert frames.local("base").position[0] == 7.0
+
+
+def test_a_stamp_that_the_transforms_have_not_reached_has_no_pose_yet(frames: Frames) -> None:
+    frames.insert("map", "odom", 9.0, at(10.0), static=False)
+    assert frames.pose("base", 5.04) is not None
+    assert frames.pose("base", 5.1) is None
+    frames.insert("odom", "base", 5.1, at(5.1), static=False)
+    assert frames.pose("base", 5.1) is not None
