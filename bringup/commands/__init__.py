@@ -33,6 +33,7 @@ COMMANDS = {
         "record": "write what the robot says into a recording, byte for byte",
         "play": "publish a recording again",
         "info": "what a recording holds and lacks, and its repair",
+        "replay": "see a recording: in rerun's viewer, as its file, or as a picture",
     },
     "Measure": {
         "calibrate": "find a robot's effective track width and wheel radius by driving it",

@@ -99,16 +99,21 @@ class TopicListener:
         self._heard[name] = _Heard(topic, message_type, subscription, request, len(offers))
         return True
 
-    def discover(self, takes: Callable[[str], bool]) -> None:
+    def discover(
+        self,
+        takes: Callable[[str], bool],
+        takes_type: Callable[[str], bool] = lambda type_name: True,
+    ) -> None:
         """Listen to the chosen topics that somebody publishes on by now.
 
         A topic whose new publishers offer less than was asked for is subscribed to again.
 
         Args:
             takes: Tells which topics.
+            takes_type: Tells which types.
         """
         for name, types in self._node.get_topic_names_and_types():
-            if name in self._refused or not takes(name):
+            if name in self._refused or not takes(name) or not takes_type(types[0]):
                 continue
             count = self._node.count_publishers(name)
             heard = self._heard.get(name)

@@ -50,6 +50,8 @@ BRINGUP_WITHOUT_ROS = (
     "viewing/drawing/",
     *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/restart.py"),
     *("recording/bags/", "recording/loss.py", "recording/playback.py", "recording/selection.py"),
+    *("viewing/still.py", "viewing/meshes.py", "viewing/drawing/", "viewing/rerun/replay.py"),
+    *("viewing/rerun/scene.py", "viewing/rerun/shapes.py", "viewing/rerun/stream.py"),
     *("processes/child.py", "processes/supervisor.py", "processes/lifecycle_plan.py"),
     *("ros2/main.py", "ros2/grammar.py", "ros2/tables/", "ros2/completion.py"),
     *("ros2/errors.py", "ros2/statistics.py", "ros2/verbs/forward.py"),
