@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import threading
 import time
 from collections.abc import Callable
@@ -24,21 +23,25 @@ _POLL = 0.05  # [s]
 _DISCOVER = 0.5  # [s]
 
 
-def watch(save: Path | None, web: bool, find_mesh: FindMesh, show: Callable[[str], None]) -> None:
-    """Show what the robot says until the viewer is closed, SIGINT or SIGTERM.
+def watch(
+    save: Path | None,
+    web: bool,
+    find_mesh: FindMesh,
+    show: Callable[[str], None],
+    stopped: Callable[[], bool],
+) -> None:
+    """Show what the robot says until it is stopped or the viewer is closed.
 
     Args:
         save: A file of rerun's to write instead.
         web: Whether to show it in a browser.
         find_mesh: Finds the robot's meshes.
         show: Takes lines for the user.
+        stopped: Tells whether to end.
 
     Raises:
         OutputError: There is nowhere to show it.
     """
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
     add_environment_to_ament_index()
     with Output(save, web, show) as output:
         stream = Stream(output.recording, _POLL)
@@ -47,7 +50,7 @@ def watch(save: Path | None, web: bool, find_mesh: FindMesh, show: Callable[[str
         rclpy.init(context=context)
         node = Node("viewer", context=context, start_parameter_services=False, enable_rosout=False)
         try:
-            _run(TopicListener(node), scene, stream, lambda: stop.is_set() or not output.open, stop)
+            _run(TopicListener(node), scene, stream, lambda: stopped() or not output.open)
         finally:
             node.destroy_node()
             context.shutdown()
@@ -60,9 +63,8 @@ def _run(
     scene: Scene,
     stream: Stream,
     done: Callable[[], bool],
-    pause: threading.Event,
 ) -> None:
-    discover = 0.0
+    pause, discover = threading.Event(), 0.0
     while not done():
         now = time.monotonic()
         if now >= discover:
