@@ -1,4 +1,4 @@
-"""A drive played back: SLAM and AMCL come to the same result as they did live, byte for byte."""
+"""A drive played back: SLAM and AMCL come to the same result as they did live."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
+from bringup.recording.bags.decoder import Decoder
 from bringup.recording.bags.reader import Bag
 from bringup.recording.bags.writer import McapFile
 from bringup.recording.player import Player
@@ -32,6 +33,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ON_MAP = {"map_server": {"yaml_filename": str(ROOT / "maps" / "arjuna_room.yaml")}}
 RESULTS = ("/map", "/amcl_pose")
 SECONDS = 8.0
+DECODER = Decoder()
 
 
 def listen(robot: LockStep, path: Path, *topics: str) -> Recorder:
@@ -63,11 +65,16 @@ def of_result(message: BagMessage) -> bool:
     return message.topic.name in RESULTS or b"map\0" in message.data[:32]
 
 
-def said(bag: Bag, topic: str) -> list[bytes]:
-    """Return what SLAM or AMCL said on a topic."""
-    return [
-        message.data for message in bag.messages(lambda name: name == topic) if of_result(message)
-    ]
+def said(bag: Bag, topic: str) -> list[str]:
+    """Return what SLAM or AMCL said on a topic; what pads a message's bytes may be anything."""
+    found = filter(of_result, bag.messages(lambda name: name == topic))
+    return [repr(DECODER.decode(each.topic, each.data)) for each in found]
+
+
+def cells(bag: Bag) -> list[bytes]:
+    """Return the cells of each map."""
+    found = bag.messages(lambda name: name == "/map")
+    return [DECODER.decode(each.topic, each.data).data.tobytes() for each in found]
 
 
 def play(bag: Bag, group: Group, parameters: dict[str, dict[str, Any]], path: Path) -> Bag:
@@ -110,6 +117,6 @@ def test_a_drive_played_back_gives_the_same_result(
         assert both >= len(first) - 1
         assert second[:both] == first[:both]
     assert len(said(played, "/tf")) > 50
-    maps = list(zip(said(live, "/map"), said(played, "/map"), strict=False))
+    maps = list(zip(cells(live), cells(played), strict=False))
     # a map that falls due with a scan may be published before or after that is entered
     assert sum(one == other for one, other in maps) >= len(maps) / 2
