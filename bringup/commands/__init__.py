@@ -29,11 +29,17 @@ COMMANDS = {
         "entity": "spawn, move, delete and list what is in the simulation",
         "world": "pause, step, reset and replace the simulated world",
     },
+    "Recordings": {
+        "record": "write what the robot says into a recording, byte for byte",
+        "play": "publish a recording again",
+        "info": "what a recording holds and lacks, and its repair",
+        "replay": "see a recording: in rerun's viewer, as its file, or as a picture",
+    },
     "Measure": {
         "calibrate": "find a robot's effective track width and wheel radius by driving it",
         "bench": "measure a part of the robot",
     },
 }
 """What each command does, under the headings of the first page, in its order."""
-FOLDERS = {"Drive": "drive."}
+FOLDERS = {"Drive": "drive.", "Recordings": "recordings."}
 """Where the files of a heading's commands are, if not here."""

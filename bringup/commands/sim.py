@@ -10,6 +10,7 @@ from bringup.parameters import options, robot_options
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     options.add_node_options(parser)
+    options.add_record(parser)
     robot_options.add_options(parser)
     options.add_seed(parser)
     robot_options.add_check(parser)

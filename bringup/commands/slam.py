@@ -11,6 +11,7 @@ from bringup.parameters import options
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     options.add_node_options(parser)
+    options.add_record(parser)
     group = options.add_log_options(
         parser, "out/slam", "where map, trajectory, report and picture go"
     )

@@ -6,12 +6,8 @@ import argparse
 import signal
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bringup.parameters import robot_options
-
-if TYPE_CHECKING:
-    from bringup.viewing.drawing.looks import FindMesh
 
 _PORT = 8080
 
@@ -23,6 +19,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="serve Foxglove (ws://...) instead: all topics as they are",
     )
+    parser.add_argument(
+        "--rerun", action="store_true", help="show it in rerun instead: its window, or"
+    )
+    parser.add_argument("--web", action="store_true", help="rerun's page for a browser, or")
+    parser.add_argument("--save", type=Path, metavar="FILE.rrd", help="a file for rerun")
     parser.add_argument(
         "--host",
         default="127.0.0.1",
@@ -58,7 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
     stopping: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda signal_number, frame: stopping.append(signal_number))
-    serve = _serve_foxglove if arguments.foxglove else _serve_browser
+    rerun = arguments.rerun or arguments.web or arguments.save is not None
+    serve = _serve_foxglove if arguments.foxglove else _serve_rerun if rerun else _serve_browser
     serve(arguments, lambda: bool(stopping))
     return 0
 
@@ -67,12 +69,13 @@ def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -
     from bringup.terminal import show
     from bringup.viewing.browser.server import open_server
     from bringup.viewing.browser.viewer import Viewer
+    from bringup.viewing.meshes import mesh_finder
     from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
 
     robot_options.extend_search(arguments)
     server = open_server(arguments.host, _PORT if arguments.port is None else arguments.port)
     robot = RobotSide(RobotOptions(arguments.namespace, arguments.frame, arguments.cmd_vel))
-    viewer = Viewer(server, robot, _mesh_finder())
+    viewer = Viewer(server, robot, mesh_finder())
     show(f"open http://{arguments.host}:{server.get_port()} in a browser; Ctrl-C ends it")
     while not stopped():
         viewer.step()
@@ -91,14 +94,10 @@ def _serve_foxglove(arguments: argparse.Namespace, stopped: Callable[[], bool]) 
     bridge.close()
 
 
-def _mesh_finder() -> FindMesh:
-    """Return what finds meshes in the packages of the environment and below this folder."""
-    from arjuna_sim.files.search_path import EscapeError, SearchPath
+def _serve_rerun(arguments: argparse.Namespace, stopped: Callable[[], bool]) -> None:
+    from bringup.terminal import show
+    from bringup.viewing.meshes import mesh_finder
+    from bringup.viewing.rerun.live import watch
 
-    def find(uri: str) -> Path | None:
-        try:
-            return SearchPath.of().find(Path.cwd() / "robot.urdf", uri)
-        except EscapeError:
-            return None
-
-    return find
+    robot_options.extend_search(arguments)
+    watch(arguments.save, arguments.web, mesh_finder(), show, stopped)

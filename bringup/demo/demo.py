@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from bringup.demo.report import Report, write_report
 from bringup.lockstep import LockStep, LockStepError
 from bringup.parameters.files import Parameters, merged
 from bringup.progress import Progress
-from bringup.recording.recorder import Recorder
+from bringup.recording.recorder import demo_recorder
 from bringup.stack import (
     EXPLORER_GROUP,
     LOCALIZATION_GROUP,
@@ -95,8 +96,9 @@ class Demo:
         robot.on_tick = self._sample
         self._goals = Goals(robot)
         self._listen()
+        path = self._options.out / "run.mcap"
         try:
-            with Recorder(robot.process, self._options.out / "run.mcap"):
+            with closing(demo_recorder(robot.process, path)) as self._recorder:
                 robot.start(SIM_GROUP)
                 self._explore()
                 self._restart_on_saved_map()
@@ -133,6 +135,7 @@ class Demo:
 
     def _sample(self) -> None:
         robot = self._robot
+        self._recorder.poll()
         contacts = robot.sim.last.contacts
         self._log.add(robot.now, self._truth(), self._estimate(), contacts, self._judge)
         self._progress.update(robot.now, self._exploration if not self._judge else "")

@@ -24,6 +24,18 @@ def add_node_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_record(parser: argparse.ArgumentParser) -> None:
+    """Add the recording of what the nodes say."""
+    parser.add_argument(
+        "--record",
+        type=Path,
+        nargs="?",
+        const=Path(),
+        metavar="FOLDER",
+        help="record all topics meanwhile; the folder must not exist (rosbag2_ and the time)",
+    )
+
+
 def add_log_options(
     parser: argparse.ArgumentParser, out: str, what: str
 ) -> argparse._ArgumentGroup:

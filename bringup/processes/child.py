@@ -23,10 +23,12 @@ class ChildSpec:
     Attributes:
         name: Marks the lines of its output.
         command: Program and arguments.
+        needed: Whether the others end if it cannot be kept running.
     """
 
     name: str
     command: Sequence[str]
+    needed: bool = True
 
 
 class Child:

@@ -145,7 +145,7 @@ class Supervisor:
             place.start_at = now + delay
             self._write(f"[bringup] {name} died ({how}); it starts again in {delay:g} s")
             return
-        self._failed = True
+        self._failed = self._failed or place.spec.needed
         why = "it refused its input" if code == USAGE_EXIT else "it dies again and again"
         self._write(f"[bringup] {name} died ({how}) and {why}: giving up; see its lines above")
 

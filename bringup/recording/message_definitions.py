@@ -13,6 +13,7 @@ from arjuna_core.ros.ament import add_environment_to_ament_index
 _INTEGERS = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
 _PRIMITIVES = _INTEGERS | {"bool", "byte", "char", "float32", "float64", "string", "wstring"}
 _FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
+_PARTS = re.compile(r"^---[ \t]*\n", re.MULTILINE)
 _RULE = "=" * 80
 
 
@@ -24,7 +25,8 @@ def _share(type_name: str, suffix: str) -> Path:
 
 def type_hash(type_name: str) -> str:
     """Return the RIHS01 hash of a type such as `nav_msgs/msg/Path` (REP 2016)."""
-    described = json.loads(_share(type_name, ".json").read_text(encoding="utf-8"))
+    file = type_name.removesuffix("_FeedbackMessage")
+    described = json.loads(_share(file, ".json").read_text(encoding="utf-8"))
     return next(
         str(entry["hash_string"])
         for entry in described["type_hashes"]
@@ -43,16 +45,34 @@ def _dependencies(type_name: str, text: str) -> list[str]:
     return found
 
 
+def _feedback(type_name: str) -> tuple[str, str]:
+    """Return the definitions of an action's feedback message and of the feedback in it."""
+    name = type_name.removesuffix("_FeedbackMessage")
+    parts = _PARTS.split(_share(name, ".action").read_text(encoding="utf-8"))
+    package, _, action = name.split("/")
+    message = f"unique_identifier_msgs/UUID goal_id\n{package}/{action}_Feedback feedback\n"
+    return message, parts[-1]
+
+
 def message_definition(type_name: str) -> str:
     """Return a type's definition followed by those of all types it needs, `ros2msg` encoding.
 
     Args:
-        type_name: A type such as `nav_msgs/msg/Path`.
+        type_name: A type such as `nav_msgs/msg/Path`, or that of an action's feedback messages,
+            such as `nav2_msgs/action/NavigateToPose_FeedbackMessage`.
 
     Source: the mcap format's registry of schema encodings, `ros2msg`.
     """
-    text = _share(type_name, ".msg").read_text(encoding="utf-8")
-    sections, seen, queue = [text], {type_name}, _dependencies(type_name, text)
+    if type_name.endswith("_FeedbackMessage"):
+        text, inner = _feedback(type_name)
+        package, _, name = type_name.split("/")
+        feedback = f"{package}/{name.removesuffix('Message')}"
+        sections = [text, f"{_RULE}\nMSG: {feedback}\n{inner}"]
+        seen = {f"{package}/msg/{name.removesuffix('Message')}"}
+        queue = _dependencies(type_name, text) + _dependencies(type_name, inner)
+    else:
+        text = _share(type_name, ".msg").read_text(encoding="utf-8")
+        sections, seen, queue = [text], {type_name}, _dependencies(type_name, text)
     while queue:
         needed = queue.pop(0)
         if needed in seen:

@@ -1,140 +1,122 @@
-"""Recordings: chosen topics, byte for byte, into an mcap that rosbag2 plays."""
+"""Recordings: topics, byte for byte, into files that rosbag2 plays."""
 
 from __future__ import annotations
 
-import importlib
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import BinaryIO
+from typing import Protocol
 
-import yaml
-from mcap.writer import Writer
+from rclpy.context import Context
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rosbags.typesys import Stores, get_typestore
 
-from arjuna_core.errors import ArjunaError
-from arjuna_core.ros import qos
 from arjuna_core.ros.process import Process
+from bringup.recording.bags.topic import TopicInfo, TopicQos
+from bringup.recording.bags.writer import McapFile
+from bringup.recording.listener import Heard, TopicListener
 
-TOPICS: dict[str, tuple[str, QoSProfile]] = {
-    "/tf": ("tf2_msgs/msg/TFMessage", qos.TF),
-    "/tf_static": ("tf2_msgs/msg/TFMessage", qos.TF_STATIC),
-    "/robot_description": ("std_msgs/msg/String", qos.LATCHED),
-    "/scan": ("sensor_msgs/msg/LaserScan", qos.SENSOR_PUBLISHER),
-    "/odom": ("nav_msgs/msg/Odometry", qos.DEFAULT),
-    "/imu/data": ("sensor_msgs/msg/Imu", qos.SENSOR_PUBLISHER),
-    "/joint_states": ("sensor_msgs/msg/JointState", qos.DEFAULT),
-    "/ground_truth/odom": ("nav_msgs/msg/Odometry", qos.DEFAULT),
-    "/cmd_vel": ("geometry_msgs/msg/Twist", qos.DEFAULT),
-    "/map": ("nav_msgs/msg/OccupancyGrid", qos.LATCHED),
-    "/plan": ("nav_msgs/msg/Path", qos.DEFAULT),
-    "/amcl_pose": ("geometry_msgs/msg/PoseWithCovarianceStamped", qos.LATCHED),
-    "/initialpose": ("geometry_msgs/msg/PoseWithCovarianceStamped", qos.DEFAULT),
-    "/goal_pose": ("geometry_msgs/msg/PoseStamped", qos.DEFAULT),
+_QUEUED, _TF, _LATCHED = TopicQos(depth=10), TopicQos(depth=100), TopicQos(latched=True, depth=1)
+_SENSOR = TopicQos(depth=5)
+TOPICS: dict[str, tuple[str, TopicQos]] = {
+    "/tf": ("tf2_msgs/msg/TFMessage", _TF),
+    "/tf_static": ("tf2_msgs/msg/TFMessage", _LATCHED),
+    "/robot_description": ("std_msgs/msg/String", _LATCHED),
+    "/scan": ("sensor_msgs/msg/LaserScan", _SENSOR),
+    "/odom": ("nav_msgs/msg/Odometry", _QUEUED),
+    "/imu/data": ("sensor_msgs/msg/Imu", _SENSOR),
+    "/joint_states": ("sensor_msgs/msg/JointState", _QUEUED),
+    "/ground_truth/odom": ("nav_msgs/msg/Odometry", _QUEUED),
+    "/cmd_vel": ("geometry_msgs/msg/Twist", _QUEUED),
+    "/map": ("nav_msgs/msg/OccupancyGrid", _LATCHED),
+    "/plan": ("nav_msgs/msg/Path", _QUEUED),
+    "/amcl_pose": ("geometry_msgs/msg/PoseWithCovarianceStamped", _LATCHED),
+    "/initialpose": ("geometry_msgs/msg/PoseWithCovarianceStamped", _QUEUED),
+    "/goal_pose": ("geometry_msgs/msg/PoseStamped", _QUEUED),
 }
-_FOREVER = {"sec": 9223372036, "nsec": 854775807}
+"""What the demo records: with these the lock-step run listens from its first tick on."""
 
 
-class RecordingError(ArjunaError):
-    """A recording cannot be written."""
+class Writer(Protocol):
+    """Where messages go."""
 
+    def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
+        """Add a message; see `McapFile.write`."""
 
-def _offered(profile: QoSProfile) -> str:
-    """Return a topic's QoS in the form rosbag2 reads it, so that latched topics stay latched."""
-    latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-    reliable = profile.reliability != ReliabilityPolicy.BEST_EFFORT
-    offer = {
-        "history": "keep_last",
-        "depth": profile.depth,
-        "reliability": "reliable" if reliable else "best_effort",
-        "durability": "transient_local" if latched else "volatile",
-        "deadline": _FOREVER,
-        "lifespan": _FOREVER,
-        "liveliness": "automatic",
-        "liveliness_lease_duration": _FOREVER,
-        "avoid_ros_namespace_conventions": False,
-    }
-    return str(yaml.safe_dump([offer], sort_keys=False))
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+
+    def close(self, lost: Mapping[str, int] | None = None) -> None:
+        """End the recording."""
 
 
 class Recorder:
-    """Writes what arrives on the topics, stamped with simulated time; a context manager.
+    """Writes what is heard; `poll` it more often than a thousand messages of a topic come.
 
     Args:
-        process: The process to listen in.
-        path: The file to write; an existing one is never overwritten.
-        topics: `{topic: (type, QoS)}`; types of ROS's common interfaces.
+        context: The context to listen in.
+        writer: Where the messages go.
+        note: Takes lines about topics.
+        clock: The time to stamp messages with [s]; when they arrived if None.
 
-    Raises:
-        RecordingError: The file exists or cannot be written.
+    Attributes:
+        listener: The topics.
+        messages: How many messages have been written.
     """
 
     def __init__(
         self,
-        process: Process,
-        path: Path,
-        topics: dict[str, tuple[str, QoSProfile]] = TOPICS,
+        context: Context,
+        writer: Writer,
+        note: Callable[[str], None] = lambda line: None,
+        clock: Callable[[], float] | None = None,
     ) -> None:
-        self._process = process
-        self._file = _open_new(path)
-        self._types = get_typestore(Stores.ROS2_JAZZY)
-        self._writer = Writer(self._file)
-        self._writer.start(profile="ros2", library="arjuna")
-        self._counts: dict[int, int] = {}
-        self._node = Node("recorder", context=process.context, start_parameter_services=False)
-        for topic, (type_name, profile) in topics.items():
-            self._subscribe(topic, type_name, profile)
-        process.executor.add_node(self._node)
-
-    def _subscribe(self, topic: str, type_name: str, profile: QoSProfile) -> None:
-        package, kind, name = type_name.split("/")
-        message_type = getattr(importlib.import_module(f"{package}.{kind}"), name)
-        definition, _ = self._types.generate_msgdef(type_name, ros_version=2)
-        schema = self._writer.register_schema(type_name, "ros2msg", definition.encode())
-        metadata = {
-            "offered_qos_profiles": _offered(profile),
-            "topic_type_hash": self._types.hash_rihs01(type_name),
-        }
-        channel = self._writer.register_channel(topic, "cdr", schema, metadata)
-        self._counts[channel] = 0
-        self._node.create_subscription(
-            message_type,
-            topic,
-            lambda data: self._write(channel, data),
-            QoSProfile(depth=1000, durability=profile.durability, reliability=profile.reliability),
-            raw=True,
+        self._node = Node(
+            "recorder", context=context, start_parameter_services=False, enable_rosout=False
         )
+        self._writer = writer
+        self._clock = clock
+        self.listener = TopicListener(self._node, note)
+        self.messages = 0
 
-    def _write(self, channel: int, data: bytes) -> None:
-        now = round(self._process.now * 1e9)
-        self._writer.add_message(channel, now, data, now, self._counts[channel])
-        self._counts[channel] += 1
+    def poll(self) -> None:
+        """Write what has arrived.
+
+        Raises:
+            RecordingError: The disk refuses.
+        """
+        for heard in self.listener.take():
+            self._write(heard)
+
+    def _write(self, heard: Heard) -> None:
+        if self._clock is None:
+            time, published = heard.received, heard.published
+        else:
+            time = published = round(self._clock() * 1e9)
+        self._writer.write(heard.topic, time, heard.data, published)
+        self.messages += 1
+
+    def flush(self) -> None:
+        """Hand what has been written to the operating system."""
+        self._writer.flush()
 
     def close(self) -> None:
-        """Stop listening and finish the file."""
-        self._process.executor.remove_node(self._node)
+        """Write what has arrived, stop listening and end the recording."""
+        self.poll()
         self._node.destroy_node()
-        self._writer.finish()
-        self._file.close()
-
-    def __enter__(self) -> Recorder:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
+        self._writer.close(self.listener.lost)
 
 
-def _open_new(path: Path) -> BinaryIO:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open("xb")
-    except FileExistsError as error:
-        raise RecordingError(f"{path} exists already and is not overwritten") from error
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be written: {error.strerror}") from error
+def demo_recorder(process: Process, path: Path) -> Recorder:
+    """Return a recorder of the demo's topics into one file, stamped with simulated time.
+
+    Args:
+        process: The lock-step process.
+        path: The file to write; an existing one is never overwritten.
+
+    Raises:
+        RecordingError: The file exists or cannot be written.
+    """
+    writer = McapFile(path)
+    recorder = Recorder(process.context, writer, clock=lambda: process.now)
+    for topic, (type_name, offer) in TOPICS.items():
+        recorder.listener.listen(topic, type_name, (offer,))
+    return recorder

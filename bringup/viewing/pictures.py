@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
+from arjuna_core.se2 import SE2
+from bringup.viewing.still import Still
 
 mpl.use("Agg")
 _LEAP = 0.1
@@ -48,9 +50,9 @@ def draw_map(path: Path, grid: OccupancyGrid) -> None:
     _save(figure, path)
 
 
-def _broken_at_leaps(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _broken_at_leaps(points: NDArray[np.float64], leap: float = _LEAP) -> NDArray[np.float64]:
     """Put a gap where the robot was carried, so that no line is drawn there."""
-    leaps = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) > _LEAP) + 1
+    leaps = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) > leap) + 1
     return np.insert(points, leaps, np.nan, axis=0)
 
 
@@ -96,3 +98,38 @@ def draw_path(path: Path, grid: OccupancyGrid, poses: NDArray[np.float64]) -> No
     axes.plot(*poses[-1, :2], "s", color="tab:red", ms=7, label="end")
     axes.legend(loc="upper right")
     _save(figure, path)
+
+
+def draw_still(path: Path, still: Still) -> None:
+    """Write a picture of a recording's moment."""
+    figure = Figure(figsize=(9.0, 9.0))
+    title = f"The robot after {still.time:.1f} s"
+    if still.grid is not None:
+        axes = _draw_map(figure, still.grid, title)
+    else:
+        axes = figure.add_subplot()
+        axes.set(xlabel="x [m]", ylabel="y [m]", title=title, aspect="equal")
+    for trail, colour, width, label in (
+        (still.true, "tab:green", 2.5, "true"),
+        (still.believed, "tab:blue", 1.0, "believed"),
+        (still.plan, "tab:purple", 1.5, "plan"),
+    ):
+        if len(trail):
+            axes.plot(
+                *_broken_at_leaps(np.array(trail), 0.3).T, color=colour, lw=width, label=label
+            )
+    if len(still.scan):
+        axes.plot(*still.scan.T, ".", color="tab:red", ms=4, label="scan")
+    for pose, colour in [(goal, "tab:orange") for goal in still.goals]:
+        _draw_pose(axes, pose, colour)
+    if still.robot is not None:
+        _draw_pose(axes, still.robot, "black")
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper right")
+    _save(figure, path)
+
+
+def _draw_pose(axes: mpl.axes.Axes, pose: SE2, colour: str) -> None:
+    forward = 0.35 * np.array([np.cos(pose.theta), np.sin(pose.theta)])
+    axes.plot(pose.x, pose.y, "o", color=colour, ms=9)
+    axes.arrow(pose.x, pose.y, *forward, color=colour, width=0.03)

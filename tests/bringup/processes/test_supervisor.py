@@ -15,7 +15,10 @@ from bringup.processes.child import ChildSpec
 from bringup.processes.restart import RestartLimits
 from bringup.processes.supervisor import StopTimes, Supervisor
 
-specs = [ChildSpec(f"c{n}", [sys.executable, "-c", s]) for n, s in enumerate(sys.argv[1:])]
+specs = [
+    ChildSpec(f"c{n}", [sys.executable, "-c", s], needed=not s.startswith("#"))
+    for n, s in enumerate(sys.argv[1:])
+]
 limits = RestartLimits(first_delay=0.01, deaths=3)
 show = lambda line: print(line, flush=True)
 sys.exit(Supervisor(specs, show, limits, StopTimes(0.3, 0.3)).run())
@@ -116,3 +119,11 @@ def test_a_process_that_quits_on_purpose_ends_all_with_exit_code_0() -> None:
     with supervise(OBEDIENT, SINGLE_SHOT.format(3)) as orchestrator:
         assert orchestrator.read_to_end() == 0
         assert orchestrator.matching("c1 quit, and so do all")
+
+
+def test_the_others_go_on_without_a_process_that_is_not_needed() -> None:
+    with supervise(OBEDIENT, "# not needed\n" + SINGLE_SHOT.format(2)) as orchestrator:
+        orchestrator.wait_for("it refused its input: giving up")
+        pids(orchestrator, 2)
+        orchestrator.process.send_signal(signal.SIGINT)
+        assert orchestrator.read_to_end() == 0

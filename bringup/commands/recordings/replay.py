@@ -1,0 +1,55 @@
+"""`replay`: a recording in rerun's viewer, or as a file or picture."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from bringup.parameters import options, robot_options
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument("file", type=Path, metavar="FILE", help="an mcap or .db3 file, or a folder")
+    parser.add_argument(
+        "--save", type=Path, metavar="FILE.rrd", help="write a file of rerun's instead"
+    )
+    parser.add_argument("--web", action="store_true", help="show it in a browser")
+    parser.add_argument(
+        "--picture", type=Path, metavar="FILE.png", help="write one picture instead; see --at"
+    )
+    parser.add_argument(
+        "--at",
+        type=options.finite,
+        metavar="S",
+        help="the picture's moment, from the recording's beginning [s] (its end)",
+    )
+    parser.add_argument(
+        "--package-path",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="folder of ROS packages with the robot's meshes; may be given again",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Show the recording until the viewer is closed, or write what was asked for."""
+    from bringup.recording.bags.reader import Bag
+    from bringup.terminal import show
+
+    bag = Bag(arguments.file)
+    if arguments.picture is not None:
+        from bringup.viewing.pictures import draw_still
+        from bringup.viewing.still import still_of
+
+        draw_still(arguments.picture, still_of(bag, arguments.at))
+        show(f"{arguments.picture} shows the recording")
+    if arguments.save is not None or arguments.picture is None:
+        from bringup.viewing.meshes import mesh_finder
+        from bringup.viewing.rerun.replay import replay
+
+        robot_options.extend_search(arguments)
+        replay(bag, arguments.save, arguments.web, mesh_finder(), show)
+    return 0

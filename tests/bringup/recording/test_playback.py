@@ -1,0 +1,83 @@
+"""Claims: messages are due at their time, at any rate, after a pause and again in a loop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bringup.recording.bags.reader import Bag
+from bringup.recording.bags.topic import TopicInfo
+from bringup.recording.bags.writer import BagFolder
+from bringup.recording.playback import Playback
+
+TOPIC = TopicInfo("/number", "std_msgs/msg/Int32", "int32 data\n")
+SECOND = 1_000_000_000
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Bag:
+    writer = BagFolder(tmp_path / "bag")
+    for number in range(4):
+        stamp = (100 + number) * SECOND
+        writer.write(TOPIC, stamp, bytes([0, 1, 0, 0, number]), stamp)
+    writer.close()
+    return Bag(tmp_path / "bag")
+
+
+def playback(bag: Bag, **options: Any) -> Playback:
+    result = Playback(bag, lambda topic: True, **options)
+    result.advance(0.0)
+    return result
+
+
+def due(playback: Playback, wall: float) -> list[int]:
+    playback.advance(wall)
+    found = []
+    while (message := playback.due()) is not None:
+        found.append(message.data[4])
+    return found
+
+
+def test_messages_are_due_at_their_time(bag: Bag) -> None:
+    played = playback(bag)
+    assert [due(played, wall) for wall in (0.0, 0.9, 1.1, 3.5)] == [[0], [], [1], [2, 3]]
+    assert played.finished
+
+
+def test_a_rate_makes_time_run_faster(bag: Bag) -> None:
+    played = playback(bag, rate=2.0)
+    assert [due(played, wall) for wall in (0.0, 0.51)] == [[0], [1]]
+    assert played.wait() == pytest.approx(0.49)
+
+
+def test_a_pause_takes_no_recorded_time(bag: Bag) -> None:
+    played = playback(bag)
+    assert due(played, 0.5) == [0]
+    played.paused = True
+    assert due(played, 10.0) == []
+    played.paused = False
+    assert [due(played, wall) for wall in (10.4, 10.6)] == [[], [1]]
+
+
+def test_it_begins_at_its_offset(bag: Bag) -> None:
+    assert due(playback(bag, offset=1.5), 0.6) == [2]
+    assert playback(bag, offset=9.0).finished
+
+
+def test_a_loop_begins_again(bag: Bag) -> None:
+    played = playback(bag, loop=True)
+    assert due(played, 3.1) == [0, 1, 2, 3]
+    assert not played.finished
+    assert due(played, 4.2) == [0, 1]
+    assert played.time == pytest.approx(101.1 * SECOND)
+
+
+def test_a_recording_of_one_moment_is_due_once_a_turn(tmp_path: Path) -> None:
+    writer = BagFolder(tmp_path / "one")
+    writer.write(TOPIC, SECOND, bytes([0, 1, 0, 0, 7]), SECOND)
+    writer.close()
+    played = playback(Bag(tmp_path / "one"), loop=True)
+    assert due(played, 0.1) == [7]
+    assert due(played, 0.2) == [7]

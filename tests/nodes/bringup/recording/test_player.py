@@ -1,0 +1,101 @@
+"""Claims: what is played is what was recorded: bytes, QoS, order; and nodes do with it the same."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+
+from arjuna_core.ros import qos
+from bringup.recording.bags.reader import Bag
+from bringup.recording.bags.topic import BagMessage, TopicInfo
+from bringup.recording.bags.writer import BagFolder
+from bringup.recording.message_definitions import message_definition
+from bringup.recording.player import Player
+from bringup.recording.recorder import Recorder
+from tests.helpers.ros import RosBench
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def bench() -> Iterator[RosBench]:
+    with closing(RosBench()) as bench:
+        yield bench
+
+
+def record(bench: RosBench, folder: Path) -> Bag:
+    """Record a latched and a plain topic."""
+    with closing(Recorder(bench.process.context, BagFolder(folder))) as recorder:
+        latched = bench.node.create_publisher(String, "/once", qos.LATCHED)
+        bench.publish(String, "/often", String(data="-"))
+        recorder.listener.discover(lambda name: name in ("/once", "/often"))
+        latched.publish(String(data="kept"))
+        for number in range(5):
+            bench.publish(String, "/often", String(data=f"message {number}"))
+    return Bag(folder)
+
+
+def play(bench: RosBench, bag: Bag, **options: object) -> None:
+    player = Player(bench.process.context, bag.topics.values(), **options)  # type: ignore[arg-type]
+    bench.process.drain()
+    with closing(player):
+        for message in bag.messages():
+            player.publish(message)
+            player.publish_clock(message.time)
+            bench.process.drain()
+
+
+def test_the_same_bytes_arrive_that_were_recorded(tmp_path: Path, bench: RosBench) -> None:
+    bag = record(bench, tmp_path / "first")
+    with closing(RosBench()) as other:
+        recorder = Recorder(other.process.context, BagFolder(tmp_path / "second"))
+        with closing(recorder):
+            player = Player(other.process.context, bag.topics.values(), {})
+            recorder.listener.discover(lambda name: name in bag.topics)
+            for message in bag.messages():
+                player.publish(message)
+            recorder.poll()
+            player.close()
+    again = Bag(tmp_path / "second")
+
+    def content(bag: Bag) -> list[tuple[str, bytes]]:
+        return [(message.topic.name, message.data) for message in bag.messages()]
+
+    assert content(again) == content(bag)
+    assert len(content(bag)) == 6
+    assert again.topics["/once"].offers[0].latched
+
+
+def test_topics_take_new_names_and_the_clock_runs(tmp_path: Path, bench: RosBench) -> None:
+    bag = record(bench, tmp_path / "bag")
+    with closing(RosBench()) as other:
+        heard = other.collect(String, "/renamed")
+        clock = other.collect(Clock, "/clock", qos.CLOCK)
+        play(other, bag, remap={"/often": "/renamed"}, clock=True)
+        assert [message.data for message in heard] == [f"message {number}" for number in range(5)]
+        stamps = [message.clock.sec * 1_000_000_000 + message.clock.nanosec for message in clock]
+        assert stamps == [message.time for message in bag.messages()]
+
+
+def test_what_cannot_be_played_is_noted_and_left_out(bench: RosBench) -> None:
+    notes: list[str] = []
+    unknown = TopicInfo("/a", "nowhere_msgs/msg/Thing")
+    text = TopicInfo("/b", "std_msgs/msg/String", message_definition("std_msgs/msg/String"))
+    foreign = TopicInfo("/c", "std_msgs/msg/String", encoding="json")
+    player = Player(bench.process.context, [unknown, text, foreign], {}, note=notes.append)
+    with closing(player):
+        for topic in (unknown, text, foreign):
+            player.publish(BagMessage(topic, 0, b"\0\1\0\0\1\0\0\0\0"))
+        assert player.published == 1
+    assert notes == [
+        "/a is left out: its type nowhere_msgs/msg/Thing is not installed",
+        "/c is left out: it is encoded as 'json', not as cdr",
+    ]
