@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 
-@njit  # not cached: Numba 0.68 cannot compile a caller of a generator that comes from its cache
+@njit(cache=False)  # Numba 0.68 cannot compile a caller of a generator that comes from its cache
 def line_cells(row: int, column: int, row1: int, column1: int) -> Iterator[tuple[int, int]]:
     """Yield `(row, column)` of the cells of the line between two cells, both ends included.
 
