@@ -48,12 +48,12 @@ class Watched:
             )
             self._opened = opened.pop_all()
 
-    def until(self, done: Callable[[], Any], pictures: int) -> None:
-        """Run robot and viewer, 0.1 s for each picture, until something is done."""
+    def until(self, done: Callable[[], Any], pictures: int, ticks: int = 5) -> None:
+        """Run the robot, some ticks for each picture, and the viewer until something is done."""
         for _ in range(pictures):
             if done():
                 return
-            for _ in range(5):
+            for _ in range(ticks):
                 self.robot.step()
             self.viewer.step(0.01)
         assert done(), f"not within {pictures} pictures; the page says: {self.page.text()}"
@@ -91,7 +91,7 @@ def test_a_drag_on_the_ground_sends_the_robot_there(watched: Watched, tmp_path: 
     page.drag((200.0, 200.0), (260.0, 200.0))
     watched.until(lambda: navigation.state.state == "driving", 100)
     watched.until(watched.says("m to go"), 50)
-    watched.until(lambda: navigation.state.state == "arrived", 600)
+    watched.until(lambda: navigation.state.state == "arrived", 120, ticks=25)
     watched.until(watched.says("arrived"), 50)
     picture = page.screenshot()
     assert picture.startswith(b"\x89PNG")
