@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from types import TracebackType
@@ -18,11 +19,13 @@ from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
 from arjuna_core.ros.ament import add_environment_to_ament_index
 from bringup.ros2.errors import Ros2Error
+from bringup.ros2.participants import on_this_machine
 
 STABLE = 0.3  # the graph is taken as known once it has not changed for so long [s]
-ALONE = 3.5  # while no other node has been seen: each announces itself every 3 s
-LIMIT = 5.0  # how long a graph that goes on changing is watched
-ANSWER = 5.0  # how long a service may take to appear, and again to answer [s]
+MISSING = 1.0  # the same before something counts as not there
+SILENT = 3.5  # while some have not been heard of: each announces itself every 3 s
+LIMIT = 8.0  # how long a graph that goes on changing is watched
+ANSWER = 10.0  # how long a service may take to appear, and again to answer [s]
 _POLL = 0.02
 
 
@@ -86,17 +89,30 @@ class Client:
         """
         start = changed = time.monotonic()
         seen: Any = None
+        polls = 0  # a machine so busy that few fit into the time needs longer
         while found is None or not found():
             now, graph = time.monotonic(), self._graph()
+            polls += 1
             if graph != seen:
-                seen, changed = graph, now
-            quiet = STABLE if any(name != self._name for name, _ in seen[0]) else ALONE
-            if self._limit is None and (now > changed + quiet or now > start + LIMIT):
-                return False
-            if self._limit is not None and now > start + float(self._limit):
+                seen, changed, polls = graph, now, 0
+            quiet = STABLE if found is None else MISSING
+            if not self._complete(seen[0]):
+                quiet = SILENT
+            settled = now > changed + quiet and polls > 0.8 * quiet / _POLL
+            end = start + LIMIT if self._limit is None else start + float(self._limit)
+            if now > end or (settled and self._limit is None):
                 return False
             self.executor.spin_once(timeout_sec=_POLL)
         return True
+
+    def _complete(self, nodes: list[tuple[str, str]]) -> bool:
+        """Tell whether every participant has been heard of, as far as that can be told."""
+        here = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "LOCALHOST"
+        expected = on_this_machine(self.context.get_domain_id()) if here else None
+        if expected is None:
+            return any(name != self._name for name, _ in nodes)
+        each = self.node.get_publishers_info_by_topic("ros_discovery_info", no_mangle=True)
+        return len(each) >= expected
 
     def _graph(self) -> tuple[Any, Any, Any]:
         node = self.node
@@ -142,6 +158,11 @@ class Client:
         if not self.spin(future.done, timeout):
             raise Ros2Error(f"{what} did not answer within {timeout:g} s")
         return future.result()
+
+
+def say_failed(node: str, error: Ros2Error) -> None:
+    """Say on the error stream that one of many nodes did not answer."""
+    sys.stderr.write(f"Exception while calling service of node '{node}': {error}\n")
 
 
 def absolute(name: str) -> str:

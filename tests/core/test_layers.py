@@ -55,6 +55,7 @@ BRINGUP_WITHOUT_ROS = (
     *("processes/child.py", "processes/supervisor.py", "processes/lifecycle_plan.py"),
     *("ros2/main.py", "ros2/grammar.py", "ros2/tables/", "ros2/completion.py"),
     *("ros2/errors.py", "ros2/statistics.py", "ros2/verbs/forward.py"),
+    *("ros2/programs/bag.py", "ros2/participants.py"),
 )
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "mujoco": ("arjuna_sim/physics/", "arjuna_sim/devices/", "arjuna_sim/simulator.py"),

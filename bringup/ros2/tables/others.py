@@ -8,7 +8,7 @@ _NODE = argument("node_name", complete="node", help="full name of the node")
 _PARAMETER = argument("parameter_name", help="name of the parameter")
 _NODES = (
     switch("--include-hidden-nodes", help="consider hidden nodes too"),
-    argument("--timeout", metavar="N", type=float, default=5.0, help="wait N seconds (default: 5)"),
+    argument("--timeout", metavar="N", type=float, default=10.0, help="wait N seconds (10)"),
     *GRAPH,
 )
 PARAM = Command(

@@ -25,7 +25,7 @@ def echo(arguments: argparse.Namespace) -> int:
     printer = Printer(arguments)
     name = absolute(arguments.topic_name)
     with Client(arguments) as client:
-        client.discover(lambda: bool(types_of(client, name)))
+        client.discover(lambda: client.node.count_publishers(name) > 0)
         client.discover()  # all of its publishers, for the quality of service
         message_type = topic_class(client, arguments.topic_name, arguments.message_type)
         client.node.create_subscription(

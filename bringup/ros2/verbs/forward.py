@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from arjuna_core.errors import nearest
 from bringup.ros2.errors import Ros2Error
+from bringup.ros2.programs.bag import translated
 
 _PROGRAMS = "bringup.ros2.programs"
 
@@ -110,3 +111,14 @@ def daemon(words: list[str]) -> int:
     else:
         print("There is no daemon: every command looks at the graph itself")
     return 0
+
+
+def bag(words: list[str]) -> int:
+    """Record, play or describe a recording."""
+    command, *rest = translated(words)
+    return arjuna(command, rest)
+
+
+def doctor(words: list[str]) -> int:
+    """Look for what is wrong."""
+    return arjuna("doctor", words)

@@ -8,7 +8,7 @@ from typing import Any
 
 from lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
 
-from bringup.ros2.client import Client
+from bringup.ros2.client import Client, say_failed
 from bringup.ros2.errors import Ros2Error
 
 _GET_STATE = "lifecycle_msgs/srv/GetState"
@@ -56,7 +56,14 @@ def get(arguments: argparse.Namespace) -> int:
             client.discover()
             names = _managed(client, arguments.include_hidden_nodes)
         for name in names:
-            state = client.call(GetState, f"{name}/get_state", GetState.Request()).current_state
+            try:
+                answer = client.call(GetState, f"{name}/get_state", GetState.Request())
+            except Ros2Error as error:
+                if arguments.node_name:
+                    raise
+                say_failed(name, error)
+                continue
+            state = answer.current_state
             prefix = "" if arguments.node_name else f"{name}: "
             print(f"{prefix}{state.label} [{state.id}]")
     return 0

@@ -11,7 +11,7 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
 
-from bringup.ros2.client import Client
+from bringup.ros2.client import Client, say_failed
 from bringup.ros2.errors import Ros2Error
 
 _NAMES = {
@@ -40,10 +40,17 @@ def list_parameters(arguments: argparse.Namespace) -> int:
             names = client.nodes(arguments.include_hidden_nodes)
             nodes = [name for name in names if f"{name}/list_parameters" in served]
         for node in nodes:
+            try:
+                names = [name for name in _list(client, node, arguments) if wanted.search(name)]
+                shown = _typed(client, node, names, arguments) if arguments.param_type else names
+            except Ros2Error as error:
+                if arguments.node_name:
+                    raise
+                say_failed(node, error)
+                continue
             if not arguments.node_name:
                 print(f"{node}:")
-            names = [name for name in _list(client, node, arguments) if wanted.search(name)]
-            for line in _typed(client, node, names, arguments) if arguments.param_type else names:
+            for line in shown:
                 print(f"  {line}")
     return 0
 

@@ -14,7 +14,6 @@ from bringup.ros2.errors import Ros2Error
 from bringup.ros2.qos import matched
 from bringup.ros2.statistics import Intervals, bandwidth_text, rate_text, spread
 from bringup.ros2.verbs.echo import condition, topic_class
-from bringup.ros2.verbs.topic import types_of
 
 _EVERY = 1.0  # between two lines [s]
 
@@ -94,9 +93,9 @@ def _wait(client: Client) -> None:
 def _subscribe(client: Client, arguments: argparse.Namespace, heard: Any, raw: bool) -> Any:
     """Subscribe to the topic, waiting until somebody has it; return its message class."""
     topic = absolute(arguments.topic_name)
-    if not client.discover(lambda: bool(types_of(client, topic))):
+    if not client.discover(lambda: client.node.count_publishers(topic) > 0):
         print(f"WARNING: topic [{arguments.topic_name}] does not appear to be published yet")
-        client.spin(lambda: bool(types_of(client, topic)))
+        client.spin(lambda: client.node.count_publishers(topic) > 0)
     client.discover()
     message_type = topic_class(client, arguments.topic_name)
     publishers = client.node.get_publishers_info_by_topic(topic)

@@ -11,6 +11,7 @@ import pytest
 from bringup.cli_parser import parse
 from bringup.ros2.grammar import VERBS, build_parser
 from bringup.ros2.main import main, real_ros2
+from bringup.ros2.programs.bag import translated
 from bringup.ros2.tables import COMMANDS
 from bringup.ros2.verbs import forward
 from bringup.ros2.verbs.forward import ros_arguments
@@ -149,3 +150,26 @@ def test_run_becomes_a_command_of_arjuna(
     main(["run", *words.split()])
     assert started == [expected.split()]
     parse(started[0])
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("record -a -o out -s mcap", "record --output out"),
+        ("record /scan /tf -d 60", "record --split 60s --topics /scan /tf"),
+        (
+            "record -e /cam.* -x .*info -b 1000",
+            "record --split 1000B --exclude .*info --topics /cam.*",
+        ),
+        ("play out -r 2 -s mcap --clock", "play out -r 2 --clock"),
+        ("info out", "info out"),
+    ],
+)
+def test_bag_words_become_those_of_arjuna(words: str, expected: str) -> None:
+    assert translated(words.split()) == expected.split()
+
+
+def test_recording_nothing_in_particular_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        translated(["record"])
+    assert "must specify topics, --regex or --all" in capsys.readouterr().err
