@@ -27,9 +27,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="where in the recording to begin [s] (0)",
     )
-    parser.add_argument(
-        *("-p", "--start-paused"), action="store_true", help="begin with a pause; space goes on"
-    )
+    paused = "begin with a pause; space goes on"
+    parser.add_argument("-p", "--start-paused", action="store_true", help=paused)
     parser.add_argument(
         "--clock",
         type=options.positive,

@@ -15,8 +15,8 @@ from std_msgs.msg import Empty
 from arjuna_core.ros.convert import seconds
 from arjuna_core.twist import STILL
 from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP
-from tests.helpers.behaviors import KINDS, MOVING, UNKNOWN, backup, drive, spin, start
-from tests.helpers.navigation import CANCELED, SUCCEEDED, PlayedRobot, assert_failed
+from tests.helpers.nav.behaviors import KINDS, MOVING, UNKNOWN, backup, drive, spin, start
+from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, PlayedRobot, assert_failed
 
 pytestmark = pytest.mark.ros
 COSTMAP = "local_costmap/local_costmap"

@@ -15,8 +15,8 @@ from arjuna_core.ros.convert import seconds
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP
-from tests.helpers.behaviors import backup, command, drive, spin, teleop, wait, wall_ahead
-from tests.helpers.navigation import SUCCEEDED, PlayedRobot, assert_failed
+from tests.helpers.nav.behaviors import backup, command, drive, spin, teleop, wait, wall_ahead
+from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, assert_failed
 from tests.nav.worlds import block
 
 pytestmark = pytest.mark.ros

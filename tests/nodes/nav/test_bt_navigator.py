@@ -16,8 +16,8 @@ from nav2_msgs.action import FollowPath
 from arjuna_core.ros.convert import path_msg, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
-from tests.helpers.navigation import CANCELED, SUCCEEDED, PlayedRobot, assert_failed
-from tests.helpers.navigator_goals import (
+from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, PlayedRobot, assert_failed
+from tests.helpers.nav.navigator_goals import (
     GOAL,
     TOLERANCE,
     assert_stopped_for_good,

@@ -13,8 +13,8 @@ from geometry_msgs.msg import PoseStamped
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
-from tests.helpers.navigation import SUCCEEDED, PlayedRobot, assert_failed
-from tests.helpers.navigator_goals import (
+from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, assert_failed
+from tests.helpers.nav.navigator_goals import (
     GOAL,
     IN_BOX,
     IN_RING,

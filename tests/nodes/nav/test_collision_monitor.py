@@ -21,7 +21,7 @@ from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import COLLISION_MONITOR, LOCAL_COSTMAP, NAVIGATION_GROUP
-from tests.helpers.navigation import SUCCEEDED, PlayedRobot
+from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 from tests.nav.worlds import block
 
 pytestmark = pytest.mark.ros

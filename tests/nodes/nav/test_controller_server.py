@@ -20,7 +20,7 @@ from arjuna_core.ros.convert import path_msg
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import CONTROLLER_SERVER, LOCAL_COSTMAP
-from tests.helpers.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
 from tests.nav.worlds import block, polyline
 
 pytestmark = pytest.mark.ros

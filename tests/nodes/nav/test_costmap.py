@@ -25,7 +25,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, seconds
 from arjuna_core.se2 import SE2
 from bringup.stack import LOCAL_COSTMAP
-from tests.helpers.costmaps import (
+from tests.helpers.nav.costmaps import (
     BOX,
     FREE,
     GLOBAL,
@@ -37,7 +37,7 @@ from tests.helpers.costmaps import (
     cost,
     costmap_from_msg,
 )
-from tests.helpers.navigation import PlayedRobot
+from tests.helpers.nav.navigation import PlayedRobot
 from tests.nav.worlds import empty_grid
 
 pytestmark = pytest.mark.ros

@@ -18,8 +18,17 @@ from nav2_msgs.srv import (
 
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
-from tests.helpers.costmaps import BOX, FREE, GLOBAL, LETHAL, LOCAL, beside_a_box, box_cost, cost
-from tests.helpers.navigation import PlayedRobot
+from tests.helpers.nav.costmaps import (
+    BOX,
+    FREE,
+    GLOBAL,
+    LETHAL,
+    LOCAL,
+    beside_a_box,
+    box_cost,
+    cost,
+)
+from tests.helpers.nav.navigation import PlayedRobot
 
 pytestmark = pytest.mark.ros
 

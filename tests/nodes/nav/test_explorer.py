@@ -20,7 +20,7 @@ from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from bringup.stack import EXPLORER
-from tests.helpers.navigation import PlayedRobot
+from tests.helpers.nav.navigation import PlayedRobot
 from tests.nav.worlds import room
 
 pytestmark = pytest.mark.ros

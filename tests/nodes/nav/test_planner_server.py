@@ -18,7 +18,7 @@ from nav_msgs.msg import Path
 from arjuna_core.ros.convert import path_msg, pose_stamped, poses_from_path, seconds
 from arjuna_core.se2 import SE2
 from bringup.stack import GLOBAL_COSTMAP, PLANNER_SERVER
-from tests.helpers.navigation import (
+from tests.helpers.nav.navigation import (
     ABORTED,
     CANCELED,
     SUCCEEDED,

@@ -17,7 +17,7 @@ from nav_msgs.msg import Path
 from arjuna_core.ros.convert import path_msg, poses_from_path
 from arjuna_core.se2 import SE2
 from bringup.stack import GLOBAL_COSTMAP, SMOOTHER_SERVER
-from tests.helpers.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed
 from tests.nav.worlds import polyline
 
 pytestmark = pytest.mark.ros

@@ -15,7 +15,7 @@ from nav2_msgs.action import DriveOnHeading
 from arjuna_core.ros.convert import duration_msg
 from arjuna_core.twist import STILL
 from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP, VELOCITY_SMOOTHER
-from tests.helpers.navigation import SUCCEEDED, PlayedRobot
+from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 
 pytestmark = pytest.mark.ros
 TO_CMD_VEL = {"cmd_vel_out_topic": "cmd_vel"}

@@ -15,7 +15,14 @@ from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.navigation import ABORTED, CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.helpers.nav.navigation import (
+    ABORTED,
+    CANCELED,
+    SUCCEEDED,
+    Goal,
+    PlayedRobot,
+    assert_failed,
+)
 
 pytestmark = pytest.mark.ros
 UNKNOWN = FollowWaypoints.Result.UNKNOWN

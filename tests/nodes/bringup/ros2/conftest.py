@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.helpers.processes import Lines
-from tests.helpers.ros2_commands import Outcome, run_ros2
+from tests.helpers.ros2.commands import Outcome, run_ros2
 
 ENVIRONMENT = {
     "ROS_DOMAIN_ID": str(10 + os.getpid() % 60),
@@ -23,7 +23,7 @@ def stand_in() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for name, value in ENVIRONMENT.items():
             patch.setenv(name, value)
-        process = Lines("-m", "tests.helpers.ros2_stand_in")
+        process = Lines("-m", "tests.helpers.ros2.stand_in")
     with process:
         process.wait_for("ready")
         yield

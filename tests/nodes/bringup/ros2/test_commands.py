@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from tests.helpers.ros2_commands import Outcome
+from tests.helpers.ros2.commands import Outcome
 
 pytestmark = pytest.mark.ros
 Run = Callable[..., Outcome]

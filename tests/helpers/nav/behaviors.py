@@ -6,7 +6,7 @@ from geometry_msgs.msg import Point, Twist
 from nav2_msgs.action import AssistedTeleop, BackUp, DriveOnHeading, Spin, Wait
 
 from arjuna_core.ros.convert import duration_msg
-from tests.helpers.navigation import Goal, PlayedRobot
+from tests.helpers.nav.navigation import Goal, PlayedRobot
 from tests.nav.worlds import block
 
 COSTMAP = "local_costmap/local_costmap"

@@ -11,7 +11,7 @@ from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.navigation import Goal, PlayedRobot
+from tests.helpers.nav.navigation import Goal, PlayedRobot
 from tests.nav.worlds import block
 
 GOAL = SE2(1.0, 1.0, 0.5)

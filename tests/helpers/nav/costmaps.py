@@ -14,7 +14,7 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.ros.convert import se2_from_pose, seconds
 from arjuna_nav.costmap import Costmap
 from bringup.stack import GLOBAL_COSTMAP, LOCAL_COSTMAP
-from tests.helpers.navigation import PlayedRobot
+from tests.helpers.nav.navigation import PlayedRobot
 from tests.nav.worlds import block
 
 GLOBAL, LOCAL = "global_costmap", "local_costmap"
