@@ -11,6 +11,7 @@ from bringup.parameters import options
 from bringup.recording import selection
 
 _UNITS = {
+    "b": 1.0,
     "kb": 1e3,
     "mb": 1e6,
     "gb": 1e9,
