@@ -79,6 +79,19 @@ def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
     return result
 
 
+def infos(cls: type[Any], prefix: str = "") -> dict[str, ParamInfo]:
+    """Return what is known of each parameter of a config dataclass, by dotted name."""
+    hints = get_type_hints(cls)
+    result: dict[str, ParamInfo] = {}
+    for item in dataclasses.fields(cls):
+        hint = hints[item.name]
+        if dataclasses.is_dataclass(hint):
+            result.update(infos(hint, f"{prefix}{item.name}."))  # type: ignore[arg-type]
+        else:
+            result[prefix + item.name] = info_of(item)
+    return result
+
+
 def load(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
     """Build a config from a mapping, nested or with dotted names.
 
@@ -88,9 +101,15 @@ def load(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
         where: What to name in errors, a file or a node.
 
     Raises:
-        ConfigError: A key is unknown, a value of the wrong type or outside its bounds.
+        ConfigError: Keys are unknown, values of the wrong type or outside their bounds; it names
+            all of them.
     """
-    return _build(cls, dict(_flat_mapping(values)), "", f"{where}: " if where else "")
+    problems: list[str] = []
+    prefix = f"{where}: " if where else ""
+    config = _build(cls, dict(_flat_mapping(values)), "", prefix, problems)
+    if problems:
+        raise ConfigError(*problems)
+    return config
 
 
 def _flat_mapping(values: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
@@ -104,25 +123,38 @@ def _flat_mapping(values: Mapping[str, Any], prefix: str = "") -> list[tuple[str
     return pairs
 
 
-def _build(cls: type[T], flat: dict[str, Any], prefix: str, where: str) -> T:
+def _build(cls: type[T], flat: dict[str, Any], prefix: str, where: str, problems: list[str]) -> T:
+    """Build a config; what is wrong goes to the problems, and its default takes its place."""
     hints = get_type_hints(cls)
     arguments: dict[str, Any] = {}
     known: list[str] = []
+    before = len(problems)
     for item in dataclasses.fields(cls):  # type: ignore[arg-type]
         name, hint = prefix + item.name, hints[item.name]
         if dataclasses.is_dataclass(hint):
             nested = {k: v for k, v in flat.items() if k.startswith(f"{name}.")}
-            arguments[item.name] = _build(hint, nested, f"{name}.", where)  # type: ignore[arg-type]
+            arguments[item.name] = _build(hint, nested, f"{name}.", where, problems)  # type: ignore[arg-type]
             known.extend(nested)
             continue
         known.append(name)
         if name in flat:
-            arguments[item.name] = check(name, flat[name], hint, info_of(item), where)
-    for name in flat:
-        if name not in known:
-            valid = flatten(cls(), prefix)
-            raise ConfigError(f"{where}unknown parameter '{name}'; {nearest(name, valid)}")
-    return cls(**arguments)
+            try:
+                arguments[item.name] = check(name, flat[name], hint, info_of(item), where)
+            except ConfigError as error:
+                problems.extend(error.problems)
+    unknown = [name for name in flat if name not in known]
+    valid = flatten(cls(), prefix) if unknown else {}
+    problems += [f"{where}unknown parameter '{name}'; {nearest(name, valid)}" for name in unknown]
+    return _made(cls, {} if len(problems) > before else arguments, where, problems)
+
+
+def _made(cls: type[T], arguments: dict[str, Any], where: str, problems: list[str]) -> T:
+    """Make a dataclass that may find its values at odds with each other."""
+    try:
+        return cls(**arguments)
+    except ConfigError as error:
+        problems += [f"{where}{problem}" for problem in error.problems]
+        return cls()
 
 
 def check(name: str, value: Any, hint: Any, info: ParamInfo, where: str = "") -> Any:

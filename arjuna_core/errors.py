@@ -12,7 +12,15 @@ class ArjunaError(Exception):
 
 
 class ConfigError(ArjunaError, ValueError):
-    """A parameter is unknown, of the wrong type or outside its bounds."""
+    """Parameters are unknown, of the wrong type or outside their bounds.
+
+    Args:
+        problems: What is wrong, a sentence each.
+    """
+
+    def __init__(self, *problems: str) -> None:
+        self.problems = problems
+        super().__init__("\n".join(problems))
 
 
 class InputFileError(ArjunaError):

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, get_type_hints
+from typing import Any
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -16,7 +15,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from arjuna_core.config import ParamInfo, flatten, info_of, load
+from arjuna_core.config import ParamInfo, flatten, infos, load
 from arjuna_core.errors import ConfigError
 
 
@@ -42,7 +41,7 @@ class ParameterBinding:
     ) -> None:
         self._cls = cls
         self._on_change = on_change
-        self._infos = dict(_infos(cls))
+        self._infos = infos(cls)
         self.config = load(cls, values, node.get_name())
         for name, value in flatten(self.config).items():
             node.declare_parameter(name, _to_ros(value), _descriptor(value, self._infos[name]))
@@ -59,18 +58,6 @@ class ParameterBinding:
             return SetParametersResult(successful=False, reason=str(error))
         self._on_change(self.config)
         return SetParametersResult(successful=True)
-
-
-def _infos(cls: type[Any], prefix: str = "") -> list[tuple[str, ParamInfo]]:
-    hints = get_type_hints(cls)
-    result: list[tuple[str, ParamInfo]] = []
-    for item in dataclasses.fields(cls):
-        hint = hints[item.name]
-        if dataclasses.is_dataclass(hint):
-            result.extend(_infos(hint, f"{prefix}{item.name}."))  # type: ignore[arg-type]
-        else:
-            result.append((prefix + item.name, info_of(item)))
-    return result
 
 
 def _to_ros(value: Any) -> Any:

@@ -25,6 +25,9 @@ COMMANDS = {
     "See": {
         "view": "the robot, its map and its plans in a browser, with tools to command it",
     },
+    "Look into it": {
+        "params": "all parameters, a file checked, two files compared",
+    },
     "The world": {
         "entity": "spawn, move, delete and list what is in the simulation",
         "world": "pause, step, reset and replace the simulated world",
@@ -41,5 +44,5 @@ COMMANDS = {
     },
 }
 """What each command does, under the headings of the first page, in its order."""
-FOLDERS = {"Drive": "drive.", "Recordings": "recordings."}
+FOLDERS = {"Drive": "drive.", "Look into it": "tools.", "Recordings": "recordings."}
 """Where the files of a heading's commands are, if not here."""

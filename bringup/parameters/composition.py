@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterable
 from typing import Any
 
 from arjuna_core.config import load
-from bringup.parameters.files import Parameters, check_nodes, for_node
+from arjuna_core.errors import ConfigError
+from bringup.parameters.files import Parameters, for_node, unknown_nodes
 from bringup.stack import Group, NodeSpec
 
 
@@ -26,13 +28,23 @@ def create_node(process: Any, spec: NodeSpec, parameters: Parameters) -> Any:
     return node_class(spec)(process, values, name=name, namespace=namespace)
 
 
+def problems_of(parameters: Parameters, specs: Iterable[NodeSpec], known: list[str]) -> list[str]:
+    """Return what these nodes would refuse: nodes or keys unknown, values not valid."""
+    problems = unknown_nodes(parameters, known)
+    for spec in specs:
+        try:
+            load(node_class(spec).Config, for_node(parameters, spec.name), spec.name)
+        except ConfigError as error:
+            problems += error.problems
+    return problems
+
+
 def check_parameters(parameters: Parameters, groups: tuple[Group, ...], known: list[str]) -> None:
     """Refuse parameters that some node of these groups would refuse, before anything starts.
 
     Raises:
-        ConfigError: A node or key is unknown, or a value of the wrong type or out of bounds.
+        ConfigError: Nodes or keys are unknown, or values of the wrong type or out of bounds.
     """
-    check_nodes(parameters, known)
-    for group in groups:
-        for spec in group.nodes:
-            load(node_class(spec).Config, for_node(parameters, spec.name), spec.name)
+    problems = problems_of(parameters, [s for group in groups for s in group.nodes], known)
+    if problems:
+        raise ConfigError(*problems)

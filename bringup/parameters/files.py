@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from arjuna_core.errors import ConfigError, InputFileError, nearest
+from arjuna_core.errors import InputFileError, nearest
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.yaml_file import read_yaml
 
@@ -70,16 +70,14 @@ def for_node(parameters: Parameters, name: str) -> dict[str, Any]:
     return values
 
 
-def check_nodes(parameters: Parameters, known: Iterable[str]) -> None:
-    """Refuse parameters for nodes that do not exist.
-
-    Raises:
-        ConfigError: A node is unknown; the message names the nearest.
-    """
+def unknown_nodes(parameters: Parameters, known: Iterable[str]) -> list[str]:
+    """Return a sentence for each node that does not exist, with the nearest that does."""
     names = [*known, EVERY_NODE]
-    for name in parameters:
-        if name not in names:
-            raise ConfigError(f"parameters for unknown node '{name}'; {nearest(name, names)}")
+    return [
+        f"parameters for unknown node '{name}'; {nearest(name, names)}"
+        for name in parameters
+        if name not in names
+    ]
 
 
 def merged(*layers: Parameters) -> Parameters:

@@ -7,9 +7,9 @@ import shlex
 from pathlib import Path
 from typing import Any
 
-from arjuna_core.errors import ConfigError, InputFileError
+from arjuna_core.errors import ArjunaError, ConfigError, InputFileError
 from arjuna_core.files.maps import load_map
-from bringup.parameters.composition import check_parameters, node_class
+from bringup.parameters.composition import check_parameters, node_class, problems_of
 from bringup.parameters.files import (
     Parameters,
     for_node,
@@ -56,9 +56,29 @@ def gather(arguments: argparse.Namespace) -> Parameters:
     return parameters
 
 
+def all_nodes() -> list[NodeSpec]:
+    """Return every node there is."""
+    return [spec for group in DEMO_GROUPS for spec in group.nodes]
+
+
 def _known() -> list[str]:
     """Return the names of all nodes."""
-    return [spec.name for group in DEMO_GROUPS for spec in group.nodes]
+    return [spec.name for spec in all_nodes()]
+
+
+def problems_in(path: Path) -> list[str]:
+    """Return everything that is wrong with a parameter file; nothing where it loads."""
+    try:
+        parameters = merged(shipped_parameters(), load_parameters([path]))
+    except InputFileError as error:
+        return [str(error)]
+    problems = problems_of(parameters, all_nodes(), _known())
+    for spec in all_nodes():
+        try:
+            _read_files(spec, for_node(parameters, spec.name))
+        except ArjunaError as error:
+            problems.append(f"{spec.name}: {error}")
+    return problems
 
 
 def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Parameters:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from arjuna_core.config import flatten, info_of, load, param
+from arjuna_core.config import flatten, info_of, infos, load, param
 from arjuna_core.errors import ConfigError
 
 
@@ -80,6 +80,21 @@ def test_an_integer_serves_as_a_float_and_a_list_as_a_tuple() -> None:
 def test_what_is_wrong_is_named_with_what_is_valid(values: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=re.escape(f"robot.yaml: {message}")):
         load(Robot, values, "robot.yaml")
+
+
+def test_all_that_is_wrong_is_named_at_once() -> None:
+    with pytest.raises(ConfigError, match="speed") as caught:
+        load(Robot, {"speed": 3.0, "lidar": {"beam": 3, "kind": "round"}}, "r")
+    assert [problem.split(";")[0] for problem in caught.value.problems] == [
+        "r: 'speed' is 3.0",
+        "r: 'lidar.kind' is 'round'",
+        "r: unknown parameter 'lidar.beam'",
+    ]
+
+
+def test_the_information_of_all_parameters_is_found_by_dotted_name() -> None:
+    assert infos(Robot)["lidar.beams"].maximum == 4096
+    assert set(infos(Robot)) == set(flatten(Robot()))
 
 
 def test_none_is_valid_where_the_type_says_so() -> None:

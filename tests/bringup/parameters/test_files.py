@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from arjuna_core.errors import ConfigError, InputFileError
-from bringup.parameters.files import check_nodes, for_node, load_parameters
+from arjuna_core.errors import InputFileError
+from bringup.parameters.files import for_node, load_parameters, unknown_nodes
 
 
 def write(folder: Path, text: str, name: str = "params.yaml") -> Path:
@@ -58,5 +58,5 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
 
 
 def test_an_unknown_node_names_the_nearest() -> None:
-    with pytest.raises(ConfigError, match="unknown node 'amlc'; did you mean 'amcl'"):
-        check_nodes({"amlc": {}}, ["amcl", "sim"])
+    (problem,) = unknown_nodes({"amlc": {}, "sim": {}, "/**": {}}, ["amcl", "sim"])
+    assert problem == "parameters for unknown node 'amlc'; did you mean 'amcl'?"

@@ -1,0 +1,101 @@
+"""`params`: all parameters as a file, a file checked, two files compared; no robot needs to run."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from bringup.parameters.files import Parameters
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the actions."""
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    dump = actions.add_parser("dump", help="every parameter, as a file that --params loads")
+    dump.add_argument("nodes", nargs="*", metavar="NODE", help="only of these nodes")
+    dump.add_argument(
+        "--params", type=Path, action="append", default=[], metavar="FILE", help="with its values"
+    )
+    check = actions.add_parser("check", help="everything that is wrong with a file")
+    check.add_argument("file", type=Path, metavar="FILE")
+    diff = actions.add_parser("diff", help="where a file differs from the shipped values")
+    diff.add_argument("file", type=Path, metavar="A")
+    diff.add_argument("other", nargs="?", type=Path, metavar="B", help="or from another file")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the action; return 1 where a file is wrong, or where files differ."""
+    return {"dump": _dump, "check": _check, "diff": _diff}[arguments.action](arguments)
+
+
+def _dump(arguments: argparse.Namespace) -> int:
+    from arjuna_core.errors import ConfigError, nearest
+    from bringup.parameters.composition import node_class
+    from bringup.parameters.files import for_node
+    from bringup.parameters.inputs import all_nodes
+    from bringup.parameters.listing import dump
+    from bringup.terminal import show
+
+    specs = {spec.name: spec for spec in all_nodes()}
+    wanted = [name.strip("/") for name in arguments.nodes] or list(specs)
+    unknown = [f"no node '{name}'; {nearest(name, specs)}" for name in wanted if name not in specs]
+    if unknown:
+        raise ConfigError(*unknown)
+    values = _parameters(arguments.params)
+    show(dump((name, node_class(specs[name]).Config, for_node(values, name)) for name in wanted))
+    return 0
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    from bringup.parameters.inputs import problems_in
+    from bringup.terminal import show
+
+    problems = problems_in(arguments.file)
+    for problem in problems:
+        show(problem)
+    show(f"{arguments.file}: {len(problems)} problems" if problems else f"{arguments.file}: loads")
+    return 1 if problems else 0
+
+
+def _diff(arguments: argparse.Namespace) -> int:
+    from bringup.parameters.listing import differences
+    from bringup.terminal import show
+
+    files = [arguments.file] if arguments.other is None else [arguments.file, arguments.other]
+    lines = differences(_every_value(files[:-1]), _every_value(files[-1:]))
+    for line in lines:
+        show(line)
+    return 1 if lines else 0
+
+
+def _parameters(paths: Sequence[Path]) -> Parameters:
+    """Return the shipped values under those of files.
+
+    Raises:
+        ArjunaError: A file cannot be read.
+    """
+    from bringup.parameters.files import load_parameters, merged, shipped_parameters
+
+    return merged(shipped_parameters(), load_parameters(paths))
+
+
+def _every_value(paths: Sequence[Path]) -> Parameters:
+    """Return every value of every node.
+
+    Raises:
+        ArjunaError: A file cannot be used.
+    """
+    from bringup.parameters.composition import check_parameters, node_class
+    from bringup.parameters.files import for_node
+    from bringup.parameters.inputs import DEMO_GROUPS, all_nodes
+    from bringup.parameters.listing import values_of
+
+    parameters, specs = _parameters(paths), all_nodes()
+    check_parameters(parameters, DEMO_GROUPS, [spec.name for spec in specs])
+    return {
+        spec.name: values_of(node_class(spec).Config, for_node(parameters, spec.name))
+        for spec in specs
+    }

@@ -1,0 +1,81 @@
+"""Parameters as texts: all of some nodes as a file that loads again, and where two sets differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import yaml
+
+from arjuna_core.config import ParamInfo, flatten, infos, load
+from bringup.parameters.files import Parameters
+
+_WIDTH = 44  # [characters] of name and value before the comment
+
+
+def values_of(cls: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return all values that a node with this config has, given those that differ.
+
+    Raises:
+        ConfigError: A value is not valid.
+    """
+    return flatten(load(cls, values))
+
+
+def dump(nodes: Iterable[tuple[str, type[Any], Mapping[str, Any]]]) -> str:
+    """Return a ROS parameter file with every parameter, its text, unit, bounds and default.
+
+    Args:
+        nodes: Name, config dataclass and the values that differ from its defaults.
+    """
+    lines = []
+    for name, cls, values in nodes:
+        lines += [f"/{name}:", "  ros__parameters:", *_rows(cls, values), ""]
+    return "\n".join(lines)
+
+
+def _rows(cls: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
+    known, defaults = infos(cls), flatten(cls())
+    for key, value in values_of(cls, values).items():
+        comment = _comment(known[key], value, defaults[key])
+        item = f"    # {key}:" if value is None else f"    {key}: {_scalar(value)}"
+        yield f"{item:<{_WIDTH}}  # {comment}"
+
+
+def _scalar(value: Any) -> str:
+    plain = list(value) if isinstance(value, tuple) else value
+    text = yaml.safe_dump(plain, default_flow_style=True, width=math.inf, allow_unicode=True)
+    return text.removesuffix("\n").removesuffix("\n...")
+
+
+def _comment(info: ParamInfo, value: Any, default: Any) -> str:
+    parts = [info.description]
+    parts += [f"[{info.unit}]"] if info.unit else []
+    parts += [_bounds(info)] if _bounds(info) else []
+    parts += [] if value == default else [f"(default {_scalar(default)})"]
+    return " ".join(parts)
+
+
+def _bounds(info: ParamInfo) -> str:
+    if info.choices:
+        return f"({' | '.join(str(choice) for choice in info.choices)})"
+    if info.minimum is None:
+        return "" if info.maximum is None else f"(at most {info.maximum:g})"
+    upper = "or more" if info.maximum is None else f"to {info.maximum:g}"
+    return f"({info.minimum:g} {upper})"
+
+
+def differences(before: Parameters, after: Parameters) -> list[str]:
+    """Return a line for each value that differs: `node: name: before -> after`.
+
+    Args:
+        before: Every value, `{node: {name: value}}`.
+        after: The same of the same nodes with other values.
+    """
+    return [
+        f"{node}: {name}: {_scalar(value)} -> {_scalar(after[node][name])}"
+        for node, values in before.items()
+        for name, value in values.items()
+        if after[node][name] != value
+    ]
