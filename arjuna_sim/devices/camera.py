@@ -152,6 +152,15 @@ class Camera:
             self._gl = None
 
 
+def gl_error() -> str:
+    """Return why no picture can be drawn off-screen on this machine; empty where it can."""
+    try:
+        _open_context(16, 16).free()
+    except CameraError as error:
+        return str(error)
+    return ""
+
+
 def _open_context(width: int, height: int) -> Any:
     """Return the first off-screen OpenGL context that works."""
     reasons = []

@@ -26,6 +26,9 @@ COMMANDS = {
         "view": "the robot, its map and its plans in a browser, with tools to command it",
     },
     "Look into it": {
+        "doctor": "what is wrong with the machine and the running robot, and the cure",
+        "top": "the nodes: state, CPU, rate of the main topic, last warning",
+        "tf": "the tree of frames, as text and picture",
         "params": "all parameters, a file checked, two files compared",
     },
     "The world": {

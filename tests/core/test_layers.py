@@ -56,6 +56,10 @@ BRINGUP_WITHOUT_ROS = (
     *("ros2/main.py", "ros2/grammar.py", "ros2/tables/", "ros2/completion.py"),
     *("ros2/errors.py", "ros2/statistics.py", "ros2/verbs/forward.py"),
     *("ros2/programs/bag.py", "ros2/participants.py"),
+    *("doctor/checks/", "doctor/finding.py", "doctor/fit.py", "doctor/guides.py"),
+    *("doctor/machine.py", "doctor/processes.py", "doctor/report.py", "doctor/snapshot.py"),
+    *("doctor/table.py", "client/endpoint.py"),
+    *("parameters/listing.py", "viewing/frame_tree.py", "viewing/frame_picture.py"),
 )
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "mujoco": ("arjuna_sim/physics/", "arjuna_sim/devices/", "arjuna_sim/simulator.py"),

@@ -61,43 +61,9 @@ def dot(frames: Frames) -> str:
     return "\n".join(["digraph G {", *rows, "}", ""])
 
 
-def layout(frames: Frames) -> dict[str, tuple[float, float]]:
-    """Return where each frame is drawn: leaves side by side, each parent above its children."""
-    parents = {child: str(frame["parent"]) for child, frame in frames.items()}
-    roots = sorted(set(parents.values()) - parents.keys())
-    places: dict[str, tuple[float, float]] = {}
-    leaves = iter(range(len(parents) + len(roots)))
-
-    def place(frame: str, depth: int) -> float:
-        children = sorted(child for child in parents if parents[child] == frame)
-        columns = [place(child, depth + 1) for child in children]
-        column = sum(columns) / len(columns) if columns else float(next(leaves))
-        places[frame] = (column, -float(depth))
-        return column
-
-    for root in roots:
-        place(root, 0)
-    return places
-
-
 def draw(frames: Frames, path: Path) -> None:
     """Draw the tree into a PDF."""
-    from matplotlib.figure import Figure
+    from bringup.viewing.frame_picture import draw_tree
 
-    places = layout(frames)
-    columns = 1 + max(column for column, _ in places.values())
-    rows = 1 - min(row for _, row in places.values())
-    figure = Figure(figsize=(max(2.6 * columns, 5.0), max(1.6 * rows, 3.0)))
-    axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))
-    axes.set_axis_off()
-    axes.set_xlim(-0.6, columns - 0.4)
-    axes.set_ylim(-rows + 0.6, 0.4)
-    box = {"boxstyle": "round", "facecolor": "white", "edgecolor": "black"}
-    for child, edge in frames.items():
-        (x0, y0), (x1, y1) = places[edge["parent"]], places[child]
-        axes.plot((x0, x1), (y0, y1), color="0.6", zorder=0)
-        text = "\n".join(label(edge)[1:3])
-        axes.text((x0 + x1) / 2, (y0 + y1) / 2, text, fontsize=6, ha="center", va="center")
-    for frame, (x, y) in places.items():
-        axes.text(x, y, frame, ha="center", va="center", bbox=box, fontsize=8)
-    figure.savefig(path)
+    parents = {child: str(frame["parent"]) for child, frame in frames.items()}
+    draw_tree(path, parents, {name: "\n".join(label(each)[1:3]) for name, each in frames.items()})

@@ -12,7 +12,6 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.pose3 import Pose3
 from bringup.ros2.programs.static_transform_publisher import parse
 from bringup.ros2.programs.tf2_echo import lines
-from bringup.ros2.programs.view_frames import layout
 from tests.helpers.ros2.commands import Outcome
 
 pytestmark = pytest.mark.ros
@@ -64,16 +63,6 @@ def test_tf2_echo_prints_a_pose_in_every_form() -> None:
         "  0.000  0.000  1.000 -3.000",
         "  0.000  0.000  0.000  1.000",
     ]
-
-
-def test_parents_stand_above_the_middle_of_their_children() -> None:
-    parents = {"odom": "map", "left": "odom", "right": "odom"}
-    assert layout({child: {"parent": parent} for child, parent in parents.items()}) == {
-        "left": (0.0, -2.0),
-        "right": (1.0, -2.0),
-        "odom": (0.5, -1.0),
-        "map": (0.5, 0.0),
-    }
 
 
 def test_view_frames_writes_a_graph_and_a_pdf(ros2: Callable[..., Outcome], tmp_path: Path) -> None:

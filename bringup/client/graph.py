@@ -1,0 +1,94 @@
+"""Who is in the graph: nodes, ends of topics, lifecycle states."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+from lifecycle_msgs.srv import GetState
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+
+from bringup.client.endpoint import Endpoint
+from bringup.client.session import Session
+
+_TYPE = "lifecycle_msgs/srv/GetState"
+_SERVICE = "/get_state"
+_LOOK = 0.1  # [s] between two looks at the graph
+_ALONE = 3.5  # [s] each node announces itself every 3 s
+_QUIET = 1.0  # [s] the graph is taken as known once nothing changed for so long
+_LIMIT = 10.0
+
+
+def discover(session: Session, expected: Collection[str] = ()) -> None:
+    """Wait until the graph is known; it is watched longer while expected nodes are missing.
+
+    Args:
+        session: The connection.
+        expected: Names of nodes, without their namespaces.
+    """
+    start = changed = session.now
+    found: list[str] = []
+    while session.now < start + _LIMIT:
+        session.run_until(lambda: False, _LOOK, required=False)
+        before, found = found, nodes(session)
+        changed = changed if found == before else session.now
+        complete = found and {name.rpartition("/")[2] for name in found}.issuperset(expected)
+        if session.now - changed >= (_QUIET if complete else _ALONE):
+            return
+
+
+def nodes(session: Session) -> list[str]:
+    """Return the full names of all nodes but the session's own, one for each."""
+    pairs = session.client.get_node_names_and_namespaces()
+    names = [f"{namespace.rstrip('/')}/{name}" for name, namespace in pairs]
+    return sorted(name for name in names if name != session.client.get_fully_qualified_name())
+
+
+def lifecycle_states(session: Session, timeout: float) -> dict[str, str]:
+    """Return the state of each managed node, "" of those that do not answer in time [s]."""
+    client = session.client
+    services = [name for name, types in client.get_service_names_and_types() if _TYPE in types]
+    clients = {name: client.create_client(GetState, name) for name in services}
+    session.run_until(
+        lambda: all(each.service_is_ready() for each in clients.values()), timeout, required=False
+    )
+    calls = {
+        name: each.call_async(GetState.Request())
+        for name, each in clients.items()
+        if each.service_is_ready()
+    }
+    session.run_until(lambda: all(each.done() for each in calls.values()), timeout, required=False)
+    for each in clients.values():
+        client.destroy_client(each)
+    return {
+        name.removesuffix(_SERVICE): calls[name].result().current_state.label
+        if name in calls and calls[name].done()
+        else ""
+        for name in services
+    }
+
+
+def endpoints(session: Session) -> tuple[Endpoint, ...]:
+    """Return who publishes and who listens, the session's own node left out."""
+    client, found = session.client, []
+    for topic, _ in client.get_topic_names_and_types():
+        found += [(True, topic, info) for info in client.get_publishers_info_by_topic(topic)] + [
+            (False, topic, info) for info in client.get_subscriptions_info_by_topic(topic)
+        ]
+    return tuple(
+        _endpoint(publishes, topic, info)
+        for publishes, topic, info in found
+        if (info.node_name, info.node_namespace) != (client.get_name(), client.get_namespace())
+    )
+
+
+def _endpoint(publishes: bool, topic: str, info: Any) -> Endpoint:
+    profile = info.qos_profile
+    return Endpoint(
+        f"{info.node_namespace.rstrip('/')}/{info.node_name}",
+        topic,
+        info.topic_type,
+        publishes,
+        profile.reliability != ReliabilityPolicy.BEST_EFFORT,
+        profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
+    )

@@ -1,0 +1,38 @@
+"""`doctor`: what is wrong with the machine and the running robot, a cure for each."""
+
+from __future__ import annotations
+
+import argparse
+
+from bringup.doctor.guides import page as guides_page
+from bringup.parameters.options import positive
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = guides_page()
+    parser.add_argument("--json", action="store_true", help="findings and facts as JSON")
+    parser.add_argument(
+        "--duration",
+        type=positive,
+        default=3.0,
+        metavar="S",
+        help="how long to listen [s]",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Look; return 0 where all is well, 1 where something was found."""
+    from contextlib import closing
+
+    from bringup.client.session import Connection
+    from bringup.doctor.observer import Observer
+    from bringup.doctor.report import as_json, diagnose, page
+    from bringup.terminal import show
+
+    with closing(Connection("arjuna_doctor")) as session:
+        snapshot = Observer(session).snapshot(arguments.duration)
+    findings = diagnose(snapshot)
+    show((as_json if arguments.json else page)(snapshot, findings))
+    return 1 if any(findings.values()) else 0

@@ -1,0 +1,67 @@
+"""`tf`: the tree of frames, as text and picture."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bringup.parameters.options import positive
+
+if TYPE_CHECKING:
+    from bringup.viewing.frame_tree import Frames
+
+_WAIT = 5.0  # [s] for the first frame
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        "--picture", type=Path, metavar="FILE", help="draw it too, as .png, .pdf or .svg"
+    )
+    parser.add_argument(
+        "--duration",
+        type=positive,
+        default=2.0,
+        metavar="S",
+        help="how long to listen [s]",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Show the tree; return 1 where no frame was heard of."""
+    from contextlib import closing
+
+    from bringup.client.frames import FrameListener
+    from bringup.client.session import Connection
+    from bringup.terminal import show
+    from bringup.viewing.frame_tree import tree_text
+
+    with closing(Connection("arjuna_tf")) as session:
+        listener = FrameListener(session)
+        session.run_until(lambda: listener.heard, _WAIT, required=False)
+        session.run_until(lambda: False, arguments.duration, required=False)
+        frames = listener.frames(None)
+    if not frames:
+        show("no frame on /tf or /tf_static; doctor says why")
+        return 1
+    show(tree_text(frames))
+    if arguments.picture is not None:
+        _draw(arguments.picture, frames)
+    return 0
+
+
+def _draw(path: Path, frames: Frames) -> None:
+    """Write the picture.
+
+    Raises:
+        InputFileError: The file cannot be written.
+    """
+    from arjuna_core.errors import InputFileError
+    from bringup.viewing.frame_picture import draw_tree
+
+    parents = {name: frame.parent for name, frame in frames.items()}
+    try:
+        draw_tree(path, parents, {name: frame.facts for name, frame in frames.items()})
+    except (OSError, ValueError) as error:
+        raise InputFileError(path, f"cannot be written: {error}") from error

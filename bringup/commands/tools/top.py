@@ -1,0 +1,42 @@
+"""`top`: a live table of the nodes."""
+
+from __future__ import annotations
+
+import argparse
+
+from bringup.parameters.options import positive
+
+_CLEAR = "\033[2J\033[H"
+_WIDE = 160  # [characters] of a file or pipe
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        "--period", type=positive, default=2.0, metavar="S", help="from one table to the next [s]"
+    )
+    parser.add_argument("--count", type=int, metavar="N", help="end after so many tables")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Show the table until Ctrl-C, or as often as asked; return 1 where no robot ran at the end."""
+    import shutil
+    import sys
+    from contextlib import closing
+
+    from bringup.client.session import Connection
+    from bringup.doctor.table import table_text
+    from bringup.doctor.watcher import Watcher
+    from bringup.terminal import show
+
+    left, found = arguments.count, []
+    with closing(Connection("arjuna_top")) as session:
+        watcher = Watcher(session)
+        while left is None or left > 0:
+            found = watcher.rows(arguments.period)
+            live = sys.stdout.isatty()
+            width = shutil.get_terminal_size().columns if live else _WIDE
+            text = table_text(found, width) if found else "no robot runs; doctor says more"
+            show(f"{_CLEAR if live else ''}{text}")
+            left = None if left is None else left - 1
+    return 0 if found else 1

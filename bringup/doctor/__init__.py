@@ -1,0 +1,1 @@
+"""What is wrong with a machine and a running robot, and the cure; also what it is doing."""

@@ -1,0 +1,63 @@
+"""How a scan fits the map."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from bringup.doctor.snapshot import ScanFacts
+
+_NEAR = 0.05  # [m] nearer than a robot's own skin lets anything come
+_WALL = 0.15  # [m] the map's resolution and the pose's error
+
+
+def scan_facts(
+    scan: Scan,
+    frame: str,
+    upside_down: bool,
+    grid: OccupancyGrid | None,
+    T_map_sensor: SE2 | None,
+) -> ScanFacts:
+    """Return what the doctor wants to know of a scan.
+
+    Args:
+        scan: The scan, in the sensor's frame.
+        frame: That frame.
+        upside_down: Whether its z axis points down.
+        grid: The map, if there is one.
+        T_map_sensor: Where the sensor was in it, if it is known.
+    """
+    hits = scan.valid
+    fit = None
+    if grid is not None and T_map_sensor is not None and hits.any():
+        seen = scan.mirrored() if upside_down else scan
+        fit = share_on_walls(replace(seen, T_base_sensor=T_map_sensor).points(), grid)
+    return ScanFacts(
+        frame,
+        float(hits.mean()) if len(hits) else 0.0,
+        float((hits & (scan.ranges < _NEAR)).mean()) if len(hits) else 0.0,
+        upside_down,
+        scan.angle_increment < 0.0,
+        fit,
+    )
+
+
+def share_on_walls(points: NDArray[np.float64], grid: OccupancyGrid) -> float:
+    """Return the share of points that lie near an occupied cell of a map.
+
+    Args:
+        points: `(N, 2) float64` in the map's frame [m], at least one.
+        grid: The map.
+    """
+    if not grid.occupied().any():
+        return 0.0
+    cells = grid.frame.to_cells(points)
+    rows, columns = cells[grid.frame.inside(cells)].T
+    distances = distance_transform_edt(~grid.occupied()) * grid.frame.resolution
+    return float((distances[rows, columns] <= _WALL).sum() / len(points))

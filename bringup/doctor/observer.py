@@ -1,0 +1,141 @@
+"""Takes the snapshot of a running robot: the one ROS file of the doctor."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import Log
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rosgraph_msgs.msg import Clock as ClockMsg
+from sensor_msgs.msg import LaserScan
+
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import grid_from_msg, scan_from_msg, seconds
+from arjuna_core.ros.tf import TransformBuffer, TransformError, TransformListener
+from bringup.client.counter import Counter
+from bringup.client.frames import FrameListener
+from bringup.client.graph import discover, endpoints, lifecycle_states, nodes
+from bringup.client.session import Session
+from bringup.doctor.checks.rates import LEAST
+from bringup.doctor.fit import scan_facts
+from bringup.doctor.machine import read_machine
+from bringup.doctor.processes import host_processes
+from bringup.doctor.snapshot import Clock, Robot, ScanFacts, Snapshot
+
+LOG = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_MATCH = 0.5  # [s] until a new subscription gets messages
+_STATES = 1.0
+_LINES = 5
+
+
+class Observer:
+    """Listens to a robot.
+
+    Args:
+        session: The connection to it.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._transforms = TransformBuffer()
+        TransformListener(session.client, self._transforms)
+        self._frames = FrameListener(session)
+        self._last: dict[str, Any] = {}
+        self._log: list[tuple[str, str]] = []
+        self._times: list[float] = []
+        self._keep(PoseWithCovarianceStamped, "amcl_pose", qos.LATCHED)
+        self._keep(OccupancyGridMsg, "map", qos.LATCHED)
+        self._keep(LaserScan, "scan", qos.SENSOR_SUBSCRIPTION)
+        self._keep(Odometry, "ground_truth/odom", qos.SENSOR_SUBSCRIPTION)
+        listen = session.client.create_subscription
+        listen(Log, "/rosout", self._on_log, LOG)
+        listen(
+            ClockMsg,
+            "/clock",
+            lambda message: self._times.append(seconds(message.clock)),
+            qos.CLOCK,
+        )
+
+    def _keep(self, message_type: Any, topic: str, profile: QoSProfile) -> None:
+        self._session.client.create_subscription(
+            message_type, topic, lambda message: self._last.update({topic: message}), profile
+        )
+
+    def _on_log(self, message: Any) -> None:
+        if message.level >= Log.WARN:
+            self._log.append((message.name, message.msg))
+
+    def snapshot(self, duration: float) -> Snapshot:
+        """Listen for a duration [s] after discovery, and return what there is."""
+        run = self._session.run_until
+        discover(self._session, hosts_of(self._session))
+        counter = Counter(self._session)
+        for topic in LEAST:
+            counter.listen(topic)
+        run(lambda: False, _MATCH, required=False)
+        self._times.clear()
+        counter.restart()
+        start = self._session.now
+        run(lambda: False, duration, required=False)
+        passed = self._session.now - start
+        times, counts = self._times[:], counter.counts()
+        return Snapshot(
+            machine=read_machine(),
+            domain=int(self._session.client.context.get_domain_id()),
+            duration=passed,
+            nodes=tuple(nodes(self._session)),
+            endpoints=endpoints(self._session),
+            states=lifecycle_states(self._session, _STATES),
+            counts=counts,
+            clock=clock_of(times),
+            frames=self._frames.frames(self._times[-1] if self._times else time.time()),
+            robot=self._robot(),
+        )
+
+    def _robot(self) -> Robot:
+        pose, truth = self._last.get("amcl_pose"), self._last.get("ground_truth/odom")
+        grid = grid_from_msg(self._last["map"]) if "map" in self._last else None
+        return Robot(
+            scan=self._scan(grid),
+            map_known=None if grid is None else float(1.0 - grid.unknown().mean()),
+            deviation=None if pose is None else math.sqrt(max(pose.pose.covariance[::7][:2])),
+            height=None if truth is None else truth.pose.pose.position.z,
+            log=tuple(self._log[-_LINES:]),
+        )
+
+    def _scan(self, grid: OccupancyGrid | None) -> ScanFacts | None:
+        """Return the facts of the last scan, seen from where the robot was latest."""
+        message = self._last.get("scan")
+        if message is None:
+            return None
+        frame = message.header.frame_id.lstrip("/")
+        T_map_sensor = self._transforms.try_lookup("map", frame, seconds(message.header.stamp))
+        if T_map_sensor is None:
+            T_map_sensor = self._transforms.try_lookup("map", frame)
+        try:
+            upside_down = self._transforms.upside_down("base_link", frame)
+        except TransformError:
+            upside_down = False
+        return scan_facts(scan_from_msg(message), frame, upside_down, grid, T_map_sensor)
+
+
+def hosts_of(session: Session) -> set[str]:
+    """Return the names of the nodes that stand for the processes of ours in this domain."""
+    domain = session.client.context.get_domain_id()
+    return {f"{host.group}_host" for host in host_processes() if host.domain == domain}
+
+
+def clock_of(times: Sequence[float]) -> Clock | None:
+    """Return what a series of times of /clock [s] says; None for none."""
+    if not times:
+        return None
+    steps = [after - before for before, after in itertools.pairwise(times)]
+    return Clock(sum(step for step in steps if step > 0.0), sum(step < 0.0 for step in steps))

@@ -1,0 +1,37 @@
+"""What all checks found, as a page and as JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+
+from bringup.doctor.checks import CHECKS
+from bringup.doctor.finding import Finding
+from bringup.doctor.snapshot import Snapshot
+
+
+def diagnose(snapshot: Snapshot) -> dict[str, list[Finding]]:
+    """Return the findings of every check, by its name."""
+    return {name: check(snapshot) for name, check in CHECKS.items()}
+
+
+def page(snapshot: Snapshot, findings: dict[str, list[Finding]]) -> str:
+    """Return the findings as one screen: a line each, with its cure."""
+    count = len(snapshot.nodes)
+    graph = f"{count} nodes" if count else "no robot runs"
+    lines = [f"domain {snapshot.domain}, {graph}, listened for {snapshot.duration:.1f} s"]
+    well = [name for name, found in findings.items() if not found]
+    lines.append(f"ok        {', '.join(well)}")
+    for name, found in findings.items():
+        lines += [f"{name}\n  {finding.what}\n    -> {finding.cure}" for finding in found]
+    if snapshot.robot.log:
+        lines += ["said lately", *(f"  {node}: {text}" for node, text in snapshot.robot.log)]
+    return "\n".join(lines)
+
+
+def as_json(snapshot: Snapshot, findings: dict[str, list[Finding]]) -> str:
+    """Return the findings, and what they were made from, as JSON."""
+    rows = [
+        {"check": name, **asdict(finding)} for name, found in findings.items() for finding in found
+    ]
+    return json.dumps({"findings": rows, "snapshot": asdict(snapshot)}, indent=2)

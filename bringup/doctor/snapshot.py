@@ -1,0 +1,135 @@
+"""What the doctor looks at: a machine and a graph at one instant, as plain values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bringup.client.endpoint import Endpoint
+from bringup.viewing.frame_tree import Frame
+
+
+@dataclass(frozen=True)
+class Machine:
+    """The machine and this terminal's environment.
+
+    Attributes:
+        python: Version, (3, 12).
+        missing: Modules that are not installed.
+        foreign: Modules of ours that come from elsewhere than this environment, with their path.
+        environment: The variables that ROS, MuJoCo and Python read.
+        gl_error: Why nothing can be drawn off-screen; empty where it can.
+        disk_free: Of the home folder [GiB].
+        memory_free: [GiB].
+        load: Processes that want to run, a core.
+        domains: ROS domains in which processes of ours run, in order.
+    """
+
+    python: tuple[int, int] = (3, 12)
+    missing: tuple[str, ...] = ()
+    foreign: dict[str, str] = field(default_factory=dict)
+    environment: dict[str, str] = field(default_factory=dict)
+    gl_error: str = ""
+    disk_free: float = 100.0
+    memory_free: float = 8.0
+    load: float = 0.5
+    domains: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Clock:
+    """What came on /clock.
+
+    Attributes:
+        elapsed: How far it moved while it was listened to [s].
+        set_back: How often it was set back.
+    """
+
+    elapsed: float
+    set_back: int = 0
+
+
+@dataclass(frozen=True)
+class ScanFacts:
+    """The last scan.
+
+    Attributes:
+        frame: Its frame.
+        returns: Share of the beams that hit something.
+        near: Share of the beams that hit something within 5 cm: the robot itself.
+        upside_down: Whether its frame's z axis points down in the robot's base.
+        clockwise: Whether its bearings fall.
+        on_walls: Share of the hits within 15 cm of what /map has occupied; None without a map
+            or a transform.
+    """
+
+    frame: str
+    returns: float
+    near: float = 0.0
+    upside_down: bool = False
+    clockwise: bool = False
+    on_walls: float | None = None
+
+
+@dataclass(frozen=True)
+class Robot:
+    """The last of what a robot says of itself; None where it does not.
+
+    Attributes:
+        scan: The last scan.
+        map_known: Share of the map's cells that are known.
+        deviation: Standard deviation of AMCL's position [m].
+        height: Height of the base's true pose [m].
+        log: The last warnings and errors, `(node, text)`, oldest first.
+    """
+
+    scan: ScanFacts | None = None
+    map_known: float | None = None
+    deviation: float | None = None
+    height: float | None = None
+    log: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """All that the doctor looks at.
+
+    Attributes:
+        machine: The machine.
+        domain: The ROS domain that was looked into.
+        duration: How long was listened [s].
+        nodes: Full names of the nodes, one for each, so that twins show.
+        endpoints: Publishers and subscriptions.
+        states: Lifecycle state of each managed node, "" where it did not answer.
+        counts: How many messages came on each topic that was listened to.
+        clock: What came on /clock, None for nothing.
+        frames: The tree of frames by name.
+        robot: What the robot says of itself.
+    """
+
+    machine: Machine = Machine()
+    domain: int = 0
+    duration: float = 3.0
+    nodes: tuple[str, ...] = ()
+    endpoints: tuple[Endpoint, ...] = ()
+    states: dict[str, str] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
+    clock: Clock | None = None
+    frames: dict[str, Frame] = field(default_factory=dict)
+    robot: Robot = Robot()
+
+    def publishers(self, topic: str) -> list[Endpoint]:
+        """Return who publishes on a topic."""
+        return [end for end in self.endpoints if end.topic == topic and end.publishes]
+
+    def subscribers(self, topic: str) -> list[Endpoint]:
+        """Return who listens on a topic."""
+        return [end for end in self.endpoints if end.topic == topic and not end.publishes]
+
+    def runs(self, *names: str) -> bool:
+        """Tell whether a node of one of these names, in any namespace, is there."""
+        return any(node.rpartition("/")[2] in names for node in self.nodes)
+
+    @property
+    def pace(self) -> float:
+        """How fast the robot's time passes: 1 is as fast as real time."""
+        return 1.0 if self.clock is None else self.clock.elapsed / self.duration

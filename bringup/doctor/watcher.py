@@ -1,0 +1,52 @@
+"""Watches a running robot: a table of its nodes each time it is asked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rcl_interfaces.msg import Log
+
+from bringup.client.counter import Counter
+from bringup.client.graph import discover, endpoints, lifecycle_states, nodes
+from bringup.client.session import Session
+from bringup.doctor.observer import LOG, hosts_of
+from bringup.doctor.processes import host_processes
+from bringup.doctor.table import Row, cpu_shares, main_topic, rows
+
+_STATES = 1.0  # [s] for the answers of all nodes
+
+
+class Watcher:
+    """Listens to a robot.
+
+    Args:
+        session: The connection to it.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._counter = Counter(session)
+        self._warnings: dict[str, str] = {}
+        session.client.create_subscription(Log, "/rosout", self._on_log, LOG)
+        discover(session, hosts_of(session))
+
+    def _on_log(self, message: Any) -> None:
+        if message.level >= Log.WARN:
+            self._warnings[message.name] = message.msg
+
+    def rows(self, period: float) -> list[Row]:
+        """Watch for a period [s] and return a row for each node."""
+        session = self._session
+        names, ends = nodes(session), endpoints(session)
+        topics = {name: main_topic(name, ends) for name in names}
+        for topic in filter(None, topics.values()):
+            self._counter.listen(topic)
+        self._counter.restart()
+        domain, start = session.client.context.get_domain_id(), session.now
+        before = [host for host in host_processes() if host.domain == domain]
+        session.run_until(lambda: False, period, required=False)
+        passed = session.now - start
+        rates = {topic: count / passed for topic, count in self._counter.counts().items()}
+        shares = cpu_shares(before, host_processes(), passed)
+        states = lifecycle_states(session, _STATES)
+        return rows(names, states, shares, topics, rates, self._warnings)

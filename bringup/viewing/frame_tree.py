@@ -1,0 +1,94 @@
+"""The tree of frames as plain values, and as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame that was heard of on /tf or /tf_static.
+
+    Attributes:
+        name: Its name.
+        parents: Every parent it was given, the last one last.
+        static: Whether its last transform came on /tf_static.
+        rate: Transforms a second, of the listener's time [Hz].
+        age: How far its newest stamp lies behind the robot's clock [s]; negative is ahead of it.
+    """
+
+    name: str
+    parents: tuple[str, ...]
+    static: bool = False
+    rate: float = 0.0
+    age: float = 0.0
+
+    @property
+    def parent(self) -> str:
+        """The parent it was given last."""
+        return self.parents[-1]
+
+    @property
+    def facts(self) -> str:
+        """What is known of it, in a few words."""
+        if self.static:
+            return "static"
+        moment = f"{self.age:.2f} s old" if self.age >= 0.0 else f"{-self.age:.2f} s ahead"
+        return f"{self.rate:.1f} Hz, {moment}"
+
+
+Frames = Mapping[str, Frame]
+
+
+def roots(frames: Frames) -> list[str]:
+    """Return the frames without a parent, one a tree, in order."""
+    return sorted({frame.parent for frame in frames.values()} - set(frames))
+
+
+def children(frames: Frames, name: str) -> list[str]:
+    """Return a frame's children in order."""
+    return sorted(child for child, frame in frames.items() if frame.parent == name)
+
+
+def walk(frames: Frames) -> Iterator[tuple[str, int]]:
+    """Yield each frame of each tree with its depth, children behind their parent."""
+    waiting = [(root, 0) for root in reversed(roots(frames))]
+    while waiting:
+        name, depth = waiting.pop()
+        yield name, depth
+        waiting += [(child, depth + 1) for child in reversed(children(frames, name))]
+
+
+def loops(frames: Frames) -> list[str]:
+    """Return the frames that no tree reaches: they are their own ancestors."""
+    reached = {name for name, _ in walk(frames)}
+    return sorted(set(frames) - reached)
+
+
+def chain(frames: Frames, name: str) -> list[str]:
+    """Return a frame and its ancestors, up to where they end or come again."""
+    found = [name]
+    while found[-1] in frames and frames[found[-1]].parent not in found:
+        found.append(frames[found[-1]].parent)
+    return found
+
+
+def tree_text(frames: Frames) -> str:
+    """Return the trees as text, a frame a line."""
+    lines = []
+    for root in roots(frames):
+        lines += [root, *_below(frames, root, "")]
+    lines += [f"{name} (in a loop through {frames[name].parent})" for name in loops(frames)]
+    return "\n".join(lines)
+
+
+def _below(frames: Frames, name: str, indent: str) -> Iterator[str]:
+    below = children(frames, name)
+    for child in below:
+        last = child == below[-1]
+        label = f"{indent}{'└─ ' if last else '├─ '}{child}"
+        frame = frames[child]
+        twins = f"  also under {', '.join(frame.parents[:-1])}" if frame.parents[1:] else ""
+        yield f"{label:<40}{frame.facts}{twins}"
+        yield from _below(frames, child, indent + ("   " if last else "│  "))

@@ -1,0 +1,111 @@
+"""The doctor on a live robot in lock-step: well when it is, and what is broken is named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
+from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.files.shipped import shipped_file
+from arjuna_core.ros import qos
+from bringup.doctor.observer import Observer, clock_of
+from bringup.doctor.report import diagnose
+from bringup.doctor.snapshot import Clock
+from bringup.doctor.watcher import Watcher
+from bringup.stack import LOCALIZATION_GROUP
+
+if TYPE_CHECKING:
+    from bringup.lockstep import LockStep
+
+pytestmark = pytest.mark.ros
+_MACHINE = {"installation", "graphics", "resources", "discovery"}  # not the robot's
+
+
+def _robot(stack: Callable[..., LockStep], **amcl: Any) -> LockStep:
+    parameters = {
+        "map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))},
+        "amcl": amcl,
+    }
+    return stack(LOCALIZATION_GROUP, parameters=parameters)
+
+
+def _findings(robot: LockStep) -> dict[str, str]:
+    found = diagnose(Observer(robot).snapshot(2.0))
+    return {
+        name: "\n".join(map(str, each))
+        for name, each in found.items()
+        if each and name not in _MACHINE
+    }
+
+
+def test_a_robot_that_is_well_has_no_findings(stack: Callable[..., LockStep]) -> None:
+    robot = _robot(stack)
+    robot.run(3.0)
+    snapshot = Observer(robot).snapshot(2.0)
+    found = diagnose(snapshot)
+    assert {name for name, each in found.items() if each} <= _MACHINE, found
+    assert snapshot.robot.scan is not None
+    assert snapshot.robot.scan.on_walls is not None
+    assert snapshot.robot.scan.on_walls > 0.8
+    assert snapshot.states["/amcl"] == "active"
+    assert snapshot.pace == pytest.approx(1.0, abs=0.05)
+    assert set(snapshot.frames) >= {"odom", "base_footprint", "lidar_link"}
+
+
+def test_what_is_broken_in_a_running_robot_is_named(stack: Callable[..., LockStep]) -> None:
+    robot = _robot(stack)
+    robot.run(2.0)
+    other = Node("meddler", context=robot.process.context)
+    robot.process.executor.add_node(other)
+    other.create_subscription(LaserScan, "/scan", lambda message: None, qos.LATCHED)
+    twin = TransformStamped(child_frame_id="lidar_link")
+    twin.header.frame_id = "mast"
+    twin.transform.rotation.w = 1.0
+    statics = other.create_publisher(TFMessage, "/tf_static", qos.TF_STATIC)
+    statics.publish(TFMessage(transforms=[twin]))
+    other.get_logger().warning("I am in the way")
+    robot.nodes["amcl"].trigger_deactivate()
+    observer = Observer(robot)
+    snapshot = observer.snapshot(2.0)
+    found = {name: "\n".join(map(str, each)) for name, each in diagnose(snapshot).items()}
+    other.destroy_node()
+    assert "/meddler hears nothing of /sim on /scan: it asks for transient local" in found["qos"]
+    assert "frame lidar_link has 2 parents" in found["transforms"]
+    assert "no transform map -> odom" in found["transforms"]
+    assert "/amcl is inactive, not active" in found["lifecycle"]
+    assert ("meddler", "I am in the way") in snapshot.robot.log
+
+
+def test_a_robot_put_elsewhere_does_not_fit_the_map(stack: Callable[..., LockStep]) -> None:
+    robot = _robot(
+        stack,
+        set_initial_pose=True,
+        global_localization_at_start="never",
+        relocalize=False,
+        **{"initial_pose.x": 1.5, "initial_pose.y": 1.0, "initial_pose.yaw": 0.9},
+    )
+    robot.run(1.0)
+    assert "of the scan's hits lie on walls of the map" in _findings(robot)["localization"]
+
+
+def test_the_table_has_states_and_rates(stack: Callable[..., LockStep]) -> None:
+    robot = _robot(stack)
+    watcher = Watcher(robot)
+    watcher.rows(0.5)
+    rows = {row.node: row for row in watcher.rows(2.0)}
+    assert rows["/sim"].state == "active"
+    assert rows["/sim"].topic == "/scan"
+    assert rows["/sim"].rate == pytest.approx(10.0, abs=1.0)
+
+
+def test_a_clock_that_was_set_back_is_counted() -> None:
+    assert clock_of([]) is None
+    assert clock_of([1.0, 1.5, 0.2, 0.7]) == Clock(1.0, 1)
