@@ -1,0 +1,45 @@
+"""`doctor`, `tf` and `top` where no robot runs: they end, and say so."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from bringup import cli
+from bringup.cli_parser import parse
+from bringup.client import graph
+from bringup.commands.tools import tf
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture(autouse=True)
+def _alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    monkeypatch.setattr(graph, "_ALONE", 0.2)
+    monkeypatch.setattr(tf, "_WAIT", 0.2)
+
+
+def test_doctor_names_the_range_that_keeps_it_alone(capfd: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(parse(["doctor", "--json", "--duration", "0.1"])) == 1
+    document = json.loads(capfd.readouterr().out)
+    assert any("no process sees another" in item["what"] for item in document["findings"])
+    assert document["snapshot"]["nodes"] == []
+
+
+def test_tf_says_that_no_frame_was_heard_of(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    picture = tmp_path / "tree.png"
+    assert cli.run(parse(["tf", "--duration", "0.1", "--picture", str(picture)])) == 1
+    assert "no frame on /tf" in capfd.readouterr().out
+    assert not picture.exists()
+
+
+def test_top_ends_after_the_tables_that_were_asked_for(capfd: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(parse(["top", "--count", "2", "--period", "0.1"])) == 1
+    assert capfd.readouterr().out.count("no robot runs") == 2
