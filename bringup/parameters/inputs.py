@@ -13,6 +13,7 @@ from bringup.parameters.composition import check_parameters, node_class
 from bringup.parameters.files import (
     Parameters,
     for_node,
+    in_namespace,
     load_parameters,
     merged,
     shipped_parameters,
@@ -43,7 +44,8 @@ def gather(arguments: argparse.Namespace) -> Parameters:
     groups = groups_of(arguments)
     parameters = shipped_parameters()
     for path in arguments.params:
-        parameters = merged(parameters, load_parameters([path]))
+        named = in_namespace(load_parameters([path]), vars(arguments).get("namespace", ""))
+        parameters = merged(parameters, named)
         try:
             check_parameters(parameters, groups, _known())
         except ConfigError as error:

@@ -17,8 +17,9 @@ ACTIVE = "Managed nodes are active"
 
 
 @pytest.fixture(autouse=True)
-def _own_domain(monkeypatch: pytest.MonkeyPatch) -> None:
+def _own_domain_and_home(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "91")
+    monkeypatch.setenv("HOME", str(tmp_path))
 
 
 def _children(pid: int) -> list[int]:

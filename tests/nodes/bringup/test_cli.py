@@ -24,7 +24,7 @@ class Starts:
 
     specs: tuple[Any, ...] = ()
 
-    def __init__(self, specs: Any, write: Any) -> None:
+    def __init__(self, specs: Any, output: Any) -> None:
         Starts.specs = tuple(specs)
 
     def run(self) -> int:
@@ -37,6 +37,7 @@ def _nothing_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(interactive, "Supervisor", Starts)
     monkeypatch.setattr(Starts, "specs", ())
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path))
 
 
 def _write(name: str, text: str) -> str:
@@ -53,7 +54,7 @@ def test_sim_starts_one_process_that_gets_the_checked_parameters() -> None:
     (spec,) = Starts.specs
     assert spec.name == "sim"
     assert '"seed": 7' in " ".join(spec.command)
-    assert spec.command[-3:] == ["--ros-args", "--log-level", "warn"]
+    assert spec.command[-3:] == ["--disable-external-lib-logs", "--log-level", "warn"]
 
 
 def test_options_win_over_files_and_later_files_over_earlier() -> None:
