@@ -9,7 +9,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros.params import ParameterBinding
+from arjuna_core.ros.params import ParameterBinding, describe_sim_time
 from arjuna_core.ros.process import Process
 from arjuna_core.ros.tf import TransformBuffer
 from arjuna_core.timing import Periodic
@@ -54,6 +54,7 @@ class ManagedNode(LifecycleNode):
             parameter_overrides=sim_time,
         )
         self._drop_own_clock_subscription()
+        describe_sim_time(self)
         self.process = process
         self.active = False
         self._tasks: list[tuple[Periodic, Callable[[], None]]] = []

@@ -18,6 +18,7 @@ from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.ament import add_environment_to_ament_index
 from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
 _POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
@@ -94,6 +95,7 @@ class Process:
                 namespace=self.namespace,
                 start_parameter_services=not isolated,
             )
+        describe_sim_time(self.node)
         self.executor = EventsExecutor(context=self.context)
         self.nodes: list[ClockedNode] = []
         self.now = 0.0

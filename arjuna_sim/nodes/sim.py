@@ -108,7 +108,9 @@ class SimNode(ManagedNode):
         WorldServices(self, known.infos.clear)
 
     def activate(self) -> None:
-        """Begin pacing anew."""
+        """Begin pacing anew, and say where the world is."""
+        if self.config.publish_ground_truth:
+            self._robot.publish_static(self.simulator.time)
         self._pacer.restart()
         self._meter.pause()
 

@@ -78,6 +78,8 @@ def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Par
         put(node, "robot_arguments", shlex.join(options.get("robot_arguments") or []) or None)
     put("sim", "real_time_factor", options.get("rtf"))
     put("map_server", "yaml_filename", _absolute(options.get("map")))
+    for node in ("map_saver", "map_server", "slam_toolbox"):
+        put(node, "maps_folder", _absolute(options.get("maps_folder")))
     for group in groups:
         for spec in group.nodes:
             if "seed" in node_class(spec).Config.__dataclass_fields__:
@@ -91,11 +93,13 @@ def _absolute(path: Path | None) -> str | None:
 
 def _read_files(spec: NodeSpec, values: dict[str, Any]) -> None:
     """Read the files that a node's parameters name: a bad one is refused before anything starts."""
-    from arjuna_sim.inputs import named_robot, named_world
-
     if spec.name in ("sim", "robot_state_publisher") and values.get("robot"):
+        from arjuna_sim.inputs import named_robot
+
         named_robot(values["robot"], values.get("robot_arguments", ""))
     if spec.name == "sim" and values.get("world"):
+        from arjuna_sim.inputs import named_world
+
         named_world(values["world"])
     if spec.name == "map_server" and values.get("yaml_filename"):
         load_map(values["yaml_filename"])

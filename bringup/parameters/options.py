@@ -75,6 +75,16 @@ def domain_id(text: str) -> int:
     return int(text)
 
 
+def add_maps_folder(parser: argparse.ArgumentParser) -> None:
+    """Add where maps are."""
+    parser.add_argument(
+        "--maps-folder",
+        type=Path,
+        metavar="DIR",
+        help="where clients may save and load maps and graphs (the working folder)",
+    )
+
+
 def add_log_options(
     parser: argparse.ArgumentParser, out: str, what: str
 ) -> argparse._ArgumentGroup:

@@ -23,6 +23,7 @@ from bringup.terminal import show
 
 _LINGER = 1.0  # [s] after a client asked to quit
 _POLL = 0.05
+_CLOCK_PATIENCE = 1.0  # [s] for a clock to be discovered before nodes start without one
 _REFUSED = 2
 
 
@@ -49,15 +50,17 @@ class Host:
         use_sim_time = bool(parameters.get(EVERY_NODE, {}).get("use_sim_time", True))
         self.process = Process(f"{group.name}_host", use_sim_time, namespace=namespace)
         self.nodes = [create_node(self.process, spec, parameters) for spec in group.nodes]
+        self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
+        self._start_at = time.monotonic() + _CLOCK_PATIENCE
         self._reporter = Reporter(self.process, self.nodes, write)
         self.manager = LifecycleManager(
             self.process,
             group.manager,
             [spec.name for spec in group.nodes],
             commandable=group.commandable,
+            ready=self._may_start,
             on_wait=self._reporter.wait_for,
         )
-        self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
         self._stopping = False
         self.quit = False
 
@@ -95,6 +98,11 @@ class Host:
             wait = min(wait, due)
         if wait > 0.0:
             self.process.spin_once(wait)
+
+    def _may_start(self) -> bool:
+        """Tell whether time is known, so that what nodes latch has a stamp, or does not come."""
+        has_time = self.process.now > 0.0 or bool(self._paced) or not self.process.use_sim_time
+        return has_time or time.monotonic() >= self._start_at
 
     def _shut_down(self) -> None:
         """Let all rest first: what still works hard would hold up every step.

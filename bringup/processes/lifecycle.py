@@ -15,6 +15,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.process import Process
 from bringup.processes.deferred import DeferredService
 from bringup.processes.lifecycle_plan import Command, State, Step, Transition, Verdict, judge, plan
@@ -54,6 +55,7 @@ class LifecycleManager(Node):
         nodes: The managed nodes in the order of bring-up.
         autostart: Whether to bring them up at once.
         commandable: Whether clients may command it by `<name>/manage_nodes`.
+        ready: Whether the first command may begin; asked until it is so.
         on_wait: Told what is waited for, before it is; empty where nothing is.
     """
 
@@ -64,12 +66,15 @@ class LifecycleManager(Node):
         nodes: Sequence[str],
         autostart: bool = True,
         commandable: bool = True,
+        ready: Callable[[], bool] = lambda: True,
         on_wait: Callable[[str], None] = lambda what: None,
     ) -> None:
         super().__init__(name, context=process.context, namespace=process.namespace)
+        describe_sim_time(self)
         self.declare_parameter("node_names", list(nodes), _MANAGED)
         self.declare_parameter("autostart", autostart, _AUTOSTART)
         self.system_active = False
+        self._ready = ready
         self._on_wait = on_wait
         self._nodes = tuple(nodes)
         self._states = {n: self.create_client(GetState, f"{n}/get_state") for n in nodes}
@@ -110,6 +115,8 @@ class LifecycleManager(Node):
         """Take the command under way one step on, if what it waits for has come."""
         if not self._jobs:
             self._timer.cancel()
+            return
+        if not self._ready():
             return
         job, now = self._jobs[0], time.monotonic()
         if job.started == 0.0:

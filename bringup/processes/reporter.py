@@ -29,7 +29,7 @@ class Reporter:
         self._write = write
         self._states: dict[str, str] = {}
         self._waiting: str | None = None
-        self._manager_waits = "its lifecycle manager"
+        self._manager_waits = "the start"
         self._due = 0.0
 
     def wait_for(self, what: str) -> None:

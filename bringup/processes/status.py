@@ -75,8 +75,11 @@ class StartUp:
     @property
     def waiting(self) -> str:
         """What is waited for, process by process; empty where all are up."""
-        missing = [(name, p.waiting) for name, p in self._processes.items() if not p.up]
-        return "; ".join(f"{name}: {what or 'its nodes'}" for name, what in missing)
+        missing: dict[str, list[str]] = {}
+        for name, process in self._processes.items():
+            if not process.up:
+                missing.setdefault(process.waiting or "its nodes", []).append(name)
+        return "; ".join(f"{', '.join(names)}: {what}" for what, names in missing.items())
 
     @property
     def nodes(self) -> int:
