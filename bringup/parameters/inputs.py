@@ -24,6 +24,10 @@ DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group 
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
 
 
+_PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
+"""Parameters that are checked by reading what they name: the nodes need not be imported for it."""
+
+
 def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
     """Return the groups of nodes that a command runs."""
     command = arguments.command
@@ -50,8 +54,10 @@ def gather(arguments: argparse.Namespace) -> Parameters:
             check_parameters(parameters, groups, _known())
         except ConfigError as error:
             raise InputFileError(path, str(error)) from error
-    parameters = merged(parameters, _of_options(arguments, groups))
-    check_parameters(parameters, groups, _known())
+    options = _of_options(arguments, groups)
+    parameters = merged(parameters, options)
+    if {key for values in options.values() for key in values} - _PATHS:
+        check_parameters(parameters, groups, _known())
     for group in groups:
         for spec in group.nodes:
             _read_files(spec, for_node(parameters, spec.name))
@@ -80,10 +86,10 @@ def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Par
     put("map_server", "yaml_filename", _absolute(options.get("map")))
     for node in ("map_saver", "map_server", "slam_toolbox"):
         put(node, "maps_folder", _absolute(options.get("maps_folder")))
-    for group in groups:
-        for spec in group.nodes:
-            if "seed" in node_class(spec).Config.__dataclass_fields__:
-                put(spec.name, "seed", options.get("seed"))
+    seed = options.get("seed")
+    for spec in (spec for group in groups for spec in group.nodes if seed is not None):
+        if "seed" in node_class(spec).Config.__dataclass_fields__:
+            put(spec.name, "seed", seed)
     return found
 
 
