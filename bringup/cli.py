@@ -23,6 +23,8 @@ def run(arguments: argparse.Namespace) -> int:
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     if arguments.run is None:
         return OK
+    if vars(arguments).get("domain_id") is not None:
+        os.environ["ROS_DOMAIN_ID"] = str(arguments.domain_id)
     try:
         return int(arguments.run(arguments))
     except ArjunaError as error:

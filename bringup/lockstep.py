@@ -27,6 +27,8 @@ class LockStep:
 
     Args:
         parameters: Parameters of all nodes.
+        namespace: The robot's namespace.
+        isolated: Whether nothing outside the process can see it.
 
     Attributes:
         process: The process of every node.
@@ -35,10 +37,10 @@ class LockStep:
         on_tick: Called after each tick, to measure.
     """
 
-    def __init__(self, parameters: Parameters) -> None:
+    def __init__(self, parameters: Parameters, namespace: str = "", isolated: bool = True) -> None:
         self._parameters = parameters
-        self.process = Process("lockstep", isolated=True)
-        self.client = Node("lockstep_client", context=self.process.context)
+        self.process = Process("lockstep", isolated=isolated, namespace=namespace)
+        self.client = Node("lockstep_client", context=self.process.context, namespace=namespace)
         self.process.executor.add_node(self.client)
         self.nodes: dict[str, Any] = {}
         self.on_tick: Callable[[], None] = lambda: None

@@ -9,8 +9,13 @@ import sys
 
 def show(line: str) -> None:
     """Print a line; where nobody reads any more, as after `| head`, stop."""
+    write(f"{line}\n")
+
+
+def write(text: str) -> None:
+    """Print a text without a line's end; where nobody reads any more, stop."""
     try:
-        print(line, flush=True)
+        print(text, end="", flush=True)
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 - for the rest of the process
         os.kill(os.getpid(), signal.SIGTERM)

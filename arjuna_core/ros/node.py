@@ -9,7 +9,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros.params import ParameterBinding
+from arjuna_core.ros.params import ParameterBinding, describe_sim_time
 from arjuna_core.ros.process import Process
 from arjuna_core.ros.tf import TransformBuffer
 from arjuna_core.timing import Periodic
@@ -33,7 +33,7 @@ class ManagedNode(LifecycleNode):
         process: The process the node lives in.
         values: Parameters that differ from the defaults, nested or dotted.
         name: Name; the standard one if None.
-        namespace: Namespace of the node.
+        namespace: Namespace of the node, below that of the process.
     """
 
     Config: ClassVar[type[Any]]
@@ -49,11 +49,12 @@ class ManagedNode(LifecycleNode):
         sim_time = [Parameter("use_sim_time", value=True)] if process.use_sim_time else []
         super().__init__(
             name or self.DEFAULT_NAME,
-            namespace=namespace,
+            namespace="/".join(filter(None, (process.namespace, namespace))),
             context=process.context,
             parameter_overrides=sim_time,
         )
         self._drop_own_clock_subscription()
+        describe_sim_time(self)
         self.process = process
         self.active = False
         self._tasks: list[tuple[Periodic, Callable[[], None]]] = []
@@ -66,6 +67,11 @@ class ManagedNode(LifecycleNode):
         for subscription in list(self.subscriptions):
             if subscription.topic_name == "/clock":
                 self.destroy_subscription(subscription)
+
+    @property
+    def state_label(self) -> str:
+        """The lifecycle state in words, as `active`."""
+        return str(self._state_machine.current_state[1])
 
     @property
     def config(self) -> Any:
@@ -97,10 +103,9 @@ class ManagedNode(LifecycleNode):
                     task()
 
     def publisher(self, message_type: Any, topic: str, profile: Any) -> Any:
-        """Create a publisher that lives until cleanup."""
-        return self._keep(
-            self.destroy_publisher, self.create_publisher(message_type, topic, profile)
-        )
+        """Create a publisher that lives until cleanup; `/` is the robot's namespace."""
+        made = self.create_publisher(message_type, self.process.absolute(topic), profile)
+        return self._keep(self.destroy_publisher, made)
 
     def subscribe(
         self,
@@ -111,7 +116,7 @@ class ManagedNode(LifecycleNode):
         *,
         while_inactive: bool = False,
     ) -> None:
-        """Create a subscription that lives until cleanup.
+        """Create a subscription that lives until cleanup; `/` is the robot's namespace.
 
         It delivers only while the node is active, unless `while_inactive`: what is latched comes
         once, perhaps before activation.
@@ -121,12 +126,14 @@ class ManagedNode(LifecycleNode):
             if self.active or while_inactive:
                 callback(message)
 
-        subscription = self.create_subscription(message_type, topic, deliver, profile)
+        name = self.process.absolute(topic)
+        subscription = self.create_subscription(message_type, name, deliver, profile)
         self._keep(self.destroy_subscription, subscription)
 
     def serve(self, service_type: Any, name: str, callback: Callable[[Any, Any], Any]) -> None:
         """Create a service that lives until cleanup."""
-        self._keep(self._retire, self.create_service(service_type, name, callback))
+        made = self.create_service(service_type, self.process.absolute(name), callback)
+        self._keep(self._retire, made)
 
     def _retire(self, service: Any) -> None:
         """Destroy a service after the requests that have come are answered.
@@ -140,7 +147,8 @@ class ManagedNode(LifecycleNode):
 
     def client(self, service_type: Any, name: str) -> Any:
         """Create a service client that lives until cleanup."""
-        return self._keep(self.destroy_client, self.create_client(service_type, name))
+        made = self.create_client(service_type, self.process.absolute(name))
+        return self._keep(self.destroy_client, made)
 
     def keep(self, entity: Any) -> Any:
         """Keep something with a `destroy()` method until cleanup and return it."""

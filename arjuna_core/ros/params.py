@@ -10,6 +10,7 @@ from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
     ParameterDescriptor,
+    ParameterType,
     SetParametersResult,
 )
 from rclpy.node import Node
@@ -58,6 +59,14 @@ class ParameterBinding:
             return SetParametersResult(successful=False, reason=str(error))
         self._on_change(self.config)
         return SetParametersResult(successful=True)
+
+
+def describe_sim_time(node: Node) -> None:
+    """Describe the parameter that rclpy declares without a word."""
+    text = "Whether time comes from the topic clock, as a simulator's does, or from the system."
+    node.set_descriptor(
+        "use_sim_time", ParameterDescriptor(description=text, type=ParameterType.PARAMETER_BOOL)
+    )
 
 
 def _to_ros(value: Any) -> Any:

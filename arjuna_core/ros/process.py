@@ -18,6 +18,7 @@ from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.ament import add_environment_to_ament_index
 from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
 _POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
@@ -74,17 +75,27 @@ class Process:
         use_sim_time: Whether time comes from /clock; else from the system clock.
         isolated: Whether nothing outside the process can see it or reach into it. Else discovery
             is on this machine only, unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
+        namespace: The robot's namespace: all its nodes and topics are below, /tf and /clock too.
     """
 
-    def __init__(self, name: str, use_sim_time: bool = True, isolated: bool = False) -> None:
+    def __init__(
+        self, name: str, use_sim_time: bool = True, isolated: bool = False, namespace: str = ""
+    ) -> None:
         add_environment_to_ament_index()
         self.use_sim_time = use_sim_time
+        self.namespace = namespace.strip("/")
         self.context = Context()
         with _discovery(isolated):
             rclpy.init(context=self.context)
             # the middleware reads the range when the context's first node is made
             # clients that ask every node for its parameters wait for one that does not answer
-            self.node = Node(name, context=self.context, start_parameter_services=not isolated)
+            self.node = Node(
+                name,
+                context=self.context,
+                namespace=self.namespace,
+                start_parameter_services=not isolated,
+            )
+        describe_sim_time(self.node)
         self.executor = EventsExecutor(context=self.context)
         self.nodes: list[ClockedNode] = []
         self.now = 0.0
@@ -92,7 +103,7 @@ class Process:
         self.transforms = TransformBuffer()
         TransformListener(self.node, self.transforms)
         if use_sim_time:
-            self.node.create_subscription(Clock, "/clock", self._on_clock, qos.CLOCK)
+            self.node.create_subscription(Clock, "clock", self._on_clock, qos.CLOCK)
         else:
             self.node.create_timer(0.01, self._on_system_time)
 
@@ -102,15 +113,23 @@ class Process:
         self.executor.add_node(node)
 
     def find(self, name: str) -> Any:
-        """Return the node of a name, `namespace/name`, that lives in this process.
+        """Return the node of a name below the robot's namespace that lives in this process.
 
         Raises:
             MissingNodeError: There is none; the message lists those there are.
         """
-        found = {node.get_fully_qualified_name().strip("/"): node for node in self.nodes}
+        found = {self.plain_name(node): node for node in self.nodes}
         if name not in found:
             raise MissingNodeError(f"no node '{name}' in this process; {nearest(name, found)}")
         return found[name]
+
+    def plain_name(self, node: ClockedNode) -> str:
+        """Return a node's name below the robot's namespace."""
+        return node.get_fully_qualified_name().removeprefix(self.absolute("/"))
+
+    def absolute(self, name: str) -> str:
+        """Return an absolute name below the robot's namespace; a relative one as it is."""
+        return f"/{self.namespace}{name}" if self.namespace and name.startswith("/") else name
 
     def _on_clock(self, message: Any) -> None:
         self._advance(seconds(message.clock), Time.from_msg(message.clock))
@@ -146,10 +165,11 @@ class Process:
         Deliveries inside a process are queued before `publish` returns, and the queue is first
         in, first out: a marker that comes back at once proves that nothing was before it.
         """
-        while self._run_to_marker() > 1:
+        while self.run_waiting() > 1:
             pass
 
-    def _run_to_marker(self) -> int:
+    def run_waiting(self) -> int:
+        """Run everything that waits, but nothing that comes meanwhile; return how much it was."""
         reached: list[bool] = []
         self.executor.create_task(lambda: reached.append(True))
         steps = 0

@@ -18,13 +18,13 @@ __all__ = ["TransformBuffer", "TransformError", "TransformListener"]
 
 
 class TransformListener:
-    """Feeds a buffer from /tf and /tf_static through a node's subscriptions."""
+    """Feeds a buffer from tf and tf_static of a node's namespace, which is the robot's."""
 
     def __init__(self, node: Node, buffer: TransformBuffer) -> None:
         self._buffer = buffer
-        node.create_subscription(TFMessage, "/tf", self._on_moving, qos.TF)
+        node.create_subscription(TFMessage, "tf", self._on_moving, qos.TF)
         node.create_subscription(
-            TFMessage, "/tf_static", self._on_static, qos.TF_STATIC_SUBSCRIPTION
+            TFMessage, "tf_static", self._on_static, qos.TF_STATIC_SUBSCRIPTION
         )
 
     def _on_moving(self, message: Any) -> None:

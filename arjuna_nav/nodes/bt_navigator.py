@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -59,7 +60,7 @@ class BtNavigatorNode(GoalNode):
         config = self.config
         self._navigator: Navigator | None = None
         self._kind = ""
-        self._speed = 0.0
+        self._speed = self._begun = 0.0
         self._new_goals: tuple[SE2, ...] | None = None
         self._feedback_at = 0.0
         self._others = NavigationClients(self, config)
@@ -106,9 +107,11 @@ class BtNavigatorNode(GoalNode):
         preempts = server.preempt_requested
         goals, refusal = self._goals(kind, server.newest)
         if refusal is not None:
-            self.get_logger().error(f"{kind} failed: {refusal.error_msg}")
+            self.get_logger().error(f"{kind}: goal aborted: {refusal.error_msg}")
             (server.abort_pending if preempts else server.abort)(refusal)
             return
+        self.get_logger().info(f"{kind}: {_described(goals)} received")
+        self._begun = self.now
         self._kind = kind
         if preempts:
             server.accept_pending()
@@ -176,14 +179,23 @@ class BtNavigatorNode(GoalNode):
         result = _ACTIONS[self._kind].Result(
             error_code=_code(self._kind, finish.error_code), error_msg=finish.error_msg
         )
-        server = self._servers[self._kind]
+        server, took = self._servers[self._kind], f"after {self.now - self._begun:.1f} s"
         if finish.ending is Ending.CANCELED:
+            self.get_logger().info(f"{self._kind}: goal canceled {took}")
             server.cancel(result)
         elif finish.ending is Ending.SUCCEEDED:
+            self.get_logger().info(f"{self._kind}: goal succeeded {took}")
             server.succeed(result)
         else:
-            self.get_logger().error(f"{self._kind} failed: {finish.error_msg}")
+            self.get_logger().error(f"{self._kind}: goal aborted {took}: {finish.error_msg}")
             server.abort(result)
+
+
+def _described(goals: Sequence[SE2]) -> str:
+    """Return a goal as words: its poses' number, if several, and the last one."""
+    x, y, yaw = goals[-1].x, goals[-1].y, goals[-1].theta
+    several = f"{len(goals)} poses up to " if len(goals) > 1 else ""
+    return f"goal {several}({x:.2f}, {y:.2f}, {yaw:.2f})"
 
 
 def _code(kind: str, code: int) -> int:

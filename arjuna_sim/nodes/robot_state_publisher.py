@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -15,6 +16,7 @@ from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.inputs import named_robot
+from arjuna_sim.model.optical import T_BODY_OPTICAL, optical_frame
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.nodes.messages import transform3_msg
 
@@ -42,7 +44,8 @@ class RobotStatePublisherNode(ManagedNode):
 
     def configure(self) -> None:
         """Load the robot and create the topics."""
-        self._urdf: Urdf = named_robot(self.config.robot, self.config.robot_arguments).urdf
+        self._robot = named_robot(self.config.robot, self.config.robot_arguments)
+        self._urdf: Urdf = self._robot.urdf
         self._description = self.publisher(String, "robot_description", qos.LATCHED)
         self._static = self.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
         self._moving = self.publisher(TFMessage, "/tf", qos.TF)
@@ -57,7 +60,17 @@ class RobotStatePublisherNode(ManagedNode):
             for joint in self._urdf.joints.values()
             if joint.kind == "fixed"
         ]
-        self._static.publish(TFMessage(transforms=fixed))
+        self._static.publish(TFMessage(transforms=fixed + self._optical()))
+
+    def _optical(self) -> list[TransformStamped]:
+        """Return the transform of the camera's optical frame, where no link is it."""
+        camera = self._robot.settings.camera
+        if camera is None:
+            return []
+        frame = optical_frame(self._urdf, camera.link, camera.frame)
+        if frame.parent is None:
+            return []
+        return [transform3_msg(T_BODY_OPTICAL, frame.parent, frame.name, self.now)]
 
     def on_config(self, config: Any) -> None:
         """Take a new rate."""

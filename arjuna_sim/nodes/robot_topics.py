@@ -16,12 +16,14 @@ from arjuna_core.errors import RobotError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import scan_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.odometry import OdometryEstimate
+from arjuna_sim.model.optical import optical_frame
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import TOPICS, DriveSettings, GazeboSettings
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
-from arjuna_sim.nodes.messages import imu_msg, joint_state_msg, odometry_msg, truth_msg
+from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.observation import Observation
 from arjuna_sim.physics.robot_motion import Truth
 
@@ -56,6 +58,15 @@ def wheels_alone(drive: DriveSettings) -> DriveSettings:
     return dataclasses.replace(drive, odometry_topic=WHEEL_ODOMETRY, publishes=publishes)
 
 
+def _with_optical_frame(settings: GazeboSettings, robot: Robot) -> GazeboSettings:
+    """Return sensors whose camera's frame is an optical one."""
+    camera = settings.camera
+    if camera is None:
+        return settings
+    frame = optical_frame(robot.urdf, camera.link, camera.frame).name
+    return dataclasses.replace(settings, camera=dataclasses.replace(camera, frame=frame))
+
+
 class RobotTopics:
     """Publishes an observation: transforms before the sensors that need them.
 
@@ -70,7 +81,8 @@ class RobotTopics:
 
     def __init__(self, node: ManagedNode, robot: Robot) -> None:
         plain = node.config.standard_topics
-        self.settings = standard(robot.settings) if plain else robot.settings
+        settings = standard(robot.settings) if plain else robot.settings
+        self.settings = _with_optical_frame(settings, robot)
         self.drive = standard_drive(robot.drive) if plain else robot.drive
         if node.config.fused_odometry and self.settings.imu is not None:
             self.drive = wheels_alone(self.drive)
@@ -87,7 +99,13 @@ class RobotTopics:
         self._imu_out = node.publisher(Imu, imu or TOPICS["imu"], qos.SENSOR_PUBLISHER)
         self._scan_out = node.publisher(LaserScan, lidar or TOPICS["lidar"], qos.SENSOR_PUBLISHER)
         self._truth_out = node.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
+        self._static_out = node.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
         self._odom_due = _slower(self.drive.rate, node.config.tick)
+
+    def publish_static(self, now: float) -> None:
+        """Publish where the world is at a time [s]: a map has the world's coordinates."""
+        T = transform_msg(SE2(), WORLD, "map", now)
+        self._static_out.publish(TFMessage(transforms=[T]))
 
     def publish(self, observation: Observation) -> None:
         """Publish what is due of an observation and, if it costs, subscribed to."""

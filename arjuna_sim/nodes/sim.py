@@ -108,7 +108,9 @@ class SimNode(ManagedNode):
         WorldServices(self, known.infos.clear)
 
     def activate(self) -> None:
-        """Begin pacing anew."""
+        """Begin pacing anew, and say where the world is."""
+        if self.config.publish_ground_truth:
+            self._robot.publish_static(self.simulator.time)
         self._pacer.restart()
         self._meter.pause()
 
@@ -198,7 +200,7 @@ class SimNode(ManagedNode):
         """Warn once where someone publishes the type that is not listened to."""
         listened = _TYPES[self.config.enable_stamped_cmd_vel]
         topic = self._robot.drive.command_topic
-        for info in self.get_publishers_info_by_topic(topic):
+        for info in self.get_publishers_info_by_topic(self.process.absolute(topic)):
             if info.topic_type != listened and not self._warned:
                 self._warned = True
                 self.get_logger().warning(

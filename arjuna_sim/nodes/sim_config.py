@@ -38,7 +38,10 @@ class SimConfig(SimulatorConfig):
         False, "Whether cmd_vel is TwistStamped instead of Twist.", read_only=True
     )
     publish_ground_truth: bool = param(
-        True, "Whether ground_truth/odom is published.", read_only=True
+        True,
+        "Whether ground_truth/odom is published, and the static transform world -> map: maps have"
+        " the world's coordinates, those of slam_toolbox if the robot starts at the origin.",
+        read_only=True,
     )
     resource_folder: str = param(
         ".",

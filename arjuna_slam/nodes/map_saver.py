@@ -48,8 +48,11 @@ class MapSaverNode(ManagedNode):
         """Listen to the map and offer to save it."""
         self._maps: dict[str, OccupancyGridMsg] = {}
         self._topics: set[str] = set()
-        self._listen("map")
+        self._listen(self._resolved("map"))
         self.serve(SaveMap, f"{self.get_name()}/save_map", self._on_save)
+
+    def _resolved(self, topic: str) -> str:
+        return str(self.resolve_topic_name(self.process.absolute(topic)))
 
     def _listen(self, topic: str) -> None:
         profile = qos.LATCHED if self.config.map_subscribe_transient_local else qos.LATEST
@@ -61,7 +64,7 @@ class MapSaverNode(ManagedNode):
         self._topics.add(topic)
 
     def _on_save(self, request: Any, response: Any) -> Any:
-        topic = request.map_topic or "map"
+        topic = self._resolved(request.map_topic or "map")
         if not self.active:
             self.get_logger().warning("save_map requested, but the node is inactive")
         elif topic not in self._topics:

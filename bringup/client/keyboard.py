@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import select
 import signal
@@ -20,21 +21,20 @@ _PERIOD = 0.1  # [s] between commands: well within the robot's time-out, so that
 _WAIT = 10.0
 
 
-def drive_by_keys(driving: Driving, topic: str, stamped: bool | None) -> None:
+def drive_by_keys(driving: Driving, arguments: argparse.Namespace) -> None:
     """Drive until a key quits; the robot is stopped however this ends.
 
     Args:
         driving: Layout and speeds.
-        topic: Where the robot listens.
-        stamped: Whether as TwistStamped; None for what the robot listens to.
+        arguments: `topic`, `stamped`, and the robot's `namespace`.
 
     Raises:
         ClientError: There is no terminal, or no robot that listens.
     """
     if not sys.stdin.isatty():
         raise ClientError("teleop reads keys: it needs a terminal as its standard input")
-    with closing(Connection("teleop")) as session, _interruptible():
-        velocity = VelocityPublisher(session, topic, stamped)
+    with closing(Connection("teleop", arguments.namespace)) as session, _interruptible():
+        velocity = VelocityPublisher(session, arguments.topic, arguments.stamped)
         velocity.wait(_WAIT)
         show(PAGES[driving.layout])
         try:

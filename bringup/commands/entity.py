@@ -6,7 +6,7 @@ import argparse
 from contextlib import closing
 from typing import TYPE_CHECKING
 
-from bringup.parameters.options import finite, positive
+from bringup.parameters.options import add_robot_choice, finite, positive
 
 if TYPE_CHECKING:
     from bringup.simulator.client import SimulatorClient
@@ -19,6 +19,7 @@ _WHAT = (
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's actions."""
+    add_robot_choice(parser)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     _configure_spawn(_action(actions, "spawn", "put something into the world"))
     delete = _action(actions, "delete", "take something out of the world")
@@ -81,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.simulator.client import SimulatorClient
     from bringup.terminal import show
 
-    with closing(SimulatorClient()) as client:
+    with closing(SimulatorClient(namespace=arguments.namespace)) as client:
         for line in _ACTIONS[arguments.action](client, arguments):
             show(line)
     return 0

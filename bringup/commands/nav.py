@@ -12,6 +12,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     options.add_node_options(parser)
     options.add_record(parser)
+    options.add_supervision(parser)
+    options.add_maps_folder(parser)
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--map", type=Path, metavar="FILE", help="the map's YAML file")
     where.add_argument("--slam", action="store_true", help="map while navigating")

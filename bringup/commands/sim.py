@@ -11,6 +11,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     options.add_node_options(parser)
     options.add_record(parser)
+    options.add_supervision(parser)
     robot_options.add_options(parser)
     options.add_seed(parser)
     robot_options.add_check(parser)

@@ -12,6 +12,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     options.add_node_options(parser)
     options.add_record(parser)
+    options.add_supervision(parser)
+    options.add_maps_folder(parser)
     group = options.add_log_options(
         parser, "out/slam", "where map, trajectory, report and picture go"
     )

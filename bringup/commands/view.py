@@ -7,7 +7,7 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 
-from bringup.parameters import robot_options
+from bringup.parameters import options, robot_options
 
 _PORT = 8080
 
@@ -36,7 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--frame", default="map", metavar="FRAME", help="frame to draw in (%(default)s)"
     )
-    parser.add_argument("--namespace", default="", metavar="NAME", help="the robot's namespace")
+    options.add_robot_choice(parser)
     parser.add_argument(
         "--cmd-vel", default="cmd_vel", metavar="TOPIC", help="to drive by hand (%(default)s)"
     )

@@ -6,6 +6,8 @@ import argparse
 from contextlib import closing
 from pathlib import Path
 
+from bringup.parameters.options import add_robot_choice
+
 SCOPES = {"all": 255, "time": 1, "state": 2, "spawned": 4}
 STEPS_MAX = 1_000_000
 _ABOUT = {
@@ -22,6 +24,7 @@ _ABOUT = {
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's actions."""
+    add_robot_choice(parser)
     adder = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     actions = {
         name: adder.add_parser(name, help=about, description=f"{about.capitalize()}.")
@@ -58,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
         "play": SimulationState.STATE_PLAYING,
         "quit": SimulationState.STATE_QUITTING,
     }
-    with closing(SimulatorClient()) as client:
+    with closing(SimulatorClient(namespace=arguments.namespace)) as client:
         action = arguments.action
         if action in states:
             client.enter(states[action])

@@ -70,6 +70,13 @@ def for_node(parameters: Parameters, name: str) -> dict[str, Any]:
     return values
 
 
+def in_namespace(parameters: Parameters, namespace: str) -> Parameters:
+    """Return parameters in which nodes below the robot's namespace have their plain names."""
+    if not namespace:
+        return parameters
+    return {node.removeprefix(f"{namespace}/"): values for node, values in parameters.items()}
+
+
 def unknown_nodes(parameters: Parameters, known: Iterable[str]) -> list[str]:
     """Return a sentence for each node that does not exist, with the nearest that does."""
     names = [*known, EVERY_NODE]

@@ -13,6 +13,7 @@ from bringup.parameters.composition import check_parameters, node_class, problem
 from bringup.parameters.files import (
     Parameters,
     for_node,
+    in_namespace,
     load_parameters,
     merged,
     shipped_parameters,
@@ -21,6 +22,10 @@ from bringup.stack import STACKS, Group, NodeSpec
 
 DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group in groups))
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
+
+
+_PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
+"""Parameters that are checked by reading what they name: the nodes need not be imported for it."""
 
 
 def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
@@ -43,13 +48,16 @@ def gather(arguments: argparse.Namespace) -> Parameters:
     groups = groups_of(arguments)
     parameters = shipped_parameters()
     for path in arguments.params:
-        parameters = merged(parameters, load_parameters([path]))
+        named = in_namespace(load_parameters([path]), vars(arguments).get("namespace", ""))
+        parameters = merged(parameters, named)
         try:
             check_parameters(parameters, groups, _known())
         except ConfigError as error:
             raise InputFileError(path, str(error)) from error
-    parameters = merged(parameters, _of_options(arguments, groups))
-    check_parameters(parameters, groups, _known())
+    options = _of_options(arguments, groups)
+    parameters = merged(parameters, options)
+    if {key for values in options.values() for key in values} - _PATHS:
+        check_parameters(parameters, groups, _known())
     for group in groups:
         for spec in group.nodes:
             _read_files(spec, for_node(parameters, spec.name))
@@ -96,10 +104,12 @@ def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Par
         put(node, "robot_arguments", shlex.join(options.get("robot_arguments") or []) or None)
     put("sim", "real_time_factor", options.get("rtf"))
     put("map_server", "yaml_filename", _absolute(options.get("map")))
-    for group in groups:
-        for spec in group.nodes:
-            if "seed" in node_class(spec).Config.__dataclass_fields__:
-                put(spec.name, "seed", options.get("seed"))
+    for node in ("map_saver", "map_server", "slam_toolbox"):
+        put(node, "maps_folder", _absolute(options.get("maps_folder")))
+    seed = options.get("seed")
+    for spec in (spec for group in groups for spec in group.nodes if seed is not None):
+        if "seed" in node_class(spec).Config.__dataclass_fields__:
+            put(spec.name, "seed", seed)
     return found
 
 
@@ -109,11 +119,13 @@ def _absolute(path: Path | None) -> str | None:
 
 def _read_files(spec: NodeSpec, values: dict[str, Any]) -> None:
     """Read the files that a node's parameters name: a bad one is refused before anything starts."""
-    from arjuna_sim.inputs import named_robot, named_world
-
     if spec.name in ("sim", "robot_state_publisher") and values.get("robot"):
+        from arjuna_sim.inputs import named_robot
+
         named_robot(values["robot"], values.get("robot_arguments", ""))
     if spec.name == "sim" and values.get("world"):
+        from arjuna_sim.inputs import named_world
+
         named_world(values["world"])
     if spec.name == "map_server" and values.get("yaml_filename"):
         load_map(values["yaml_filename"])

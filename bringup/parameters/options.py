@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 from pathlib import Path
 
+_DOMAIN_MAX = 232  # ports above do not exist (OMG DDSI-RTPS 2.5, 9.6.2.3)
+_NAMESPACE = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 
@@ -33,6 +36,52 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         const=Path(),
         metavar="FOLDER",
         help="record all topics meanwhile; the folder must not exist (rosbag2_ and the time)",
+    )
+
+
+def add_supervision(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a command that runs supervised processes."""
+    add_robot_choice(parser)
+    parser.add_argument(
+        "--json", action="store_true", help="print states and log as JSON, an object a line"
+    )
+
+
+def add_robot_choice(parser: argparse.ArgumentParser) -> None:
+    """Add which robot is meant, where there may be several."""
+    parser.add_argument(
+        "--namespace",
+        type=namespace,
+        default="",
+        metavar="NAME",
+        help="the robot's: its nodes and topics, /tf and /clock too, are below /NAME",
+    )
+    parser.add_argument(
+        "--domain-id", type=domain_id, metavar="N", help="of ROS, 0 to 232 ($ROS_DOMAIN_ID)"
+    )
+
+
+def namespace(text: str) -> str:
+    """Return a namespace without the outer slashes."""
+    if text and not _NAMESPACE.fullmatch(text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no namespace; valid: words of a-z, 0-9, _")
+    return text.strip("/")
+
+
+def domain_id(text: str) -> int:
+    """Return a number of a ROS domain."""
+    if not text.isascii() or not text.isdigit() or int(text) > _DOMAIN_MAX:
+        raise argparse.ArgumentTypeError(f"{text!r} is no domain; valid: 0 to {_DOMAIN_MAX}")
+    return int(text)
+
+
+def add_maps_folder(parser: argparse.ArgumentParser) -> None:
+    """Add where maps are."""
+    parser.add_argument(
+        "--maps-folder",
+        type=Path,
+        metavar="DIR",
+        help="where clients may save and load maps and graphs (the working folder)",
     )
 
 

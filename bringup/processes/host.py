@@ -16,11 +16,14 @@ from bringup.parameters.composition import create_node
 from bringup.parameters.files import EVERY_NODE, Parameters
 from bringup.parameters.inputs import DEMO_GROUPS
 from bringup.processes.lifecycle import LifecycleManager
+from bringup.processes.reporter import Reporter
 from bringup.processes.supervisor import QUIT_EXIT
 from bringup.stack import Group
+from bringup.terminal import show
 
 _LINGER = 1.0  # [s] after a client asked to quit
 _POLL = 0.05
+_CLOCK_PATIENCE = 1.0  # [s] for a clock to be discovered before nodes start without one
 _REFUSED = 2
 
 
@@ -30,22 +33,34 @@ class Host:
     Args:
         group: The nodes.
         parameters: Parameters of all nodes.
+        namespace: The robot's namespace.
+        write: Takes events for the supervisor, as lines.
 
     Raises:
         ConfigError: A parameter is not valid.
     """
 
-    def __init__(self, group: Group, parameters: Parameters) -> None:
+    def __init__(
+        self,
+        group: Group,
+        parameters: Parameters,
+        namespace: str = "",
+        write: Callable[[str], None] = lambda line: None,
+    ) -> None:
         use_sim_time = bool(parameters.get(EVERY_NODE, {}).get("use_sim_time", True))
-        self.process = Process(f"{group.name}_host", use_sim_time=use_sim_time)
+        self.process = Process(f"{group.name}_host", use_sim_time, namespace=namespace)
         self.nodes = [create_node(self.process, spec, parameters) for spec in group.nodes]
+        self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
+        self._start_at = time.monotonic() + _CLOCK_PATIENCE
+        self._reporter = Reporter(self.process, self.nodes, write)
         self.manager = LifecycleManager(
             self.process,
             group.manager,
             [spec.name for spec in group.nodes],
             commandable=group.commandable,
+            ready=self._may_start,
+            on_wait=self._reporter.wait_for,
         )
-        self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
         self._stopping = False
         self.quit = False
 
@@ -73,6 +88,7 @@ class Host:
     def _spin_once(self) -> None:
         """Run what waits; a simulator's tick is due by the wall clock, not by an event."""
         wait = _POLL
+        self._reporter.update(time.monotonic())
         for node in self._paced:
             due = node.realtime_due(time.monotonic()) if node.active else _POLL
             if due <= 0.0:
@@ -83,18 +99,34 @@ class Host:
         if wait > 0.0:
             self.process.spin_once(wait)
 
+    def _may_start(self) -> bool:
+        """Tell whether time is known, so that what nodes latch has a stamp, or does not come."""
+        has_time = self.process.now > 0.0 or bool(self._paced) or not self.process.use_sim_time
+        return has_time or time.monotonic() >= self._start_at
+
     def _shut_down(self) -> None:
+        """Let all rest first: what still works hard would hold up every step.
+
+        What comes from elsewhere meanwhile is not waited for: it may never end.
+        """
         for node in reversed(self.nodes):
             if node.active:
                 node.trigger_deactivate()
+        self.process.run_waiting()
+        for node in reversed(self.nodes):
             node.trigger_shutdown()
-            self.process.drain()
+        self.process.run_waiting()
         self.manager.destroy_node()
         self.process.close()
 
 
-def run_until_done(group: Group, parameters: Parameters, timeout: float) -> bool:
-    """Run a group whose first node has an end, `done`; stop it then, on a signal or in time [s].
+def run_until_done(group: Group, parameters: Parameters, arguments: argparse.Namespace) -> bool:
+    """Run a group whose first node has an end, `done`; stop it then, on a signal or in time.
+
+    Args:
+        group: The nodes.
+        parameters: Parameters of all nodes.
+        arguments: The robot's `namespace` and the `timeout` [s].
 
     Returns:
         Whether it came to its end.
@@ -102,8 +134,8 @@ def run_until_done(group: Group, parameters: Parameters, timeout: float) -> bool
     Raises:
         ConfigError: A parameter is not valid.
     """
-    host = _stoppable(Host(group, parameters))
-    end = time.monotonic() + timeout
+    host = _stoppable(Host(group, parameters, arguments.namespace))
+    end = time.monotonic() + arguments.timeout
     node = host.nodes[0]
     host.run(lambda: node.done or time.monotonic() >= end)
     return bool(node.done)
@@ -124,10 +156,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     groups = {group.name: group for group in DEMO_GROUPS}
     parser = argparse.ArgumentParser(prog="python -m bringup.processes.host", description=__doc__)
     parser.add_argument("group", choices=sorted(groups))
+    parser.add_argument("--namespace", default="", help="the robot's")
     parser.add_argument("--parameters", type=json.loads, default={}, help="JSON: node: name: value")
     arguments, _ = parser.parse_known_args(argv)  # what follows --ros-args is rclpy's
     try:
-        host = Host(groups[arguments.group], arguments.parameters)
+        host = Host(groups[arguments.group], arguments.parameters, arguments.namespace, show)
     except ArjunaError as error:
         sys.stderr.write(f"error: {error}\n")
         return _REFUSED

@@ -5,14 +5,18 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import time
+from contextlib import closing
+from datetime import datetime
 from pathlib import Path
 
 from arjuna_core.errors import InputFileError
-from bringup.parameters.files import Parameters
 from bringup.parameters.inputs import gather, groups_of
 from bringup.processes.child import ChildSpec
+from bringup.processes.output import JsonOutput, TextOutput
+from bringup.processes.run_log import RunLog
+from bringup.processes.status import StartUp
 from bringup.processes.supervisor import Supervisor
-from bringup.terminal import show
 
 
 def supervise(arguments: argparse.Namespace) -> int:
@@ -27,14 +31,17 @@ def supervise(arguments: argparse.Namespace) -> int:
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
-    parameters = gather(arguments)
-    specs = [
-        ChildSpec(group.name, host_command(group.name, parameters, arguments.log_level))
-        for group in groups_of(arguments)
-    ]
+    parameters = json.dumps(gather(arguments))
+    names = [group.name for group in groups_of(arguments)]
+    specs = [ChildSpec(name, host_command(name, parameters, arguments)) for name in names]
     if arguments.record is not None:
         specs.append(ChildSpec("record", _record_command(arguments.record), needed=False))
-    return Supervisor(specs, show).run()
+    with closing(RunLog(arguments.command, datetime.now().astimezone())) as log:
+        start_up = StartUp(names, time.monotonic())
+        output = JsonOutput(start_up, log) if arguments.json else TextOutput(start_up, log)
+        where = "no log file: its folder cannot be written" if log.path is None else log.path
+        output.line("bringup", f"log: {where}")
+        return Supervisor(specs, output).run()
 
 
 def _record_command(folder: Path) -> list[str]:
@@ -45,8 +52,10 @@ def _record_command(folder: Path) -> list[str]:
     return [sys.executable, "-m", "bringup", "record", *into]
 
 
-def host_command(group: str, parameters: Parameters, log_level: str) -> list[str]:
+def host_command(group: str, parameters: str, arguments: argparse.Namespace) -> list[str]:
     """Return the command of the process that runs a group of nodes."""
-    values = json.dumps(parameters)
-    ros = ["--ros-args", "--log-level", log_level]
-    return [sys.executable, "-m", "bringup.processes.host", group, "--parameters", values, *ros]
+    host = [sys.executable, "-m", "bringup.processes.host", group, "--parameters", parameters]
+    if arguments.namespace:
+        host += ["--namespace", arguments.namespace]
+    ros = ["--ros-args", "--disable-external-lib-logs", "--log-level", arguments.log_level]
+    return [*host, *ros]

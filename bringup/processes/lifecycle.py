@@ -10,10 +10,12 @@ from typing import Any
 
 from lifecycle_msgs.srv import ChangeState, GetState
 from nav2_msgs.srv import ManageLifecycleNodes
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.process import Process
 from bringup.processes.deferred import DeferredService
 from bringup.processes.lifecycle_plan import Command, State, Step, Transition, Verdict, judge, plan
@@ -23,6 +25,10 @@ SERVICE_DEADLINE = 10.0
 TRANSITION_DEADLINE = 90.0
 """How long a transition may take [s]; the first ever compiles the algorithms."""
 _PERIOD = 0.05
+_MANAGED = ParameterDescriptor(
+    description="The managed nodes, in the order of bring-up.", read_only=True
+)
+_AUTOSTART = ParameterDescriptor(description="Whether they come up at once.", read_only=True)
 
 
 @dataclass
@@ -49,6 +55,8 @@ class LifecycleManager(Node):
         nodes: The managed nodes in the order of bring-up.
         autostart: Whether to bring them up at once.
         commandable: Whether clients may command it by `<name>/manage_nodes`.
+        ready: Whether the first command may begin; asked until it is so.
+        on_wait: Told what is waited for, before it is; empty where nothing is.
     """
 
     def __init__(
@@ -58,11 +66,16 @@ class LifecycleManager(Node):
         nodes: Sequence[str],
         autostart: bool = True,
         commandable: bool = True,
+        ready: Callable[[], bool] = lambda: True,
+        on_wait: Callable[[str], None] = lambda what: None,
     ) -> None:
-        super().__init__(name, context=process.context)
-        self.declare_parameter("node_names", list(nodes))
-        self.declare_parameter("autostart", autostart)
+        super().__init__(name, context=process.context, namespace=process.namespace)
+        describe_sim_time(self)
+        self.declare_parameter("node_names", list(nodes), _MANAGED)
+        self.declare_parameter("autostart", autostart, _AUTOSTART)
         self.system_active = False
+        self._ready = ready
+        self._on_wait = on_wait
         self._nodes = tuple(nodes)
         self._states = {n: self.create_client(GetState, f"{n}/get_state") for n in nodes}
         self._changes = {n: self.create_client(ChangeState, f"{n}/change_state") for n in nodes}
@@ -103,6 +116,8 @@ class LifecycleManager(Node):
         if not self._jobs:
             self._timer.cancel()
             return
+        if not self._ready():
+            return
         job, now = self._jobs[0], time.monotonic()
         if job.started == 0.0:
             job.started = job.step_started = now
@@ -137,6 +152,7 @@ class LifecycleManager(Node):
         elif verdict is Verdict.REFUSE:
             self._fail(job, f"is {state.name.lower()}: cannot {step.transition.name.lower()}")
         else:
+            self._on_wait(f"{step.node} to {step.transition.name.lower()}")
             request = ChangeState.Request()
             request.transition.id = step.transition.number
             future = self._changes[step.node].call_async(request)
@@ -176,4 +192,5 @@ class LifecycleManager(Node):
             self.get_logger().info("Managed nodes are active")
         elif not success:
             self.get_logger().error(f"{job.command.name} failed: {', '.join(job.failures)}")
+        self._on_wait("" if success else f"{', '.join(job.failures)}: failed, see the log")
         job.reply(success)

@@ -6,11 +6,12 @@ import os
 import selectors
 import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
 from bringup.processes.child import Child, ChildSpec, describe_exit
+from bringup.processes.output import OWN, Output
 from bringup.processes.restart import RestartLimits, RestartPolicy
 
 USAGE_EXIT = 2
@@ -53,7 +54,7 @@ class Supervisor:
 
     Args:
         specs: What to run; stopped together.
-        write: Takes each line to show.
+        output: Takes what there is to show.
         limits: Back-off of restarts.
         times: How long each way to stop may take.
     """
@@ -61,12 +62,12 @@ class Supervisor:
     def __init__(
         self,
         specs: Sequence[ChildSpec],
-        write: Callable[[str], None],
+        output: Output,
         limits: RestartLimits = LIMITS,
         times: StopTimes = STOP_TIMES,
     ) -> None:
         self._places = [_Supervised(spec, limits) for spec in specs]
-        self._write = write
+        self._output = output
         self._times = times
         self._selector = selectors.DefaultSelector()
         self._signals = 0
@@ -113,15 +114,18 @@ class Supervisor:
                 self._start(place)
 
     def _start(self, place: _Supervised) -> None:
+        name = place.spec.name
         place.start_at = None
-        place.child = Child(place.spec, lambda line: self._write(f"[{place.spec.name}] {line}"))
+        place.child = Child(place.spec, lambda line: self._output.line(name, line))
         self._selector.register(place.child.output, selectors.EVENT_READ, place.child.read)
+        self._output.state(name, "started")
 
     def _wait(self, timeout: float) -> None:
         """Hand on output until a timeout [s], a signal, or the first quiet moment."""
         for key, _ in self._selector.select(timeout):
             if not key.data():
                 self._selector.unregister(key.fd)
+        self._output.tick()
 
     def _reap(self, restart: bool = True) -> None:
         for place in self._places:
@@ -133,21 +137,25 @@ class Supervisor:
                 place.child = None
                 if restart:
                     self._plan_restart(place, code)
+                else:
+                    self._output.state(place.spec.name, "ended")
 
     def _plan_restart(self, place: _Supervised, code: int) -> None:
         name, how, now = place.spec.name, describe_exit(code), time.monotonic()
         if code == QUIT_EXIT:
             self._signals += 1
-            self._write(f"[bringup] {name} quit, and so do all")
+            self._output.state(name, "quit", f"{name} quit, and so do all")
             return
         delay = None if code == USAGE_EXIT else place.policy.on_death(now)
         if delay is not None:
             place.start_at = now + delay
-            self._write(f"[bringup] {name} died ({how}); it starts again in {delay:g} s")
+            text = f"{name} died ({how}); it starts again in {delay:g} s"
+            self._output.state(name, "died", text)
             return
         self._failed = self._failed or place.spec.needed
         why = "it refused its input" if code == USAGE_EXIT else "it dies again and again"
-        self._write(f"[bringup] {name} died ({how}) and {why}: giving up; see its lines above")
+        text = f"{name} died ({how}) and {why}: giving up; see its lines above"
+        self._output.state(name, "failed", text)
 
     def _stop_all(self) -> None:
         """Ask the processes to end, in three ever firmer ways; a further Ctrl-C skips ahead."""
@@ -163,7 +171,7 @@ class Supervisor:
             late = [place.spec.name for place in self._places if place.child is not None]
             if not late:
                 return
-            self._write(f"[bringup] {', '.join(late)} did not end on {number.name}")
+            self._output.line(OWN, f"{', '.join(late)} did not end on {number.name}")
 
     def _wait_for_end(self, patience: float) -> None:
         signals, deadline = self._signals, time.monotonic() + patience

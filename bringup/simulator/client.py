@@ -40,11 +40,12 @@ class SimulatorClient:
 
     Args:
         timeout: How long to wait for an answer [s, wall].
+        namespace: The robot's namespace.
     """
 
-    def __init__(self, timeout: float = ANSWER_TIMEOUT) -> None:
+    def __init__(self, timeout: float = ANSWER_TIMEOUT, namespace: str = "") -> None:
         self._timeout = timeout
-        self._connection = Connection("simulator_client")
+        self._connection = Connection("simulator_client", namespace)
 
     def close(self) -> None:
         """Leave the graph."""

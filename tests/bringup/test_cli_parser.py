@@ -43,6 +43,9 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
         (["sim", "--rtf", "nan"], "'nan' is no factor"),
         (["sim", "--rtf", "inf"], "'inf' is no factor"),
         (["sim", "--log-level", "loud"], "invalid choice: 'loud'"),
+        (["sim", "--namespace", "a b"], "'a b' is no namespace; valid: words"),
+        (["goto", "1", "2", "--namespace", "a//b"], "'a//b' is no namespace"),
+        (["nav", "--slam", "--domain-id", "233"], "'233' is no domain; valid: 0 to 232"),
         (["slam", "--world", "w.world"], "unrecognized arguments: --world"),
     ],
 )
@@ -52,6 +55,14 @@ def test_a_wrong_command_line_is_refused_with_exit_code_2(
     with pytest.raises(SystemExit, match="2"):
         parse(argv)
     assert problem in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["sim", "teleop", "avoid", "explore", "world list"])
+def test_a_robot_is_chosen_by_namespace_and_domain(command: str) -> None:
+    name, *rest = command.split()
+    arguments = parse([name, "--namespace", "/robot1/", "--domain-id", "7", *rest])
+    assert (arguments.namespace, arguments.domain_id) == ("robot1", 7)
+    assert parse([name, *rest]).namespace == ""
 
 
 def test_the_demo_writes_to_out_demo_unless_told_otherwise() -> None:

@@ -17,8 +17,9 @@ ACTIVE = "Managed nodes are active"
 
 
 @pytest.fixture(autouse=True)
-def _own_domain(monkeypatch: pytest.MonkeyPatch) -> None:
+def _own_domain_and_home(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "91")
+    monkeypatch.setenv("HOME", str(tmp_path))
 
 
 def _children(pid: int) -> list[int]:
@@ -57,3 +58,15 @@ def test_a_reader_that_goes_away_stops_the_robot() -> None:
         bringup.process.stdout.close()
         os.kill(host, signal.SIGKILL)  # what is said of it has no reader
         assert bringup.process.wait(timeout=20.0) == 0
+
+
+def test_without_a_simulator_it_says_what_it_waits_for_and_keeps_that_in_its_log(
+    tmp_path: Path,
+) -> None:
+    with Lines("-m", "bringup", "slam", "--namespace", "robot1") as bringup:
+        (line,) = bringup.wait_for("waiting for slam: /robot1/clock: is ")
+        assert "(ROS_DOMAIN_ID=91, --namespace robot1 here)" in line
+        bringup.process.send_signal(signal.SIGINT)
+        assert bringup.read_to_end() == 0
+    (log,) = (tmp_path / ".arjuna" / "log").glob("*-slam/log.txt")
+    assert line in log.read_text()

@@ -78,9 +78,10 @@ def camera(xml: XmlFile, sensor: Element, link: str, depth: bool) -> CameraSetti
     """
     place = place_of(sensor)
     tag = sensor.find("camera")
+    frame = text_of(sensor, "opticalframeid", default=_frame(sensor, link)).lstrip("/")
     settings = CameraSettings(
         link,
-        _frame(sensor, link),
+        frame,
         xml.count(tag, "image/width", 640, place),
         xml.count(tag, "image/height", 480, place),
         xml.number(tag, "horizontal_fov", 1.047, place),

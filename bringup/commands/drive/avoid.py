@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from bringup.parameters.options import positive
+from bringup.parameters.options import add_robot_choice, positive
 
 if TYPE_CHECKING:
     from bringup.client.robot import Robot
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    add_robot_choice(parser)
     parser.add_argument(
         "--distance", type=positive, default=0.7, help="that is too near [m] (%(default)s)"
     )
@@ -29,7 +30,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.client.robot import Robot
     from bringup.terminal import show
 
-    with Robot() as robot:
+    with Robot(namespace=arguments.namespace) as robot:
         avoid(robot, arguments, show)
     return 0
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters.options import add_node_options, positive
+from bringup.parameters.options import add_node_options, add_robot_choice, positive
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add_node_options(parser)
+    add_robot_choice(parser)
     parser.add_argument(
         "--timeout", type=positive, default=1800.0, help="give up after [s] (%(default)g)"
     )
@@ -22,6 +23,6 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.stack import EXPLORER_GROUP
     from bringup.terminal import show
 
-    done = run_until_done(EXPLORER_GROUP, gather(arguments), arguments.timeout)
+    done = run_until_done(EXPLORER_GROUP, gather(arguments), arguments)
     show("explored" if done else f"not all seen within {arguments.timeout:g} s")
     return 0 if done else 1

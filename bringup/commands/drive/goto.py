@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters.options import finite, positive
+from bringup.parameters.options import add_robot_choice, finite, positive
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    add_robot_choice(parser)
     parser.add_argument("x", type=finite, metavar="X", help="of the map [m]")
     parser.add_argument("y", type=finite, metavar="Y", help="of the map [m]")
     parser.add_argument(
@@ -26,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.terminal import show
 
     x, y, yaw = arguments.x, arguments.y, arguments.yaw
-    with Robot() as robot:
+    with Robot(namespace=arguments.namespace) as robot:
         show(f"Sending goal → X: {x:.2f} Y: {y:.2f} Yaw: {yaw:.2f}")
         end = robot.goto(x, y, yaw, arguments.timeout, Progress(show))
         if not end.succeeded:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters.options import finite
+from bringup.parameters.options import add_robot_choice, finite
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    add_robot_choice(parser)
     parser.add_argument("x", type=finite, metavar="X", help="of the map [m]")
     parser.add_argument("y", type=finite, metavar="Y", help="of the map [m]")
     parser.add_argument(
@@ -22,7 +23,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.terminal import show
 
     x, y, yaw = arguments.x, arguments.y, arguments.yaw
-    with Robot() as robot:
+    with Robot(namespace=arguments.namespace) as robot:
         robot.set_pose(x, y, yaw)
         show(f"told AMCL: ({x:.2f}, {y:.2f}), yaw {yaw:.2f}")
     return 0

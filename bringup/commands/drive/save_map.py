@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bringup.parameters.options import positive
+from bringup.parameters.options import add_robot_choice, positive
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    add_robot_choice(parser)
     parser.add_argument(
         "name", type=Path, metavar="NAME", help="path without suffix: NAME.pgm, NAME.yaml"
     )
@@ -23,6 +24,6 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.client.robot import Robot
     from bringup.terminal import show
 
-    with Robot(arguments.timeout) as robot:
+    with Robot(arguments.timeout, arguments.namespace) as robot:
         show(f"saved {robot.save_map(arguments.name)}")
     return 0

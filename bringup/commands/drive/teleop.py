@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 
 from bringup.client.keys import PAGES
-from bringup.parameters.options import positive
+from bringup.parameters.options import add_robot_choice, positive
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    add_robot_choice(parser)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = "\n\n".join(f"--keys {name}:\n{page}" for name, page in PAGES.items())
     parser.add_argument(
@@ -29,5 +30,5 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.client.keys import Driving
 
     start = Driving(arguments.keys, arguments.speed, arguments.turn)
-    drive_by_keys(start, arguments.topic, arguments.stamped)
+    drive_by_keys(start, arguments)
     return 0

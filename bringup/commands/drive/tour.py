@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bringup.parameters.options import positive
+from bringup.parameters.options import add_robot_choice, positive
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    add_robot_choice(parser)
     parser.add_argument(
         "file", type=Path, metavar="FILE", help="YAML: 'waypoints: [[x, y, yaw], ...]'"
     )
@@ -26,6 +27,6 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.terminal import show
 
     waypoints = load_waypoints(arguments.file)
-    with Robot() as robot:
+    with Robot(namespace=arguments.namespace) as robot:
         reached = Tour(robot, show).drive(waypoints, arguments.timeout, arguments.pause)
     return 0 if reached == len(waypoints) else 1

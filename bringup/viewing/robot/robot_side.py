@@ -102,8 +102,8 @@ class RobotSide:
 
     def _listen_to_transforms(self) -> None:
         for topic, profile, static in (
-            ("/tf", qos.TF, False),
-            ("/tf_static", qos.TF_STATIC_SUBSCRIPTION, True),
+            ("tf", qos.TF, False),
+            ("tf_static", qos.TF_STATIC_SUBSCRIPTION, True),
         ):
             subscription = self.node.create_subscription(
                 TFMessage, topic, lambda m, static=static: self._on_transforms(m, static), profile

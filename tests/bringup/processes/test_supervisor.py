@@ -10,9 +10,14 @@ import pytest
 from tests.helpers.processes import Lines, ended
 
 ORCHESTRATOR = """
-import sys
+import sys, time
+from datetime import datetime
+from pathlib import Path
 from bringup.processes.child import ChildSpec
+from bringup.processes.output import TextOutput
 from bringup.processes.restart import RestartLimits
+from bringup.processes.run_log import RunLog
+from bringup.processes.status import StartUp
 from bringup.processes.supervisor import StopTimes, Supervisor
 
 specs = [
@@ -20,8 +25,9 @@ specs = [
     for n, s in enumerate(sys.argv[1:])
 ]
 limits = RestartLimits(first_delay=0.01, deaths=3)
-show = lambda line: print(line, flush=True)
-sys.exit(Supervisor(specs, show, limits, StopTimes(0.3, 0.3)).run())
+log = RunLog("test", datetime.now(), Path("/dev/null"))  # where none can be written
+output = TextOutput(StartUp([], time.monotonic()), log)
+sys.exit(Supervisor(specs, output, limits, StopTimes(0.3, 0.3)).run())
 """
 READY = "import os, signal, threading; {0}; print('pid', os.getpid()); threading.Event().wait()"
 OBEDIENT = READY.format("signal.signal(signal.SIGTERM, signal.SIG_DFL)")

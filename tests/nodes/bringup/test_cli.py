@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ class Starts:
 
     specs: tuple[Any, ...] = ()
 
-    def __init__(self, specs: Any, write: Any) -> None:
+    def __init__(self, specs: Any, output: Any) -> None:
         Starts.specs = tuple(specs)
 
     def run(self) -> int:
@@ -37,6 +38,7 @@ def _nothing_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(interactive, "Supervisor", Starts)
     monkeypatch.setattr(Starts, "specs", ())
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path))
 
 
 def _write(name: str, text: str) -> str:
@@ -53,7 +55,7 @@ def test_sim_starts_one_process_that_gets_the_checked_parameters() -> None:
     (spec,) = Starts.specs
     assert spec.name == "sim"
     assert '"seed": 7' in " ".join(spec.command)
-    assert spec.command[-3:] == ["--ros-args", "--log-level", "warn"]
+    assert spec.command[-3:] == ["--disable-external-lib-logs", "--log-level", "warn"]
 
 
 def test_options_win_over_files_and_later_files_over_earlier() -> None:
@@ -70,6 +72,28 @@ def test_files_are_handed_on_as_absolute_paths() -> None:
     assert parameters["sim"]["robot"] == str(Path("my.urdf").resolve())
     assert parameters["robot_state_publisher"]["robot"] == parameters["sim"]["robot"]
     assert parameters["sim"]["real_time_factor"] == 0.0
+
+
+def test_a_namespaced_robot_takes_files_with_and_without_its_namespace() -> None:
+    plain = _write("a.yaml", _sim("seed", 3))
+    below = _write("b.yaml", _sim("real_time_factor", 2.0, "robot1/sim"))
+    argv = ["sim", "--namespace", "robot1", "--params", plain, "--params", below]
+    values = inputs.gather(parse(argv))["sim"]
+    assert (values["seed"], values["real_time_factor"]) == (3, 2.0)
+    assert cli.run(parse(argv)) == 0
+    assert "--namespace robot1" in " ".join(Starts.specs[0].command)
+
+
+def test_a_maps_folder_is_that_of_every_node_that_reads_or_writes_maps() -> None:
+    parameters = inputs.gather(parse(["slam", "--maps-folder", "mine"]))
+    for node in ("map_saver", "slam_toolbox"):
+        assert parameters[node]["maps_folder"] == str(Path("mine").resolve())
+
+
+def test_a_domain_is_that_of_the_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "1")
+    assert cli.run(parse(["sim", "--domain-id", "9"])) == 0
+    assert os.environ["ROS_DOMAIN_ID"] == "9"
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.process import Process
 from arjuna_core.se2 import SE2
 from tests.helpers.ros import TICK, RosBench
 
@@ -84,3 +85,29 @@ def test_what_is_due_has_run_when_the_process_is_drained(bench: RosBench) -> Non
 
 def _start() -> object:
     return transform_msg(SE2(), "odom", "base_link", 0.0)
+
+
+def test_what_waits_is_run_without_waiting_for_what_it_queues(bench: RosBench) -> None:
+    """Else a process in which work comes faster than it is done could not end."""
+    runs: list[int] = []
+
+    def again() -> None:
+        runs.append(len(runs))
+        bench.process.executor.create_task(again)
+
+    bench.process.executor.create_task(again)
+    bench.process.run_waiting()
+    assert runs == [0]
+
+
+def test_an_absolute_name_is_below_the_robots_namespace() -> None:
+    process = Process("host", isolated=True, namespace="/robot1/")
+    try:
+        node = WatchNode(process, name="watch", namespace="costmap")
+        assert process.absolute("/tf") == "/robot1/tf"
+        assert process.absolute("scan") == "scan"
+        assert process.find("costmap/watch") is node
+        assert node.publisher(Clock, "/time", qos.LATEST).topic_name == "/robot1/time"
+        assert node.publisher(Clock, "time", qos.LATEST).topic_name == "/robot1/costmap/time"
+    finally:
+        process.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections.abc import Iterator
 
 import pytest
@@ -46,6 +47,19 @@ def test_a_goal_is_reached(robot: PlayedRobot) -> None:
     assert robot.pose.distance(GOAL) < TOLERANCE
     assert abs(robot.pose.theta - GOAL.theta) < TOLERANCE
     assert_stopped_for_good(robot)
+
+
+def test_the_log_says_which_goal_came_and_how_it_ended(
+    robot: PlayedRobot, capfd: pytest.CaptureFixture[str]
+) -> None:
+    robot.run_until_done(go(robot, GOAL), 30.0)
+    robot.run_until_done(go(robot, SE2(40.0, 0.0)), 30.0)
+    log = [line.split("bt_navigator]: ")[1] for line in capfd.readouterr().err.splitlines()
+           if "bt_navigator]: " in line]  # fmt: skip
+    assert log[0] == "navigate_to_pose: goal (1.00, 1.00, 0.50) received"
+    assert re.fullmatch(r"navigate_to_pose: goal succeeded after \d+\.\d s", log[1])
+    assert log[2] == "navigate_to_pose: goal (40.00, 0.00, 0.00) received"
+    assert re.fullmatch(r"navigate_to_pose: goal aborted after .* s: .*", log[-1])
 
 
 def test_feedback_says_how_it_goes(robot: PlayedRobot) -> None:

@@ -42,7 +42,8 @@ def test_camera_publishes_only_for_who_looks(
     run(bench, sim, 50)
     assert len(images) == len(infos) == len(drawn) == 30
     assert (images[0].encoding, images[0].step) == ("rgb8", 1920)
-    assert images[0].header.frame_id == "camera_link"
+    assert images[0].header.frame_id == "camera_link_optical_frame"
+    assert infos[0].header.frame_id == images[0].header.frame_id
     assert infos[0].k[2] == 320.0
     depths = bench.collect(Image, "/camera/depth/image_raw", qos.SENSOR_SUBSCRIPTION)
     run(bench, sim, 50)

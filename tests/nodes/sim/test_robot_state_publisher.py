@@ -25,7 +25,12 @@ def test_description_and_fixed_frames_are_latched(bench: RosBench) -> None:
     start(bench, RobotStatePublisherNode(bench.process))
     assert description[0].data.startswith("<?xml")
     children = {t.child_frame_id: t for t in static[0].transforms}
-    assert sorted(children) == ["base_link", "camera_link", "imu_link", "lidar_link"]
+    links = ["base_link", "camera_link", "imu_link", "lidar_link"]
+    assert sorted(children) == sorted([*links, "camera_link_optical_frame"])
+    optical = children["camera_link_optical_frame"]
+    assert optical.header.frame_id == "camera_link"
+    q = optical.transform.rotation
+    assert (q.x, q.y, q.z, q.w) == pytest.approx((-0.5, 0.5, -0.5, 0.5))
     assert children["lidar_link"].header.frame_id == "base_link"
     assert children["lidar_link"].transform.translation.z == pytest.approx(0.2)
 
@@ -47,3 +52,10 @@ def test_whole_tree_connects_odom_to_the_lidar(bench: RosBench) -> None:
     start(bench, RobotStatePublisherNode(bench.process))
     run(bench, sim, 5)
     assert bench.process.transforms.try_lookup("odom", "lidar_link") is not None
+
+
+def test_the_frame_of_the_ground_truth_is_in_the_tree(bench: RosBench) -> None:
+    static = bench.collect(TFMessage, "/tf_static", qos.TF_STATIC)
+    start_sim(bench)
+    (transform,) = static[0].transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ("world", "map")

@@ -181,6 +181,13 @@ def test_save_map_without_a_map_answers_no(bench: RosBench, tmp_path: Path) -> N
     assert not save(bench, map_url="room")
 
 
+@pytest.mark.parametrize("topic", ["map", "/map", ""])
+def test_the_map_can_be_named_with_its_slash(bench: RosBench, tmp_path: Path, topic: str) -> None:
+    started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    bench.publish(OccupancyGridMsg, "map", grid_msg(GRID, "map", 0.0), qos.LATCHED)
+    assert save(bench, map_url="room", map_topic=topic)
+
+
 def test_a_topic_asked_for_the_first_time_can_be_saved_the_second(
     bench: RosBench, tmp_path: Path
 ) -> None:

@@ -1,0 +1,35 @@
+"""Every parameter that `ros2 param describe` shows says what it is."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from bringup.parameters.inputs import DEMO_GROUPS
+from bringup.processes.host import Host
+from bringup.stack import Group
+
+pytestmark = pytest.mark.ros
+MEASURES = re.compile(
+    r"(_time|_timeout|_duration|_distance|_radius|_frequency|_rate|_angle|_vel|_velocity|_period)$"
+)
+
+
+@pytest.mark.parametrize("group", DEMO_GROUPS, ids=lambda group: group.name)
+def test_every_parameter_is_described(group: Group, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    host = Host(group, {})
+    told, bare = {}, []
+    for node in (*host.nodes, host.manager, host.process.node):
+        for name, parameter in node.get_parameters_by_prefix("").items():
+            text = told[f"{node.get_name()}.{name}"] = node.describe_parameter(name).description
+            if MEASURES.search(name) and isinstance(parameter.value, float) and "[" not in text:
+                bare.append(f"{node.get_name()}.{name}")
+    host.stop()
+    host.run()
+    assert len(told) > len(host.nodes)
+    assert [name for name, text in told.items() if not text.strip()] == []
+    assert bare == []

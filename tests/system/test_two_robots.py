@@ -1,0 +1,89 @@
+"""Two robots in one ROS domain, each below its namespace: neither hears of the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from nav2_msgs.action import NavigateToPose
+from rclpy.action import ActionClient
+
+from arjuna_core.files.shipped import shipped_file
+from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.se2 import SE2
+from bringup.lockstep import LockStep
+from bringup.parameters.files import merged, shipped_parameters
+from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
+
+pytestmark = [pytest.mark.ros, pytest.mark.system]
+GOALS = {"robot1": SE2(1.5, 1.0, 0.5), "robot2": SE2(-1.0, -1.0, 0.0)}
+REACHED = 0.25
+OF_ROS = {"/rosout", "/parameter_events"}
+ON_MAP: dict[str, dict[str, Any]] = {
+    "map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))},
+    "amcl": {"set_initial_pose": True},
+}
+
+
+@pytest.fixture
+def robots(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, LockStep]]:
+    """Two robots that see each other's processes."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "92")
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    parameters = merged(shipped_parameters(), ON_MAP)
+    with ExitStack() as opened:
+        made = {name: LockStep(parameters, name, isolated=False) for name in GOALS}
+        for robot in made.values():
+            opened.enter_context(closing(robot))
+            robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
+        yield made
+
+
+def step(robots: dict[str, LockStep], times: int) -> None:
+    """Let both robots advance, tick by tick in turn."""
+    for _ in range(times):
+        for robot in robots.values():
+            robot.step()
+
+
+def send(robot: LockStep, goal: SE2) -> Any:
+    """Send a goal; return the future of the answer."""
+    client = ActionClient(robot.client, NavigateToPose, "navigate_to_pose")
+    return client.send_goal_async(NavigateToPose.Goal(pose=pose_stamped(goal, "map", 0.0)))
+
+
+def test_each_reaches_its_own_goal_and_shares_no_topic(robots: dict[str, LockStep]) -> None:
+    step(robots, 50)
+    ahead = robots["robot1"]
+    for _ in range(50):
+        ahead.step()
+    assert ahead.now == pytest.approx(robots["robot2"].now + 1.0)  # each has its own clock
+    sent = {name: send(robot, GOALS[name]) for name, robot in robots.items()}
+    step(robots, 10)
+    results = {name: future.result().get_result_async() for name, future in sent.items()}
+    for _ in range(40):
+        step(robots, 50)
+        if all(result.done() for result in results.values()):
+            break
+    for name, robot in robots.items():
+        assert robot.sim.last.truth.pose.distance(GOALS[name]) < REACHED
+    _check_graph(robots)
+
+
+def _check_graph(robots: dict[str, LockStep]) -> None:
+    client = robots["robot1"].client
+    topics = {topic for topic, _ in client.get_topic_names_and_types()} - OF_ROS
+    assert {f"/{name}/{topic}" for name in robots for topic in ("tf", "clock", "scan")} <= topics
+    for topic in topics:
+        ends = (
+            *client.get_publishers_info_by_topic(topic),
+            *client.get_subscriptions_info_by_topic(topic),
+        )
+        owners = {end.node_namespace.split("/")[1] for end in ends}
+        assert len(owners) <= 1, f"{topic} is shared"
+        assert topic.split("/")[1] in robots, f"{topic} is no robot's"
