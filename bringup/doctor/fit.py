@@ -35,7 +35,7 @@ def scan_facts(
     """
     hits = scan.valid
     fit = None
-    if grid is not None and T_map_sensor is not None and hits.any():
+    if grid is not None and T_map_sensor is not None and hits.any() and grid.occupied().any():
         seen = scan.mirrored() if upside_down else scan
         fit = share_on_walls(replace(seen, T_base_sensor=T_map_sensor).points(), grid)
     return ScanFacts(
@@ -53,10 +53,8 @@ def share_on_walls(points: NDArray[np.float64], grid: OccupancyGrid) -> float:
 
     Args:
         points: `(N, 2) float64` in the map's frame [m], at least one.
-        grid: The map.
+        grid: The map, with at least one occupied cell.
     """
-    if not grid.occupied().any():
-        return 0.0
     cells = grid.frame.to_cells(points)
     rows, columns = cells[grid.frame.inside(cells)].T
     distances = distance_transform_edt(~grid.occupied()) * grid.frame.resolution

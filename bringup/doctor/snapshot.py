@@ -59,7 +59,7 @@ class ScanFacts:
         upside_down: Whether its frame's z axis points down in the robot's base.
         clockwise: Whether its bearings fall.
         on_walls: Share of the hits within 15 cm of what /map has occupied; None without a map
-            or a transform.
+            that has walls, or without a transform.
     """
 
     frame: str

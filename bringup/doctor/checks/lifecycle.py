@@ -14,7 +14,9 @@ def check(snapshot: Snapshot) -> list[Finding]:
     for node, state in sorted(snapshot.states.items()):
         if not state:
             what = f"{node} does not say what state it is in"
-            found.append(Finding(what, "it hangs or has no time: see its lines, and top"))
+            found.append(
+                Finding(what, "it starts, hangs or has no time: look again, then at its lines")
+            )
         elif state != _ACTIVE:
             cure = "its lines say why; navigation is started by its lifecycle manager's"
             cure += " manage_nodes (STARTUP)"

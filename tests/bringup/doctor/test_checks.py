@@ -217,6 +217,11 @@ def test_a_healthy_robot_has_no_findings() -> None:
     assert {name: found for name, found in diagnose(HEALTHY).items() if found} == {}
 
 
+def test_a_map_in_the_making_need_not_fit() -> None:
+    mapping = replace(_scan(on_walls=0.3), nodes=("/slam_toolbox", "/sim"))
+    assert diagnose(mapping)["localization"] == []
+
+
 def test_a_machine_without_a_robot_has_no_findings() -> None:
     assert not any(diagnose(Snapshot()).values())
 

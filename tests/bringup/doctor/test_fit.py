@@ -56,6 +56,12 @@ def test_without_a_map_or_a_pose_nothing_is_said_of_the_fit() -> None:
     assert scan_facts(scan, "l", False, _room(), None).on_walls is None
 
 
+def test_a_map_without_walls_says_nothing_of_the_fit() -> None:
+    empty = OccupancyGrid(GridFrame(0.05, 80, 40), np.zeros((40, 80), dtype=np.int8))
+    scan = _scan_at(1.0, 0.5, 0.3)
+    assert scan_facts(scan, "l", False, empty, SE2(1.0, 0.5, 0.3)).on_walls is None
+
+
 def test_shares_are_of_all_beams() -> None:
     scan = Scan(np.array([0.02, 1.0, np.inf, np.inf]), 0.0, 0.1, 0.01, 5.0)
     facts = scan_facts(scan, "l", False, None, None)
