@@ -27,7 +27,7 @@ def test_a_file_ends_by_size_or_time(text: str, limits: tuple[int, float]) -> No
 def test_what_is_neither_is_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         parse(["record", f"--split={text}"])
-    assert "is no size or time; valid: a number with one of kb, mb" in capsys.readouterr().err
+    assert "is no size or time; valid: a number with one of b, kb, mb" in capsys.readouterr().err
 
 
 def test_the_next_free_folder_is_taken(tmp_path: Path) -> None:
