@@ -46,7 +46,8 @@ def main() -> int:
 def for_linux(text: str) -> str:
     """Drop what a universal resolution says of other systems and interpreters."""
     lines = [line for line in text.splitlines() if "win32" not in line]
-    kept = [re.sub(r" (;|and) platform_python_impl\w+ != 'PyPy'", "", line) for line in lines]
+    other = r" (;|and) platform_(python_impl\w+ != 'PyPy'|machine != 'aarch64')"
+    kept = [re.sub(other, "", line) for line in lines]
     return "\n".join(kept).replace("python_full_version", "python_version") + "\n"
 
 

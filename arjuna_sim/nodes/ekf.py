@@ -58,7 +58,8 @@ class EkfNode(ManagedNode):
 
     def on_config(self, config: Any) -> None:
         """Trust wheels and gyro otherwise."""
-        self._filter.config = config
+        if hasattr(self, "_filter"):
+            self._filter.config = config
 
     def _begin(self) -> None:
         self._filter = FusedOdometry(self.config)

@@ -11,7 +11,7 @@ from scripts import setup_env
 from scripts.lock import for_linux
 from scripts.steps import Step, StepError, run
 
-PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^ ;]+)( ; python_version [<>=]+ '[0-9.]+')?$")
+PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^ ;]+)( ; python_version [<>=]+ '[0-9.]+(\.\*)?')?$")
 
 
 def locked() -> dict[str, str]:

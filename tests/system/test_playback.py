@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -86,6 +87,7 @@ def play(bag: Bag, group: Group, parameters: dict[str, dict[str, Any]], path: Pa
         player = Player(robot.process.context, topics, {})
         clock = robot.client.create_publisher(Clock, "/clock", qos.LATEST)
         with closing(recorder), closing(player):
+            _play_static(bag, player, robot)
             last = -1
             for message in bag.messages():
                 if message.time != last:
@@ -97,6 +99,16 @@ def play(bag: Bag, group: Group, parameters: dict[str, dict[str, Any]], path: Pa
                     player.publish(message)
             robot.process.drain()
     return Bag(path)
+
+
+def _play_static(bag: Bag, player: Player, robot: LockStep) -> None:
+    """Play the fixed transforms, and wait: a latched message comes at no fixed time."""
+    for message in bag.messages(lambda name: name == "/tf_static"):
+        player.publish(message)
+    end = time.monotonic() + 10.0
+    while robot.process.transforms.try_lookup("base_footprint", "lidar_link") is None:
+        assert time.monotonic() < end, "/tf_static did not come"
+        robot.process.spin_once(0.02)
 
 
 @pytest.mark.parametrize(

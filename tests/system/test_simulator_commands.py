@@ -53,7 +53,7 @@ def test_without_a_simulator_a_clear_error_comes_in_time() -> None:
     client = SimulatorClient(timeout=0.2)
     try:
         with pytest.raises(
-            SimulatorError, match=r"no simulator serves 'delete_entity' within 0\.2"
+            SimulatorError, match=r"nobody serves 'delete_entity' within 0\.2 s; start a simulator"
         ):
             client.delete("crate")
     finally:
