@@ -22,6 +22,7 @@ def hz(arguments: argparse.Namespace) -> int:
     """Print the rate at which messages come, until interrupted."""
     wanted = condition(arguments.filter)
     intervals = Intervals(arguments.window)
+    new: list[float] = []
     with Client(arguments) as client:
         clock = client.node.get_clock()
 
@@ -29,13 +30,15 @@ def hz(arguments: argparse.Namespace) -> int:
             now = time.time() if arguments.wall_time else clock.now().nanoseconds / 1e9
             if now > 0.0 and wanted(message):
                 intervals.add(now)
+                new.append(now)
 
         _subscribe(client, arguments, heard, raw=arguments.filter is None)
         while True:
             _wait(client)
             found = intervals.spread()
-            if found is not None:
+            if found is not None and new:
                 print(rate_text(found))
+            new.clear()
 
 
 def bw(arguments: argparse.Namespace) -> int:
