@@ -101,7 +101,13 @@ def test_nothing_but_the_test_can_learn_the_truth(stack: Stack) -> None:
         for topic in topics:
             if "truth" in topic:
                 assert robot.client.get_subscriptions_info_by_topic(topic) == []
-        assert robot.process.transforms.try_lookup("world", "base_footprint") is None
+        transforms = robot.process.transforms
+        assert transforms.try_lookup("world", "map") == SE2(0.0, 0.0, 0.0)
+        elsewhere = SE2(1.0, 1.0, 0.0)  # the truth knows at once, the transforms must not
+        robot.sim.simulator.set_pose(elsewhere)
+        robot.step()
+        believed = transforms.try_lookup("world", "base_footprint")
+        assert believed is None or believed.distance(elsewhere) > 0.5
 
 
 def test_navigation_takes_no_part_of_the_simulator(stack: Stack) -> None:
