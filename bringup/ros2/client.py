@@ -112,7 +112,8 @@ class Client:
         if expected is None:
             return any(name != self._name for name, _ in nodes)
         each = self.node.get_publishers_info_by_topic("ros_discovery_info", no_mangle=True)
-        return len(each) >= expected
+        # a participant is seen before it has told its nodes, and has one at least
+        return min(len(each), len(nodes)) >= expected
 
     def _graph(self) -> tuple[Any, Any, Any]:
         node = self.node
