@@ -7,8 +7,6 @@ import os
 from collections.abc import Iterator
 from typing import Any, Protocol
 
-import rclpy
-from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.time import Time
@@ -16,7 +14,7 @@ from rosgraph_msgs.msg import Clock
 
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
-from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.context import new_context
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
@@ -81,12 +79,10 @@ class Process:
     def __init__(
         self, name: str, use_sim_time: bool = True, isolated: bool = False, namespace: str = ""
     ) -> None:
-        add_environment_to_ament_index()
         self.use_sim_time = use_sim_time
         self.namespace = namespace.strip("/")
-        self.context = Context()
         with _discovery(isolated):
-            rclpy.init(context=self.context)
+            self.context = new_context()
             # the middleware reads the range when the context's first node is made
             # clients that ask every node for its parameters wait for one that does not answer
             self.node = Node(

@@ -6,13 +6,11 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
-import rclpy
-from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.context import new_context
 
 _POLL = 0.02  # [s] between two looks at whether something is done
 
@@ -59,9 +57,7 @@ class Connection:
     """
 
     def __init__(self, name: str = "arjuna_client", namespace: str = "") -> None:
-        add_environment_to_ament_index()
-        self._context = Context()
-        rclpy.init(context=self._context)
+        self._context = new_context()
         self.client = Node(
             name, context=self._context, namespace=namespace, start_parameter_services=False
         )

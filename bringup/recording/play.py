@@ -8,11 +8,8 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import rclpy
-from rclpy.context import Context
-
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.context import new_context
 from bringup.recording.bags.reader import Bag
 from bringup.recording.keys import Keys
 from bringup.recording.playback import Playback
@@ -71,9 +68,7 @@ def play(bag: Bag, options: PlayOptions, show: Callable[[str], None]) -> None:
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
-    add_environment_to_ament_index()
-    context = Context()
-    rclpy.init(context=context)
+    context = new_context()
     player = Player(context, topics, options.remap, clock_hz > 0.0, show)
     try:
         with Keys() as keys:

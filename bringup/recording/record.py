@@ -8,10 +8,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import rclpy
-from rclpy.context import Context
-
-from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.context import new_context
 from bringup.recording.bags.writer import BagFolder, SplitLimits
 from bringup.recording.recorder import Recorder
 from bringup.recording.selection import TopicSelection
@@ -39,9 +36,7 @@ def record(
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
-    add_environment_to_ament_index()
-    context = Context()
-    rclpy.init(context=context)
+    context = new_context()
     recorder = Recorder(context, bag, show)
     show(f"records into {folder}; Ctrl-C ends it")
     try:

@@ -10,14 +10,12 @@ from collections.abc import Callable, Iterable, Sequence
 from types import TracebackType
 from typing import Any
 
-import rclpy
-from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
-from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.context import new_context
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.participants import on_this_machine
 
@@ -38,9 +36,7 @@ class Client:
     """
 
     def __init__(self, arguments: argparse.Namespace, name: str | None = None) -> None:
-        add_environment_to_ament_index()
-        self.context = Context()
-        rclpy.init(context=self.context)
+        self.context = new_context()
         self._name = name or f"_ros2cli_{os.getpid()}"
         self.node = Node(
             self._name,

@@ -6,14 +6,13 @@ import queue
 import time
 
 import foxglove
-import rclpy
 from foxglove.websocket import Capability, StatusLevel
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.context import new_context
 from bringup.viewing.foxglove import listener
 from bringup.viewing.foxglove.channels import Channels
 from bringup.viewing.foxglove.parameters import Parameters
@@ -43,7 +42,6 @@ class Bridge:
     """
 
     def __init__(self, host: str, port: int = PORT, context: Context | None = None) -> None:
-        add_environment_to_ament_index()
         self._events: queue.SimpleQueue[listener.Event] = queue.SimpleQueue()
         scene = foxglove.Context()
         try:
@@ -59,9 +57,7 @@ class Bridge:
         except RuntimeError as error:
             raise BridgeError(f"'{host}' port {port} cannot be served: {error}") from error
         self._owned = context is None
-        self._context = context or Context()
-        if self._owned:
-            rclpy.init(context=self._context)
+        self._context = context or new_context()
         self._node = Node("foxglove_bridge", context=self._context, start_parameter_services=False)
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self._node)

@@ -7,11 +7,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import rclpy
-from rclpy.context import Context
 from rclpy.node import Node
 
-from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.context import new_context
 from bringup.recording.bags.topic import TopicInfo
 from bringup.recording.listener import TopicListener
 from bringup.viewing.drawing.looks import FindMesh
@@ -42,12 +40,10 @@ def watch(
     Raises:
         OutputError: There is nowhere to show it.
     """
-    add_environment_to_ament_index()
     with Output(save, web, show) as output:
         stream = Stream(output.recording, _POLL)
         scene = Scene(stream, find_mesh)
-        context = Context()
-        rclpy.init(context=context)
+        context = new_context()
         node = Node("viewer", context=context, start_parameter_services=False, enable_rosout=False)
         try:
             _run(TopicListener(node), scene, stream, lambda: stopped() or not output.open)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import rclpy
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
@@ -16,7 +15,7 @@ from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.context import new_context
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg, seconds
 from arjuna_core.se2 import SE2
 from bringup.viewing.drawing import wishes
@@ -58,11 +57,8 @@ class RobotSide:
     """
 
     def __init__(self, options: RobotOptions, context: Context | None = None) -> None:
-        add_environment_to_ament_index()
         self._owned = context is None
-        self._context = context or Context()
-        if self._owned:
-            rclpy.init(context=self._context)
+        self._context = context or new_context()
         self.node = Node(
             *("viewer",),
             context=self._context,

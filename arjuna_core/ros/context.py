@@ -1,0 +1,28 @@
+"""Contexts of rclpy, the middleware set up as a robot with a camera needs it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import rclpy
+from rclpy.context import Context
+
+from arjuna_core.ros.ament import add_environment_to_ament_index
+
+_PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
+_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+
+
+def new_context() -> Context:
+    """Return an initialized context; what the environment says of the middleware comes first.
+
+    Without it, the interfaces of this Python environment are found, discovery is on this machine
+    only, and Fast DDS has shared memory enough for pictures.
+    """
+    add_environment_to_ament_index()
+    os.environ.setdefault(_RANGE, "LOCALHOST")
+    os.environ.setdefault(_PROFILES, str(Path(__file__).with_name("fastdds.xml")))
+    context = Context()
+    rclpy.init(context=context)
+    return context

@@ -1,0 +1,50 @@
+"""Contexts of rclpy: what they set up where the environment says nothing."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from arjuna_core.ros.context import new_context
+
+_SEGMENT = 4 << 20  # [bytes] what the profile asks for
+_NODE = """
+import glob, os
+from rclpy.node import Node
+from arjuna_core.ros.context import new_context
+context = new_context()
+node = Node("one", context=context)
+mine = [line.split()[-1] for line in open("/proc/self/maps") if "/dev/shm/fastrtps_" in line]
+print(max(os.path.getsize(path) for path in mine))
+node.destroy_node()
+context.shutdown()
+"""
+
+
+def test_shared_memory_holds_pictures() -> None:
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith("FASTRTPS")
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", _NODE], env=environment, capture_output=True, text=True, timeout=60
+    )
+    assert done.stderr == ""
+    assert int(done.stdout) >= _SEGMENT
+
+
+@pytest.mark.parametrize("own", [None, "mine.xml"])
+def test_environment_comes_first(
+    own: str | None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    name = "FASTRTPS_DEFAULT_PROFILES_FILE"
+    monkeypatch.delenv(name, raising=False)
+    if own is not None:
+        monkeypatch.setenv(name, str(tmp_path / own))
+    new_context().shutdown()
+    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "OFF"
+    assert Path(os.environ[name]).name == (own or "fastdds.xml")
