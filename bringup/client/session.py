@@ -8,11 +8,13 @@ from typing import Any, Protocol
 
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.context import new_context
 
-_POLL = 0.02  # [s] between two looks at whether something is done
+POLL = 0.02
+"""From one look at whether something is done to the next [s]."""
 
 
 class ClientError(ArjunaError):
@@ -51,15 +53,22 @@ class Connection:
     Args:
         name: The node's name.
         namespace: The robot's namespace.
+        use_sim_time: Whether the node's clock is the robot's.
 
     Attributes:
         client: The node.
     """
 
-    def __init__(self, name: str = "arjuna_client", namespace: str = "") -> None:
+    def __init__(
+        self, name: str = "arjuna_client", namespace: str = "", use_sim_time: bool = False
+    ) -> None:
         self._context = new_context()
         self.client = Node(
-            name, context=self._context, namespace=namespace, start_parameter_services=False
+            name,
+            context=self._context,
+            namespace=namespace,
+            start_parameter_services=False,
+            parameter_overrides=[Parameter("use_sim_time", value=use_sim_time)],
         )
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.client)
@@ -93,8 +102,12 @@ class Connection:
                 if required:
                     raise ClientError(f"{what} did not come within {timeout:g} s")
                 return False
-            self._executor.spin_once(timeout_sec=min(left, _POLL))
+            self.spin_once(min(left, POLL))
         return True
+
+    def spin_once(self, timeout: float = POLL) -> None:
+        """Handle what comes next, within a timeout [s]."""
+        self._executor.spin_once(timeout_sec=timeout)
 
     def call(self, service_type: Any, name: str, request: Any, timeout: float = 5.0) -> Any:
         """Return a service's response.
@@ -114,6 +127,7 @@ class Connection:
 
     def close(self) -> None:
         """Leave the graph."""
-        self.client.destroy_node()
         self._executor.shutdown()
+        self.client.destroy_node()
         self._context.shutdown()
+        self._context.destroy()  # else the graph keeps it until it is collected

@@ -20,11 +20,11 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, scan_from_msg, seconds
 from arjuna_core.ros.tf import TransformBuffer, TransformError, TransformListener
-from bringup.client.counter import Counter
 from bringup.client.frames import FrameListener
 from bringup.client.graph import discover, endpoints, lifecycle_states, nodes
 from bringup.client.session import Session
 from bringup.doctor.checks.rates import LEAST
+from bringup.doctor.counter import Counter
 from bringup.doctor.fit import scan_facts
 from bringup.doctor.machine import read_machine
 from bringup.doctor.processes import host_processes

@@ -6,9 +6,9 @@ from typing import Any
 
 from rcl_interfaces.msg import Log
 
-from bringup.client.counter import Counter
 from bringup.client.graph import discover, endpoints, lifecycle_states, nodes
 from bringup.client.session import Session
+from bringup.doctor.counter import Counter
 from bringup.doctor.observer import LOG, hosts_of
 from bringup.doctor.processes import host_processes
 from bringup.doctor.table import Row, cpu_shares, main_topic, rows

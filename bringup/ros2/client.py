@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
 import time
@@ -10,12 +11,9 @@ from collections.abc import Callable, Iterable, Sequence
 from types import TracebackType
 from typing import Any
 
-from rclpy.experimental.events_executor import EventsExecutor
-from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
-from arjuna_core.ros.context import new_context
+from bringup.client.session import POLL, Connection
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.participants import on_this_machine
 
@@ -24,7 +22,6 @@ MISSING = 1.0  # the same before something counts as not there
 SILENT = 3.5  # while some have not been heard of: each announces itself every 3 s
 LIMIT = 8.0  # how long a graph that goes on changing is watched
 ANSWER = 10.0  # how long a service may take to appear, and again to answer [s]
-_POLL = 0.02
 
 
 class Client:
@@ -36,18 +33,10 @@ class Client:
     """
 
     def __init__(self, arguments: argparse.Namespace, name: str | None = None) -> None:
-        self.context = new_context()
         self._name = name or f"_ros2cli_{os.getpid()}"
-        self.node = Node(
-            self._name,
-            context=self.context,
-            start_parameter_services=False,
-            parameter_overrides=[
-                Parameter("use_sim_time", value=bool(getattr(arguments, "use_sim_time", False)))
-            ],
-        )
-        self.executor = EventsExecutor(context=self.context)
-        self.executor.add_node(self.node)
+        use_sim_time = bool(getattr(arguments, "use_sim_time", False))
+        self._session = Connection(self._name, use_sim_time=use_sim_time)
+        self.node = self._session.client
         self._limit = getattr(arguments, "spin_time", None)
 
     def __enter__(self) -> Client:
@@ -59,20 +48,12 @@ class Client:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.executor.shutdown()
-        self.node.destroy_node()
-        self.context.shutdown()
-        self.context.destroy()  # else the graph keeps it until it is collected
+        self._session.close()
 
     def spin(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
         """Run callbacks until something is done; return whether it is, within a timeout [s]."""
-        end = None if timeout is None else time.monotonic() + timeout
-        while not done():
-            left = _POLL if end is None else min(end - time.monotonic(), _POLL)
-            if left <= 0.0:
-                return False
-            self.executor.spin_once(timeout_sec=left)
-        return True
+        limit = math.inf if timeout is None else timeout
+        return self._session.run_until(done, limit, required=False)
 
     def discover(self, found: Callable[[], bool] | None = None) -> bool:
         """Wait until the graph is known, or until something is found in it.
@@ -94,17 +75,17 @@ class Client:
             quiet = STABLE if found is None else MISSING
             if not self._complete(seen[0]):
                 quiet = SILENT
-            settled = now > changed + quiet and polls > 0.8 * quiet / _POLL
+            settled = now > changed + quiet and polls > 0.8 * quiet / POLL
             end = start + LIMIT if self._limit is None else start + float(self._limit)
             if now > end or (settled and self._limit is None):
                 return False
-            self.executor.spin_once(timeout_sec=_POLL)
+            self._session.spin_once()
         return True
 
     def _complete(self, nodes: list[tuple[str, str]]) -> bool:
         """Tell whether every participant has been heard of, as far as that can be told."""
         here = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "LOCALHOST"
-        expected = on_this_machine(self.context.get_domain_id()) if here else None
+        expected = on_this_machine(self.node.context.get_domain_id()) if here else None
         if expected is None:
             return any(name != self._name for name, _ in nodes)
         each = self.node.get_publishers_info_by_topic("ros_discovery_info", no_mangle=True)

@@ -21,17 +21,8 @@ ORDER = {
         *("controllers", "smoothers", "planners", "costmap"),
     ),
     "bringup": (
-        *("", "commands", "doctor", "demo", "processes", "offline", "simulator", "client"),
-        *(
-            "ros2",
-            "viewing",
-            "recording",
-            "lockstep",
-            "parameters",
-            "stack",
-            "progress",
-            "terminal",
-        ),
+        *("", "commands", "doctor", "demo", "processes", "offline", "simulator", "ros2", "client"),
+        *("viewing", "recording", "lockstep", "parameters", "stack", "progress", "terminal"),
     ),
 }
 # arjuna_interfaces holds messages, so it counts as ROS
