@@ -35,7 +35,9 @@ def supervise(arguments: argparse.Namespace) -> int:
     names = [group.name for group in groups_of(arguments)]
     specs = [ChildSpec(name, host_command(name, parameters, arguments)) for name in names]
     if arguments.record is not None:
-        specs.append(ChildSpec("record", _record_command(arguments.record), needed=False))
+        specs.append(
+            ChildSpec("record", record_command(arguments.record, arguments.namespace), needed=False)
+        )
     with closing(RunLog(arguments.command, datetime.now().astimezone())) as log:
         start_up = StartUp(names, time.monotonic())
         output = JsonOutput(start_up, log) if arguments.json else TextOutput(start_up, log)
@@ -44,12 +46,21 @@ def supervise(arguments: argparse.Namespace) -> int:
         return Supervisor(specs, output).run()
 
 
-def _record_command(folder: Path) -> list[str]:
-    """Return the command of the recorder; started again it takes the next free name."""
+def record_command(folder: Path, namespace: str) -> list[str]:
+    """Return the command of the recorder; started again it takes the next free name.
+
+    Args:
+        folder: Where to; a name made of the time if it has none.
+        namespace: The robot's, whose topics alone are recorded; "" for all.
+
+    Raises:
+        InputFileError: The folder exists.
+    """
     if folder.name and folder.exists():
         raise InputFileError(folder, "exists already and is not overwritten")
     into = ["--next", "-o", str(folder)] if folder.name else []
-    return [sys.executable, "-m", "bringup", "record", *into]
+    topics = ["--topics", f"/{namespace.strip('/')}/.*"] if namespace else []
+    return [sys.executable, "-m", "bringup", "record", *into, *topics]
 
 
 def host_command(group: str, parameters: str, arguments: argparse.Namespace) -> list[str]:
