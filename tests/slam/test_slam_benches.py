@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.bench import posegraph, scanmatch, slam
+from tests.bench import loops, posegraph, scanmatch, slam
 from tests.slam.logs.test_offline import text
 
 SQUARE = """\
@@ -54,3 +54,11 @@ def test_a_log_is_measured_against_its_relations(tmp_path: Path) -> None:
     assert result["realtime_factor"] == pytest.approx(result["log_s"] / result["time_s"])
     assert result["callback_worst_ms"] >= result["callback_p99_ms"] >= result["callback_p50_ms"]
     assert run(slam, "--log", log)["translation_m"] is None
+
+
+def test_a_building_is_measured() -> None:
+    result = run(loops, "--count", "1", "--largest", "0.1", "--length", "60")
+    assert result["trials"][0]["kind"] == "rings"
+    assert result["trials"][0]["length_m"] == pytest.approx(60.0, rel=0.3)
+    assert result["trials"][0]["ate_m"] < 0.3
+    assert 0.0 <= result["agree_worst"] <= result["agree"] <= 1.0

@@ -1,0 +1,163 @@
+"""Drives through made-up buildings: a way on a net, scans along it, and odometry that drifts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.raycast import cast
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from tests.helpers.buildings import RESOLUTION, Building
+
+_CORNER = 0.7  # how far from a corner it is cut [m]
+_TURN = 0.6  # between two scans at most [rad]
+_WANDER = 0.25  # deviation from the middle of the way [m]
+_LOST, _SIGMA = 0.01, 0.015  # share of beams without return; of the ranges [m]
+
+
+@dataclass(frozen=True)
+class Drift:
+    """How odometry errs.
+
+    Attributes:
+        walk: Of the heading [rad per sqrt(m)].
+        bias: Of the heading [rad/m].
+        scale: Share by which distances are too long.
+    """
+
+    walk: float = 0.02
+    bias: float = 0.01
+    scale: float = 0.02
+
+    def times(self, factor: float) -> Drift:
+        """Return a drift so much worse."""
+        return Drift(self.walk * factor, self.bias * factor, self.scale * factor)
+
+
+@dataclass(frozen=True)
+class Lidar:
+    """What a scanner sees: beams, field of view [rad] and longest range [m]."""
+
+    beams: int
+    field_of_view: float
+    range_max: float
+
+
+LIDARS = (Lidar(180, math.pi, 30.0), Lidar(360, 2.0 * math.pi, 12.0), Lidar(270, 4.7, 20.0))
+Drive = list[tuple[Scan, SE2, SE2]]
+"""Scan, odometry and true pose."""
+
+
+def drive(
+    building: Building, seed: int, length: float, spacing: float, lidar: Lidar, drift: Drift
+) -> Drive:
+    """Return a drive through a building.
+
+    Args:
+        building: Where.
+        seed: Of all that is random.
+        length: Of the drive [m].
+        spacing: Of the scans [m].
+        lidar: What sees.
+        drift: How the odometry errs; the sign of its bias and of its scale is drawn.
+    """
+    rng = np.random.default_rng([seed, 2])
+    poses = along(_walk(building, rng, length), spacing, rng)
+    signs = rng.choice([-1.0, 1.0], 2)
+    odometry, before, result = SE2(), poses[0], []
+    for k, truth in enumerate(poses):
+        step = before.inverse() @ truth
+        odometry = odometry @ _erring(step, drift, signs, rng)
+        before = truth
+        result.append((_scan(building, truth, lidar, rng, float(k)), odometry, truth))
+    return result
+
+
+def _erring(step: SE2, drift: Drift, signs: NDArray[np.float64], rng: np.random.Generator) -> SE2:
+    length = math.hypot(step.x, step.y)
+    turn = signs[0] * drift.bias * length + rng.normal(0.0, drift.walk * math.sqrt(length))
+    scale = 1.0 + signs[1] * drift.scale
+    return SE2(step.x * scale, step.y * scale, step.theta + turn)
+
+
+def _scan(
+    building: Building, pose: SE2, lidar: Lidar, rng: np.random.Generator, stamp: float
+) -> Scan:
+    increment = lidar.field_of_view / lidar.beams
+    first = -0.5 * (lidar.field_of_view - increment)
+    bearings = pose.theta + first + increment * np.arange(lidar.beams, dtype=np.float64)
+    ranges = cast(building.blocked, RESOLUTION, pose.x, pose.y, bearings, lidar.range_max)
+    ranges = ranges + rng.normal(0.0, _SIGMA, lidar.beams)
+    ranges[rng.random(lidar.beams) < _LOST] = np.inf
+    return Scan(ranges, first, increment, 0.02, lidar.range_max, stamp)
+
+
+def _walk(building: Building, rng: np.random.Generator, length: float) -> NDArray[np.float64]:
+    """Return corners of a walk on the net, `(K, 2)` [m]: mostly to where it has been least."""
+    ends: dict[int, list[int]] = {}
+    for a, b in building.ways:
+        ends.setdefault(a, []).append(b)
+        ends.setdefault(b, []).append(a)
+    here = int(rng.choice(sorted(ends)))
+    walk, gone, last = [here], 0.0, -1
+    visits: dict[tuple[int, int], int] = {}
+    while gone < length:
+        options = [k for k in ends[here] if k != last] or ends[here]
+        options = [options[k] for k in rng.permutation(len(options))]
+        if rng.random() < 0.7:
+            options.sort(key=lambda k: visits.get((min(here, k), max(here, k)), 0))
+        last, here = here, options[0]
+        way = min(last, here), max(last, here)
+        visits[way] = visits.get(way, 0) + 1
+        gone += math.dist(building.points[last], building.points[here])
+        walk.append(here)
+    return np.array([building.points[k] for k in walk])
+
+
+def along(corners: NDArray[np.float64], spacing: float, rng: np.random.Generator) -> list[SE2]:
+    """Return poses along a way of straight pieces, its corners cut and its line not quite straight.
+
+    Args:
+        corners: `(K, 2) float64` [m].
+        spacing: Between poses [m].
+        rng: Source of randomness.
+    """
+    cut = _cut(corners)
+    pieces = np.hypot(*np.diff(cut, axis=0).T)
+    at = np.concatenate(([0.0], np.cumsum(pieces)))
+    places = np.arange(0.0, at[-1], spacing)
+    line = np.column_stack([np.interp(places, at, cut[:, k]) for k in (0, 1)])
+    ahead = np.column_stack([np.interp(places + 0.3, at, cut[:, k]) for k in (0, 1)])
+    behind = np.column_stack([np.interp(places - 0.3, at, cut[:, k]) for k in (0, 1)])
+    heading = np.unwrap(np.arctan2(*(ahead - behind).T[::-1]))
+    knots = np.arange(0.0, at[-1] + 5.0, 5.0)
+    off = np.interp(places, knots, rng.normal(0.0, _WANDER, len(knots)))
+    off = np.clip(off, -2.0 * _WANDER, 2.0 * _WANDER)
+    line += off[:, None] * np.column_stack((-np.sin(heading), np.cos(heading)))
+    heading = heading + np.interp(places, knots, rng.normal(0.0, 0.05, len(knots)))
+    return _turning(np.column_stack((line, heading)))
+
+
+def _turning(poses: NDArray[np.float64]) -> list[SE2]:
+    """Return poses with some between those that turn by more than a scanner may miss."""
+    result = []
+    for a, b in pairwise(poses):
+        steps = 1 + int(abs(b[2] - a[2]) / _TURN)
+        result += [SE2.from_array(a + (b - a) * (k / steps)) for k in range(steps)]
+    return result
+
+
+def _cut(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Replace each inner corner by two points near it."""
+    result = [corners[0]]
+    for before, corner, after in zip(corners, corners[1:], corners[2:], strict=False):
+        for other in (before, after):
+            span = float(np.hypot(*(other - corner)))
+            result.append(corner + (other - corner) * min(_CORNER / span, 0.3))
+    result.append(corners[-1])
+    return np.array(result)
