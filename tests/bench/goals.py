@@ -1,0 +1,158 @@
+"""Random goals on a map, driven in lock-step, judged by the truth."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arjuna_core.files.maps import load_map
+from arjuna_core.files.shipped import shipped_file
+from arjuna_core.se2 import SE2, wrap
+from bringup.parameters import options, robot_options
+from tests.helpers.nav.drives import Drive, Ground, desired_speed, placed
+
+_CLEARANCE = 0.5  # from a goal to the nearest wall: there is room to turn [m]
+_SHORTEST = 1.0  # a goal nearer than that says nothing of the way [m]
+_TIMEOUT_PER_METRE, _TIMEOUT = 15.0, 60.0  # [s]
+_REST = 0.5  # until the robot stands still [s]
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """How one goal went.
+
+    Attributes:
+        succeeded: Whether navigation said so.
+        off_m: From the goal's place, by the truth [m].
+        off_rad: From the goal's heading [rad].
+        believed_m: From the goal's place, by what the robot believes [m].
+        length: The way driven [m].
+        shortest: The way there was [m].
+        time: It took [s].
+        touches: Contacts that began.
+    """
+
+    succeeded: bool
+    off_m: float
+    off_rad: float
+    believed_m: float
+    length: float
+    shortest: float
+    time: float
+    touches: int
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add this benchmark's options."""
+    robot_options.add_options(parser)
+    options.add_node_options(parser)
+    options.add_seed(parser)
+    parser.add_argument("--map", type=Path, metavar="FILE", help="the world's map (its own)")
+    parser.add_argument("--count", type=int, default=20, help="how many goals (%(default)s)")
+    parser.add_argument(
+        "--radius", type=float, default=0.2, help="of the robot, for the shortest way [m]"
+    )
+    parser.set_defaults(log_level="error", command="demo", slam=False)
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Drive to one goal after the other.
+
+    Returns:
+        `succeeded` of `count`, `touches`, `arrival_p95_m` and `arrival_p95_rad` by the truth,
+        `believed_p95_m` by the robot's own word, `path_ratio` to the shortest way and
+        `speed_ratio` to the desired speed, of the goals reached.
+    """
+    from rclpy.logging import LoggingSeverity, set_logger_level
+
+    set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
+    arguments.world = arguments.world or shipped_file("worlds/arjuna_room.world")
+    arguments.map = arguments.map or shipped_file(f"maps/{arguments.world.stem}.yaml")
+    ground = Ground(load_map(arguments.map), arguments.radius, _CLEARANCE)
+    rng = np.random.default_rng(arguments.seed or 0)
+    arrivals, speed = _drive(arguments, ground, rng)
+    return _figures(arrivals, speed)
+
+
+def _drive(
+    arguments: argparse.Namespace, ground: Ground, rng: np.random.Generator
+) -> tuple[list[Arrival], float]:
+    from bringup.client.goals import Goals
+    from bringup.lockstep import LockStep
+    from bringup.parameters.files import merged
+    from bringup.parameters.inputs import gather
+    from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
+
+    parameters = merged(gather(arguments), placed(ground.draw(rng)))
+    arrivals: list[Arrival] = []
+    with closing(LockStep(parameters)) as robot:
+        robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
+        robot.run(1.0)
+        goals = Goals(robot)
+        while len(arrivals) < arguments.count:
+            goal, shortest = ground.draw(rng), math.nan
+            while not shortest >= _SHORTEST:
+                goal = ground.draw(rng)
+                shortest = ground.shortest(robot.sim.last.truth.pose, goal)
+            arrivals.append(_one(robot, goals, goal, shortest))
+            print(_line(len(arrivals), goal, arrivals[-1]), flush=True)
+    return arrivals, desired_speed(parameters)
+
+
+def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
+    drive, start = Drive(robot), robot.now
+    end = goals.navigate(goal, _TIMEOUT + _TIMEOUT_PER_METRE * shortest)
+    length, time = drive.length, robot.now - start
+    if not end.succeeded:
+        print(f"     {end.reason}")
+    robot.run(_REST)
+    if drive.touched:
+        print(f"     touched {', '.join(drive.touched)}")
+    believed = robot.process.transforms.try_lookup("map", "base_footprint") or SE2(math.inf)
+    return Arrival(
+        end.succeeded,
+        drive.truth.distance(goal),
+        abs(wrap(drive.truth.theta - goal.theta)),
+        believed.distance(goal),
+        length,
+        shortest,
+        time,
+        drive.touches,
+    )
+
+
+def _line(number: int, goal: SE2, one: Arrival) -> str:
+    return (
+        f"{number:4} ({goal.x:6.2f}, {goal.y:6.2f}) {'reached' if one.succeeded else 'FAILED '}"
+        f"{one.time:7.1f} s  way {one.length:6.2f} of {one.shortest:6.2f} m"
+        f"  off {one.off_m:.3f} m {one.off_rad:.3f} rad (believed {one.believed_m:.3f} m)"
+        f"  touches {one.touches}"
+    )
+
+
+def _figures(arrivals: list[Arrival], speed: float) -> dict[str, Any]:
+    reached = [one for one in arrivals if one.succeeded]
+
+    def p95(values: list[float]) -> float:
+        return float(np.percentile(values, 95)) if values else math.nan
+
+    length = sum(one.length for one in reached)
+    result = {
+        "succeeded": len(reached),
+        "count": len(arrivals),
+        "touches": sum(one.touches for one in arrivals),
+        "arrival_p95_m": p95([one.off_m for one in reached]),
+        "arrival_p95_rad": p95([one.off_rad for one in reached]),
+        "believed_p95_m": p95([one.believed_m for one in reached]),
+        "path_ratio": length / max(sum(one.shortest for one in reached), 1e-9),
+        "speed_ratio": length / max(sum(one.time for one in reached), 1e-9) / speed,
+    }
+    for name, value in result.items():
+        print(f"{name:16}{value:10.4g}")
+    return result

@@ -1,0 +1,193 @@
+"""Plans on large maps, corner to corner, and on MovingAI's maps against their optima."""
+
+from __future__ import annotations
+
+import argparse
+import lzma
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.errors import InputFileError
+from arjuna_core.grid import GridFrame
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.config import InflationConfig
+from arjuna_nav.costmap.inflation import Inflation
+from arjuna_nav.planners import NavFn, NavFnConfig, Planner, PlanStatus
+from arjuna_nav.planners import path as paths
+
+_RESOLUTION = 0.05
+_ROBOT_RADIUS = 0.28
+_FREE = frozenset(b".GS")
+PLANNERS: dict[str, Planner] = {
+    "NavFn, Dijkstra": NavFn(NavFnConfig()),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add this benchmark's options."""
+    parser.add_argument(
+        "--sizes", type=int, nargs="*", default=[1000, 2000], metavar="N", help="edges of maps"
+    )
+    parser.add_argument("--repeats", type=int, default=5, help="the best of them (%(default)s)")
+    parser.add_argument("--maps", type=int, default=2, help="random maps a size (%(default)s)")
+    parser.add_argument(
+        "--scenarios", type=Path, metavar="DIR", help="a folder of MovingAI's .map and .scen files"
+    )
+    parser.add_argument(
+        "--limit", type=int, default=50, help="scenarios of each file, evenly (%(default)s)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Time every planner on every map.
+
+    Returns:
+        For each planner and size the time of the processor [ms] and the length by that of the first
+        planner; for the scenarios how many were solved and the length by the octile optimum.
+    """
+    result: dict[str, Any] = {}
+    for size in arguments.sizes:
+        rows = [_large(size, seed, arguments.repeats) for seed in range(arguments.maps)]
+        for name in PLANNERS:
+            worst = max(row[name][0] for row in rows)
+            ratio = max(row[name][1] / next(iter(row.values()))[1] for row in rows)
+            result[f"{name} {size}"] = {"ms": worst, "length_ratio": ratio}
+            print(f"{name:18}{size:6} x {size:<6}{worst:8.1f} ms   length x {ratio:.4f}")
+    if arguments.scenarios is not None:
+        for name, planner in PLANNERS.items():
+            result[name] = _scenarios(name, planner, arguments.scenarios, arguments.limit)
+    return result
+
+
+def large_map(size: int, seed: int) -> Costmap:
+    """Return a square map of walls with doors and of boxes, inflated; its corners are free."""
+    rng = np.random.default_rng(seed)
+    data = np.zeros((size, size), np.uint8)
+    walls = range(100, size - 50, 160)
+    for at in walls:
+        data[at : at + 4, :] = data[:, at : at + 4] = 254
+    for at in walls:
+        for room in range(0, size - 20, 160):  # a door of 1.2 m into each room
+            row, column = np.minimum(room + rng.integers(0, 60, 2), size - 40)
+            data[row : row + 24, at : at + 4] = data[at : at + 4, column : column + 24] = 0
+    for row, column in rng.integers(0, size - 20, (size * size // 6000, 2)):
+        data[row : row + rng.integers(2, 16), column : column + rng.integers(2, 16)] = 254
+    data[:60, :60] = data[-60:, -60:] = 0
+    Inflation(
+        InflationConfig(inflation_radius=0.6, cost_scaling_factor=5.0), _ROBOT_RADIUS, _RESOLUTION
+    ).apply(data)
+    return Costmap(GridFrame(_RESOLUTION, size, size), data)
+
+
+def _large(size: int, seed: int, repeats: int) -> dict[str, tuple[float, float]]:
+    """Return each planner's best time [ms] and length [m] from the first corner to the last."""
+    costmap = large_map(size, seed)
+    edge = size * _RESOLUTION
+    start, goal = SE2(0.5, 0.5), SE2(edge - 0.5, edge - 0.5)
+    rows = {}
+    for name, planner in PLANNERS.items():
+        spent, result = math.inf, planner.plan(costmap, start, goal)
+        if result.status is not PlanStatus.SUCCEEDED:
+            raise InputFileError(Path(f"seed {seed}"), f"{name} found no way: {result.message}")
+        for _ in range(repeats):
+            before = time.process_time()
+            planner.plan(costmap, start, goal)
+            spent = min(spent, time.process_time() - before)
+        rows[name] = spent * 1e3, paths.length(result.path)
+    return rows
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One query of MovingAI.
+
+    Attributes:
+        map: The map's file.
+        start: In cells, x right and y down.
+        goal: As `start`.
+        optimal: Length of the octile optimum [cells].
+    """
+
+    map: Path
+    start: tuple[int, int]
+    goal: tuple[int, int]
+    optimal: float
+
+
+def read_map(path: Path) -> NDArray[np.bool_]:
+    """Return the free cells of a MovingAI map, `(height, width) bool`, row 0 at its top.
+
+    Raises:
+        InputFileError: It is no such map.
+    """
+    lines = _text(path).splitlines()
+    if len(lines) < 4 or not lines[0].startswith("type"):
+        raise InputFileError(path, "is no MovingAI map; valid: type, height, width, map, rows")
+    height, width = int(lines[1].split()[1]), int(lines[2].split()[1])
+    rows = [[ord(c) in _FREE for c in line] for line in lines[4 : 4 + height]]
+    return np.array(rows, dtype=np.bool_).reshape(height, width)
+
+
+def read_scenarios(path: Path) -> list[Scenario]:
+    """Return the queries of a `.map.scen` file, whose map lies beside it."""
+    found = []
+    beside = path.with_name(path.name.replace(".map.scen", ".map"))
+    for line in filter(str.strip, _text(path).splitlines()[1:]):
+        *ends, optimal = line.split()[-5:]
+        x0, y0, x1, y1 = map(int, ends)
+        found.append(Scenario(beside, (x0, y0), (x1, y1), float(optimal)))
+    return found
+
+
+def _text(path: Path) -> str:
+    data = path.read_bytes()
+    return (lzma.decompress(data) if path.suffix == ".xz" else data).decode("ascii")
+
+
+def _queries(folder: Path, limit: int) -> Iterator[tuple[Costmap, Scenario]]:
+    files = sorted((*folder.rglob("*.map.scen"), *folder.rglob("*.map.scen.xz")))
+    if not files:
+        raise InputFileError(folder, "holds no scenarios; valid: NAME.map.scen[.xz], NAME.map[.xz]")
+    for path in files:
+        scenarios = read_scenarios(path)
+        free = read_map(scenarios[0].map)
+        data = np.where(free, 0, 254).astype(np.uint8)
+        costmap = Costmap(GridFrame(1.0, free.shape[1], free.shape[0]), data)
+        for k in np.unique(np.linspace(0, len(scenarios) - 1, limit).astype(int)):
+            yield costmap, scenarios[k]
+
+
+def _scenarios(name: str, planner: Planner, folder: Path, limit: int) -> dict[str, float]:
+    """Solve scenarios; print and return how many, how long and how fast."""
+    solved, count, length, optimal, spent, worst = 0, 0, 0.0, 0.0, 0.0, 0.0
+    for costmap, one in _queries(folder, limit):
+        count += 1
+        start, goal = (SE2(x + 0.5, y + 0.5) for x, y in (one.start, one.goal))
+        before = time.process_time()
+        result = planner.plan(costmap, start, goal)
+        took = time.process_time() - before
+        spent, worst = spent + took, max(worst, took)
+        if result.status is PlanStatus.SUCCEEDED:
+            solved += 1
+            length += paths.length(result.path)
+            optimal += one.optimal
+    ratio = length / optimal if optimal else math.nan
+    print(
+        f"{name:18}{solved} of {count} scenarios   length x {ratio:.4f} of the octile optimum"
+        f"   mean {spent / max(count, 1) * 1e3:.1f} ms, worst {worst * 1e3:.1f} ms"
+    )
+    return {
+        "solved": solved,
+        "scenarios": count,
+        "octile_ratio": ratio,
+        "mean_ms": spent / max(count, 1) * 1e3,
+        "worst_ms": worst * 1e3,
+    }

@@ -1,0 +1,127 @@
+"""What the navigation benchmarks judge by, on worlds and maps that are made up."""
+
+from __future__ import annotations
+
+import argparse
+import lzma
+import math
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import InputFileError
+from arjuna_core.se2 import SE2
+from tests.bench import barn, goals, planner
+from tests.helpers.nav.barn import START, load_worlds
+from tests.helpers.nav.drives import Ground
+from tests.nav.worlds import block, empty_grid
+
+_CYLINDER = (
+    "<model name='c{i}'><static>1</static><pose>{x} {y} 0.5 0 0 0</pose><link name='l'>"
+    "<collision name='c'><geometry><cylinder><radius>0.075</radius><length>1</length></cylinder>"
+    "</geometry></collision></link></model>"
+)
+_MAP = "type octile\nheight 3\nwidth 5\nmap\n.....\n.@@@.\n....T\n"
+
+
+def run(module: ModuleType, *argv: str) -> dict[str, Any]:
+    parser = argparse.ArgumentParser()
+    module.add_arguments(parser)
+    result: dict[str, Any] = module.run(parser.parse_args(argv))
+    return result
+
+
+def barn_world(folder: Path, cylinders: list[tuple[float, float]]) -> Path:
+    """Write one world like BARN's, packed, with the straight way as its path."""
+    models = "".join(_CYLINDER.format(i=i, x=x, y=y) for i, (x, y) in enumerate(cylinders))
+    text = "<sdf version='1.6'><world name='w'><include><uri>model://ground_plane</uri></include>"
+    (folder / "worlds").mkdir(parents=True)
+    packed = lzma.compress(f"{text}{models}</world></sdf>".encode())
+    (folder / "worlds" / "world_7.world.xz").write_bytes(packed)
+    (folder / "path_files").mkdir()
+    cells = np.array([[16, row] for row in range(30)])
+    np.save(folder / "path_files" / "path_7.npy", cells)
+    return folder
+
+
+def test_the_shortest_way_is_pulled_tight_round_what_is_in_it() -> None:
+    grid = empty_grid(10.0, 6.0)
+    block(grid, 4.0, 0.0, 0.5, 4.0)
+    ground = Ground(grid, radius=0.2, clearance=0.4)
+    straight = ground.shortest(SE2(1.0, 1.0), SE2(3.0, 5.0))
+    assert straight == pytest.approx(math.hypot(2.0, 4.0), rel=0.02)
+    x0, x1, top = 4.0 - 0.2, 4.5 + 0.2, 4.0 + 0.2
+    round_it = 2 * math.hypot(x0 - 1.0, top - 1.0) + x1 - x0
+    assert ground.shortest(SE2(1.0, 1.0), SE2(7.5, 1.0)) == pytest.approx(round_it, rel=0.02)
+    block(grid, 4.0, 4.0, 0.5, 2.0)
+    closed = Ground(grid, radius=0.2, clearance=0.4)
+    assert math.isnan(closed.shortest(SE2(1.0, 1.0), SE2(7.5, 1.0)))
+
+
+def test_goals_are_drawn_where_there_is_room() -> None:
+    grid = empty_grid(6.0, 4.0)
+    block(grid, 2.0, 1.0, 1.0, 3.0)
+    ground = Ground(grid, radius=0.2, clearance=0.5)
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        goal = ground.draw(rng)
+        x = max(2.0 - goal.x, goal.x - 3.0, 0.0)
+        assert math.hypot(x, max(1.0 - goal.y, 0.0)) >= 0.5 - 0.05
+
+
+def test_a_score_is_half_up_to_twice_the_best_time_and_a_failure_none(tmp_path: Path) -> None:
+    world = load_worlds(barn_world(tmp_path, []), tmp_path)[0]
+    assert world.name == "world_7"
+    assert world.optimal == pytest.approx(10.0, abs=0.1)
+    best = world.optimal / 2.0
+    assert world.score(best) == world.score(2.0 * best) == 0.5
+    assert world.score(4.0 * best) == pytest.approx(0.25)
+    assert world.score(100.0) == 0.125
+    assert world.score(None) == 0.0
+
+
+def test_a_folder_without_worlds_or_paths_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputFileError, match=r"holds no world; valid: world_\*\.world or"):
+        load_worlds(tmp_path, tmp_path)
+    folder = barn_world(tmp_path, [])
+    (folder / "path_files" / "path_7.npy").unlink()
+    with pytest.raises(InputFileError, match=r"has no path_7\.npy"):
+        load_worlds(folder, tmp_path)
+
+
+def test_scenarios_of_movingai_are_solved(tmp_path: Path) -> None:
+    (tmp_path / "u.map").write_text(_MAP, encoding="ascii")
+    scenario = "version 1\n0\tu.map\t5\t3\t0\t0\t3\t2\t5.0\n"
+    (tmp_path / "u.map.scen").write_text(scenario, encoding="ascii")
+    assert planner.read_map(tmp_path / "u.map").sum() == 11
+    result = run(planner, "--sizes", "--scenarios", str(tmp_path))
+    for found in result.values():
+        assert (found["solved"], found["scenarios"]) == (1, 1)
+        assert 0.9 < found["octile_ratio"] < 1.05
+
+
+@pytest.mark.ros
+@pytest.mark.system
+def test_a_jackal_crosses_a_world_and_is_stopped_by_what_it_touches(tmp_path: Path) -> None:
+    pytest.importorskip("rclpy", reason="no ROS here")
+    free = barn_world(tmp_path / "free", [(-2.0, 6.0)])
+    result = run(barn, "--worlds", str(free))
+    assert (result["success"], result["touches"], result["runs"]) == (1.0, 0, 1)
+    assert result["score"] > 0.4
+    x, y = START.x, START.y + 0.26 + 0.075
+    touching = barn_world(tmp_path / "touching", [(x, y)])
+    result = run(barn, "--worlds", str(touching))
+    assert (result["success"], result["score"]) == (0.0, 0.0)
+
+
+@pytest.mark.ros
+@pytest.mark.system
+def test_goals_in_the_room_are_reached() -> None:
+    pytest.importorskip("rclpy", reason="no ROS here")
+    result = run(goals, "--count", "1")
+    assert (result["succeeded"], result["count"], result["touches"]) == (1, 1, 0)
+    assert result["arrival_p95_m"] < 0.25
+    assert 0.9 < result["path_ratio"] < 1.2
