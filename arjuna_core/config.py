@@ -6,65 +6,14 @@ import dataclasses
 import math
 import types
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from arjuna_core.errors import ConfigError, nearest
+from arjuna_core.param import ParamInfo, info_of, param, plugin_names
+from arjuna_core.plugins import shaped
 
 T = TypeVar("T")
-_KEY = "arjuna"
-
-
-@dataclass(frozen=True)
-class ParamInfo:
-    """What is known of a parameter beside its name, type and default.
-
-    Attributes:
-        description: One sentence.
-        unit: SI unit, or "" for none.
-        minimum: Least valid value, inclusive.
-        maximum: Greatest valid value, inclusive.
-        choices: The valid values where only some are.
-        read_only: Whether it is fixed once the component runs.
-    """
-
-    description: str
-    unit: str = ""
-    minimum: float | None = None
-    maximum: float | None = None
-    choices: tuple[Any, ...] = ()
-    read_only: bool = False
-
-
-def param(
-    default: Any,
-    description: str,
-    *,
-    unit: str = "",
-    minimum: float | None = None,
-    maximum: float | None = None,
-    choices: Sequence[Any] = (),
-    read_only: bool = False,
-) -> Any:
-    """Declare one parameter as a field of a frozen dataclass.
-
-    Args:
-        default: The default; tuples serve as lists.
-        description: One sentence for `--help`, docs and ROS descriptors.
-        unit: SI unit.
-        minimum: Least valid value.
-        maximum: Greatest valid value.
-        choices: The valid values where only some are.
-        read_only: Whether it is fixed once the component runs.
-    """
-    info = ParamInfo(description, unit, minimum, maximum, tuple(choices), read_only)
-    return dataclasses.field(default=default, metadata={_KEY: info})
-
-
-def info_of(field: dataclasses.Field[Any]) -> ParamInfo:
-    """Return a field's parameter information."""
-    info: ParamInfo = field.metadata[_KEY]
-    return info
+__all__ = ["ParamInfo", "check", "flatten", "info_of", "infos", "load", "param", "plugin_names"]
 
 
 def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
@@ -96,7 +45,8 @@ def load(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
     """Build a config from a mapping, nested or with dotted names.
 
     Args:
-        cls: A frozen dataclass whose fields come from `param` or are such dataclasses themselves.
+        cls: A frozen dataclass whose fields come from `param` or are such dataclasses themselves;
+            where it lists plug-ins, the config is of a subclass with a field for each.
         values: The values that differ from the defaults.
         where: What to name in errors, a file or a node.
 
@@ -106,7 +56,8 @@ def load(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
     """
     problems: list[str] = []
     prefix = f"{where}: " if where else ""
-    config = _build(cls, dict(_flat_mapping(values)), "", prefix, problems)
+    flat = dict(_flat_mapping(values))
+    config = _build(shaped(cls, flat, prefix, problems), flat, "", prefix, problems)
     if problems:
         raise ConfigError(*problems)
     return config

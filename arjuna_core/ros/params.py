@@ -42,10 +42,10 @@ class ParameterBinding:
     ) -> None:
         self._cls = cls
         self._on_change = on_change
-        self._infos = infos(cls)
         self.config = load(cls, values, node.get_name())
+        known = infos(type(self.config))
         for name, value in flatten(self.config).items():
-            node.declare_parameter(name, _to_ros(value), _descriptor(value, self._infos[name]))
+            node.declare_parameter(name, _to_ros(value), _descriptor(value, known[name]))
         node.add_on_set_parameters_callback(self._check)
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:

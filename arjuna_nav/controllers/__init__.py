@@ -1,8 +1,7 @@
 """Local planners: controllers that follow a path."""
 
-from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
+from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus, PathError
 from arjuna_nav.controllers.regulated_pure_pursuit import (
-    PathError,
     RegulatedPurePursuit,
     RegulatedPurePursuitConfig,
 )

@@ -2,21 +2,53 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import STILL, Velocity
+
+
+class ProgressChecker(Protocol):
+    """Tells whether the robot gets on; made of its `Config`."""
+
+    def reset(self) -> None:
+        """Start over with the next check."""
+        ...
+
+    def check(self, pose: SE2, now: float) -> bool:
+        """Tell whether the robot, at a pose and a time [s], gets on."""
+        ...
+
+    def complaint(self) -> str:
+        """Say what it did not do."""
+        ...
+
+
+class GoalChecker(Protocol):
+    """Tells whether the robot has arrived; made of its `Config`.
+
+    Attributes:
+        xy_tolerance: Distance at which the position counts as reached [m].
+    """
+
+    xy_tolerance: float
+
+    def reset(self) -> None:
+        """Forget what was reached."""
+        ...
+
+    def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
+        """Tell whether the robot has arrived; both poses are of one frame."""
+        ...
 
 
 @dataclass(frozen=True)
 class ProgressConfig:
     """Parameters of the progress checker, by Nav2's names."""
 
-    plugin: str = param(
-        "nav2_controller::SimpleProgressChecker",
-        "Nav2's name of what is used.",
-        choices=("nav2_controller::SimpleProgressChecker",),
-    )
     required_movement_radius: float = param(
         0.5, "Distance to be moved in the time allowed.", unit="m", minimum=0.0
     )
@@ -31,6 +63,8 @@ class SimpleProgressChecker:
 
     Source: nav2_controller, SimpleProgressChecker.
     """
+
+    Config: ClassVar[type[Any]] = ProgressConfig
 
     def __init__(self, config: ProgressConfig) -> None:
         self._config = config
@@ -52,22 +86,58 @@ class SimpleProgressChecker:
             return True
         return now - self._since[1] <= self._config.movement_time_allowance
 
+    def complaint(self) -> str:
+        """Say what the robot did not do."""
+        config = self._config
+        return (
+            f"moved less than {config.required_movement_radius:g} m in "
+            f"{config.movement_time_allowance:g} s"
+        )
+
     def _moved(self, before: SE2, pose: SE2) -> bool:
         return before.distance(pose) > self._config.required_movement_radius
+
+
+@dataclass(frozen=True)
+class PoseProgressConfig(ProgressConfig):
+    """Parameters of the pose progress checker, by Nav2's names."""
+
+    required_movement_angle: float = param(
+        0.5, "Or angle to be turned in the time allowed.", unit="rad", minimum=0.0
+    )
+
+
+class PoseProgressChecker(SimpleProgressChecker):
+    """Asks that the robot moves some distance or turns some angle in some time.
+
+    Args:
+        config: Distance, angle and time.
+
+    Source: nav2_controller, PoseProgressChecker.
+    """
+
+    Config: ClassVar[type[Any]] = PoseProgressConfig
+
+    def __init__(self, config: PoseProgressConfig) -> None:
+        super().__init__(config)
+        self._angle = config.required_movement_angle
+
+    def complaint(self) -> str:
+        """Say what the robot did not do."""
+        return f"turned less than {self._angle:g} rad and {super().complaint()}"
+
+    def _moved(self, before: SE2, pose: SE2) -> bool:
+        return super()._moved(before, pose) or abs(wrap(pose.theta - before.theta)) > self._angle
 
 
 @dataclass(frozen=True)
 class GoalConfig:
     """Parameters of the goal checker, by Nav2's names."""
 
-    plugin: str = param(
-        "nav2_controller::SimpleGoalChecker",
-        "Nav2's name of what is used.",
-        choices=("nav2_controller::SimpleGoalChecker",),
-    )
     xy_goal_tolerance: float = param(0.25, "Distance from the goal.", unit="m", minimum=0.0)
     yaw_goal_tolerance: float = param(0.25, "Angle from the goal's.", unit="rad", minimum=0.0)
     stateful: bool = param(True, "Whether the position, once reached, counts as reached.")
+    symmetric_yaw_tolerance: bool = param(False, "Whether the robot may arrive backwards.")
 
 
 class SimpleGoalChecker:
@@ -79,17 +149,23 @@ class SimpleGoalChecker:
     Source: nav2_controller, SimpleGoalChecker.
     """
 
+    Config: ClassVar[type[Any]] = GoalConfig
+
     def __init__(self, config: GoalConfig) -> None:
         self._config = config
+        self.xy_tolerance = config.xy_goal_tolerance
         self._position_reached = False
 
     def reset(self) -> None:
         """Forget that the position was reached."""
         self._position_reached = False
 
-    def reached(self, pose: SE2, goal: SE2) -> bool:
+    def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
         """Tell whether the robot has arrived; both poses are of one frame."""
         if not self._position_reached and pose.distance(goal) > self._config.xy_goal_tolerance:
             return False
         self._position_reached = self._config.stateful
-        return abs(wrap(goal.theta - pose.theta)) <= self._config.yaw_goal_tolerance
+        off = abs(wrap(goal.theta - pose.theta))
+        if self._config.symmetric_yaw_tolerance:
+            off = min(off, math.pi - off)
+        return off <= self._config.yaw_goal_tolerance

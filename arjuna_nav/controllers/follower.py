@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.config import param
+from arjuna_core.config import param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers import (
-    ControlStatus,
-    RegulatedPurePursuit,
-    RegulatedPurePursuitConfig,
-)
-from arjuna_nav.controllers.checkers import (
-    GoalConfig,
-    ProgressConfig,
-    SimpleGoalChecker,
-    SimpleProgressChecker,
-)
+from arjuna_nav.controllers.base import Controller, ControlStatus
+from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
+from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
@@ -30,17 +23,23 @@ from arjuna_nav.planners import path as paths
 
 @dataclass(frozen=True)
 class FollowerConfig:
-    """Parameters of following, by Nav2's names."""
+    """Parameters of following, by Nav2's names; below the plug-ins' names stand their own."""
 
+    controller_plugins: tuple[str, ...] = plugin_names(
+        ("FollowPath",), "The controllers.", CONTROLLERS
+    )
+    progress_checker_plugins: tuple[str, ...] = plugin_names(
+        ("progress_checker",), "The progress checkers.", PROGRESS_CHECKERS
+    )
+    goal_checker_plugins: tuple[str, ...] = plugin_names(
+        ("general_goal_checker",), "The goal checkers.", GOAL_CHECKERS
+    )
     controller_frequency: float = param(
         20.0, "Commands a second.", unit="Hz", minimum=1.0, read_only=True
     )
     failure_tolerance: float = param(
         0.3, "How long a controller may fail before following does; below 0 for ever.", unit="s"
     )
-    FollowPath: RegulatedPurePursuitConfig = field(default_factory=RegulatedPurePursuitConfig)
-    progress_checker: ProgressConfig = field(default_factory=ProgressConfig)
-    general_goal_checker: GoalConfig = field(default_factory=GoalConfig)
 
 
 class FollowState(enum.Enum):
@@ -75,24 +74,43 @@ class FollowResult:
         return FollowResult(FollowState.FAILED, error=error, message=message)
 
 
+class Chosen(NamedTuple):
+    """Names of the plug-ins that a path is followed with."""
+
+    controller: str
+    goal_checker: str
+    progress_checker: str
+
+
 class PathFollower:
     """Runs a controller until the goal checker says that the robot has arrived.
 
     Args:
-        config: Parameters.
+        config: Parameters, as `load` made them.
         footprint: The robot.
+        chosen: The plug-ins; the first of each kind if None.
 
     Attributes:
+        chosen: The plug-ins.
         speed_limit: Greatest forward speed from now on [m/s]; inf for none.
 
     Source: nav2_controller, ControllerServer::computeControl.
     """
 
-    def __init__(self, config: FollowerConfig, footprint: Footprint) -> None:
+    def __init__(
+        self, config: FollowerConfig, footprint: Footprint, chosen: Chosen | None = None
+    ) -> None:
         self._config = config
         self._footprint = footprint
-        self._progress = SimpleProgressChecker(config.progress_checker)
-        self._goal = SimpleGoalChecker(config.general_goal_checker)
+        self.chosen = chosen or Chosen(
+            config.controller_plugins[0],
+            config.goal_checker_plugins[0],
+            config.progress_checker_plugins[0],
+        )
+        self._goal: GoalChecker = GOAL_CHECKERS.make(getattr(config, self.chosen.goal_checker))
+        self._progress: ProgressChecker = PROGRESS_CHECKERS.make(
+            getattr(config, self.chosen.progress_checker)
+        )
         self._controller = self._make_controller()
         self._end: SE2 | None = None
         self._failing_since: float | None = None
@@ -103,11 +121,20 @@ class PathFollower:
         """What the controller aims at, seen from the robot; None where it aims at nothing."""
         return self._controller.carrot
 
-    def _make_controller(self) -> RegulatedPurePursuit:
-        config = self._config
-        tolerance = config.general_goal_checker.xy_goal_tolerance
-        period = 1.0 / config.controller_frequency
-        return RegulatedPurePursuit(config.FollowPath, self._footprint, tolerance, period)
+    @property
+    def desired_speed(self) -> float:
+        """Greatest forward speed of the controller where nothing limits it [m/s]."""
+        return self._controller.desired_speed
+
+    def _make_controller(self) -> Controller:
+        config, period = self._config, 1.0 / self._config.controller_frequency
+        made: Controller = CONTROLLERS.make(
+            getattr(config, self.chosen.controller),
+            self._footprint,
+            self._goal.xy_tolerance,
+            period,
+        )
+        return made
 
     def start(self, path: NDArray[np.float64], now: float) -> None:
         """Follow a path from now [s] on, as a new task."""
@@ -133,8 +160,10 @@ class PathFollower:
         """Return what to drive; pose and costmap are of the path's frame."""
         assert self._end is not None
         if not self._progress.check(pose, now):
-            return FollowResult.failed(ControlStatus.FAILED_TO_MAKE_PROGRESS, self._no_progress())
-        if self._goal.reached(pose, self._end):
+            return FollowResult.failed(
+                ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.complaint()
+            )
+        if self._goal.reached(pose, self._end, velocity):
             return FollowResult(FollowState.SUCCEEDED)
         self._controller.speed_limit = self.speed_limit
         control = self._controller.compute(pose, velocity, costmap, now)
@@ -155,10 +184,3 @@ class PathFollower:
             return FollowResult(FollowState.RUNNING, message=message, distance=distance)
         exceeded = ControlStatus.PATIENCE_EXCEEDED if tolerance > 0.0 else status
         return FollowResult.failed(exceeded, f"{message}; for over {tolerance:g} s")
-
-    def _no_progress(self) -> str:
-        config = self._config.progress_checker
-        return (
-            f"moved less than {config.required_movement_radius:g} m in "
-            f"{config.movement_time_allowance:g} s"
-        )

@@ -4,33 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import ControlResult, ControlStatus
+from arjuna_nav.controllers.base import ControlResult, ControlStatus, checked_path
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
 
-_PLUGIN = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
-
-
-class PathError(ArjunaError, ValueError):
-    """A path has no pose or the wrong shape."""
-
 
 @dataclass(frozen=True)
 class RegulatedPurePursuitConfig:
     """Parameters of regulated pure pursuit, by Nav2's names."""
 
-    plugin: str = param(_PLUGIN, "Nav2's name of what is used.", choices=(_PLUGIN,))
     desired_linear_vel: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
     lookahead_dist: float = param(0.6, "Fixed lookahead.", unit="m", minimum=0.05)
     min_lookahead_dist: float = param(0.3, "Least scaled lookahead.", unit="m", minimum=0.05)
@@ -103,6 +96,8 @@ class RegulatedPurePursuit:
         nav2_regulated_pure_pursuit_controller.
     """
 
+    Config: ClassVar[type[Any]] = RegulatedPurePursuitConfig
+
     def __init__(
         self,
         config: RegulatedPurePursuitConfig,
@@ -123,6 +118,11 @@ class RegulatedPurePursuit:
         self.carrot: SE2 | None = None
 
     @property
+    def desired_speed(self) -> float:
+        """Greatest forward speed where nothing limits it [m/s]."""
+        return float(self._config.desired_linear_vel)
+
+    @property
     def path(self) -> NDArray[np.float64]:
         """The part of the path that is still ahead, `(N, 3) float64`."""
         return self._path[self._index :]
@@ -133,8 +133,7 @@ class RegulatedPurePursuit:
         Raises:
             PathError: The path is empty or not `(N, 3)`.
         """
-        if path.ndim != 2 or path.shape[1] != 3 or not len(path):
-            raise PathError(f"a path must be (N, 3) with N > 0, got {path.shape}")
+        checked_path(path)
         gap = np.hypot(*(path[-1, :2] - self._path[-1, :2])) if len(self._path) else np.inf
         if gap > self._config.same_goal_tolerance:
             self._arrived = self._turning = False

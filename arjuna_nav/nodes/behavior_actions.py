@@ -4,16 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from nav2_msgs import action
 
+from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_nav.behaviors.assisted_teleop import AssistedTeleop
 from arjuna_nav.behaviors.base import Behavior, BehaviorStatus, InvalidGoalError
 from arjuna_nav.behaviors.drive_on_heading import DriveOnHeading
 from arjuna_nav.behaviors.spin import Spin
 from arjuna_nav.behaviors.wait import Wait
+
+
+@dataclass(frozen=True)
+class NoParameters:
+    """A behaviour's own parameters: all of them stand at behavior_server."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +34,8 @@ class BehaviorAction:
         moves: Whether it drives, so that it needs the robot's pose and a costmap.
         unknown: Error code of an unknown failure, where the action itself names none.
     """
+
+    Config: ClassVar[type[Any]] = NoParameters
 
     type: Any
     make: Callable[..., Behavior]
@@ -49,34 +57,54 @@ def _along_x(target: Any) -> float:
     return float(target.x)
 
 
-BEHAVIORS = {
-    "spin": BehaviorAction(
-        action.Spin,
-        lambda goal, *rest: Spin(goal.target_yaw, *rest),
-        lambda angle: action.Spin.Feedback(angular_distance_traveled=angle),
+SPIN = BehaviorAction(
+    action.Spin,
+    lambda goal, *rest: Spin(goal.target_yaw, *rest),
+    lambda angle: action.Spin.Feedback(angular_distance_traveled=angle),
+)
+BACKUP = BehaviorAction(
+    action.BackUp,
+    lambda goal, *rest: DriveOnHeading(  # of either sign, as in nav2_behaviors
+        -abs(_along_x(goal.target)), -abs(goal.speed), *rest
     ),
-    "backup": BehaviorAction(
-        action.BackUp,
-        lambda goal, *rest: DriveOnHeading(  # of either sign, as in nav2_behaviors
-            -abs(_along_x(goal.target)), -abs(goal.speed), *rest
-        ),
-        lambda distance: action.BackUp.Feedback(distance_traveled=distance),
-    ),
-    "drive_on_heading": BehaviorAction(
-        action.DriveOnHeading,
-        lambda goal, *rest: DriveOnHeading(_along_x(goal.target), goal.speed, *rest),
-        lambda distance: action.DriveOnHeading.Feedback(distance_traveled=distance),
-    ),
-    "assisted_teleop": BehaviorAction(
-        action.AssistedTeleop,
-        lambda goal, *rest: AssistedTeleop(*rest),
-        lambda time: action.AssistedTeleop.Feedback(current_teleop_duration=duration_msg(time)),
-    ),
-    "wait": BehaviorAction(
-        action.Wait,
-        lambda goal: Wait(seconds(goal.time)),
-        lambda time: action.Wait.Feedback(time_left=duration_msg(time)),
-        moves=False,
-        unknown=740,
-    ),
-}
+    lambda distance: action.BackUp.Feedback(distance_traveled=distance),
+)
+DRIVE_ON_HEADING = BehaviorAction(
+    action.DriveOnHeading,
+    lambda goal, *rest: DriveOnHeading(_along_x(goal.target), goal.speed, *rest),
+    lambda distance: action.DriveOnHeading.Feedback(distance_traveled=distance),
+)
+ASSISTED_TELEOP = BehaviorAction(
+    action.AssistedTeleop,
+    lambda goal, *rest: AssistedTeleop(*rest),
+    lambda time: action.AssistedTeleop.Feedback(current_teleop_duration=duration_msg(time)),
+)
+WAIT = BehaviorAction(
+    action.Wait,
+    lambda goal: Wait(seconds(goal.time)),
+    lambda time: action.Wait.Feedback(time_left=duration_msg(time)),
+    moves=False,
+    unknown=740,
+)
+BEHAVIORS = PluginTypes(
+    "behavior",
+    {
+        f"nav2_behaviors::{name}": f"{__name__}:{constant}"
+        for name, constant in (
+            ("Spin", "SPIN"),
+            ("BackUp", "BACKUP"),
+            ("DriveOnHeading", "DRIVE_ON_HEADING"),
+            ("AssistedTeleop", "ASSISTED_TELEOP"),
+            ("Wait", "WAIT"),
+        )
+    },
+    "nav2_behaviors::Wait",
+    {
+        "spin": "nav2_behaviors::Spin",
+        "backup": "nav2_behaviors::BackUp",
+        "drive_on_heading": "nav2_behaviors::DriveOnHeading",
+        "assisted_teleop": "nav2_behaviors::AssistedTeleop",
+    },
+)
+"""Behaviours by Nav2's class names; a user's own is a `module:BehaviorAction`."""
+DEFAULT_BEHAVIORS = ("spin", "backup", "drive_on_heading", "assisted_teleop", "wait")

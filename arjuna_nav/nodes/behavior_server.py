@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from std_msgs.msg import Empty
 
-from arjuna_core.config import param
+from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.ros.goal_node import GoalNode
@@ -24,7 +24,7 @@ from arjuna_nav.behaviors.base import (
     BehaviorStatus,
     InvalidGoalError,
 )
-from arjuna_nav.nodes.behavior_actions import BEHAVIORS, BehaviorAction
+from arjuna_nav.nodes.behavior_actions import BEHAVIORS, DEFAULT_BEHAVIORS, BehaviorAction
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 
@@ -33,8 +33,8 @@ from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 class BehaviorServerConfig(BehaviorConfig):
     """Parameters of behavior_server."""
 
-    behavior_plugins: tuple[str, ...] = param(
-        tuple(BEHAVIORS), "The behaviours.", choices=tuple(BEHAVIORS), read_only=True
+    behavior_plugins: tuple[str, ...] = plugin_names(
+        DEFAULT_BEHAVIORS, "The behaviours; the names are those of their actions.", BEHAVIORS
     )
     cycle_frequency: float = param(
         10.0, "Commands a second.", unit="Hz", minimum=1.0, read_only=True
@@ -69,6 +69,10 @@ class BehaviorServerNode(GoalNode):
         self._output = VelocityOutput(
             self, config.enable_stamped_cmd_vel, topic=config.cmd_vel_topic
         )
+        self._actions: dict[str, BehaviorAction] = {
+            kind: BEHAVIORS.resolve(getattr(config, kind).plugin)
+            for kind in config.behavior_plugins
+        }
         self._servers = {kind: self._offer(kind) for kind in config.behavior_plugins}
         teleop, stamped = config.cmd_vel_teleop_topic, config.enable_stamped_cmd_vel
         subscribe_velocity(self, teleop, stamped, self._on_teleop)
@@ -76,7 +80,7 @@ class BehaviorServerNode(GoalNode):
         self.every(1.0 / config.cycle_frequency, self._cycle)
 
     def _offer(self, kind: str) -> GoalServer:
-        action = BEHAVIORS[kind]
+        action = self._actions[kind]
         server: GoalServer = self.keep(
             GoalServer(
                 self,
@@ -123,7 +127,7 @@ class BehaviorServerNode(GoalNode):
 
     def _begin(self, kind: str, goal: Any) -> BehaviorResult | None:
         """Run the behaviour that a goal asks for, or say why it is not run."""
-        if BEHAVIORS[kind].moves and not self._costmap.active:
+        if self._actions[kind].moves and not self._costmap.active:
             message = self._costmap.why_not_current()
             return BehaviorResult(BehaviorStatus.UNKNOWN, message=message)
         try:
@@ -135,7 +139,7 @@ class BehaviorServerNode(GoalNode):
 
     def _behavior(self, kind: str, goal: Any) -> Behavior:
         """Return the behaviour that a goal asks for."""
-        action = BEHAVIORS[kind]
+        action = self._actions[kind]
         if not action.moves:
             return action.make(goal)
         footprint = self._costmap.layered.footprint
@@ -145,7 +149,7 @@ class BehaviorServerNode(GoalNode):
         self._check_cancelled()
         if self._running is None:
             return
-        action = BEHAVIORS[self._running.kind]
+        action = self._actions[self._running.kind]
         result = self._tick(action, self._running.behavior)
         if result.status is not BehaviorStatus.RUNNING:
             self._end(result)
@@ -161,7 +165,7 @@ class BehaviorServerNode(GoalNode):
             return
         self.halt()
         elapsed = duration_msg(self.now - run.since)
-        result = BEHAVIORS[run.kind].type.Result(total_elapsed_time=elapsed)
+        result = self._actions[run.kind].type.Result(total_elapsed_time=elapsed)
         self._servers[run.kind].cancel(result)
 
     def _tick(self, action: BehaviorAction, behavior: Behavior) -> BehaviorResult:
@@ -182,13 +186,13 @@ class BehaviorServerNode(GoalNode):
         assert self._running is not None
         kind, _, since = self._running
         self._running = None
-        if BEHAVIORS[kind].moves:
+        if self._actions[kind].moves:
             self._output.stop()
         self._conclude(kind, result, since)
 
     def _conclude(self, kind: str, result: BehaviorResult, since: float) -> None:
         """Tell the client how its goal ended."""
-        action = BEHAVIORS[kind]
+        action = self._actions[kind]
         answer = action.type.Result(
             total_elapsed_time=duration_msg(self.now - since),
             error_code=action.error_code(result.status),

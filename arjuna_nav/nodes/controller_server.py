@@ -22,7 +22,13 @@ from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers import ControlStatus, PathError
-from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
+from arjuna_nav.controllers.follower import (
+    Chosen,
+    FollowerConfig,
+    FollowResult,
+    FollowState,
+    PathFollower,
+)
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.velocity import VelocityOutput
 
@@ -31,21 +37,6 @@ from arjuna_nav.nodes.velocity import VelocityOutput
 class ControllerServerConfig(FollowerConfig):
     """Parameters of the node `controller_server`, by Nav2's names."""
 
-    controller_plugins: tuple[str, ...] = param(
-        ("FollowPath",), "The controllers.", choices=("FollowPath",), read_only=True
-    )
-    progress_checker_plugins: tuple[str, ...] = param(
-        ("progress_checker",),
-        "The progress checkers.",
-        choices=("progress_checker",),
-        read_only=True,
-    )
-    goal_checker_plugins: tuple[str, ...] = param(
-        ("general_goal_checker",),
-        "The goal checkers.",
-        choices=("general_goal_checker",),
-        read_only=True,
-    )
     costmap_update_timeout: float = param(0.3, "How old the costmap may be.", unit="s", minimum=0.0)
     cmd_vel_topic: str = param("cmd_vel", "Topic of what to drive.", read_only=True)
     enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
@@ -66,7 +57,7 @@ class ControllerServerNode(GoalNode):
         self._outdated = False
         self._costmap: CostmapNode = self.process.find("local_costmap/local_costmap")
         self._velocity = Velocity()
-        self._speed_limit = math.inf
+        self._speed_limit = SpeedLimit()
         self._frame = ""
         self._started = 0.0
         self._output = VelocityOutput(
@@ -96,12 +87,16 @@ class ControllerServerNode(GoalNode):
 
     def _on_speed_limit(self, message: Any) -> None:
         """Take a limit, absolute [m/s] or in per cent of the desired speed; 0 lifts it."""
-        limit = message.speed_limit
-        if message.percentage:
-            limit *= self.config.FollowPath.desired_linear_vel / 100.0
-        self._speed_limit = limit if limit > 0.0 else math.inf
+        self._speed_limit = message
         if self._follower is not None:
-            self._follower.speed_limit = self._speed_limit
+            self._limit(self._follower)
+
+    def _limit(self, follower: PathFollower) -> None:
+        """Hold a follower to the newest limit."""
+        limit = self._speed_limit.speed_limit
+        if self._speed_limit.percentage:
+            limit *= follower.desired_speed / 100.0
+        follower.speed_limit = limit if limit > 0.0 else math.inf
 
     def _on_goal(self) -> None:
         replaced = self._server.preempt_requested
@@ -112,16 +107,26 @@ class ControllerServerNode(GoalNode):
             return
         self._frame = goal.path.header.frame_id.lstrip("/")
         self._plan_out.publish(goal.path)
-        self._take(poses_from_path(goal.path), replaced)
+        self._take(poses_from_path(goal.path), self._chosen(goal), replaced)
 
-    def _take(self, poses: NDArray[np.float64], replaced: bool) -> None:
+    def _chosen(self, goal: Any) -> Chosen:
+        """Return the plug-ins that a goal names, the first of each kind where it names none."""
+        config: ControllerServerConfig = self.config
+        return Chosen(
+            goal.controller_id or config.controller_plugins[0],
+            goal.goal_checker_id or config.goal_checker_plugins[0],
+            goal.progress_checker_id or config.progress_checker_plugins[0],
+        )
+
+    def _take(self, poses: NDArray[np.float64], chosen: Chosen, replaced: bool) -> None:
         """Follow a path; one that replaces another keeps what was reached and the progress."""
-        if replaced and self._follower is not None and not self._outdated:
-            self._follower.change(poses)
+        kept = self._follower if replaced and not self._outdated else None
+        if kept is not None and kept.chosen == chosen:
+            kept.change(poses)
             return
         self._started, self._outdated = self.now, False
-        self._follower = PathFollower(self.config, self._costmap.layered.footprint)
-        self._follower.speed_limit = self._speed_limit
+        self._follower = PathFollower(self.config, self._costmap.layered.footprint, chosen)
+        self._limit(self._follower)
         self._follower.start(poses, self.now)
 
     def _on_cancel(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import Point
@@ -15,7 +16,9 @@ from nav2_msgs.action import (
 )
 from nav2_msgs.srv import ClearEntireCostmap, IsPathValid
 from numpy.typing import NDArray
+from std_msgs.msg import String
 
+from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, path_msg, pose_stamped, poses_from_path
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
@@ -39,6 +42,8 @@ from arjuna_nav.planners.base import PlanResult, PlanStatus
 _ALLOWANCE = 10.0  # time_allowance of recoveries in Nav2's default tree [s]
 _UNKNOWN = {"follow": FollowPath.Result.UNKNOWN, "behavior": Spin.Result.UNKNOWN}
 _THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
+_SELECTED = ("controller", "goal_checker", "progress_checker", "planner")
+"""Plug-ins chosen on the topics `*_selector`, as RViz's selector panel publishes them."""
 
 
 class NavigationClients:
@@ -65,9 +70,20 @@ class NavigationClients:
             for name in (GLOBAL_COSTMAP, LOCAL_COSTMAP)
         }
         self._check = node.client(IsPathValid, "is_path_valid")
+        self._chosen = dict.fromkeys(_SELECTED, "")
+        for kind in _SELECTED:
+            topic, take = f"{kind}_selector", partial(self._select, kind)
+            node.subscribe(String, topic, take, qos.LATCHED, while_inactive=True)
         self._clearing: dict[str, float] = {}
         self._outcomes: dict[str, Any] = {}
         self._waiting_for: dict[str, GoalClient] = {}
+
+    def _select(self, kind: str, message: Any) -> None:
+        self._chosen[kind] = message.data
+
+    def _chosen_to_follow(self) -> dict[str, str]:
+        """Return which plug-ins of the controller server were chosen, as fields of its goal."""
+        return {f"{kind}_id": self._chosen[kind] for kind in _SELECTED if kind != "planner"}
 
     def _action(self, action: Any, name: str) -> GoalClient:
         client: GoalClient = self._node.keep(GoalClient(self._node, action, name))
@@ -99,7 +115,7 @@ class NavigationClients:
             case ComputePath(goals):
                 self._send_plan(goals)
             case Follow(path):
-                goal = FollowPath.Goal(path=self._path(path))
+                goal = FollowPath.Goal(path=self._path(path), **self._chosen_to_follow())
                 self._send("follow", self._follow, goal)
             case Recover(kind):
                 goal = self._recovery_goal(kind)
@@ -124,10 +140,10 @@ class NavigationClients:
         frame, now = self._config.global_frame, self._node.now
         poses = [pose_stamped(goal, frame, now) for goal in goals]
         if len(poses) == 1:
-            goal = ComputePathToPose.Goal(goal=poses[0])
+            goal = ComputePathToPose.Goal(goal=poses[0], planner_id=self._chosen["planner"])
             self._send("plan", self._plan, goal)
         else:
-            goal = ComputePathThroughPoses.Goal(goals=poses)
+            goal = ComputePathThroughPoses.Goal(goals=poses, planner_id=self._chosen["planner"])
             self._send("plan", self._plan_through, goal)
 
     def _recovery_goal(self, recovery: Recovery) -> Any:

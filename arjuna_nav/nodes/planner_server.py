@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from nav2_msgs.srv import IsPathValid
 from nav_msgs.msg import Path
 from numpy.typing import NDArray
 
-from arjuna_core.config import param
+from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, path_msg, poses_from_path
 from arjuna_core.ros.goal_node import GoalNode
@@ -20,9 +20,11 @@ from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import pose_in
-from arjuna_nav.planners import NavFn, NavFnConfig, PlanResult, PlanStatus, plan_through
+from arjuna_nav.planners import Planner, PlanResult, PlanStatus, plan_through
+from arjuna_nav.planners.plugins import PLANNERS
 
 _RETRY_PERIOD = 0.1  # twice in a costmap's period by its default update_frequency [s]
 _THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
@@ -32,11 +34,8 @@ _THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose 
 class PlannerServerConfig:
     """Parameters of the node `planner_server`, by Nav2's names."""
 
-    planner_plugins: tuple[str, ...] = param(
-        ("GridBased",), "The planners.", choices=("GridBased",), read_only=True
-    )
+    planner_plugins: tuple[str, ...] = plugin_names(("GridBased",), "The planners.", PLANNERS)
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
-    GridBased: NavFnConfig = field(default_factory=NavFnConfig)
 
 
 class PlannerServerNode(GoalNode):
@@ -48,7 +47,7 @@ class PlannerServerNode(GoalNode):
     def configure(self) -> None:
         """Create the planner and its interfaces."""
         self._costmap: CostmapNode = self.process.find("global_costmap/global_costmap")
-        self._planner = NavFn(self.config.GridBased)
+        self._planners: dict[str, tuple[Footprint, Planner]] = {}
         self._asked_at: dict[GoalServer, float] = {}
         self._out = self.publisher(Path, "plan", qos.LATEST)
         self._to_pose = self._offer(ComputePathToPose, "compute_path_to_pose")
@@ -69,7 +68,17 @@ class PlannerServerNode(GoalNode):
 
     def on_config(self, config: PlannerServerConfig) -> None:
         """Plan by the new parameters from now on."""
-        self._planner = NavFn(config.GridBased)
+        self._planners.clear()
+
+    def _planner(self, name: str) -> Planner:
+        """Return a planner, the first where none is named, for the robot's present outline."""
+        name = name or self.config.planner_plugins[0]
+        footprint = self._costmap.layered.footprint
+        made = self._planners.get(name)
+        if made is None or made[0] is not footprint:
+            made = footprint, PLANNERS.make(getattr(self.config, name), footprint)
+            self._planners[name] = made
+        return made[1]
 
     def _on_goal(self, server: GoalServer) -> None:
         if server.preempt_requested:
@@ -138,7 +147,7 @@ class PlannerServerNode(GoalNode):
             ends = [pose_in(self, frame, stop) for stop in stops]
         except TransformError as error:
             return PlanResult.failed(PlanStatus.TF_ERROR, str(error))
-        return plan_through(self._planner, costmap, start, ends)
+        return plan_through(self._planner(goal.planner_id), costmap, start, ends)
 
     def _on_is_path_valid(self, request: Any, response: Any) -> Any:
         """Answer for the part of a path that is still ahead of the robot."""

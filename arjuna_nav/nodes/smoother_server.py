@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from nav2_msgs.action import SmoothPath
 from nav_msgs.msg import Path
 
-from arjuna_core.config import param
+from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import path_msg, poses_from_path
 from arjuna_core.ros.goal_node import GoalNode
@@ -17,19 +17,18 @@ from arjuna_core.ros.tf import TransformError
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.smoothers.base import SmoothResult, SmoothStatus
-from arjuna_nav.smoothers.simple import SimpleSmoother, SimpleSmootherConfig
+from arjuna_nav.smoothers.base import Smoother, SmoothResult, SmoothStatus
+from arjuna_nav.smoothers.plugins import SMOOTHERS
 
 
 @dataclass(frozen=True)
 class SmootherServerConfig:
     """Parameters of the node `smoother_server`, by Nav2's names."""
 
-    smoother_plugins: tuple[str, ...] = param(
-        ("simple_smoother",), "The smoothers.", choices=("simple_smoother",), read_only=True
+    smoother_plugins: tuple[str, ...] = plugin_names(
+        ("simple_smoother",), "The smoothers.", SMOOTHERS
     )
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
-    simple_smoother: SimpleSmootherConfig = field(default_factory=SimpleSmootherConfig)
 
 
 class SmootherServerNode(GoalNode):
@@ -41,13 +40,8 @@ class SmootherServerNode(GoalNode):
     def configure(self) -> None:
         """Create the smoother and its interfaces."""
         self._costmap: CostmapNode = self.process.find("global_costmap/global_costmap")
-        self._smoother = SimpleSmoother(self.config.simple_smoother)
         self._out = self.publisher(Path, "plan_smoothed", qos.LATEST)
         self._server = self.keep(GoalServer(self, SmoothPath, "smooth_path", self._on_goal))
-
-    def on_config(self, config: SmootherServerConfig) -> None:
-        """Smooth by the new parameters from now on."""
-        self._smoother = SimpleSmoother(config.simple_smoother)
 
     def _on_goal(self) -> None:
         goal = self._server.goal
@@ -81,7 +75,9 @@ class SmootherServerNode(GoalNode):
             return SmoothResult.failed(SmoothStatus.INVALID_PATH, str(error))
         if costmap is None:
             return SmoothResult.failed(SmoothStatus.UNKNOWN, self._costmap.why_not_current())
-        smoothed = self._smoother.smooth(path, costmap)
+        name = goal.smoother_id or self.config.smoother_plugins[0]
+        smoother: Smoother = SMOOTHERS.make(getattr(self.config, name))
+        smoothed = smoother.smooth(path, costmap)
         return self._checked(smoothed, costmap) if goal.check_for_collisions else smoothed
 
     def _seen_from(self, frame: str) -> Costmap | None:

@@ -51,7 +51,11 @@ class PlanResult:
 
 
 class Planner(Protocol):
-    """Finds a path on a costmap."""
+    """Finds a path on a costmap.
+
+    A class of planners has `Config`, the dataclass of its parameters, and is made of
+    `(config, footprint)`.
+    """
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 from arjuna_nav.planners.potential import COST_FACTOR, NEUTRAL, descend, spread, traversal_costs
 
@@ -19,11 +21,6 @@ from arjuna_nav.planners.potential import COST_FACTOR, NEUTRAL, descend, spread,
 class NavFnConfig:
     """Parameters of NavFn, by Nav2's names."""
 
-    plugin: str = param(
-        "nav2_navfn_planner::NavfnPlanner",
-        "Nav2's name of what is used.",
-        choices=("nav2_navfn_planner::NavfnPlanner",),
-    )
     tolerance: float = param(
         0.5, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
     )
@@ -41,11 +38,14 @@ class NavFn:
 
     Args:
         config: Parameters.
+        footprint: The robot; the costs hold all that NavFn asks of it.
 
     Source: nav2_navfn_planner (K. Konolige); see `potential`.
     """
 
-    def __init__(self, config: NavFnConfig) -> None:
+    Config: ClassVar[type[Any]] = NavFnConfig
+
+    def __init__(self, config: NavFnConfig, footprint: Footprint | None = None) -> None:
         self._config = config
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:

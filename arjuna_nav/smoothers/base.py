@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from arjuna_nav.costmap.costmap import Costmap
 
 
 class SmoothStatus(enum.IntEnum):
@@ -39,3 +42,11 @@ class SmoothResult:
     def failed(status: SmoothStatus, message: str) -> SmoothResult:
         """Return a result without path."""
         return SmoothResult(status, np.empty((0, 3)), message)
+
+
+class Smoother(Protocol):
+    """Smooths a path; made of its `Config`, the dataclass of its parameters."""
+
+    def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
+        """Smooth a path `(N, 3)` of the costmap's frame; both ends stay."""
+        ...

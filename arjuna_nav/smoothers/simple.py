@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
@@ -18,11 +19,6 @@ from arjuna_nav.smoothers.base import SmoothResult, SmoothStatus
 class SimpleSmootherConfig:
     """Parameters of the simple smoother, by Nav2's names."""
 
-    plugin: str = param(
-        "nav2_smoother::SimpleSmoother",
-        "Nav2's name of what is used.",
-        choices=("nav2_smoother::SimpleSmoother",),
-    )
     tolerance: float = param(1e-10, "Change at which it has converged.", unit="m", minimum=0.0)
     max_its: int = param(1000, "Most iterations.", minimum=1)
     w_data: float = param(0.2, "Weight of the given path.", minimum=0.0, maximum=1.0)
@@ -39,6 +35,8 @@ class SimpleSmoother:
 
     Source: nav2_smoother, SimpleSmoother; Thrun, path smoothing by gradient descent.
     """
+
+    Config: ClassVar[type[Any]] = SimpleSmootherConfig
 
     def __init__(self, config: SimpleSmootherConfig) -> None:
         self._config = config

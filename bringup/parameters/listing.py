@@ -36,8 +36,9 @@ def dump(nodes: Iterable[tuple[str, type[Any], Mapping[str, Any]]]) -> str:
 
 
 def _rows(cls: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
-    known, defaults = infos(cls), flatten(cls())
-    for key, value in values_of(cls, values).items():
+    config = load(cls, values)
+    known, defaults = infos(type(config)), flatten(type(config)())
+    for key, value in flatten(config).items():
         comment = _comment(known[key], value, defaults[key])
         item = f"    # {key}:" if value is None else f"    {key}: {_scalar(value)}"
         yield f"{item:<{_WIDTH}}  # {comment}"

@@ -1,0 +1,78 @@
+"""One parameter: its default, bounds, unit and text, in a field of a frozen dataclass."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+_KEY = "arjuna"
+
+
+@dataclass(frozen=True)
+class ParamInfo:
+    """What is known of a parameter beside its name, type and default.
+
+    Attributes:
+        description: One sentence.
+        unit: SI unit, or "" for none.
+        minimum: Least valid value, inclusive.
+        maximum: Greatest valid value, inclusive.
+        choices: The valid values where only some are.
+        read_only: Whether it is fixed once the component runs.
+        plugins: Of a list of plug-ins' names: the `PluginTypes` that they may be of.
+    """
+
+    description: str
+    unit: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[Any, ...] = ()
+    read_only: bool = False
+    plugins: Any = None
+
+
+def param(
+    default: Any,
+    description: str,
+    *,
+    unit: str = "",
+    minimum: float | None = None,
+    maximum: float | None = None,
+    choices: Sequence[Any] = (),
+    read_only: bool = False,
+) -> Any:
+    """Declare one parameter as a field of a frozen dataclass.
+
+    Args:
+        default: The default; tuples serve as lists.
+        description: One sentence for `--help`, docs and ROS descriptors.
+        unit: SI unit.
+        minimum: Least valid value.
+        maximum: Greatest valid value.
+        choices: The valid values where only some are.
+        read_only: Whether it is fixed once the component runs.
+    """
+    info = ParamInfo(description, unit, minimum, maximum, tuple(choices), read_only)
+    return dataclasses.field(default=default, metadata={_KEY: info})
+
+
+def plugin_names(default: tuple[str, ...], description: str, types: Any) -> Any:
+    """Declare a list of plug-ins' names; the parameters of each stand below its name.
+
+    `arjuna_core.config.load` returns a config that has a field for each of them.
+
+    Args:
+        default: The default names.
+        description: One sentence.
+        types: The `PluginTypes` that they may be of.
+    """
+    info = ParamInfo(description, read_only=True, plugins=types)
+    return dataclasses.field(default=default, metadata={_KEY: info})
+
+
+def info_of(field: dataclasses.Field[Any]) -> ParamInfo:
+    """Return a field's parameter information."""
+    info: ParamInfo = field.metadata[_KEY]
+    return info

@@ -1,0 +1,147 @@
+"""Plug-ins by name: Nav2's class names, and `module:Class` for a user's own."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from arjuna_core.errors import ConfigError, nearest
+from arjuna_core.param import info_of, param
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, eq=False)
+class PluginTypes:
+    """The classes that plug-ins of one kind may be of.
+
+    A class has `Config`, the frozen dataclass of its parameters; where they depend on their values,
+    as those of a controller that wraps another, `config_for(values)` returns the dataclass.
+
+    Attributes:
+        what: What they are, in a word.
+        types: `module:Class` of each of Nav2's class names.
+        default: Nav2's name of the class where none is given.
+        by_name: The same for plug-ins of certain names.
+    """
+
+    what: str
+    types: Mapping[str, str]
+    default: str
+    by_name: Mapping[str, str] = field(default_factory=dict)
+
+    def resolve(self, name: str) -> Any:
+        """Import the class of a name, `package::Class`, `package/Class` or `module:Class`.
+
+        Raises:
+            ConfigError: There is none.
+        """
+        path = self.types.get(canonical(name))
+        if path is not None:
+            return _imported(path)
+        if ":" not in name.replace("::", ""):
+            hint = nearest(canonical(name), self.types)
+            raise ConfigError(f"no {self.what} '{name}'; {hint} Or module:Class of your own")
+        cls = _imported(name)
+        if not dataclasses.is_dataclass(getattr(cls, "Config", None)):
+            raise ConfigError(f"{self.what} '{name}' has no dataclass Config of its parameters")
+        return cls
+
+    def make(self, config: Any, *arguments: Any) -> Any:
+        """Make a plug-in of its parameters, as `load` made them, and what its kind takes."""
+        return self.resolve(config.plugin)(config, *arguments)
+
+    def config_of(self, name: str, values: Mapping[str, Any]) -> type[Any]:
+        """Return the dataclass of a class's parameters, given their dotted values.
+
+        Raises:
+            ConfigError: There is no such class.
+        """
+        cls = self.resolve(name)
+        shape = getattr(cls, "config_for", None)
+        config: type[Any] = cls.Config if shape is None else shape(values)
+        return config
+
+
+def canonical(name: str) -> str:
+    """Return a class's name as Nav2 writes it since Iron: `package::Class`."""
+    return name if ":" in name else name.replace("/", "::")
+
+
+def _imported(path: str) -> Any:
+    module, _, name = path.partition(":")
+    try:
+        return getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ConfigError(f"plug-in '{path}' cannot be imported: {error}") from error
+
+
+def shaped(cls: type[T], flat: dict[str, Any], where: str, problems: list[str]) -> type[T]:
+    """Return a config class with a field for each plug-in that the values name.
+
+    Args:
+        cls: The class.
+        flat: Values by dotted name; plug-ins' class names become canonical in it, and what stands
+            below a plug-in whose class does not exist is taken out.
+        where: Prefix of problems.
+        problems: Takes the classes that do not exist; the default takes their place.
+    """
+    fields: dict[str, type[Any]] = {}
+    for item in dataclasses.fields(cls):  # type: ignore[arg-type]
+        kind = info_of(item).plugins if item.metadata else None
+        if kind is None:
+            continue
+        given = flat.get(item.name, item.default)
+        names: Any = given if isinstance(given, (list, tuple)) else item.default
+        for name in map(str, names):
+            if not name.isidentifier():
+                problems.append(f"{where}'{item.name}': '{name}' is no name of a plug-in")
+                continue
+            fields[name] = _plugin_class(kind, name, flat, where, problems)
+    made: type[T] = _with_plugins(cls, tuple(fields.items())) if fields else cls
+    return made
+
+
+def _plugin_class(
+    kind: PluginTypes, name: str, flat: dict[str, Any], where: str, problems: list[str]
+) -> type[Any]:
+    """Return the config class of one plug-in."""
+    key, prefix = f"{name}.plugin", f"{name}."
+    default = kind.by_name.get(name, kind.default)
+    given = canonical(str(flat.get(key, default)))
+    below = {k.removeprefix(prefix): v for k, v in flat.items() if k.startswith(prefix)}
+    try:
+        config = kind.config_of(given, below)
+    except ConfigError as error:
+        problems += [f"{where}'{key}': {problem}" for problem in error.problems]
+        for k in below:
+            del flat[prefix + k]
+        given, config = default, kind.config_of(default, {})
+    if key in flat:
+        flat[key] = given
+    return _with_class_name(config, kind.what, given)
+
+
+@functools.cache
+def _with_class_name(config: Any, what: str, given: str) -> type[Any]:
+    """Return a plug-in's config class with a field `plugin` that holds its class's name."""
+    item = param(given, f"Class of the {what}, or module:Class.", choices=(given,), read_only=True)
+    return _subclass(config, [("plugin", str, item)])
+
+
+@functools.cache
+def _with_plugins(cls: Any, fields: tuple[tuple[str, Any], ...]) -> type[Any]:
+    """Return a config class with a field for each plug-in's config."""
+    return _subclass(
+        cls, [(name, kind, dataclasses.field(default_factory=kind)) for name, kind in fields]
+    )
+
+
+def _subclass(cls: type[Any], fields: list[tuple[str, Any, Any]]) -> type[Any]:
+    made: type[Any] = dataclasses.make_dataclass(cls.__name__, fields, bases=(cls,), frozen=True)
+    made.__module__ = cls.__module__
+    return made

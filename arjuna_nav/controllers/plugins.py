@@ -1,0 +1,33 @@
+"""Which controllers, goal checkers and progress checkers there are, by Nav2's class names."""
+
+from __future__ import annotations
+
+from arjuna_core.plugins import PluginTypes
+
+_HERE = "arjuna_nav.controllers"
+_PURE_PURSUIT = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+
+CONTROLLERS = PluginTypes(
+    "controller",
+    {
+        _PURE_PURSUIT: f"{_HERE}.regulated_pure_pursuit:RegulatedPurePursuit",
+    },
+    _PURE_PURSUIT,
+)
+GOAL_CHECKERS = PluginTypes(
+    "goal checker",
+    {
+        "nav2_controller::SimpleGoalChecker": f"{_HERE}.checkers:SimpleGoalChecker",
+        "nav2_controller::StoppedGoalChecker": f"{_HERE}.goal_checkers:StoppedGoalChecker",
+        "nav2_controller::PositionGoalChecker": f"{_HERE}.goal_checkers:PositionGoalChecker",
+    },
+    "nav2_controller::SimpleGoalChecker",
+)
+PROGRESS_CHECKERS = PluginTypes(
+    "progress checker",
+    {
+        "nav2_controller::SimpleProgressChecker": f"{_HERE}.checkers:SimpleProgressChecker",
+        "nav2_controller::PoseProgressChecker": f"{_HERE}.checkers:PoseProgressChecker",
+    },
+    "nav2_controller::SimpleProgressChecker",
+)

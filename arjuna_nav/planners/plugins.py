@@ -1,0 +1,10 @@
+"""Which planners there are, by Nav2's class names."""
+
+from __future__ import annotations
+
+from arjuna_core.plugins import PluginTypes
+
+_HERE = "arjuna_nav.planners"
+_NAVFN = "nav2_navfn_planner::NavfnPlanner"
+
+PLANNERS = PluginTypes("planner", {_NAVFN: f"{_HERE}.navfn:NavFn"}, _NAVFN)

@@ -1,0 +1,11 @@
+"""Which smoothers there are, by Nav2's class names."""
+
+from __future__ import annotations
+
+from arjuna_core.plugins import PluginTypes
+
+_SIMPLE = "nav2_smoother::SimpleSmoother"
+
+SMOOTHERS = PluginTypes(
+    "smoother", {_SIMPLE: "arjuna_nav.smoothers.simple:SimpleSmoother"}, _SIMPLE
+)
