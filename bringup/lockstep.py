@@ -29,6 +29,7 @@ class LockStep:
         parameters: Parameters of all nodes.
         namespace: The robot's namespace.
         isolated: Whether nothing outside the process can see it.
+        strict: Whether what a callback raises is raised by `step`, for tests.
 
     Attributes:
         process: The process of every node.
@@ -37,9 +38,15 @@ class LockStep:
         on_tick: Called after each tick, to measure.
     """
 
-    def __init__(self, parameters: Parameters, namespace: str = "", isolated: bool = True) -> None:
+    def __init__(
+        self,
+        parameters: Parameters,
+        namespace: str = "",
+        isolated: bool = True,
+        strict: bool = False,
+    ) -> None:
         self._parameters = parameters
-        self.process = Process("lockstep", isolated=isolated, namespace=namespace)
+        self.process = Process("lockstep", True, isolated, namespace, strict)
         self.client = Node("lockstep_client", context=self.process.context, namespace=namespace)
         self.process.executor.add_node(self.client)
         self.nodes: dict[str, Any] = {}

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 def stack() -> Iterator[Callable[..., LockStep]]:
     """Return a maker of lock-step robots: `stack(*groups, seed=0, parameters={})`.
 
-    The simulator runs always, with the groups beside it. All are closed at the end.
+    The simulator runs always, with the groups beside it. All are closed at the end. What a
+    callback raises fails the test.
     """
     pytest.importorskip("rclpy", reason="no ROS here")
     from bringup.lockstep import LockStep
@@ -30,7 +31,7 @@ def stack() -> Iterator[Callable[..., LockStep]]:
             *groups: Group, seed: int = 0, parameters: dict[str, dict[str, Any]] | None = None
         ) -> LockStep:
             overrides = merged(parameters or {}, {"sim": {"seed": seed}})
-            robot = LockStep(merged(shipped_parameters(), overrides))
+            robot = LockStep(merged(shipped_parameters(), overrides), strict=True)
             opened.enter_context(closing(robot))
             robot.start(SIM_GROUP, *groups)
             return robot

@@ -52,6 +52,7 @@ class GoalClient:
 
     def __init__(self, node: ManagedNode, action_type: Any, name: str) -> None:
         self.name = name
+        self._node = node
         self._client = _SettlingActionClient(node, action_type, name)
         self._handle: Any | None = None
         self._sequence = 0
@@ -84,8 +85,15 @@ class GoalClient:
                 self._handle = None
                 on_outcome(value)
 
-        future = self._client.send_goal_async(goal, feedback_callback=feedback)
-        future.add_done_callback(lambda done: self._on_response(done.result(), sequence, outcome))
+        future = self._client.send_goal_async(goal, feedback_callback=self._guarded(feedback))
+        future.add_done_callback(
+            self._guarded(lambda done: self._on_response(done.result(), sequence, outcome))
+        )
+
+    def _guarded(self, callback: Callable[[Any], None]) -> Callable[[Any], None]:
+        """Return a callback that ends what the node was doing where it raises."""
+        failed = self._node.on_failure
+        return self._node.guarded(self.name, callback, lambda reason, _: failed(reason))
 
     def _on_response(
         self, handle: Any, sequence: int, outcome: Callable[[GoalOutcome], None]
@@ -101,7 +109,9 @@ class GoalClient:
                 handle.cancel_goal_async()
         future = handle.get_result_async()
         future.add_done_callback(
-            lambda done: outcome(GoalOutcome(True, done.result().status, done.result().result))
+            self._guarded(
+                lambda done: outcome(GoalOutcome(True, done.result().status, done.result().result))
+            )
         )
 
     def cancel(self) -> None:

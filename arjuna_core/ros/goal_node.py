@@ -21,6 +21,11 @@ class GoalNode(ManagedNode):
         if self.active:
             self._abort("time was set back")
 
+    def on_failure(self, reason: str) -> None:
+        """Stop and abort: what the goals were to do cannot be done."""
+        if self.active:
+            self._abort(f"the node failed: {reason}")
+
     def _abort(self, reason: str) -> None:
         self.halt()
         for server in self.kept(GoalServer):

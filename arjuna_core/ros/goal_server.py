@@ -83,8 +83,8 @@ class GoalServer:
             action_type,
             name,
             execute_callback=lambda handle: None,
-            goal_callback=self._on_request,
-            handle_accepted_callback=self._on_accepted,
+            goal_callback=node.guarded(name, self._on_request, self._refused),
+            handle_accepted_callback=node.guarded(name, self._on_accepted, self._failed),
             cancel_callback=self._on_cancel_request,
         )
 
@@ -120,7 +120,8 @@ class GoalServer:
 
     def _on_cancel_request(self, handle: ServerGoalHandle) -> CancelResponse:
         if self._on_cancel is not None:  # after this callback, when the goal's state says so
-            self._node.process.executor.create_task(self._on_cancel)
+            cancelled = self._node.guarded(self._name, self._on_cancel, self._failed)
+            self._node.process.executor.create_task(cancelled)
         return CancelResponse.ACCEPT
 
     def _on_accepted(self, handle: ServerGoalHandle) -> None:
@@ -133,6 +134,14 @@ class GoalServer:
             self._pending = handle
         if self._on_goal is not None:
             self._on_goal()
+
+    def _refused(self, reason: str, goal: Any) -> GoalResponse:
+        """Reject a goal that could not be judged."""
+        return GoalResponse.REJECT
+
+    def _failed(self, reason: str, *handle: ServerGoalHandle) -> None:
+        """Abort what cannot be done."""
+        self.abort_all(f"the node failed: {reason}")
 
     def explained(self, reason: str) -> Any:
         """Return a result that says why a goal failed, with the action's code for the unknown."""

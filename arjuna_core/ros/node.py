@@ -9,6 +9,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 
 from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.health.guarded import Guarded
 from arjuna_core.ros.params import ParameterBinding, describe_sim_time
 from arjuna_core.ros.process import Process
 from arjuna_core.ros.tf import TransformBuffer
@@ -17,13 +18,15 @@ from arjuna_core.timing import Periodic
 T = TypeVar("T")
 
 
-class ManagedNode(LifecycleNode):
+class ManagedNode(Guarded, LifecycleNode):
     """A lifecycle node: parameters from a dataclass, periodic work on ROS time, shared transforms.
 
     What belongs where: `__init__` only stores and declares; `configure` reads files, builds the
     core and creates publishers, subscriptions and services; `activate` starts work; `deactivate`
     stops it; `cleanup` drops what `configure` made. Each raises an ArjunaError to refuse, which
-    is logged and fails the transition. Callbacks ask `self.active` before they act.
+    is logged and fails the transition. Callbacks ask `self.active` before they act. What else one
+    raises ends in the process's guard: the message is dropped, the request answered as failed, the
+    transition ends in `unconfigured`, and the node goes on.
 
     Attributes:
         Config: The frozen dataclass of the node's parameters.
@@ -46,6 +49,8 @@ class ManagedNode(LifecycleNode):
         name: str | None = None,
         namespace: str = "",
     ) -> None:
+        self.process = process
+        self.guard = process.guard
         sim_time = [Parameter("use_sim_time", value=True)] if process.use_sim_time else []
         super().__init__(
             name or self.DEFAULT_NAME,
@@ -54,8 +59,8 @@ class ManagedNode(LifecycleNode):
             parameter_overrides=sim_time,
         )
         self._drop_own_clock_subscription()
+        self._guard_lifecycle_services()
         describe_sim_time(self)
-        self.process = process
         self.active = False
         self._tasks: list[tuple[Periodic, Callable[[], None]]] = []
         self._made: list[tuple[Callable[[Any], Any], Any]] = []
@@ -67,6 +72,12 @@ class ManagedNode(LifecycleNode):
         for subscription in list(self.subscriptions):
             if subscription.topic_name == "/clock":
                 self.destroy_subscription(subscription)
+
+    def _guard_lifecycle_services(self) -> None:
+        """Guard the services that rclpy makes without `create_service`."""
+        for service in self.services:
+            if not hasattr(service.callback, "__wrapped__"):
+                service.callback = self.answering(service.srv_name, service.callback)
 
     @property
     def state_label(self) -> str:
@@ -93,7 +104,9 @@ class ManagedNode(LifecycleNode):
 
         Called in `configure` or `activate`. The first run is at the next multiple of the period.
         """
-        self._tasks.append((Periodic(period), task))
+        name = getattr(task, "__name__", "task").strip("_")
+        guarded = self.guarded(name, task, self.on_failure)
+        self._tasks.append((Periodic(period), guarded))
 
     def run_due(self, now: float) -> None:
         """Run the periodic tasks that are due at a time [s]; the process calls this."""
@@ -180,13 +193,20 @@ class ManagedNode(LifecycleNode):
     def on_config(self, config: Any) -> None:
         """React to parameters changed at run time."""
 
+    def on_failure(self, reason: str) -> None:
+        """React to a periodic task that raised, or to an outcome that could not be taken in."""
+
     def _attempt(self, step: Callable[[], None]) -> TransitionCallbackReturn:
-        try:
-            step()
-        except ArjunaError as error:
-            self.get_logger().error(str(error))
-            return TransitionCallbackReturn.FAILURE
-        return TransitionCallbackReturn.SUCCESS
+        def run() -> TransitionCallbackReturn:
+            try:
+                step()
+            except ArjunaError as error:
+                self.get_logger().error(str(error))
+                return TransitionCallbackReturn.FAILURE
+            return TransitionCallbackReturn.SUCCESS
+
+        failed = TransitionCallbackReturn.ERROR
+        return self.guarded(step.__name__, run, lambda reason: failed)()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Run `configure`; what it made before it refused is destroyed again."""
@@ -216,6 +236,12 @@ class ManagedNode(LifecycleNode):
         if self.active:
             self.active = False
             self._attempt(self.deactivate)
+        self._release()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Release everything after a transition that raised; the node is unconfigured then."""
+        self.active = False
         self._release()
         return TransitionCallbackReturn.SUCCESS
 

@@ -53,11 +53,16 @@ class ParameterBinding:
         ours = {item.name: _from_ros(item, flat) for item in parameters if item.name in flat}
         if not ours:
             return SetParametersResult(successful=True)
+        before, taken = self.config, False
         try:
             self.config = load(self._cls, {**flat, **ours})
+            self._on_change(self.config)
+            taken = True
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        self._on_change(self.config)
+        finally:
+            if not taken:
+                self.config = before
         return SetParametersResult(successful=True)
 
 

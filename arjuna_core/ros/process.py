@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from typing import Any, Protocol
 
 from rclpy.experimental.events_executor import EventsExecutor
-from rclpy.node import Node
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
@@ -16,6 +15,8 @@ from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
 from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.health.guard import Guard
+from arjuna_core.ros.health.guarded import GuardedNode
 from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
@@ -55,7 +56,7 @@ class ClockedNode(Protocol):
         """React to a clock that was set back."""
 
     def run_due(self, now: float) -> None:
-        """Run what is due at a time [s]."""
+        """Run what is due at a time [s]; what is raised there ends there."""
 
     def destroy_node(self) -> None:
         """Leave the graph."""
@@ -74,18 +75,31 @@ class Process:
         isolated: Whether nothing outside the process can see it or reach into it. Else discovery
             is on this machine only, unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
         namespace: The robot's namespace: all its nodes and topics are below, /tf and /clock too.
+        strict: Whether what a callback raises is raised by `drain`, for tests; else it is told and
+            counted, and the process goes on.
+
+    Attributes:
+        guard: Where what a callback raises ends.
     """
 
     def __init__(
-        self, name: str, use_sim_time: bool = True, isolated: bool = False, namespace: str = ""
+        self,
+        name: str,
+        use_sim_time: bool = True,
+        isolated: bool = False,
+        namespace: str = "",
+        strict: bool = False,
     ) -> None:
+        self.now = 0.0
+        self.guard = Guard(lambda: self.now, strict)
         self.use_sim_time = use_sim_time
         self.namespace = namespace.strip("/")
         with _discovery(isolated):
             self.context = new_context()
             # the middleware reads the range when the context's first node is made
             # clients that ask every node for its parameters wait for one that does not answer
-            self.node = Node(
+            self.node = GuardedNode(
+                self.guard,
                 name,
                 context=self.context,
                 namespace=self.namespace,
@@ -94,7 +108,6 @@ class Process:
         describe_sim_time(self.node)
         self.executor = EventsExecutor(context=self.context)
         self.nodes: list[ClockedNode] = []
-        self.now = 0.0
         self.executor.add_node(self.node)
         self.transforms = TransformBuffer()
         TransformListener(self.node, self.transforms)
@@ -143,7 +156,7 @@ class Process:
                 node.get_clock().set_ros_time_override(override)
         if jumped_back:
             for node in self.nodes:
-                node.on_time_jump()
+                self.guard.call(node, "a clock set back", node.on_time_jump)
         self.executor.create_task(self._run_due)
 
     def _run_due(self) -> None:
@@ -152,8 +165,11 @@ class Process:
             node.run_due(self.now)
 
     def spin_once(self, timeout: float = _POLL) -> None:
-        """Run at most one waiting callback, waiting up to a timeout for it [s, wall]."""
-        self.executor.spin_once(timeout_sec=timeout)
+        """Run at most one waiting callback, waiting up to a timeout for it [s, wall].
+
+        Callbacks of nodes end their own exceptions; here end those of rclpy's own tasks.
+        """
+        self.guard.call(self.node, "executor", self.executor.spin_once, timeout)
 
     def drain(self) -> None:
         """Run everything that waits, and everything that it causes, until nothing is left.
@@ -170,7 +186,7 @@ class Process:
         self.executor.create_task(lambda: reached.append(True))
         steps = 0
         while not reached:
-            self.executor.spin_once(timeout_sec=_DRAIN_STEP)
+            self.spin_once(_DRAIN_STEP)
             steps += 1
         return steps
 

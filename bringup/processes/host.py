@@ -109,12 +109,13 @@ class Host:
 
         What comes from elsewhere meanwhile is not waited for: it may never end.
         """
+        call = self.process.guard.call
         for node in reversed(self.nodes):
             if node.active:
-                node.trigger_deactivate()
+                call(node, "the end", node.trigger_deactivate)
         self.process.run_waiting()
         for node in reversed(self.nodes):
-            node.trigger_shutdown()
+            call(node, "the end", node.trigger_shutdown)  # a client may have shut it down already
         self.process.run_waiting()
         self.manager.destroy_node()
         self.process.close()

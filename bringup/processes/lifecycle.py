@@ -12,9 +12,9 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from nav2_msgs.srv import ManageLifecycleNodes
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from arjuna_core.ros.health.guarded import GuardedNode
 from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.process import Process
 from bringup.processes.deferred import DeferredService
@@ -44,7 +44,7 @@ class _Job:
     failures: list[str] = field(default_factory=list)
 
 
-class LifecycleManager(Node):
+class LifecycleManager(GuardedNode):
     """A lifecycle manager: `<name>/manage_nodes` and `<name>/is_active`.
 
     Deadlines run on a steady clock: bringing nodes up must not wait for a simulator's time.
@@ -69,7 +69,7 @@ class LifecycleManager(Node):
         ready: Callable[[], bool] = lambda: True,
         on_wait: Callable[[str], None] = lambda what: None,
     ) -> None:
-        super().__init__(name, context=process.context, namespace=process.namespace)
+        super().__init__(process.guard, name, context=process.context, namespace=process.namespace)
         describe_sim_time(self)
         self.declare_parameter("node_names", list(nodes), _MANAGED)
         self.declare_parameter("autostart", autostart, _AUTOSTART)
@@ -142,7 +142,7 @@ class LifecycleManager(Node):
                 then(job, finished.result())
 
         job.future = future
-        future.add_done_callback(done)
+        future.add_done_callback(self.guarded("an answer", done))
 
     def _on_state(self, job: _Job, answer: Any) -> None:
         step, state = job.steps[0], State(answer.current_state.id)

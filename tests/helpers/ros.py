@@ -17,13 +17,16 @@ TICK = 0.02
 class RosBench:
     """One process under test, with a helper node that plays the rest of the robot.
 
+    Args:
+        strict: Whether what a callback raises fails the test.
+
     Attributes:
         process: The process that the nodes under test are made in.
         node: A plain node for clients of the test.
     """
 
-    def __init__(self) -> None:
-        self.process = Process("bench", isolated=True)
+    def __init__(self, strict: bool = True) -> None:
+        self.process = Process("bench", isolated=True, strict=strict)
         self.node = Node("bench_client", context=self.process.context)
         self.process.executor.add_node(self.node)
         self._clock = self.node.create_publisher(Clock, "/clock", qos.LATEST)

@@ -1,0 +1,1 @@
+"""What a process does about what goes wrong in it: caught, refused, counted, reported."""

@@ -1,0 +1,101 @@
+"""The one place where a callback's exception ends: told with its cause, counted, survived."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.executors import ExternalShutdownException
+
+_TELL_EVERY = 60.0  # [s] of the process's time, so that a log stays readable
+
+
+@dataclass(frozen=True)
+class Failure:
+    """What a guarded call returns in place of its result where it raised.
+
+    Attributes:
+        reason: What happened, one line.
+    """
+
+    reason: str
+
+
+@dataclass
+class Tally:
+    """How often one thing went wrong.
+
+    Attributes:
+        kind: `failed` where a callback raised, `refused` where a message was no valid one.
+        count: How often.
+        reason: The latest one.
+        told_at: When it was last logged [s].
+    """
+
+    kind: str
+    count: int = 0
+    reason: str = ""
+    told_at: float = 0.0
+
+
+class Guard:
+    """Calls what may raise, and keeps count of what was raised or refused, node by node.
+
+    Args:
+        now: Returns the process's time [s].
+        strict: Whether what a callback raises goes on, so that a test sees its author's mistake.
+
+    Attributes:
+        tallies: What went wrong, by node and source.
+    """
+
+    def __init__(self, now: Callable[[], float], strict: bool = False) -> None:
+        self._now = now
+        self.strict = strict
+        self.tallies: dict[tuple[str, str], Tally] = {}
+
+    def call(self, node: Any, source: str, callback: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a callback returns, or a Failure where it raised.
+
+        Args:
+            node: Whose callback it is; its log is told.
+            source: What called it, such as a topic.
+            callback: What may raise.
+            arguments: What it is given.
+        """
+        try:
+            return callback(*arguments)
+        except ExternalShutdownException:
+            raise
+        except Exception as error:
+            if self.strict:
+                raise
+            return self._caught(node, source, error)
+
+    def _caught(self, node: Any, source: str, error: Exception) -> Failure:
+        reason = f"{type(error).__name__}: {error}"
+        cause = "".join(traceback.format_exception(error))
+        self._count(node, source, "failed", reason, cause)
+        return Failure(reason)
+
+    def refused(self, node: Any, source: str, reason: str) -> None:
+        """Count a message, request or goal that was not taken, and say why."""
+        self._count(node, source, "refused", reason, reason)
+
+    def _count(self, node: Any, source: str, kind: str, reason: str, cause: str) -> None:
+        """Count, and log the first in full, then one a minute."""
+        key = (node.get_fully_qualified_name(), source)
+        tally = self.tallies.setdefault(key, Tally(kind))
+        tally.count += 1
+        tally.kind, tally.reason = kind, reason
+        now = self._now()
+        log = node.get_logger().error if kind == "failed" else node.get_logger().warning
+        if tally.count == 1:
+            log(f"{source} {kind}: {cause}")
+        elif not 0.0 <= now - tally.told_at < _TELL_EVERY:
+            log(f"{source} {kind}, {tally.count} times so far; the last: {reason}")
+        else:
+            return
+        tally.told_at = now

@@ -1,0 +1,87 @@
+"""Nodes whose callbacks all end in their process's guard, rclpy's own callbacks too."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+
+from arjuna_core.ros.health import answers
+from arjuna_core.ros.health.guard import Failure, Guard
+
+
+class Guarded:
+    """Guards each callback that a node is given; a mixin that stands before rclpy's Node.
+
+    rclpy makes its own services and subscriptions (parameters, types, lifecycle) in `__init__`
+    and by the same methods, so `guard` is set before that runs.
+
+    Attributes:
+        guard: The process's.
+    """
+
+    guard: Guard
+
+    def guarded(
+        self,
+        source: str,
+        callback: Callable[..., Any],
+        otherwise: Callable[..., Any] = lambda reason, *arguments: None,
+    ) -> Callable[..., Any]:
+        """Return a callback whose exceptions end in the process's guard.
+
+        Args:
+            source: What calls it, for the log.
+            callback: What may raise.
+            otherwise: Called with the reason and the arguments where it did, for what to return.
+        """
+
+        @functools.wraps(callback)
+        def run(*arguments: Any) -> Any:
+            result = self.guard.call(self, source, callback, *arguments)
+            if isinstance(result, Failure):
+                return otherwise(result.reason, *arguments)
+            return result
+
+        return run
+
+    def answering(self, name: str, callback: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a service's callback that answers also where it fails."""
+        return self.guarded(
+            name, callback, lambda reason, ask, answer: answers.failed(ask, answer, reason)
+        )
+
+    def create_subscription(
+        self, kind: Any, topic: str, callback: Any, *options: Any, **named: Any
+    ) -> Any:
+        """Create a subscription whose callback is guarded."""
+        guarded = self.guarded(topic, callback)
+        return super().create_subscription(kind, topic, guarded, *options, **named)  # type: ignore[misc]
+
+    def create_service(
+        self, kind: Any, name: str, callback: Any, *options: Any, **named: Any
+    ) -> Any:
+        """Create a service that answers also where its callback fails."""
+        answering = self.answering(name, callback)
+        return super().create_service(kind, name, answering, *options, **named)  # type: ignore[misc]
+
+    def create_timer(self, period: float, callback: Any, *options: Any, **named: Any) -> Any:
+        """Create a timer whose callback is guarded."""
+        guarded = self.guarded("timer", callback)
+        return super().create_timer(period, guarded, *options, **named)  # type: ignore[misc]
+
+
+class GuardedNode(Guarded, Node):
+    """A plain rclpy node whose callbacks are guarded.
+
+    Args:
+        guard: The process's.
+        name: The node's name.
+        options: As rclpy's Node takes them.
+    """
+
+    def __init__(self, guard: Guard, name: str, **options: Any) -> None:
+        self.guard = guard
+        super().__init__(name, **options)
