@@ -102,7 +102,8 @@ def shaped(cls: type[T], flat: dict[str, Any], where: str, problems: list[str]) 
                 problems.append(f"{where}'{item.name}': '{name}' is no name of a plug-in")
                 continue
             fields[name] = _plugin_class(kind, name, flat, where, problems)
-    made: type[T] = _with_plugins(cls, tuple(fields.items())) if fields else cls
+    base: Any = cls
+    made: type[T] = _with_plugins(base, tuple(fields.items())) if fields else cls
     return made
 
 
@@ -114,6 +115,7 @@ def _plugin_class(
     default = kind.by_name.get(name, kind.default)
     given = canonical(str(flat.get(key, default)))
     below = {k.removeprefix(prefix): v for k, v in flat.items() if k.startswith(prefix)}
+    config: Any
     try:
         config = kind.config_of(given, below)
     except ConfigError as error:
@@ -123,7 +125,8 @@ def _plugin_class(
         given, config = default, kind.config_of(default, {})
     if key in flat:
         flat[key] = given
-    return _with_class_name(config, kind.what, given)
+    made: type[Any] = _with_class_name(config, kind.what, given)
+    return made
 
 
 @functools.cache
