@@ -14,6 +14,7 @@ from typing import Any
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
 from bringup.client.session import POLL, Connection
+from bringup.ros2 import interrupt
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.participants import on_this_machine
 
@@ -52,8 +53,13 @@ class Client:
 
     def spin(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
         """Run callbacks until something is done; return whether it is, within a timeout [s]."""
+
+        def looked_at() -> bool:
+            interrupt.check()
+            return done()
+
         limit = math.inf if timeout is None else timeout
-        return self._session.run_until(done, limit, required=False)
+        return self._session.run_until(looked_at, limit, required=False)
 
     def discover(self, found: Callable[[], bool] | None = None) -> bool:
         """Wait until the graph is known, or until something is found in it.

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from arjuna_core.errors import ArjunaError
-from bringup.ros2 import completion
+from bringup.ros2 import completion, interrupt
 from bringup.ros2.grammar import build_parser, load
 from bringup.ros2.tables import COMMANDS
 
@@ -30,6 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ[_HANDED_ON] = "1"
         os.execv(real, [real, *words])  # noqa: S606 - the program that the user asked for
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    interrupt.watch()
     sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
     try:
         return _run(words)

@@ -1,0 +1,37 @@
+"""Ctrl-C that comes where Python drops the exception."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from bringup.ros2 import interrupt
+
+
+@pytest.fixture(autouse=True)
+def _handler_given_back() -> Iterator[None]:
+    before = signal.getsignal(signal.SIGINT)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+class Interrupted:
+    """Is interrupted while it is destroyed."""
+
+    def __del__(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_what_a_destructor_drops_is_raised_at_the_next_look() -> None:
+    interrupt.watch()
+    Interrupted()
+    with pytest.raises(KeyboardInterrupt, match=""):
+        interrupt.check()
+
+
+def test_nothing_is_raised_before() -> None:
+    interrupt.watch()
+    interrupt.check()
