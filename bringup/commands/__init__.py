@@ -44,6 +44,7 @@ COMMANDS = {
     "Measure": {
         "calibrate": "find a robot's effective track width and wheel radius by driving it",
         "bench": "measure a part of the robot",
+        "campaign": "one command many times, and what the runs say together",
     },
 }
 """What each command does, under the headings of the first page, in its order."""

@@ -92,7 +92,7 @@ class Report:
 
 def write_report(folder: Path, report: Report) -> None:
     """Write `report.json` into a folder."""
-    text = json.dumps(dataclasses.asdict(report), indent=2)
+    text = json.dumps({"success": report.success, **dataclasses.asdict(report)}, indent=2)
     (folder / "report.json").write_text(text + "\n", encoding="utf-8")
 
 

@@ -1,0 +1,91 @@
+"""How a run ended: what its result says, judged by what the campaign asks for."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from arjuna_core.files.atomic import write_atomically
+
+_FILE = "outcome.json"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended.
+
+    Attributes:
+        name: The run's.
+        levels: The label of each factor's level.
+        success: Whether its result says what is asked for.
+        reason: Why not; "" if it does.
+        wall_s: How long it took [s].
+        figures: Numbers of its result, truths as 0 and 1, by dotted key.
+    """
+
+    name: str
+    levels: Mapping[str, str]
+    success: bool
+    reason: str
+    wall_s: float
+    figures: Mapping[str, float]
+
+
+def judged(result: Mapping[str, Any], success: Mapping[str, Any]) -> str:
+    """Return what a result lacks of what is asked for; "" for nothing.
+
+    Args:
+        result: Values by dotted key.
+        success: A value, or `at_least` and `at_most`, by key.
+    """
+    lacks = []
+    for key, wanted in success.items():
+        bounds = wanted if isinstance(wanted, dict) else {"is": wanted}
+        lacks += [
+            f"{key} is {result.get(key)}, not {how.replace('_', ' ')} {bound}".replace(" is ", " ")
+            for how, bound in bounds.items()
+            if not _fits(result.get(key), how, bound)
+        ]
+    return "; ".join(lacks)
+
+
+def _fits(value: Any, how: str, bound: Any) -> bool:
+    if how == "is":
+        return bool(value == bound)
+    if not isinstance(value, int | float):
+        return False
+    return bool(value >= bound if how == "at_least" else value <= bound)
+
+
+def flattened(result: Any, prefix: str = "") -> dict[str, Any]:
+    """Return a JSON object's values by dotted key; lists are left out."""
+    flat: dict[str, Any] = {}
+    for key, value in result.items() if isinstance(result, dict) else ():
+        if isinstance(value, dict):
+            flat |= flattened(value, f"{prefix}{key}.")
+        elif not isinstance(value, list):
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def figures_of(flat: Mapping[str, Any]) -> dict[str, float]:
+    """Return the values that are numbers or truths."""
+    return {key: float(value) for key, value in flat.items() if isinstance(value, int | float)}
+
+
+def write_outcome(folder: Path, outcome: Outcome) -> None:
+    """Write an outcome into its run's folder: a run that has one is done."""
+    text = json.dumps(dataclasses.asdict(outcome), indent=2)
+    write_atomically(folder / _FILE, f"{text}\n".encode())
+
+
+def read_outcome(folder: Path) -> Outcome | None:
+    """Return the outcome of a run's folder; None where it has not ended."""
+    try:
+        return Outcome(**json.loads((folder / _FILE).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None

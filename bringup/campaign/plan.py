@@ -1,0 +1,162 @@
+"""What a campaign runs: one command with every combination of its factors."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from arjuna_core.errors import ArjunaError, InputFileError, nearest
+from arjuna_core.files.yaml_file import read_yaml
+
+FOLDER = "{folder}"
+"""What stands in a command for the folder of a run."""
+_RUNS_MAX = 100_000
+_KEYS = ("command", "result", "factors", "success", "measures", "timeout")
+_RANGE = {"first", "count"}
+_UNFIT = re.compile(r"[^\w.+-]+")
+Scalar = str | int | float | bool
+
+
+class CampaignError(InputFileError):
+    """A campaign's file or folder cannot be used."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """One value of a factor.
+
+    Attributes:
+        label: What it is called in tables.
+        options: What it adds to the command.
+    """
+
+    label: str
+    options: Mapping[str, Scalar]
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A command, what it is varied in, and how its result is judged.
+
+    Attributes:
+        name: The file's name without its ending.
+        command: The words after `python -m bringup`; `{folder}` stands for the run's folder.
+        result: The JSON file that a run writes, in its folder.
+        factors: The levels of each factor, by its name.
+        success: What a run's result must say: a value, or `at_least` and `at_most`, by key.
+        measures: Keys of the numbers to draw; all numbers if empty.
+        timeout: How long a run may take [s].
+    """
+
+    name: str
+    command: tuple[str, ...]
+    result: str
+    factors: Mapping[str, tuple[Level, ...]]
+    success: Mapping[str, Any]
+    measures: tuple[str, ...] = ()
+    timeout: float = 3600.0
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a campaign.
+
+    Attributes:
+        name: Its folder's name.
+        levels: The label of each factor's level.
+        options: What it adds to the command.
+    """
+
+    name: str
+    levels: Mapping[str, str]
+    options: Mapping[str, Scalar] = field(default_factory=dict)
+
+    def words(self, campaign: Campaign, folder: Path) -> list[str]:
+        """Return the words after `python -m bringup`, results going to a folder."""
+        given = [word.replace(FOLDER, str(folder)) for word in campaign.command]
+        options = itertools.chain.from_iterable(
+            (f"--{name}", str(value)) for name, value in self.options.items()
+        )
+        return [*given, *options]
+
+
+def load_campaign(path: Path) -> Campaign:
+    """Return the campaign that a YAML file describes.
+
+    Raises:
+        CampaignError: The file cannot be read, or a key or value is not valid; all are named.
+    """
+    content = read_yaml(path, CampaignError)
+    if not isinstance(content, dict):
+        raise CampaignError(path, f"is no mapping; valid keys: {', '.join(_KEYS)}")
+    problems = [f"'{key}': {nearest(str(key), _KEYS)}" for key in content if key not in _KEYS]
+    problems += [f"'{key}' is missing" for key in ("command", "result", "success")
+                 if key not in content]  # fmt: skip
+    if problems:
+        raise CampaignError(path, "; ".join(problems))
+    try:
+        return _campaign(path, content)
+    except ValueError as error:
+        raise CampaignError(path, str(error)) from error
+
+
+def _campaign(path: Path, content: dict[str, Any]) -> Campaign:
+    factors = content.get("factors", {})
+    timeout = content.get("timeout", Campaign.timeout)
+    if not isinstance(factors, dict) or not isinstance(content["success"], dict):
+        raise ValueError("'factors' and 'success' are mappings")
+    if not isinstance(timeout, int | float) or not timeout > 0:
+        raise ValueError("'timeout' is a number of seconds above 0")
+    command = tuple(shlex.split(str(content["command"])))
+    if not any(FOLDER in word for word in command):
+        raise ValueError(f"'command' says nowhere where its results go; write {FOLDER} for it")
+    return Campaign(
+        path.stem,
+        command,
+        str(content["result"]),
+        {str(name): _levels(str(name), values) for name, values in factors.items()},
+        content["success"],
+        tuple(map(str, content.get("measures", ()))),
+        float(timeout),
+    )
+
+
+def _levels(name: str, values: Any) -> tuple[Level, ...]:
+    """Return a factor's levels from a list, a range or named sets of options."""
+    if isinstance(values, dict) and set(values) == _RANGE:
+        first, count = values["first"], values["count"]
+        if not isinstance(first, int) or not isinstance(count, int) or count < 1:
+            raise ValueError(f"factor '{name}': 'first' and 'count' are whole numbers")
+        values = list(range(first, first + min(count, _RUNS_MAX + 1)))
+    if isinstance(values, list) and values and all(isinstance(v, Scalar) for v in values):
+        return tuple(Level(str(value), {name: value}) for value in values)
+    if isinstance(values, dict) and values and all(isinstance(v, dict) for v in values.values()):
+        return tuple(Level(str(label), options) for label, options in values.items())
+    valid = "a list of values, {first, count}, or a set of options by name"
+    raise ValueError(f"factor '{name}' is none of: {valid}")
+
+
+def runs_of(campaign: Campaign) -> list[Run]:
+    """Return every combination of levels, in the order of the file.
+
+    Raises:
+        ArjunaError: They are too many.
+    """
+    levels = campaign.factors.values()
+    combinations = list(itertools.islice(itertools.product(*levels), _RUNS_MAX + 1))
+    if len(combinations) > _RUNS_MAX:
+        raise ArjunaError(f"campaign '{campaign.name}' has more than {_RUNS_MAX} runs")
+    width = len(str(len(combinations) - 1))
+    return [
+        Run(
+            "_".join([f"{number:0{width}}", *(_UNFIT.sub("-", level.label) for level in chosen)]),
+            {name: level.label for name, level in zip(campaign.factors, chosen, strict=True)},
+            {key: value for level in chosen for key, value in level.options.items()},
+        )
+        for number, chosen in enumerate(combinations)
+    ]

@@ -1,0 +1,156 @@
+"""Runs a campaign: one process a run, some at a time, and goes on where it was broken off."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from arjuna_core.files.atomic import write_atomically
+from bringup.campaign.outcome import (
+    Outcome,
+    figures_of,
+    flattened,
+    judged,
+    read_outcome,
+    write_outcome,
+)
+from bringup.campaign.plan import Campaign, CampaignError, Run
+from bringup.processes.child import Child, ChildSpec, describe_exit
+
+_POLL = 0.1  # [s]
+_PROGRAM = (sys.executable, "-m", "bringup")
+_CLAIM = "campaign.json"
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+class _Started:
+    """A run under way; what it prints goes into its folder.
+
+    Args:
+        campaign: What it belongs to.
+        run: What is run.
+        folder: Where its files go.
+        program: What takes the run's words.
+    """
+
+    def __init__(self, campaign: Campaign, run: Run, folder: Path, program: Sequence[str]) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.run, self._folder, self._campaign = run, folder, campaign
+        self._log = (folder / "log.txt").open("w", encoding="utf-8")
+        self._last = ""
+        self._start = time.monotonic()
+        command = [*program, *run.words(campaign, folder)]
+        self._child = Child(ChildSpec(run.name, command), self._write)
+
+    def _write(self, line: str) -> None:
+        self._log.write(f"{line}\n")
+        self._last = line.strip() or self._last
+
+    def ended(self) -> Outcome | None:
+        """Return how the run ended; None while it goes on."""
+        self._child.read()
+        code = self._child.poll()
+        passed = time.monotonic() - self._start
+        if code is not None:
+            self._close()
+            return self._judged(code, passed)
+        if passed <= self._campaign.timeout:
+            return None
+        self.stop()
+        return self._outcome(f"took longer than {self._campaign.timeout:g} s", passed)
+
+    def stop(self) -> None:
+        """End the process and close its files."""
+        self._child.send(signal.SIGKILL)
+        while self._child.poll() is None:
+            threading.Event().wait(_POLL)
+        self._close()
+
+    def _close(self) -> None:
+        self._child.close()
+        self._log.close()
+
+    def _judged(self, code: int, passed: float) -> Outcome:
+        try:
+            text = (self._folder / self._campaign.result).read_text(encoding="utf-8")
+            flat = flattened(json.loads(text))
+        except (OSError, ValueError):
+            return self._outcome(f"{describe_exit(code)}, no result; {self._last}", passed)
+        reason = judged(flat, self._campaign.success)
+        return self._outcome(reason, passed, figures_of(flat))
+
+    def _outcome(
+        self, reason: str, passed: float, figures: dict[str, float] | None = None
+    ) -> Outcome:
+        run = self.run
+        return Outcome(run.name, run.levels, not reason, reason, passed, figures or {})
+
+
+def run_all(
+    campaign: Campaign,
+    runs: Sequence[Run],
+    folder: Path,
+    jobs: int,
+    ended: Callable[[Outcome], None],
+    stop: threading.Event,
+    program: Sequence[str] = _PROGRAM,
+) -> list[Outcome]:
+    """Run what has not been run yet.
+
+    Args:
+        campaign: What is run.
+        runs: Its runs.
+        folder: Where each has a folder of its own.
+        jobs: How many at a time.
+        ended: Told of each run, those of earlier times first.
+        stop: Set to break off; what goes on then is run again next time.
+        program: What takes the words of a run.
+
+    Returns:
+        The outcomes there are, in the order of the runs.
+
+    Raises:
+        CampaignError: The folder is another campaign's.
+        OSError: A folder cannot be written.
+    """
+    _claim(folder, campaign)
+    os.environ.update(dict.fromkeys(_THREADS, "1"))  # the runs share the cores already
+    found = {run.name: read_outcome(folder / run.name) for run in runs}
+    for outcome in filter(None, found.values()):
+        ended(outcome)
+    waiting = [run for run in runs if found[run.name] is None]
+    going: list[_Started] = []
+    try:
+        while (waiting or going) and not stop.is_set():
+            while waiting and len(going) < jobs:
+                run = waiting.pop(0)
+                going.append(_Started(campaign, run, folder / run.name, program))
+            stop.wait(_POLL)
+            for started in list(going):
+                end = started.ended()
+                if end is not None:
+                    going.remove(started)
+                    write_outcome(folder / end.name, end)
+                    found[end.name] = end
+                    ended(end)
+    finally:
+        for started in going:
+            started.stop()
+    return [outcome for outcome in found.values() if outcome is not None]
+
+
+def _claim(folder: Path, campaign: Campaign) -> None:
+    """Write down what the folder's runs are of: no other campaign shall take them for its own."""
+    text = json.dumps(dataclasses.asdict(campaign), indent=2)
+    path = folder / _CLAIM
+    if not path.exists():
+        write_atomically(path, text.encode())
+    elif path.read_text(encoding="utf-8") != text:
+        raise CampaignError(folder, "has the runs of another campaign; valid: a new folder")

@@ -1,0 +1,80 @@
+"""`campaign`: one command many times, and what the runs say together."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from bringup.campaign.outcome import Outcome
+    from bringup.campaign.plan import Campaign
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        "file",
+        type=Path,
+        nargs="?",
+        metavar="FILE",
+        help="such as campaigns/demo.yaml",
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="where all goes (out/campaigns/ and its name)"
+    )
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="runs at a time (cores)"
+    )
+    parser.add_argument(
+        "--compare", type=Path, nargs=2, metavar="FOLDER", help="two campaigns that have been run"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run a campaign, going on where it was broken off; return 0 where every run succeeded."""
+    from arjuna_core.errors import ArjunaError
+    from bringup.campaign.comparison import compared, outcomes_in
+    from bringup.campaign.plan import load_campaign
+    from bringup.terminal import show
+
+    if arguments.compare is not None:
+        for line in compared(*map(outcomes_in, arguments.compare)):
+            show(line)
+        return 0
+    if arguments.file is None or arguments.jobs < 1:
+        raise ArjunaError("say which campaign to run, with at least one job; --help has both")
+    campaign = load_campaign(arguments.file)
+    return _run(campaign, arguments.out or Path("out/campaigns") / campaign.name, arguments.jobs)
+
+
+def _run(campaign: Campaign, folder: Path, jobs: int) -> int:
+    import signal
+    import threading
+
+    from bringup.campaign.plan import CampaignError, runs_of
+    from bringup.campaign.report import PAGE, share_text, write_page, write_table
+    from bringup.campaign.runner import run_all
+    from bringup.terminal import show
+
+    runs, ended, stop = runs_of(campaign), 0, threading.Event()
+
+    def tell(outcome: Outcome) -> None:
+        nonlocal ended
+        ended += 1
+        verdict = "ok" if outcome.success else f"FAILED: {outcome.reason}"
+        show(f"{ended:5} of {len(runs)}  {outcome.name:40} {outcome.wall_s:7.1f} s  {verdict}")
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    try:
+        outcomes = run_all(campaign, runs, folder.resolve(), jobs, tell, stop)
+        if outcomes:
+            write_table(folder, outcomes)
+            write_page(folder, campaign, outcomes)
+    except OSError as error:
+        raise CampaignError(folder, f"cannot be written: {error.strerror}") from error
+    _, share, interval = share_text(outcomes)
+    show(f"{campaign.name}: {share} succeeded ({interval}, 95 %); see {folder / PAGE}")
+    return 0 if len(outcomes) == len(runs) and all(one.success for one in outcomes) else 1

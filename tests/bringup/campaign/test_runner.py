@@ -1,0 +1,102 @@
+"""Runs of a stand-in for the robot: judged, resumed, told of where they break."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from bringup.campaign.comparison import compared, outcomes_in
+from bringup.campaign.outcome import Outcome
+from bringup.campaign.plan import Campaign, CampaignError, Level, runs_of
+from bringup.campaign.report import PAGE, TABLE, write_page, write_table
+from bringup.campaign.runner import run_all
+
+# folder, --seed N: seed 2 fails, 3 breaks, 4 hangs
+_PROGRAM = """
+import json, pathlib, sys, time
+folder, _, seed = sys.argv[1:]
+if seed == "3":
+    sys.exit("no such thing")
+if seed == "4":
+    time.sleep(60)
+touches = 1 if seed == "2" else 0
+(pathlib.Path(folder) / "r.json").write_text(json.dumps(
+    {"reached": True, "drive": {"touches": touches, "time_s": 10.0 + int(seed)}, "log": [1, 2]}))
+"""
+
+
+def _campaign(seeds: int, limit: float = 30.0) -> Campaign:
+    factors = {"seed": tuple(Level(str(n), {"seed": n}) for n in range(seeds))}
+    success = {"reached": True, "drive.touches": {"at_most": 0}}
+    return Campaign("made", ("{folder}",), "r.json", factors, success, (), limit)
+
+
+def _run(campaign: Campaign, folder: Path, told: list[Outcome] | None = None) -> list[Outcome]:
+    program = (sys.executable, "-c", _PROGRAM)
+    ended = (told if told is not None else []).append
+    return run_all(campaign, runs_of(campaign), folder, 2, ended, threading.Event(), program)
+
+
+def test_runs_are_judged_by_their_results(tmp_path: Path) -> None:
+    outcomes = _run(_campaign(4), tmp_path)
+    assert [one.success for one in outcomes] == [True, True, False, False]
+    assert outcomes[1].figures == {"reached": 1.0, "drive.touches": 0.0, "drive.time_s": 11.0}
+    assert outcomes[2].reason == "drive.touches 1, not at most 0"
+    assert outcomes[3].reason == "exit code 1, no result; no such thing"
+    assert (tmp_path / "3_3" / "log.txt").read_text(encoding="utf-8") == "no such thing\n"
+
+
+def test_a_run_that_hangs_is_ended(tmp_path: Path) -> None:
+    outcomes = _run(_campaign(5, limit=2.0), tmp_path)
+    assert outcomes[4].reason == "took longer than 2 s"
+
+
+def test_what_has_been_run_is_not_run_again(tmp_path: Path) -> None:
+    first = _run(_campaign(3), tmp_path)
+    (tmp_path / "1_1" / "outcome.json").unlink()
+    (tmp_path / "0_0" / "log.txt").unlink()
+    told: list[Outcome] = []
+    again = _run(_campaign(3), tmp_path, told)
+    assert [one.name for one in told] == ["0_0", "2_2", "1_1"]
+    assert not (tmp_path / "0_0" / "log.txt").exists()
+    assert [one.figures for one in again] == [one.figures for one in first]
+
+
+def test_a_folder_is_of_one_campaign(tmp_path: Path) -> None:
+    _run(_campaign(1), tmp_path)
+    with pytest.raises(CampaignError, match="has the runs of another campaign"):
+        _run(_campaign(2), tmp_path)
+
+
+def test_a_campaign_broken_off_leaves_no_outcome(tmp_path: Path) -> None:
+    campaign, stop = _campaign(1), threading.Event()
+    stop.set()
+    assert run_all(campaign, runs_of(campaign), tmp_path, 1, lambda outcome: None, stop) == []
+
+
+def test_table_and_page_hold_every_run(tmp_path: Path) -> None:
+    campaign = _campaign(4)
+    outcomes = _run(campaign, tmp_path)
+    write_table(tmp_path, outcomes)
+    write_page(tmp_path, campaign, outcomes)
+    table = pq.read_table(tmp_path / TABLE).to_pydict()
+    assert table["seed"] == ["0", "1", "2", "3"]
+    assert table["drive.time_s"] == [10.0, 11.0, 12.0, None]
+    page = (tmp_path / PAGE).read_text(encoding="utf-8")
+    assert "<td>2 of 4</td><td>15.0 to 85.0 %</td>" in page
+    assert '<a href="3_3/">3_3</a>' in page
+    assert page.count("data:image/png") == 3
+
+
+def test_two_campaigns_are_compared(tmp_path: Path) -> None:
+    _run(_campaign(4), tmp_path / "one")
+    _run(_campaign(2), tmp_path / "other")
+    lines = compared(outcomes_in(tmp_path / "one"), outcomes_in(tmp_path / "other"))
+    assert lines[1].split() == ["success", "2", "of", "4", "2", "of", "2", "0.467"]
+    assert lines[-1].split()[:3] == ["drive.time_s", "11", "10.5"]
+    with pytest.raises(CampaignError, match="holds no runs"):
+        outcomes_in(tmp_path / "nowhere")
