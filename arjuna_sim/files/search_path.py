@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import glob
 import os
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from urllib.parse import unquote
+
+from arjuna_sim.files.fuel import FuelUri, cache_folders
 
 PACKAGE_VARIABLE = "ROS_PACKAGE_PATH"
 MODEL_VARIABLE = "GAZEBO_MODEL_PATH"
@@ -17,8 +21,13 @@ _MODEL_VARIABLES = (
     "GAZEBO_RESOURCE_PATH",
 )
 _SCHEMES = ("package", "model")
+_WEB = ("http", "https")
+_MODELS = (Path("~/.gazebo/models"), Path("/usr/share/gazebo-11/models"))
+_TAIL_MIN = 2  # parts of a path that has to be found elsewhere: a folder and a file
 _MANIFESTS = ("package.xml", "model.config")
 _MANIFEST_BYTES = 100_000
+_FILES = (".sdf", ".world", ".urdf")
+_SDF = re.compile(r"<sdf(?:\s+version=[\"']([\d.]+)[\"'])?[^>]*>\s*([^<]+?)\s*</sdf>")
 
 
 class EscapeError(ValueError):
@@ -32,10 +41,12 @@ class SearchPath:
     Attributes:
         packages: Folders that hold ROS packages, or are packages.
         models: Folders that hold Gazebo models.
+        caches: Folders in which Gazebo keeps what it has downloaded from Fuel.
     """
 
     packages: tuple[Path, ...] = ()
     models: tuple[Path, ...] = ()
+    caches: tuple[Path, ...] = ()
 
     @staticmethod
     def of(packages: Iterable[str | Path] = (), models: Iterable[str | Path] = ()) -> SearchPath:
@@ -44,12 +55,16 @@ class SearchPath:
         Args:
             packages: As `packages`; behind them stand ROS_PACKAGE_PATH and the `share` folders of
                 AMENT_PREFIX_PATH.
-            models: As `models`; behind them stand GAZEBO_MODEL_PATH and GZ_SIM_RESOURCE_PATH.
+            models: As `models`; behind them stand GAZEBO_MODEL_PATH and GZ_SIM_RESOURCE_PATH, and
+                the folders in which Gazebo itself keeps models.
         """
         shares = [folder / "share" for folder in _of_environment("AMENT_PREFIX_PATH")]
         known = [folder for name in _MODEL_VARIABLES for folder in _of_environment(name)]
         named = [Path(folder) for folder in packages] + _of_environment(PACKAGE_VARIABLE)
-        return SearchPath((*named, *shares), (*(Path(folder) for folder in models), *known))
+        own = [found for folder in _MODELS if (found := folder.expanduser()).is_dir()]
+        return SearchPath(
+            (*named, *shares), (*(Path(folder) for folder in models), *known, *own), cache_folders()
+        )
 
     def package(self, beside: Path, name: str) -> Path | None:
         """Return the folder of a package, or None.
@@ -74,12 +89,14 @@ class SearchPath:
             EscapeError: It leads out of its package or model, or a plain path out of the package
                 around the file and out of all folders of this search path.
         """
-        scheme, _, rest = uri.strip().rpartition("://")
+        scheme, _, rest = unquote(uri.strip()).rpartition("://")
         if "\0" in rest:
             return None
+        if scheme in _WEB:
+            return self._of_fuel(beside, rest)
         if scheme not in _SCHEMES:
             return self._plain_file(beside, rest)
-        name, _, inside = rest.partition("/")
+        name, _, inside = rest.lstrip("/").partition("/")
         for folder in self._folders(beside, name):
             path = folder / inside
             if not path.resolve().is_relative_to(folder.resolve()):
@@ -88,14 +105,64 @@ class SearchPath:
                 return path
         return None
 
-    def _plain_file(self, beside: Path, rest: str) -> Path | None:
-        path = beside.parent / rest
-        if not _is_file(path):
+    def find_model(self, beside: Path, uri: str) -> Path | None:
+        """Return the SDF file of a model: the newest of its manifest's, or `model.sdf`.
+
+        Args:
+            beside: The file that includes it.
+            uri: Of its folder, or of the file itself.
+
+        Raises:
+            EscapeError: As `find`.
+        """
+        uri = uri.rstrip("/")
+        if uri.lower().endswith(_FILES) and (path := self.find(beside, uri)) is not None:
+            return path
+        for start in (uri, *((f"model://{uri}",) if "://" not in uri else ())):
+            manifest = self.find(beside, f"{start}/{_MANIFESTS[1]}")
+            listed = [] if manifest is None else _SDF.findall(_text(manifest))
+            names = [name for _, name in sorted(listed, key=_version, reverse=True)]
+            for name in (*names, "model.sdf"):
+                if (path := self.find(beside, f"{start}/{name}")) is not None:
+                    return path
+        return None
+
+    def _of_fuel(self, beside: Path, rest: str) -> Path | None:
+        """Return a file of a model on Fuel: downloaded by Gazebo, or a model of that name here."""
+        uri = FuelUri.of(rest)
+        if uri is None:
             return None
+        for folder in uri.folders(self.caches):
+            path = folder / uri.inside
+            if _is_file(path) and path.resolve().is_relative_to(folder.resolve()):
+                return path
+        found = (self.find(beside, f"model://{name}/{uri.inside}") for name in uri.names)
+        return next((path for path in found if path is not None), None)
+
+    def _plain_file(self, beside: Path, rest: str) -> Path | None:
+        """Return what a path leads to: from the file's folder, or from one that holds it."""
         allowed = (home_folder(beside), *self.packages, *self.models)
-        if not any(path.resolve().is_relative_to(folder.resolve()) for folder in allowed):
+        escaped = False
+        for path in self._places(beside, rest):
+            if not _is_file(path):
+                continue
+            if any(path.resolve().is_relative_to(folder.resolve()) for folder in allowed):
+                return path
+            escaped = True
+        if escaped:
             raise EscapeError(f"'{rest}' leads out of {allowed[0]}; --package-path allows more")
-        return path
+        return None
+
+    def _places(self, beside: Path, rest: str) -> Iterator[Path]:
+        """Yield where a path may lead, as Gazebo resolves it wherever it was started."""
+        yield beside.parent / rest
+        home = home_folder(beside)
+        above = [p for p in beside.resolve().parents[1:] if p.is_relative_to(home)]
+        roots = [*above, *(r for root in self.models for r in (root, root.parent)), *self.packages]
+        parts = PurePosixPath(rest).parts
+        for first in range(int(parts[:1] == ("/",)), max(1, len(parts) - _TAIL_MIN + 1)):
+            if ".." not in parts:
+                yield from (root.joinpath(*parts[first:]) for root in roots)
 
     def _folders(self, beside: Path, name: str) -> Iterator[Path]:
         """Yield the folders that a package or model may be."""
@@ -109,8 +176,16 @@ class SearchPath:
         ]
         candidates += [p for p in parents if p.name == name]
         candidates += [folder / name for p in parents for folder in (p, p / "models")]
+        candidates += sorted(_beside(beside, name))
         candidates += [p for p in parents if f"<name>{name}</name>" in _manifest(p)]
         yield from (folder for folder in candidates if folder.is_dir())
+
+
+def _beside(beside: Path, name: str) -> Iterator[Path]:
+    """Yield the folders of a model that the packages around a file's package hold."""
+    home = home_folder(beside)
+    if len(home.parts) > _TAIL_MIN:
+        yield from home.glob(f"*/models/{glob.escape(name)}")
 
 
 def home_folder(beside: Path) -> Path:
@@ -127,11 +202,20 @@ def home_folder(beside: Path) -> Path:
 
 def _manifest(folder: Path) -> str:
     """Return a package's manifest without its spaces, or nothing."""
+    return "".join(_text(folder / _MANIFESTS[0]).split())
+
+
+def _text(path: Path) -> str:
+    """Return the beginning of a manifest, or nothing."""
     try:
-        with (folder / _MANIFESTS[0]).open("rb") as file:
-            return "".join(file.read(_MANIFEST_BYTES).decode("utf-8", "replace").split())
+        with path.open("rb") as file:
+            return file.read(_MANIFEST_BYTES).decode("utf-8", "replace")
     except OSError:
         return ""
+
+
+def _version(listed: tuple[str, str]) -> list[int]:
+    return [int(number) for number in listed[0].split(".") if number]
 
 
 def _of_environment(name: str) -> list[Path]:

@@ -12,7 +12,7 @@ from defusedxml.ElementTree import DefusedXMLParser
 from arjuna_core.errors import InputFileError
 from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.model.notes import Note, NoteKind
-from arjuna_sim.model.shapes import Mesh
+from arjuna_sim.model.shapes import Mesh, Terrain
 
 # Bounds on hostile files: what still loads within 2 s and 500 MB (tests/sim/files/test_fuzz.py).
 _BYTES_MAX = 20_000_000
@@ -101,10 +101,10 @@ class XmlFile:
         self.text = read_bytes(path, error) if text is None else text
         self.root = self._parse(tag)
         self.search = SearchPath.of() if search is None else search
-        self.included: tuple[Path, ...] = (path.resolve(),)
         self.beside: tuple[Path, ...] = (path,)
         self.meshes: dict[Path, Mesh] = {}
-        self.notes: list[Note] = []
+        self.terrains: dict[Path, Terrain] = {}
+        self.notes: dict[Note, None] = {}
 
     def _parse(self, tag: str) -> Element:
         try:
@@ -133,7 +133,7 @@ class XmlFile:
 
     def keep(self, *notes: Note) -> None:
         """Keep notes, each once."""
-        self.notes += [note for note in dict.fromkeys(notes) if note not in self.notes]
+        self.notes.update(dict.fromkeys(notes))
 
     def find(self, uri: str, place: str) -> Path | None:
         """Return the file that a path or URI of this file, or of one it includes, leads to.
@@ -146,6 +146,27 @@ class XmlFile:
             return next((path for path in found if path is not None), None)
         except EscapeError as error:
             raise self.fail(place, str(error)) from error
+
+    def find_model(self, uri: str, place: str) -> Path | None:
+        """Return the SDF file of a model that this file includes, None where there is none.
+
+        Raises:
+            InputFileError: It leads out of its package, model or folder.
+        """
+        try:
+            return self.search.find_model(self.path, uri)
+        except EscapeError as error:
+            raise self.fail(place, str(error)) from error
+
+    def beside_it(self, path: Path) -> XmlFile:
+        """Return another file of the same kind, which shares this one's notes and meshes.
+
+        Raises:
+            InputFileError: It is missing, too large, broken or unsafe XML.
+        """
+        other = XmlFile(path, self.root.tag, self.error, search=self.search)
+        other.meshes, other.terrains, other.notes = self.meshes, self.terrains, self.notes
+        return other
 
     def attribute(self, element: Element, name: str, place: str) -> str:
         """Return an attribute that must be there."""

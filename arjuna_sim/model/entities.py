@@ -14,6 +14,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.actors import Actor, Trajectory
 from arjuna_sim.model.convex_pieces import CUBE
+from arjuna_sim.model.hinges import Hinge
 from arjuna_sim.model.shapes import Kind, Part, corners
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.world import GROUND, World
@@ -54,6 +55,8 @@ class Entity:
         start: Where it stands at first.
         mass: What it weighs, where it can be pushed; 0 holds it where it is put [kg].
         trajectory: How it moves by itself, if it does.
+        hinge: How it swings on the world, if it does.
+        floats: Whether gravity leaves it alone.
         spawned: Whether a client put it there, rather than the world's file.
         category: What kind of thing it is.
         description: One line on where it comes from.
@@ -65,6 +68,8 @@ class Entity:
     start: Pose3 = ORIGIN
     mass: float = 0.0
     trajectory: Trajectory | None = None
+    hinge: Hinge | None = None
+    floats: bool = False
     spawned: bool = False
     category: Category = Category.STATIC_OBJECT
     description: str = ""
@@ -121,7 +126,7 @@ def bounds(parts: Iterable[Part]) -> tuple[NDArray[np.float64], NDArray[np.float
 
 def model_names(world: World) -> tuple[str, ...]:
     """Return the names of a world's models, the ground's left out, in the file's order."""
-    flat = {b.model for b in world.bodies if b.part.shape.kind is Kind.PLANE}
+    flat = {b.model for b in world.bodies if b.part.shape.kind in (Kind.PLANE, Kind.TERRAIN)}
     return tuple(
         dict.fromkeys(b.model for b in world.bodies if b.model not in flat and b.model != GROUND)
     )
@@ -156,7 +161,13 @@ def moving_entities(world: World) -> dict[str, Entity]:
     moving = {actor.name: entity_of_actor(actor) for actor in world.actors}
     for name, mass in world.masses.items():
         model, category = entity_of_model(world, name), Category.DYNAMIC_OBJECT
-        moving[name] = dataclasses.replace(model, mass=mass, category=category)
+        moving[name] = dataclasses.replace(
+            model,
+            mass=mass,
+            category=category,
+            hinge=world.hinges.get(name),
+            floats=name in world.floating,
+        )
     return moving
 
 

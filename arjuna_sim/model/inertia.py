@@ -84,8 +84,11 @@ def _volume(shape: Shape) -> float:
         return math.prod(shape.size)
     if shape.kind is Kind.CYLINDER:
         return math.pi * shape.size[0] ** 2 * shape.size[1]
-    if shape.kind is Kind.SPHERE:
-        return 4.0 / 3.0 * math.pi * shape.size[0] ** 3
+    if shape.kind in (Kind.SPHERE, Kind.ELLIPSOID):
+        return 4.0 / 3.0 * math.pi * math.prod((*shape.size, *shape.size[:1] * 2)[:3])
+    if shape.kind is Kind.CAPSULE:
+        radius, length = shape.size
+        return math.pi * radius**2 * (length + 4.0 / 3.0 * radius)
     if shape.kind is Kind.MESH:
         try:
             return float(ConvexHull(corners(shape)).volume)
@@ -103,6 +106,9 @@ def _unit(shape: Shape) -> NDArray[np.float64]:
         return np.array([across, across, radius**2 / 2.0])
     if shape.kind is Kind.SPHERE:
         return np.full(3, 0.4 * shape.size[0] ** 2)
+    if shape.kind is Kind.ELLIPSOID:
+        x, y, z = (radius**2 for radius in shape.size)
+        return np.array([y + z, x + z, x + y]) / 5.0
     low, high = _box(shape)
     x, y, z = ((high - low) ** 2).tolist()
     return np.array([y + z, x + z, x + y]) / 12.0

@@ -13,6 +13,8 @@ class NoteKind(Enum):
     """It refers to a file or package that does not exist."""
     UNSUPPORTED = "unsupported"
     """A shape or mesh is there, and of a form that is not simulated."""
+    BROKEN = "broken"
+    """A model, link or shape is there, and is none that can be; it is left out."""
     IGNORED = "ignored"
     """An element, attribute or argument has no effect."""
     CHANGED = "changed"

@@ -38,10 +38,12 @@ def _cut(part: Part, height: float) -> NDArray[np.float64]:
     if shape.kind is Kind.SPHERE:
         radius = math.sqrt(max(0.0, shape.size[0] ** 2 - (height - z) ** 2))
         return _outline(circle(radius) + part.pose.position[:2]) if radius > 0.0 else _EMPTY
-    if shape.kind is Kind.MESH:
-        assert shape.mesh is not None
-        points = shape.mesh.triangles.reshape(-1, 3) * np.array(shape.size)
-        return _cut_triangles(part.pose.apply(points).reshape(-1, 3, 3), height)
+    if shape.kind is Kind.ELLIPSOID:
+        return _cut_ellipsoid(part, height)
+    triangles = shape.triangles()
+    if triangles is not None:
+        placed = part.pose.apply(triangles.reshape(-1, 3))
+        return _cut_triangles(placed.reshape(-1, 3, 3), height)
     outer = part.pose.apply(corners(shape))
     above = outer[:, 2] > height
     if above.all() or not above.any():
@@ -50,6 +52,22 @@ def _cut(part: Part, height: float) -> NDArray[np.float64]:
     ratio = (height - low[..., 2]) / (high[..., 2] - low[..., 2])
     points = (low + ratio[..., None] * (high - low))[..., :2].reshape(-1, 2)
     return _outline(points[ConvexHull(points).vertices])
+
+
+def _cut_ellipsoid(part: Part, height: float) -> NDArray[np.float64]:
+    """Cut an ellipsoid: the image of a unit ball, which the plane's image cuts in a circle."""
+    stretch = part.pose.rotation() * np.array(part.shape.size)
+    up = stretch[2]
+    length = float(np.linalg.norm(up))
+    away = (height - part.pose.position[2]) / length
+    if abs(away) >= 1.0:
+        return _EMPTY
+    normal = up / length
+    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    first /= np.linalg.norm(first)
+    ring = circle(math.sqrt(1.0 - away**2)) @ np.array([first, np.cross(normal, first)])
+    points = (ring + away * normal) @ stretch.T + np.array(part.pose.position)
+    return _outline(points[:, :2])
 
 
 def _cut_triangles(triangles: NDArray[np.float64], height: float) -> NDArray[np.float64]:

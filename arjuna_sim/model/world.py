@@ -8,11 +8,13 @@ from pathlib import Path
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.actors import Actor
+from arjuna_sim.model.hinges import Hinge
 from arjuna_sim.model.notes import Note
 from arjuna_sim.model.shapes import Kind, Part, Shape
 
 GROUND = "ground_plane"
 """Name of the model that is the ground."""
+GROUND_COLOUR = (0.6, 0.6, 0.6, 1.0)
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,8 @@ class World:
         notes: What the file says and the simulation leaves out.
         actors: What moves by itself.
         masses: By name, the models that can be pushed, and what they weigh [kg].
+        hinges: By name, those of them that swing on the world.
+        floating: Names of those of them that gravity leaves alone.
     """
 
     path: Path
@@ -51,14 +55,16 @@ class World:
     notes: tuple[Note, ...]
     actors: tuple[Actor, ...] = ()
     masses: Mapping[str, float] = field(default_factory=dict)
+    hinges: Mapping[str, Hinge] = field(default_factory=dict)
+    floating: frozenset[str] = frozenset()
 
 
 def ground() -> list[Body]:
     """Return the ground plane at height 0, solid and drawn."""
-    part = Part(Shape(Kind.PLANE), rgba=(0.6, 0.6, 0.6, 1.0))
+    part = Part(Shape(Kind.PLANE), rgba=GROUND_COLOUR)
     return [Body(GROUND, part, True), Body(GROUND, part, False)]
 
 
 def is_ground(model: str, part: Part) -> bool:
     """Tell whether a robot stands on a part rather than runs into it."""
-    return model == GROUND or part.shape.kind is Kind.PLANE
+    return model == GROUND or part.shape.kind in (Kind.PLANE, Kind.TERRAIN)

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import mujoco
 import numpy as np
 
-from arjuna_sim.model.entities import Entity
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.model.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
+from arjuna_sim.model.entities import Entity, EntityMotion
+from arjuna_sim.model.hinges import Hinge
 from arjuna_sim.model.shapes import Group
 from arjuna_sim.physics.geoms import add_part
 
 _THIN = 1e-3  # least extent that inertia is computed with [m]
+_SWING_DAMPING = 0.1  # [N m s/rad] lets a door that was pushed come to rest
 
 
 def add_entity(spec: Any, entity: Entity) -> int:
@@ -37,14 +42,27 @@ def add_entity(spec: Any, entity: Entity) -> int:
             (entity.drawn or entity.solid, Group.WORLD_VISUAL),
         )
         for part in parts
-        for geom in add_part(spec, body, part, group)
+        for geom in add_part(spec, body, part, group, PIECES_MAX if held else PIECES_OF_MOVING)
     ]
     if not held:
-        body.add_freejoint(name=entity.body)
+        if entity.hinge is None:
+            body.add_freejoint(name=entity.body)
+        else:
+            _add_hinge(body, entity.body, entity.hinge)
         _set_mass(body, entity)
+        body.gravcomp = float(entity.floats)
         for geom in geoms:  # it meets the world and its like, as robots do
             geom.conaffinity = geom.contype
     return len(geoms)
+
+
+def _add_hinge(body: Any, name: str, hinge: Hinge) -> None:
+    kind = mujoco.mjtJoint.mjJNT_SLIDE if hinge.slides else mujoco.mjtJoint.mjJNT_HINGE
+    joint = body.add_joint(name=name, type=kind, axis=hinge.axis, pos=hinge.anchor)
+    joint.damping[0] = max(hinge.damping, _SWING_DAMPING)
+    joint.frictionloss = hinge.friction
+    if hinge.limits is not None:
+        joint.limited, joint.range = True, hinge.limits
 
 
 def _set_mass(body: Any, entity: Entity) -> None:
@@ -54,8 +72,18 @@ def _set_mass(body: Any, entity: Entity) -> None:
     body.inertia = np.array([y + z, x + z, x + y]) * entity.mass / 12.0
 
 
+def swinging(model: Any, data: Any, entity: Entity) -> EntityMotion:
+    """Return where an entity on a hinge is and how it moves, with places up to date."""
+    body, velocity = model.body(entity.body).id, np.zeros(6)
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, velocity, 0)
+    x, y, z = data.xpos[body].tolist()
+    qw, qx, qy, qz = data.xquat[body].tolist()
+    wx, wy, wz, vx, vy, vz = velocity.tolist()
+    return EntityMotion(Pose3((x, y, z), (qw, qx, qy, qz)), (vx, vy, vz), (wx, wy, wz))
+
+
 def addresses_of(model: Any, entity: Entity) -> tuple[int, int, int]:
-    """Return an entity's addresses: mocap index (-1 for a free body), in qpos, in qvel."""
+    """Return an entity's addresses: mocap index (-1 for one that moves), in qpos, in qvel."""
     body = model.body(entity.body)
     mocap = int(model.body_mocapid[body.id])
     if mocap >= 0:

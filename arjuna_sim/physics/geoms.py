@@ -8,11 +8,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_sim.model.convex_pieces import pieces
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.model.convex_pieces import PIECES_MAX
 from arjuna_sim.model.shapes import Group, Kind, Part
 
+_LEVEL, _BASE = 1e-3, 1.0  # least height of a terrain, and how deep it is below its lowest [m]
 
-def add_part(spec: Any, body: Any, part: Part, group: Group) -> list[Any]:
+
+def add_part(spec: Any, body: Any, part: Part, group: Group, most: int = PIECES_MAX) -> list[Any]:
     """Add a part to a MuJoCo body, massless.
 
     A mesh of the world that is not convex is seen by rays as it is, and touched as many pieces; a
@@ -23,25 +26,52 @@ def add_part(spec: Any, body: Any, part: Part, group: Group) -> list[Any]:
         body: The spec's body.
         part: What to add.
         group: Says whether it collides: visual groups do not.
+        most: How many pieces a mesh may be touched as.
 
     Returns:
         The spec's geoms, in the order in which they were added.
     """
+    if part.shape.kind is Kind.TERRAIN:
+        return [_add_terrain(spec, body, part, group)]
     if part.shape.kind is not Kind.MESH:
         return [_add_simple(body, part, group)]
     assert part.shape.mesh is not None
-    triangles = part.shape.mesh.triangles * np.array(part.shape.size)
     name = f"{part.shape.mesh.path}@{part.shape.size}"
     if group is Group.ROBOT_COLLISION:
         outer = part.shape.mesh.hull(part.shape.size)
         return [_add_mesh(spec, body, part, group, f"{name}#hull", outer)]
-    drawn = _add_mesh(spec, body, part, group, name, triangles.reshape(-1, 3), faces=True)
+    points = (part.shape.mesh.triangles * np.array(part.shape.size)).reshape(-1, 3)
+    drawn = _add_mesh(spec, body, part, group, name, points, faces=True)
     geoms = [drawn]
     if group is Group.WORLD_COLLISION:
         drawn.contype = 0
-        for i, piece in enumerate(pieces(triangles)):
-            geoms.append(_add_mesh(spec, body, part, Group.WORLD_CONTACT, f"{name}#{i}", piece))
+        for i, piece in enumerate(part.shape.mesh.pieces(part.shape.size, most).corners):
+            called = f"{name}#{most}#{i}"
+            geoms.append(_add_mesh(spec, body, part, Group.WORLD_CONTACT, called, piece))
     return geoms
+
+
+def _add_terrain(spec: Any, body: Any, part: Part, group: Group) -> Any:
+    """Add a heightmap; MuJoCo's stretch from their lowest to their highest point."""
+    terrain = part.shape.terrain
+    assert terrain is not None
+    x, y, z = part.shape.size
+    low, high = float(terrain.heights.min()) * z, float(terrain.heights.max()) * z
+    name = f"{terrain.path}@{part.shape.size}"
+    if spec.hfield(name) is None:
+        rows, columns = terrain.heights.shape
+        stretched = (terrain.heights * z - low) / max(high - low, _LEVEL)
+        spec.add_hfield(
+            name=name,
+            nrow=rows,
+            ncol=columns,
+            size=[x / 2, y / 2, max(high - low, _LEVEL), _BASE],
+            userdata=stretched.ravel(),
+        )
+    placed = Part(part.shape, part.pose @ Pose3((0.0, 0.0, low)), part.rgba)
+    geom = _new_geom(body, placed, group)
+    geom.type, geom.hfieldname = mujoco.mjtGeom.mjGEOM_HFIELD, name
+    return geom
 
 
 def _new_geom(body: Any, part: Part, group: Group) -> Any:
@@ -58,7 +88,9 @@ def _add_simple(body: Any, part: Part, group: Group) -> Any:
     geom.type = getattr(mujoco.mjtGeom, f"mjGEOM_{shape.kind.name}")
     if shape.kind is Kind.BOX:
         geom.size = [edge / 2 for edge in shape.size]
-    elif shape.kind is Kind.CYLINDER:
+    elif shape.kind is Kind.ELLIPSOID:
+        geom.size = shape.size
+    elif shape.kind in (Kind.CYLINDER, Kind.CAPSULE):
         geom.size = [shape.size[0], shape.size[1] / 2, 0.0]
     elif shape.kind is Kind.SPHERE:
         geom.size = [shape.size[0], 0.0, 0.0]
@@ -78,6 +110,7 @@ def _add_mesh(
 ) -> Any:
     """Add a mesh geom; its points are registered once for a name."""
     if spec.mesh(name) is None:
+        points = points if len(points) > 3 else np.vstack((points, points[::-1]))
         mesh = spec.add_mesh(name=name, uservert=points.ravel())
         if faces:
             mesh.userface = np.arange(len(points))

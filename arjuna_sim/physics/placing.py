@@ -106,6 +106,8 @@ class Placer:
             height -= float(distance)
             if int(geom[0]) not in inside:  # else it is the underside
                 found.add(round(height, 6))
+            if model.geom_type[geom[0]] == mujoco.mjtGeom.mjGEOM_HFIELD:
+                break  # nothing is below a terrain
             inside ^= {int(geom[0])}
             height -= _BELOW
         return sorted(found)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.errors import RobotError
+from arjuna_core.errors import RobotError, WorldError
 from arjuna_sim.devices.camera import add_camera
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.robot import Robot
@@ -77,7 +77,8 @@ def build_scene(
         entities: What moves by itself, was moved or was spawned.
 
     Raises:
-        RobotError: MuJoCo refuses the robot or the world, with its reason.
+        RobotError: MuJoCo refuses the robot, with its reason.
+        WorldError: It refuses the world.
     """
     spec = mujoco.MjSpec()
     _set_physics(
@@ -91,9 +92,22 @@ def build_scene(
     try:
         model = spec.compile()
     except ValueError as error:
-        reason = " ".join(str(error).split())
-        raise RobotError(robot.urdf.path, f"cannot be simulated: {reason}") from error
+        reason = f"cannot be simulated: {' '.join(str(error).split())}"
+        if _is_sound(world):
+            raise RobotError(robot.urdf.path, reason) from error
+        raise WorldError(world.path, reason) from error
     return _index(model, robot, models, owners)
+
+
+def _is_sound(world: World) -> bool:
+    """Tell whether MuJoCo takes a world without a robot."""
+    spec = mujoco.MjSpec()
+    add_world(spec, world)
+    try:
+        spec.compile()
+    except ValueError:
+        return False
+    return True
 
 
 def _set_physics(spec: Any, timestep: float, friction_stiffness: float) -> None:

@@ -25,7 +25,7 @@ from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.carrying import carry_over
 from arjuna_sim.physics.contacts import touched
-from arjuna_sim.physics.entity_body import addresses_of
+from arjuna_sim.physics.entity_body import addresses_of, swinging
 from arjuna_sim.physics.robot_body import ServoConfig
 from arjuna_sim.physics.scene import Scene, build_scene
 
@@ -133,6 +133,10 @@ class Stage:
             PlaceTakenError: It would stand in the robot; nothing has changed.
         """
         entity = self.entity(name)
+        if entity.hinge is not None:  # its hinge goes with it
+            moved = dataclasses.replace(entity, start=pose)
+            self._change({**self._entities, name: moved}, self._taken, moved)
+            return
         if name not in self._entities:  # a model of the static world
             entities, taken = {**self._entities, name: entity}, self._taken | {name}
             self._change(entities, taken)
@@ -160,6 +164,8 @@ class Stage:
                 return EntityMotion(pose)
             vx, vy, w = entity.trajectory.velocity(self._on_the_way(name))
             return EntityMotion(pose, (vx, vy, 0.0), (0.0, 0.0, w))
+        if entity.hinge is not None:
+            return swinging(self.scene.model, self.data, entity)
         pose = _pose(self.data.qpos[at : at + 3], self.data.qpos[at + 3 : at + 7])
         linear, spin = self.data.qvel[rate : rate + 3], self.data.qvel[rate + 3 : rate + 6]
         return EntityMotion(pose, _triple(linear), _triple(pose.rotation() @ spin))

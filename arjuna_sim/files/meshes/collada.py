@@ -24,13 +24,14 @@ _DEPTH_MAX = 64
 _PLACED_MAX = 200_000
 
 
-def read_collada(content: bytes) -> NDArray[np.float64]:
+def read_collada(content: bytes, part: str = "") -> NDArray[np.float64]:
     """Return the triangles of the visual scene, or of all geometries where there is no scene.
 
     `<up_axis>` is left out, as Gazebo leaves it out: its worlds are made for that.
 
     Args:
         content: The file.
+        part: Name of a node or geometry; "" for all.
 
     Returns:
         Corners `(N, 3, 3) float64` [m].
@@ -49,8 +50,8 @@ def read_collada(content: bytes) -> NDArray[np.float64]:
     for element in root.iter():
         element.tag = element.tag.rpartition("}")[2]
     meshes = {g.get("id", ""): _geometry(g) for g in root.iter("geometry")}
-    placed = _Scene(root, meshes).triangles()
-    if not placed:
+    placed = _Scene(root, meshes, part).triangles()
+    if not placed and not part:
         placed = list(meshes.values())
     unit = root.find("asset/unit")
     scale = 1.0 if unit is None else float(unit.get("meter", "1"))
@@ -60,8 +61,10 @@ def read_collada(content: bytes) -> NDArray[np.float64]:
 class _Scene:
     """Walks the nodes of the visual scenes."""
 
-    def __init__(self, root: Element, meshes: dict[str, NDArray[np.float64]]) -> None:
+    def __init__(self, root: Element, meshes: dict[str, NDArray[np.float64]], part: str) -> None:
         self._meshes = meshes
+        self._part = part
+        self._names = {g.get("id", ""): g.get("name", "") for g in root.iter("geometry")}
         self._nodes = {node.get("id", ""): node for node in root.iter("node")}
         self._scenes = list(root.iter("visual_scene"))
         self._count = 0
@@ -80,8 +83,10 @@ class _Scene:
             raise ValueError("its nodes are nested too deeply or form a cycle")
         T = T @ _matrix(node)
         for instance in node.findall("instance_geometry"):
-            mesh = self._meshes.get(instance.get("url", "").lstrip("#"))
-            if mesh is not None:
+            geometry = instance.get("url", "").lstrip("#")
+            names = (node.get("name"), node.get("id"), geometry, self._names.get(geometry))
+            mesh = self._meshes.get(geometry)
+            if mesh is not None and (not self._part or self._part in names):
                 self._count += len(mesh)
                 placed.append(mesh @ T[:3, :3].T + T[:3, 3])
         inner = [self._nodes.get(i.get("url", "")[1:]) for i in node.findall("instance_node")]

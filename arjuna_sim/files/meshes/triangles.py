@@ -27,11 +27,13 @@ class MeshError(InputFileError):
     """A mesh cannot be read."""
 
 
-def read_mesh(path: Path) -> NDArray[np.float64]:
+def read_mesh(path: Path, part: str = "") -> NDArray[np.float64]:
     """Return a mesh's triangles.
 
     Args:
         path: A `.stl` (binary or text), `.obj` or `.dae` file.
+        part: Name of an object or group in it; "" for all of it. Without such a part there are no
+            triangles.
 
     Returns:
         Corners `(N, 3, 3) float64`, in the file's units; COLLADA in metres.
@@ -51,9 +53,12 @@ def read_mesh(path: Path) -> NDArray[np.float64]:
         raise MeshError(path, f"cannot be read: {error.strerror}") from error
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused below
-            triangles = {".stl": _stl, ".obj": _obj, ".dae": read_collada}[suffix](content)
+            read = {".stl": _stl, ".obj": _obj, ".dae": read_collada}[suffix]
+            triangles = read(content, part)
     except (ValueError, IndexError, KeyError, OverflowError, struct.error) as error:
         raise MeshError(path, f"is a broken mesh: {' '.join(str(error).split())}") from error
+    if len(triangles) == 0 and part:
+        return triangles
     if len(triangles) == 0:
         raise MeshError(path, "is a broken mesh: it has no triangles")
     if len(triangles) > _FACES_MAX:
@@ -63,8 +68,10 @@ def read_mesh(path: Path) -> NDArray[np.float64]:
     return triangles
 
 
-def _stl(content: bytes) -> NDArray[np.float64]:
+def _stl(content: bytes, part: str) -> NDArray[np.float64]:
     """Read STL; text is known by its size, since binary files may begin with `solid` too."""
+    if part:
+        return np.zeros((0, 3, 3))
     if len(content) >= _STL_HEADER:
         (count,) = struct.unpack_from("<I", content, 80)
         is_whole = len(content) >= _STL_HEADER + _STL_FACE * count
@@ -100,15 +107,18 @@ def _binary_stl(content: bytes, count: int) -> NDArray[np.float64]:
     return np.asarray(faces["corners"], np.float64)
 
 
-def _obj(content: bytes) -> NDArray[np.float64]:
+def _obj(content: bytes, part: str) -> NDArray[np.float64]:
     """Read corners and faces of Wavefront OBJ; a polygon becomes a fan."""
+    names: set[str] = set()
     corners: list[list[float]] = []
     faces: list[tuple[int, int, int]] = []
     for line in _lines(content):
         words = line.split()
         if len(words) >= 4 and words[0] == "v":
             corners.append([float(word) for word in words[1:4]])
-        elif len(words) >= 4 and words[0] == "f":
+        elif words[:1] in (["o"], ["g"]):
+            names = set(words[1:])
+        elif len(words) >= 4 and words[0] == "f" and (not part or part in names):
             ring = [int(word.partition("/")[0]) for word in words[1:]]
             ring = [i - 1 if i > 0 else len(corners) + i for i in ring]
             faces.extend((ring[0], a, b) for a, b in pairwise(ring[1:]))

@@ -14,6 +14,8 @@ from arjuna_sim.files.xml_file import XmlFile
 
 _NAMED = ("link", "frame", "joint", "model", "include")
 _CHAIN_MAX = 100
+MERGE = "merge"
+"""Attribute of an included model whose links and frames are those of the model around it."""
 _OWN = ("__model__", "__root__", "world", "")
 
 
@@ -69,6 +71,10 @@ class Scope:
         self._xml = xml
         self._place = place
         self._items = {_name(child): child for child in element if child.tag in _NAMED}
+        merged = [child for child in element if child.get(MERGE) == "true"]
+        self._merged = {
+            _name(inner): child for child in merged for inner in child if inner.tag in _NAMED
+        }
 
     def pose(self, element: Element, place: str, parent: Pose3 = ORIGIN) -> Pose3:
         """Return an element's pose in this scope.
@@ -106,6 +112,10 @@ class Scope:
             raise self._xml.fail(self._place, problem)
         first, _, rest = name.partition("::")
         element = self._items.get(name) if name in self._items else self._items.get(first)
+        merged = None if element is not None else self._merged.get(first)
+        if merged is not None:
+            T_own = self._pose(merged, f"{self._place} '{name}'", ORIGIN, (*seen, name))
+            return T_own @ Scope(self._xml, merged, self._place).find(name)
         if element is None:
             problem = f"frame '{name}' does not exist; {nearest(name, self._items)}"
             raise self._xml.fail(self._place, problem)

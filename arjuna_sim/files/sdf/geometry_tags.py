@@ -2,56 +2,122 @@
 
 from __future__ import annotations
 
+import math
+import zlib
+from pathlib import Path
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.material_colours import gazebo_colour
 from arjuna_sim.files.meshes.mesh_tag import mesh_shape
+from arjuna_sim.files.meshes.solids import cone, prism
+from arjuna_sim.files.meshes.terrain_image import read_heights
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.shapes import GREY, Kind, Shape
+from arjuna_sim.model.shapes import GREY, Kind, Mesh, Shape, Terrain
 
 _SHAPES = {
     "box": ("size",),
     "cylinder": ("radius", "length"),
     "capsule": ("radius", "length"),
     "sphere": ("radius",),
-    "plane": (),
+    "ellipsoid": ("radii",),
 }
-_IGNORED = ("polyline", "heightmap", "image", "empty", "ellipsoid", "cone")
+_TRIPLES = ("size", "radii")
+_OTHERS = ("plane", "cone", "polyline", "heightmap", "mesh")
+_IGNORED = ("image", "empty")
+
+Placed = tuple[Shape, Pose3]
+"""A shape, and its pose in the frame of its `<collision>` or `<visual>`."""
 
 
-def read_shape(xml: XmlFile, geometry: Element, place: str) -> Shape | None:
+def read_shape(xml: XmlFile, geometry: Element, place: str) -> Placed | None:
     """Read a shape; None (and a note) for one that is not simulated.
 
     Raises:
         WorldError: It is unknown, or its size is no size.
     """
-    valid = ", ".join([*_SHAPES, "mesh"])
-    if len(geometry) == 0:
+    valid = ", ".join([*_SHAPES, *_OTHERS])
+    item = next((child for child in geometry if isinstance(child.tag, str)), None)
+    if item is None:
         raise xml.fail(place, f"<geometry> is empty; valid: {valid}")
-    item = geometry[0]
+    if item.tag in _IGNORED:
+        problem = f"{place}: <{item.tag}> is left out; simulated are {valid}"
+        xml.note(problem, NoteKind.UNSUPPORTED if item.tag == "image" else NoteKind.IGNORED)
+        return None
+    if item.tag == "plane":
+        return Shape(Kind.PLANE), _upright(xml, item, place)
+    if item.tag == "heightmap":
+        return _terrain(xml, item, place)
+    shape = _shape(xml, item, place, valid)
+    return None if shape is None else (shape, ORIGIN)
+
+
+def _shape(xml: XmlFile, item: Element, place: str, valid: str) -> Shape | None:
     if item.tag == "mesh":
         uri = (item.findtext("uri") or "").strip()
-        if item.find("submesh") is not None:
-            xml.note(f"{place}: mesh '{uri}' is taken whole, not only its <submesh>")
-        return mesh_shape(xml, uri, item.findtext("scale") or "1 1 1", place)
-    if item.tag in _IGNORED:
-        xml.note(
-            f"{place}: <{item.tag}> is left out; simulated are {', '.join(_SHAPES)}, mesh",
-            NoteKind.UNSUPPORTED,
-        )
-        return None
+        part = (item.findtext("submesh/name") or "").strip()
+        centred = (item.findtext("submesh/center") or "").strip().lower() in ("true", "1")
+        return mesh_shape(xml, uri, item.findtext("scale") or "1 1 1", place, part, centred)
+    if item.tag == "cone":
+        radius, length = _sizes(xml, item, ("radius", "length"), place)
+        return _made(xml, "cone", cone(radius, length))
+    if item.tag == "polyline":
+        return _made(xml, "polyline", _polyline(xml, item, place))
     if item.tag not in _SHAPES:
         raise xml.fail(place, f"<{item.tag}> is unknown; valid: {valid}")
+    return Shape(Kind(item.tag), _sizes(xml, item, _SHAPES[item.tag], place))
+
+
+def _sizes(xml: XmlFile, item: Element, keys: tuple[str, ...], place: str) -> tuple[float, ...]:
     size: tuple[float, ...] = ()
-    for key in _SHAPES[item.tag]:
-        count = 3 if key == "size" else 1
+    for key in keys:
         text = xml.child(item, key, place).text or ""
-        size += xml.sizes(text, count, f"{place} <{key}>")
-    if item.tag == "capsule":
-        xml.note(f"{place}: the <capsule> is taken to be a cylinder")
-        return Shape(Kind.CYLINDER, size)
-    return Shape(Kind(item.tag), size)
+        size += xml.sizes(text, 3 if key in _TRIPLES else 1, f"{place} <{key}>")
+    return size
+
+
+def _made(xml: XmlFile, kind: str, triangles: NDArray[np.float64]) -> Shape:
+    """Return triangles that were made as a mesh, the same for the same triangles."""
+    path = Path(f"{xml.path}#{kind}-{zlib.crc32(triangles.tobytes()):08x}")
+    return Shape(Kind.MESH, (1.0, 1.0, 1.0), xml.meshes.setdefault(path, Mesh(path, triangles)))
+
+
+def _polyline(xml: XmlFile, item: Element, place: str) -> NDArray[np.float64]:
+    height = xml.sizes(item.findtext("height") or "1", 1, f"{place} <height>")[0]
+    lines = [item, *item.findall("polyline")]
+    corners = [xml.numbers(p.text or "", 2, f"{place} <point>") for p in lines[0].iter("point")]
+    try:
+        return prism(np.array(corners).reshape(-1, 2), height)
+    except ValueError as error:
+        raise xml.fail(place, f"<polyline> {error}") from error
+
+
+def _upright(xml: XmlFile, item: Element, place: str) -> Pose3:
+    """Return the pose that turns z to a plane's normal."""
+    text = item.findtext("normal") or "0 0 1"
+    x, y, z = xml.numbers(text, 3, f"{place} <normal>")
+    length = math.hypot(x, y, z)
+    if not 0.0 < length < math.inf:
+        raise xml.fail(f"{place} <normal>", "must not be zero")
+    return Pose3.from_rpy((0.0, 0.0, 0.0), (0.0, math.acos(z / length), math.atan2(y, x)))
+
+
+def _terrain(xml: XmlFile, item: Element, place: str) -> Placed | None:
+    """Read a heightmap; None (and a note) where its image is missing."""
+    uri = (item.findtext("uri") or "").strip()
+    path = xml.find(uri, place)
+    if path is None:
+        xml.note(f"{place}: heightmap '{uri}' does not exist, so it is left out", NoteKind.MISSING)
+        return None
+    size = xml.sizes(item.findtext("size") or "1 1 1", 3, f"{place} <size>")
+    x, y, z = xml.position(item.findtext("pos") or "0 0 0", f"{place} <pos>")
+    if path not in xml.terrains:
+        xml.terrains[path] = Terrain(path.resolve(), read_heights(path))
+    return Shape(Kind.TERRAIN, size, terrain=xml.terrains[path]), Pose3((x, y, z))
 
 
 def read_colour(xml: XmlFile, element: Element, place: str) -> tuple[float, ...]:

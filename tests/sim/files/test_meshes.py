@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, Delaunay
 
 from arjuna_core.se2 import SE2
 from arjuna_sim.devices.drive import Velocity
@@ -96,13 +97,46 @@ def test_broken_mesh_is_refused(tmp_path: Path, name: str, content: bytes, probl
 
 
 def test_tube_is_touched_wall_by_wall_and_a_box_as_one(tmp_path: Path) -> None:
-    assert len(pieces(_prism())) == 8
+    assert len(pieces(_prism()).corners) == 8
     lid = np.array([[(-1, -1), (1, -1), (1, 1)], [(-1, -1), (1, 1), (-1, 1)]], np.float64)
     top = np.dstack([lid, np.ones((2, 3))])
     bottom = np.dstack([lid[:, ::-1], np.zeros((2, 3))])
     box = np.concatenate([_prism(), top, bottom])
-    assert len(pieces(box)) == 1
+    assert len(pieces(box).corners) == 1
     assert len(hull(box.reshape(-1, 3))) == 8
+
+
+@pytest.mark.parametrize("most", [24, 200, 1000])
+def test_mesh_of_too_many_faces_is_touched_within_a_bound(most: int) -> None:
+    rng = np.random.default_rng(1)
+    u, v = np.meshgrid(np.linspace(0, 2, 41), np.linspace(0, 1, 21))
+    w = 0.3 * np.sin(5 * u) * np.cos(4 * v)  # a sheet that is not convex anywhere
+    grid = np.stack((u, v, w), axis=-1)
+    a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
+    sheet = np.concatenate([np.stack(f, axis=2).reshape(-1, 3, 3) for f in ((a, b, c), (a, c, d))])
+    found = pieces(sheet, most)
+    assert 0.0 < found.within < 1.5
+    assert most / 4 < len(found.corners) <= most
+    weights = rng.dirichlet(np.ones(3), 300)
+    points = np.einsum("ij,ijk->ik", weights, sheet[rng.integers(len(sheet), size=300)])
+    hulls = [Delaunay(corners) for corners in found.corners]
+    assert np.all([h.find_simplex(points, tol=1e-6) >= 0 for h in hulls], axis=0).sum() == 0
+    covered = np.any([h.find_simplex(points, tol=1e-6) >= 0 for h in hulls], axis=0)
+    assert covered.all()  # no face can be passed through
+
+
+@pytest.mark.parametrize("flat", ["level", "tilted", "line", "point", "tiny"])
+def test_hull_of_what_is_flat_is_thin(flat: str) -> None:
+    points = np.random.default_rng(2).random((20, 3))
+    if flat == "tilted":
+        points[:, 2] = 0.7 * points[:, 0] - 0.4 * points[:, 1]
+    elif flat == "tiny":
+        points *= 1e-5
+    else:
+        points[:, {"level": 2, "line": 1, "point": 0}[flat] :] = 0.5
+    solid = ConvexHull(hull(points))
+    assert 0.0 < solid.volume < 2e-3
+    assert (points @ solid.equations[:, :3].T + solid.equations[:, 3]).max() < 1e-9
 
 
 def test_robot_drives_inside_a_hollow_mesh_until_it_meets_its_wall(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,9 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.map_world import rectangles
 from arjuna_sim.files.world_file import load_world
-from tests.sim.builders import ROOM, ROOT, run, simulator, texts
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.surfaces import surfaces
+from tests.sim.builders import ROOM, ROOT, edited, run, simulator, texts
 
 _RING = "<frame name='a' attached_to='b'/><frame name='b' attached_to='a'/>"
 BOX = """<link name="{link}">{pose}<inertial><mass>{mass}</mass></inertial>
@@ -87,10 +90,14 @@ def test_placement_frame_is_what_the_pose_places(tmp_path: Path) -> None:
         ("<frame name='ab'><pose>0 0 0 0 0 0</pose></frame>", "frame 'a' does not exist.*'ab'"),
     ],
 )
-def test_frames_that_lead_nowhere_are_refused(tmp_path: Path, frames: str, problem: str) -> None:
+def test_model_whose_frames_lead_nowhere_is_left_out(
+    tmp_path: Path, frames: str, problem: str
+) -> None:
     model = _model("m", _box(), "<pose relative_to='a'>0 0 0 0 0 0</pose>")
-    with pytest.raises(WorldError, match=problem):
-        load_world(_world(tmp_path, frames + model))
+    world = load_world(_world(tmp_path, frames + model + _model("n", _box())))
+    assert {body.model for body in world.bodies} == {"n", "ground_plane"}
+    (note,) = (note for note in world.notes if note.kind is NoteKind.BROKEN)
+    assert re.match(rf"model 'm' is left out: .*{problem}", note.text)
 
 
 def test_state_says_where_models_are(tmp_path: Path) -> None:
@@ -189,3 +196,13 @@ def test_broken_map_is_refused(tmp_path: Path) -> None:
     path.write_text("image: none.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n", encoding="utf-8")
     with pytest.raises(WorldError, match=r"none\.pgm does not exist"):
         load_world(path)
+
+
+def test_surfaces_of_a_cylinder_lie_on_its_circle(tmp_path: Path) -> None:
+    cylinder = "<cylinder><radius>0.4</radius><length>1.0</length></cylinder>"
+    world = ROOM.read_text(encoding="utf-8").split("<geometry>")[1].split("</geometry>")[0].strip()
+    path = edited(ROOM, tmp_path, world, cylinder)
+    cut = surfaces(load_world(path), 0.28)
+    ring = cut[np.abs(np.hypot(cut[:, 0], cut[:, 1] - 5.0) - 0.4) < 1e-9]
+    assert len(ring) == 64
+    assert len(surfaces(load_world(path), 3.0)) == 0

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_core.errors import ConfigError, WorldError
+from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.actors import PERSON, Trajectory
+from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.shapes import Kind
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
@@ -78,12 +80,14 @@ def test_actor_without_a_script_stands_at_its_pose(tmp_path: Path) -> None:
         ("1.0</delay_start>", "-1</delay_start>", "<delay_start> is -1.0"),
     ],
 )
-def test_broken_script_is_refused_with_its_place(
+def test_actor_with_a_broken_script_is_left_out_with_its_place(
     tmp_path: Path, old: str, new: str, problem: str
 ) -> None:
     script = WALK.format(loop="true").replace(old, new, 1)
-    with pytest.raises(WorldError, match=f"actor 'walker'.*{problem}"):
-        load_world(_read(tmp_path, script))
+    world = load_world(_read(tmp_path, script))
+    assert world.actors == ()
+    (note,) = (note.text for note in world.notes if note.kind is NoteKind.BROKEN)
+    assert re.match(f"actor 'walker' is left out: .*{problem}", note)
 
 
 @pytest.mark.parametrize("speed", [0.3, 1.5])

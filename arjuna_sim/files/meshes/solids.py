@@ -1,0 +1,103 @@
+"""Triangles of solids that files describe by a few numbers: cones and prisms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+_ROUND = 48  # corners that stand for a circle
+_CORNERS_MAX = 1000
+_LEAST = 1e-12  # [m^2]
+
+
+def cone(radius: float, length: float) -> NDArray[np.float64]:
+    """Return the triangles of an upright cone about the origin, `(N, 3, 3) float64` [m]."""
+    angles = np.arange(_ROUND) * 2.0 * math.pi / _ROUND
+    low = np.full(_ROUND, -length / 2)
+    ring = np.column_stack((radius * np.cos(angles), radius * np.sin(angles), low))
+    after = np.roll(ring, -1, axis=0)
+    tip, foot = (
+        np.tile((0.0, 0.0, length / 2), (_ROUND, 1)),
+        np.tile((0.0, 0.0, -length / 2), (_ROUND, 1)),
+    )
+    return np.concatenate((np.stack((ring, after, tip), 1), np.stack((after, ring, foot), 1)))
+
+
+def prism(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+    """Return the triangles of an upright prism that stands on the plane z = 0.
+
+    Args:
+        corners: Of its outline, which does not cross itself, `(N, 2) float64` [m].
+        height: [m].
+
+    Returns:
+        `(M, 3, 3) float64` [m], outward.
+
+    Raises:
+        ValueError: The outline is none.
+    """
+    if len(corners) > 1 and np.array_equal(corners[0], corners[-1]):
+        corners = corners[:-1]
+    if not 3 <= len(corners) <= _CORNERS_MAX:
+        raise ValueError(f"has {len(corners)} corners; valid: 3 to {_CORNERS_MAX}")
+    if _area(corners) < 0.0:
+        corners = corners[::-1]
+    caps = corners[_ears(corners)]
+    low, high = (np.pad(caps, ((0, 0), (0, 0), (0, 1)), constant_values=z) for z in (0.0, height))
+    a = np.pad(corners, ((0, 0), (0, 1)))
+    b, up = np.roll(a, -1, axis=0), np.array([0.0, 0.0, height])
+    sides = (np.stack((a, b, b + up), 1), np.stack((a, b + up, a + up), 1))
+    return np.concatenate((low[:, ::-1], high, *sides))
+
+
+def _area(corners: NDArray[np.float64]) -> float:
+    after = np.roll(corners, -1, axis=0)
+    return float(np.sum(corners[:, 0] * after[:, 1] - after[:, 0] * corners[:, 1])) / 2.0
+
+
+def _ears(corners: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Cut a polygon into triangles, an ear at a time.
+
+    Source: Meisters, Polygons have ears, American Mathematical Monthly 82 (1975).
+
+    Returns:
+        Indices `(N, 3) int64`, counter-clockwise.
+
+    Raises:
+        ValueError: It crosses itself or has no area.
+    """
+    left, found = list(range(len(corners))), []
+    while len(left) > 3:
+        for i in range(len(left)):
+            ear = [left[i - 1], left[i], left[(i + 1) % len(left)]]
+            others = [corner for corner in left if corner not in ear]
+            twice = _turn(corners[ear[0]], corners[ear[1]], corners[ear[2]][None])[0]
+            if abs(twice) < _LEAST or (twice > 0.0 and not _holds(corners, ear, others)):
+                found += [ear] if twice > _LEAST else []
+                left.pop(i)
+                break
+        else:
+            raise ValueError("crosses itself")
+    found.append(left)
+    if abs(_area(corners)) < _LEAST:
+        raise ValueError("has no area")
+    return np.array(found, np.int64)
+
+
+def _holds(corners: NDArray[np.float64], ear: list[int], others: list[int]) -> bool:
+    a, b, c = corners[ear]
+    points = corners[others]
+    inside = np.stack([_turn(p, q, points) > 0.0 for p, q in ((a, b), (b, c), (c, a))])
+    return bool(inside.all(axis=0).any())
+
+
+def _turn(
+    a: NDArray[np.float64], b: NDArray[np.float64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return twice the signed area of the triangle with each of the points."""
+    result: NDArray[np.float64] = (b[0] - a[0]) * (points[:, 1] - a[1]) - (b[1] - a[1]) * (
+        points[:, 0] - a[0]
+    )
+    return result

@@ -1,0 +1,191 @@
+"""Replacing SDF's includes by what they include, and populations by their models."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement  # types and copies; parsing is defusedxml's
+
+from arjuna_core.errors import InputFileError, WorldError
+from arjuna_sim.files.sdf.frames import MERGE
+from arjuna_sim.files.sdf.population import populate
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.world import GROUND, GROUND_COLOUR
+
+BUILT_IN = ("sun", "ground_plane")
+_INCLUDES_MAX = 5_000
+_NESTED_MAX = 32
+_TRUE = ("true", "1")
+_OVERRIDES = ("pose", "static", "placement_frame")
+
+
+class ExcessError(WorldError):
+    """A world holds more than is read: all of it is refused."""
+
+
+@contextmanager
+def leaving_out(xml: XmlFile, what: str) -> Iterator[None]:
+    """Leave out a piece of a world that is broken, with a note; the rest goes on.
+
+    Args:
+        xml: Keeps the note.
+        what: The piece.
+    """
+    try:
+        yield
+    except ExcessError:
+        raise
+    except InputFileError as error:
+        place = "" if error.place is None or error.place == what else f"{error.place}: "
+        xml.note(f"{what} is left out: {place}{error.problem}", NoteKind.BROKEN)
+
+
+class Includes:
+    """Puts what a world includes into its place, and knows the file that each model is from.
+
+    Args:
+        xml: The world's file.
+    """
+
+    def __init__(self, xml: XmlFile) -> None:
+        self._root = xml
+        self._files: dict[Path, XmlFile] = {}
+        self._found: dict[tuple[Path, str], Path | None] = {}
+        self._of_model: dict[int, XmlFile] = {}
+        self._count = 0
+
+    def file_of(self, model: Element, default: XmlFile) -> XmlFile:
+        """Return the file that an included model is from, else the default."""
+        return self._of_model.get(id(model), default)
+
+    def expand(self, xml: XmlFile, parent: Element) -> None:
+        """Replace all includes below a `<world>`, `<sdf>` or `<model>`, however deep.
+
+        What cannot be included is left out with a note.
+
+        Raises:
+            ExcessError: There are too many, or models are nested too deeply.
+        """
+        self._expand(xml, parent, (xml.path.resolve(),), 0)
+
+    def _expand(self, xml: XmlFile, parent: Element, chain: tuple[Path, ...], depth: int) -> None:
+        if depth > _NESTED_MAX:
+            place = f"model '{parent.get('name', '?')}'"
+            problem = f"is nested too deeply; valid: up to {_NESTED_MAX} models"
+            raise ExcessError(xml.path, problem, place)
+        for child in list(parent):
+            if child.tag == "population":
+                with leaving_out(xml, f"population '{child.get('name', '?')}'"):
+                    self._add_population(xml, parent, child)
+                parent.remove(child)
+        for i, child in enumerate(list(parent)):
+            if child.tag == "model":
+                self._expand(xml, child, chain, depth + 1)
+            elif child.tag == "include":
+                parent[i] = self._replacement(xml, child, chain, depth)
+
+    def _add_population(self, xml: XmlFile, parent: Element, element: Element) -> None:
+        for model in populate(xml, element):
+            self._tally(xml, f"population '{element.get('name', '?')}'")
+            parent.append(model)
+
+    def _tally(self, xml: XmlFile, place: str) -> None:
+        self._count += 1
+        if self._count > _INCLUDES_MAX:
+            problem = f"is one of too many; valid: up to {_INCLUDES_MAX} includes"
+            raise ExcessError(xml.path, problem, place)
+
+    def _replacement(
+        self, xml: XmlFile, element: Element, chain: tuple[Path, ...], depth: int
+    ) -> Element:
+        """Return what an include stands for, or an empty frame where it is left out."""
+        uri = "".join((element.findtext("uri") or "").split("\n")).strip()
+        with leaving_out(xml, f"include '{uri}'"):
+            found = self._included(xml, element, uri, chain, depth)
+            if found is not None:
+                return found
+        return Element("frame", name=(element.findtext("name") or uri).strip())
+
+    def _included(
+        self, xml: XmlFile, element: Element, uri: str, chain: tuple[Path, ...], depth: int
+    ) -> Element | None:
+        place = f"include '{uri}'"
+        name = uri.strip("/").rpartition("/")[2].lower().replace(" ", "_")
+        if name == "sun":
+            return None
+        self._tally(xml, place)
+        inner = None
+        if name == GROUND:
+            model = _ground()
+        else:
+            inner = self._open(xml, uri, place, chain)
+            found = None if inner is None else _content(inner)
+            if inner is None or found is None:
+                return None
+            model = copy.deepcopy(found)
+            self._of_model[id(model)] = inner
+        _override(model, element, name)
+        if inner is not None and model.tag == "model":
+            self._expand(inner, model, (*chain, inner.path.resolve()), depth + 1)
+        return model
+
+    def _open(self, xml: XmlFile, uri: str, place: str, chain: tuple[Path, ...]) -> XmlFile | None:
+        """Return the file that is included; None (and a note) where there is none."""
+        if (xml.path, uri) not in self._found:
+            self._found[xml.path, uri] = xml.find_model(uri, place)
+        path = self._found[xml.path, uri]
+        if path is None:
+            built_in = ", ".join(BUILT_IN)
+            problem = f"model '{uri}' does not exist, so it is left out; built in: {built_in}"
+            xml.note(f"include: {problem}", NoteKind.MISSING)
+            return None
+        path = path.resolve()
+        if path in chain:
+            raise xml.fail(place, f"model '{uri}' includes itself")
+        if path not in self._files:
+            self._files[path] = self._root.beside_it(path)
+        return self._files[path]
+
+
+def _content(inner: XmlFile) -> Element | None:
+    """Return the model or actor of an included file; None for one that holds only a light."""
+    for tag in ("model", "actor"):
+        found = inner.root.find(tag)
+        if found is not None:
+            return found
+    if inner.root.find("light") is not None:
+        return None
+    raise inner.fail("sdf", "holds no <model>, <actor> or <light>")
+
+
+def _override(model: Element, include: Element, name: str) -> None:
+    """Let an include's own name, pose and the like win over those of the model."""
+    model.set("name", (include.findtext("name") or model.get("name") or name).strip())
+    for tag in _OVERRIDES:
+        wanted = include.find(tag)
+        if wanted is None:
+            continue
+        for own in model.findall(tag):
+            model.remove(own)
+        model.append(wanted)
+    frame = include.findtext("placement_frame")
+    if frame is not None:
+        model.set("placement_frame", frame.strip())
+    if include.get(MERGE, "").strip().lower() in _TRUE:
+        model.set(MERGE, "true")
+
+
+def _ground() -> Element:
+    """Return the ground plane that Gazebo has of its own."""
+    model = Element("model", name=GROUND)
+    SubElement(model, "static").text = "true"
+    link = SubElement(model, "link", name="link")
+    for tag in ("collision", "visual"):
+        part = SubElement(link, tag, name=tag)
+        SubElement(SubElement(part, "geometry"), "plane")
+        colour = " ".join(map(str, GROUND_COLOUR))
+        SubElement(SubElement(part, "material"), "diffuse").text = colour
+    return model

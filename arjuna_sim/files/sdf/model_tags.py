@@ -1,0 +1,197 @@
+"""Reading SDF's models: links and joints of all that is nested in one, as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
+
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.sdf.frames import MERGE, Scope
+from arjuna_sim.files.sdf.geometry_tags import read_colour, read_shape
+from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.shapes import Part
+
+PARTS_MAX = 60_000
+_OF_MODEL = (
+    *("link", "model", "include", "pose", "static", "frame", "joint", "plugin", "self_collide"),
+    *("allow_auto_disable", "enable_wind", "placement_frame"),
+)
+_OF_LINK = (
+    *("collision", "visual", "pose", "inertial", "gravity", "self_collide", "kinematic", "light"),
+    *("velocity_decay", "enable_wind", "audio_source", "must_be_base_link"),
+)
+_TRUE = ("true", "1")
+WORLD = "world"
+"""What a joint calls the world, where it fixes a link to it."""
+
+
+@dataclass
+class SdfLink:
+    """A link of a model, or of one that is nested in it.
+
+    Attributes:
+        name: Path from the model of the world, such as `lamp::shade`.
+        T_world: Its pose.
+        static: Whether the model that it is of stands fast.
+        floats: Whether gravity leaves it alone.
+        mass: What the file says; None where it says nothing [kg].
+        solid: What stops robots and rays, in the world.
+        drawn: What is only seen, in the world.
+    """
+
+    name: str
+    T_world: Pose3
+    static: bool
+    floats: bool
+    mass: float | None
+    solid: list[Part] = field(default_factory=list)
+    drawn: list[Part] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class SdfJoint:
+    """A joint of a model.
+
+    Attributes:
+        element: What the file says of it.
+        file: The file.
+        kind: Its type.
+        parent: Path of a link, or `world`.
+        child: Path of a link, or `world`.
+        T_world: Where it is.
+        T_model: Where its model is.
+    """
+
+    element: Element
+    file: XmlFile
+    kind: str
+    parent: str
+    child: str
+    T_world: Pose3
+    T_model: Pose3
+
+
+class ModelReader:
+    """Reads the models of a world.
+
+    Args:
+        includes: Knows the file of each model.
+    """
+
+    def __init__(self, includes: Includes) -> None:
+        self._includes = includes
+        self._parts = 0
+
+    def read(
+        self, xml: XmlFile, model: Element, pose: Pose3, placed: bool = False
+    ) -> tuple[list[SdfLink], list[SdfJoint]]:
+        """Return the links and joints of a model that stands at a pose in the world.
+
+        Args:
+            xml: The file that holds or includes it.
+            model: The `<model>`.
+            pose: Of the model, or of its placement frame.
+            placed: Whether the pose is surely the model's own.
+
+        Raises:
+            ExcessError: There are too many parts.
+            WorldError: Its placement frame is none.
+        """
+        links: list[SdfLink] = []
+        joints: list[SdfJoint] = []
+        self._model(xml, model, pose, placed, "", False, links, joints)
+        return links, joints
+
+    def _model(
+        self,
+        xml: XmlFile,
+        model: Element,
+        pose: Pose3,
+        placed: bool,
+        prefix: str,
+        static: bool,
+        links: list[SdfLink],
+        joints: list[SdfJoint],
+    ) -> None:
+        xml = self._includes.file_of(model, xml)
+        place = f"model '{model.get('name', '?')}'"
+        scope = Scope(xml, model, place)
+        frame = model.get("placement_frame", "")
+        T_world = pose if placed or not frame else pose @ scope.find(frame).inverse()
+        static = static or (model.findtext("static") or "").strip().lower() in _TRUE
+        for tag in sorted({child.tag for child in model} - set(_OF_MODEL)):
+            xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
+        for link in model.findall("link"):
+            with leaving_out(xml, f"{place} link '{link.get('name', '?')}'"):
+                links.append(self._link(xml, link, scope, T_world, (prefix, place, static)))
+        for joint in model.findall("joint"):
+            with leaving_out(xml, f"{place} joint '{joint.get('name', '?')}'"):
+                joints.append(_joint(xml, joint, scope, T_world, prefix))
+        for nested in model.findall("model"):
+            name = nested.get("name", "?")
+            with leaving_out(xml, f"{place} model '{name}'"):
+                T_nested = T_world @ scope.pose(nested, place)
+                inner = prefix if nested.get(MERGE) == "true" else f"{prefix}{name}::"
+                self._model(xml, nested, T_nested, False, inner, static, links, joints)
+
+    def _link(
+        self, xml: XmlFile, link: Element, scope: Scope, T_model: Pose3, of: tuple[str, str, bool]
+    ) -> SdfLink:
+        prefix, place, static = of
+        T_model_link = scope.pose(link, f"{place} link")
+        for tag in sorted({child.tag for child in link} - set(_OF_LINK)):
+            xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
+        floats = (link.findtext("gravity") or "true").strip().lower() not in _TRUE
+        floats = floats or (link.findtext("kinematic") or "").strip().lower() in _TRUE
+        text = link.findtext("inertial/mass")
+        mass = None if text is None else xml.numbers(text, 1, f"{place} <mass>")[0]
+        name = prefix + link.get("name", "?").strip()
+        read = SdfLink(name, T_model @ T_model_link, static, floats, mass)
+        for tag, parts in (("collision", read.solid), ("visual", read.drawn)):
+            for element in link.findall(tag):
+                self._tally(xml, f"{place} {tag}")
+                with leaving_out(xml, f"{place} {tag}"):
+                    part = _part(xml, element, f"{place} {tag}", scope, T_model, T_model_link)
+                    parts += [] if part is None else [part]
+        return read
+
+    def _tally(self, xml: XmlFile, place: str) -> None:
+        self._parts += 1
+        if self._parts > PARTS_MAX:
+            problem = f"is one of too many; valid: up to {PARTS_MAX} parts"
+            raise ExcessError(xml.path, problem, place)
+
+
+def _part(
+    xml: XmlFile, element: Element, place: str, scope: Scope, T_world: Pose3, T_link: Pose3
+) -> Part | None:
+    """Read a `<collision>` or `<visual>`; None (and a note) where its shape is left out."""
+    read = read_shape(xml, xml.child(element, "geometry", place), place)
+    if read is None:
+        return None
+    shape, T_own = read
+    pose = T_world @ scope.pose(element, place, T_link) @ T_own
+    return Part(shape, pose, read_colour(xml, element, place))
+
+
+def _joint(xml: XmlFile, joint: Element, scope: Scope, T_world: Pose3, prefix: str) -> SdfJoint:
+    place = f"joint '{joint.get('name', '?')}'"
+    ends = []
+    for tag in ("parent", "child"):
+        element = xml.child(joint, tag, place)
+        name = (element.text or element.findtext("link_name") or "").strip()
+        ends.append(name if name == WORLD else prefix + name)
+    child = (joint.findtext("child") or "").strip()
+    base = scope.find(child) if child != WORLD else Pose3()
+    pose = T_world @ scope.pose(joint, place, base)
+    return SdfJoint(joint, xml, joint.get("type", "?"), ends[0], ends[1], pose, T_world)
+
+
+def parts_of(links: list[SdfLink]) -> Iterator[tuple[Part, bool]]:
+    """Yield the parts of links, the solid ones of each before those that are only seen."""
+    for link in links:
+        yield from ((part, True) for part in link.solid)
+        yield from ((part, False) for part in link.drawn)

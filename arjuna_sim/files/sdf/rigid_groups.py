@@ -1,0 +1,149 @@
+"""What of a world's model moves as one: its links, grouped by the joints between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from arjuna_sim.files.sdf.hinge_tags import SWINGING, read_hinge
+from arjuna_sim.files.sdf.includes import leaving_out
+from arjuna_sim.files.sdf.model_tags import WORLD, SdfJoint, SdfLink
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.entities import bounds
+from arjuna_sim.model.hinges import Hinge
+from arjuna_sim.model.shapes import Kind
+
+_TOUCHING = 1e-3  # [m]
+
+
+@dataclass(frozen=True)
+class RigidGroup:
+    """Links that move as one.
+
+    Attributes:
+        links: The links.
+        fast: Whether they stand fast in the world.
+        hinge: How they swing, where a joint connects them to what stands fast.
+    """
+
+    links: list[SdfLink]
+    fast: bool
+    hinge: Hinge | None = None
+
+
+def rigid_groups(
+    xml: XmlFile, place: str, links: list[SdfLink], joints: list[SdfJoint]
+) -> list[RigidGroup]:
+    """Group a model's links; what stands fast comes first.
+
+    Links hold together by fixed joints, or where no joint connects them and they overlap: Gazebo
+    lets links of one model pass through each other. A group that a hinge or slide connects to what
+    stands fast swings on it. Groups that joints connect to each other, such as a cart and its
+    wheels, hold together, with a note.
+
+    Args:
+        xml: Keeps the notes.
+        place: How messages call the model.
+        links: Its links.
+        joints: Its joints.
+    """
+    index = {link.name: i for i, link in enumerate(links)}
+    known = [j for j in joints if _ends(j, index) is not None]
+    label = _joined(links, known, index)
+    fast = {int(label[i]) for i, link in enumerate(links) if _stands(link)}
+    fast |= {int(label[i]) for j in known if j.kind == "fixed" for i in _on_world(j, index)}
+    free = [j for j in known if j.kind != "fixed" and not _touches(j, index, label, fast)]
+    if free:
+        xml.note(f"{place}: its links hold together as one body")
+        label = _joined(links, [j for j in known if j.kind == "fixed" or j in free], index, True)
+        fast = {int(label[i]) for i, link in enumerate(links) if _stands(link)}
+        fast |= {int(label[i]) for j in known if j.kind == "fixed" for i in _on_world(j, index)}
+    hung: dict[int, list[SdfJoint]] = {}
+    for joint in known:
+        for i in _ends(joint, index) or ():
+            if joint.kind != "fixed" and i >= 0 and int(label[i]) not in fast:
+                hung.setdefault(int(label[i]), []).append(joint)
+    groups = [RigidGroup([link for i, link in enumerate(links) if int(label[i]) in fast], True)]
+    for number in dict.fromkeys(int(value) for value in label if int(value) not in fast):
+        own = [link for i, link in enumerate(links) if label[i] == number]
+        groups.append(_hung(xml, place, own, hung.get(number, []), index))
+    return [group for group in groups if group.links]
+
+
+def _ends(joint: SdfJoint, index: dict[str, int]) -> tuple[int, int] | None:
+    """Return the indices of a joint's links, -1 for the world; None where there is no such link."""
+    ends = [-1 if n == WORLD else index.get(n, -2) for n in (joint.parent, joint.child)]
+    return None if -2 in ends else (ends[0], ends[1])
+
+
+def _on_world(joint: SdfJoint, index: dict[str, int]) -> list[int]:
+    ends = _ends(joint, index) or (-2, -2)
+    return [i for i in ends if i >= 0] if -1 in ends else []
+
+
+def _stands(link: SdfLink) -> bool:
+    return link.static or any(p.shape.kind in (Kind.PLANE, Kind.TERRAIN) for p in link.solid)
+
+
+def _touches(
+    joint: SdfJoint, index: dict[str, int], label: NDArray[np.int64], fast: set[int]
+) -> bool:
+    """Tell whether a joint connects something to what stands fast."""
+    ends = _ends(joint, index) or ()
+    return any(i < 0 or int(label[i]) in fast for i in ends)
+
+
+def _joined(
+    links: list[SdfLink], joints: list[SdfJoint], index: dict[str, int], loose: bool = False
+) -> NDArray[np.int64]:
+    """Return a number for each link, the same for those that hold together.
+
+    Args:
+        links: The links.
+        joints: Those of which the fixed ones join, or all of them.
+        index: Of each link, by name.
+        loose: Whether all the joints join.
+    """
+    pairs = [_ends(j, index) for j in joints if loose or j.kind == "fixed"]
+    edges = [pair for pair in pairs if pair is not None and min(pair) >= 0]
+    jointed = {i for j in joints for i in _ends(j, index) or ()}
+    edges += _overlaps(links, jointed)
+    rows, columns = np.array(edges, np.int64).reshape(-1, 2).T
+    graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(links), len(links)))
+    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
+
+
+def _overlaps(links: list[SdfLink], jointed: set[int]) -> list[tuple[int, int]]:
+    """Return the pairs of links without joints whose bounding boxes overlap."""
+    loose = [i for i, link in enumerate(links) if i not in jointed and link.solid]
+    loose = [i for i in loose if not _stands(links[i])]
+    boxes = [bounds(links[i].solid) for i in loose]
+    return [
+        (loose[a], loose[b])
+        for a in range(len(loose))
+        for b in range(a)
+        if (boxes[a][0] < boxes[b][1] - _TOUCHING).all()
+        and (boxes[b][0] < boxes[a][1] - _TOUCHING).all()
+    ]
+
+
+def _hung(
+    xml: XmlFile, place: str, links: list[SdfLink], joints: list[SdfJoint], index: dict[str, int]
+) -> RigidGroup:
+    """Return a group as it hangs on its joints, if it does."""
+    if not joints:
+        return RigidGroup(links, False)
+    kinds = sorted({joint.kind for joint in joints})
+    if len(joints) == 1 and joints[0].kind in SWINGING:
+        own = {link.name for link in links}
+        with leaving_out(xml, f"{place} joint '{joints[0].element.get('name', '?')}'"):
+            hinge = read_hinge(joints[0], links[0], own)
+            is_locked = hinge.limits is not None and hinge.limits[0] >= hinge.limits[1]
+            return RigidGroup(links, is_locked, None if is_locked else hinge)
+    else:
+        xml.note(f"{place}: stands fast, held by {len(joints)} joints ({', '.join(kinds)})")
+    return RigidGroup(links, True)

@@ -1,0 +1,266 @@
+"""Every piece of a world: nested, included, generated, broken, swinging and of any shape."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.shapes import Kind
+from arjuna_sim.model.world import GROUND, World
+from tests.sim.builders import run, simulator, texts
+from tests.sim.world_cases import WorldMaker, write_stl
+
+STEP = "<model name='{name}'>{static}{pose}{inside}</model>"
+LINK = "<link name='{name}'>{pose}<collision name='c'><geometry>{shape}</geometry></collision>\
+{inertial}</link>"
+
+
+def _link(shape: str, name: str = "l", pose: str = "", inertial: str = "") -> str:
+    return LINK.format(shape=shape, name=name, pose=pose, inertial=inertial)
+
+
+def _world(folder: Path, inside: str) -> Path:
+    path = folder / "test.world"
+    path.write_text(f"<sdf version='1.9'><world name='w'>{inside}</world></sdf>", encoding="utf-8")
+    return path
+
+
+def _static(inside: str, name: str = "m", pose: str = "") -> str:
+    return f"<model name='{name}'><static>1</static>{pose}{inside}</model>"
+
+
+def _loaded(folder: Path, inside: str) -> World:
+    return load_world(_world(folder, inside))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_nested_and_included_models_stand_where_they_were_put(tmp_path: Path, seed: int) -> None:
+    case = WorldMaker(tmp_path, seed).make(6)
+    world = load_world(case.path)
+    found = {
+        round(body.part.shape.size[0], 6): body.part.pose.position
+        for body in world.bodies
+        if body.collides and body.part.shape.kind is Kind.BOX
+    }
+    assert set(found) == set(case.places)
+    for edge, place in case.places.items():
+        assert found[edge] == pytest.approx(place, abs=1e-9)
+    told = " ".join(texts(world.notes))
+    assert all(name in told for name in case.left_out)
+    assert world.masses == {}
+    simulator(case.path)
+
+
+BOX = "<box><size>1 1 1</size></box>"
+STL = "<mesh><uri>{}</uri></mesh>"
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "file://models/crate/meshes/a.stl",
+        "models/crate/meshes/a.stl",
+        "model://crate/meshes/a.stl",
+        "model:///crate/meshes/a.stl",
+        "file:///home/somebody/ws/src/shop/models/crate/meshes/a.stl",
+        "package://shop/models/crate/meshes/a.stl",
+        "https://fuel.gazebosim.org/1.0/Someone/models/crate/2/files/meshes/a.stl",
+    ],
+)
+def test_mesh_is_found_however_it_is_called(tmp_path: Path, uri: str) -> None:
+    package = tmp_path / "src" / "shop"
+    (package / "models" / "crate" / "meshes").mkdir(parents=True)
+    (package / "worlds").mkdir()
+    (package / "package.xml").write_text("<package><name>shop</name></package>", encoding="utf-8")
+    triangles = np.random.default_rng(0).random((8, 3, 3))
+    write_stl(package / "models" / "crate" / "meshes" / "a.stl", triangles)
+    path = _world(package / "worlds", _static(_link(STL.format(uri))))
+    world = load_world(path, SearchPath())
+    assert [b.part.shape.kind for b in world.bodies if b.model == "m"] == [Kind.MESH]
+
+
+@pytest.mark.parametrize("version", ["", "/1", "/tip"])
+def test_downloaded_models_are_found_by_their_address(tmp_path: Path, version: str) -> None:
+    for number, edge in ((1, 1.0), (3, 3.0), (12, 12.0)):
+        folder = tmp_path / "fuel" / "fuel.gazebosim.org" / "openrobotics" / "models" / "big box"
+        folder = folder / str(number)
+        folder.mkdir(parents=True)
+        shape = f"<box><size>{edge} 1 1</size></box>"
+        text = f"<sdf version='1.6'>{_static(_link(shape))}</sdf>"
+        (folder / "box.sdf").write_text(text, encoding="utf-8")
+        manifest = "<model><sdf version='1.6'>box.sdf</sdf><sdf version='1.4'>old.sdf</sdf></model>"
+        (folder / "model.config").write_text(manifest, encoding="utf-8")
+    uri = f"https://fuel.gazebosim.org/1.0/OpenRobotics/models/Big%20Box{version}"
+    path = _world(tmp_path, f"<include>\n<uri>\n {uri}\n</uri></include>")
+    world = load_world(path, SearchPath(caches=(tmp_path / "fuel",)))
+    edge = next(b.part.shape.size[0] for b in world.bodies if b.model == "m")
+    assert edge == (1.0 if version == "/1" else 12.0)
+    (note,) = load_world(path, SearchPath()).notes[:1]
+    assert note.kind is NoteKind.MISSING
+
+
+def test_what_is_broken_is_left_out_and_the_rest_stands(tmp_path: Path) -> None:
+    (tmp_path / "torn").mkdir()
+    (tmp_path / "torn" / "model.sdf").write_text("<sdf version='1.6'><model", encoding="utf-8")
+    world = _loaded(
+        tmp_path,
+        "<include><uri>model://torn</uri></include>"
+        + _static(_link(BOX), "fallen", "<pose>1 2 -7.5e8 0 0 0</pose>")
+        + _static(_link("<box><size>0 1 1</size></box>") + _link(BOX, "good"), "half")
+        + _static(_link(BOX, pose="<pose>1 2</pose>") + _link(BOX, "good"), "other")
+        + "<model name='empty'/>",
+    )
+    assert [b.model for b in world.bodies if b.model != GROUND] == ["half", "other"]
+    broken = [note.text for note in world.notes if note.kind is NoteKind.BROKEN]
+    assert len(broken) == 4
+    for what, text in zip(("model://torn", "'fallen'", "'half'", "'other'"), broken, strict=True):
+        assert re.search(f"{what}.* is left out: ", text)
+
+
+def test_world_with_a_flat_mesh_loads_and_the_robot_meets_it(tmp_path: Path) -> None:
+    sheet = np.array(
+        [[(1, -1, 0), (1, 1, 0), (1.3, 1, 1)], [(1, -1, 0), (1.3, 1, 1), (1.3, -1, 1)]]
+    )
+    write_stl(tmp_path / "sheet.stl", sheet)
+    write_stl(tmp_path / "one.stl", np.array([[(3, -1, 0), (3, 1, 0), (3, 0, 1)]]))
+    shapes = "".join(_link(STL.format(f"{name}.stl"), name) for name in ("sheet", "one"))
+    sim = simulator(_world(tmp_path, _static(shapes, "sheets")))
+    last = run(sim, 6.0, Velocity(0.4, 0.0))
+    assert last.contacts == ("sheets",)
+    assert last.truth.pose.x < 1.0
+
+
+def test_heavy_mesh_of_many_faces_stands_and_so_does_the_robot(tmp_path: Path) -> None:
+    angles = np.linspace(0, 2 * np.pi, 61)
+    rim = np.column_stack((np.cos(angles), np.sin(angles)))
+    faces = []
+    for inner, outer, low, high in ((0.4, 0.9, 0.0, 0.5), (0.4, 0.9, 0.5, 1.0)):
+        for (ax, ay), (bx, by) in pairwise(rim):
+            for r, flip in ((inner, 1), (outer, -1)):
+                a, b = (r * ax, r * ay), (r * bx, r * by)
+                quad = [(*a, low), (*b, low), (*b, high), (*a, high)][::flip]
+                faces += [(quad[0], quad[1], quad[2]), (quad[0], quad[2], quad[3])]
+            for z, flip in ((low, -1), (high, 1)):
+                ring = [(r * x, r * y, z) for r, x, y in ((inner, ax, ay), (outer, ax, ay))]
+                ring += [(outer * bx, outer * by, z), (inner * bx, inner * by, z)]
+                ring = ring[::flip]
+                faces += [(ring[0], ring[1], ring[2]), (ring[0], ring[2], ring[3])]
+    write_stl(tmp_path / "ring.stl", np.array(faces))
+    mass = "<inertial><mass>400</mass></inertial>"
+    link = _link(STL.format("ring.stl"), inertial=mass)
+    pose = "<pose>3 0 0.01 0 0 0</pose>"
+    path = _world(tmp_path, f"<model name='ring'>{pose}{link}</model>")
+    sim = simulator(path)
+    assert any(re.search("'ring'.*convex pieces, within", note) for note in sim.notes)
+    last = run(sim, 4.0)
+    assert abs(last.truth.z) < 0.02
+    assert sim.stage.motion("ring").pose.position == pytest.approx((3.0, 0.0, 0.0), abs=0.02)
+
+
+DOOR = """<model name='door'><pose>2 0 0 0 0 0</pose>
+<link name='frame'><pose>0 -0.6 0.5 0 0 0</pose>{frame}</link>
+<link name='leaf'><pose>0 0 0.5 0 0 0</pose>{leaf}<inertial><mass>2</mass></inertial></link>
+<joint name='fix' type='fixed'><parent>world</parent><child>frame</child></joint>
+<joint name='hinge' type='revolute'><parent>frame</parent><child>leaf</child>
+<pose>0 -0.5 0 0 0 0</pose><axis><xyz>0 0 1</xyz><limit><lower>-1.2</lower><upper>1.2</upper>
+</limit></axis></joint></model>"""
+
+
+def test_door_swings_open_when_the_robot_pushes_it(tmp_path: Path) -> None:
+    shape = "<collision name='c'><geometry><box><size>{}</size></box></geometry></collision>"
+    frame, leaf = (shape.format(size) for size in ("0.1 0.1 1", "0.05 0.9 1"))
+    sim = simulator(_world(tmp_path, DOOR.format(frame=frame, leaf=leaf)))
+    assert {e.name for e in sim.stage.entities} == {"door", "door::leaf"}
+    run(sim, 1.0)
+    assert sim.stage.motion("door::leaf").pose.position == pytest.approx((2, 0, 0.5), abs=1e-6)
+    last = run(sim, 7.0, Velocity(0.4, 0.0))
+    leaf_pose = sim.stage.motion("door::leaf").pose
+    assert last.truth.pose.x > 2.0
+    hinge = leaf_pose.apply(np.array([[0.0, -0.5, 0.0]]))[0]
+    assert hinge == pytest.approx((2.0, -0.5, 0.5), abs=1e-3)
+    assert abs(leaf_pose.rpy()[2]) > 0.8
+
+
+def test_what_gravity_leaves_alone_floats_and_links_apart_move_apart(tmp_path: Path) -> None:
+    ball = "<sphere><radius>0.1</radius></sphere>"
+    no = "<gravity>0</gravity>"
+    two = _link(ball, "a", "<pose>1 1 0.1 0 0 0</pose>") + _link(
+        ball, "b", "<pose>1 3 2 0 0 0</pose>"
+    )
+    lamp = _link(ball, pose="<pose>4 4 2 0 0 0</pose>", inertial=no)
+    sim = simulator(
+        _world(tmp_path, f"<model name='two'>{two}</model><model name='lamp'>{lamp}</model>")
+    )
+    run(sim, 2.0)
+    heights = {n: sim.stage.motion(n).pose.position[2] for n in ("two", "two::b", "lamp")}
+    assert heights == pytest.approx({"two": 0.1, "two::b": 0.1, "lamp": 2.0}, abs=0.01)
+
+
+def test_shapes_are_met_where_they_are(tmp_path: Path) -> None:
+    """A ray along x meets each shape at its closed-form distance."""
+    polyline = "".join(
+        f"<point>{x} {y}</point>" for x, y in ((0, -1), (2, -1), (2, 1), (0, 1), (0.5, 0))
+    )
+    shapes = {
+        "<ellipsoid><radii>0.5 1 2</radii></ellipsoid>": -0.5,
+        "<capsule><radius>0.3</radius><length>1</length></capsule>": -0.3,
+        "<cone><radius>0.5</radius><length>2</length></cone>": -0.5 * (1.0 - 0.28) / 2.0,
+        f"<polyline>{polyline}<height>2</height></polyline>": 0.5,
+        "<plane><normal>-1 0 0</normal></plane>": 0.0,
+    }
+    for shape, front in shapes.items():
+        pose = "<pose>3 0 0 0 0 0</pose>"
+        sim = simulator(_world(tmp_path, _static(_link(shape), pose=pose)))
+        scan = run(sim, 0.2).scan
+        assert scan is not None
+        ahead = scan.ranges[np.argmin(np.abs(scan.angles))]
+        lidar = sim.robot.urdf.T_root("lidar_link").position
+        height = sim.stage.scene.ride_height + lidar[2]
+        if "cone" in shape:
+            front = -0.5 * (1.0 - height) / 2.0
+        elif "ellipsoid" in shape:
+            front = -0.5 * np.sqrt(1.0 - (height / 2.0) ** 2)
+        assert ahead + lidar[0] == pytest.approx(3.0 + front, abs=0.03), shape
+
+
+def test_robot_stands_on_a_terrain(tmp_path: Path) -> None:
+    ramp = np.tile(np.linspace(0, 65535, 65), (65, 1)).astype(np.uint16)
+    Image.fromarray(ramp).save(tmp_path / "ramp.png")
+    terrain = "<heightmap><uri>file://ramp.png</uri><size>20 20 2</size></heightmap>"
+    path = _world(tmp_path, _static(_link(terrain), "hills"))
+    world = load_world(path)
+    assert [body.model for body in world.bodies] == ["hills"]
+    last = run(simulator(path), 3.0)
+    assert last.truth.z == pytest.approx(1.0, abs=0.05)
+    assert last.truth.pitch == pytest.approx(-np.arctan(0.1), abs=0.01)
+
+
+@pytest.mark.parametrize("kind", ["random", "uniform", "grid", "linear-x"])
+def test_population_stands_in_its_region_the_same_each_time(tmp_path: Path, kind: str) -> None:
+    text = f"""<population name='trees'><model name='tree'><static>1</static>{_link(BOX)}</model>
+    <pose>5 0 0 0 0 0</pose><box><size>4 6 0.01</size></box><model_count>20</model_count>
+    <distribution><type>{kind}</type><rows>4</rows><cols>5</cols><step>1 1.5 0</step>
+    </distribution></population>"""
+    places = [
+        [b.part.pose.position for b in _loaded(tmp_path, text).bodies if b.model != GROUND]
+        for _ in range(2)
+    ]
+    assert places[0] == places[1]
+    assert len(set(places[0])) == 20
+    assert np.all(np.abs(np.array(places[0]) - (5, 0, 0)) <= (2.001, 3.001, 0.01))
+
+
+def test_model_without_a_mass_is_as_heavy_as_its_shapes(tmp_path: Path) -> None:
+    link = _link("<box><size>1 1 0.1</size></box>", inertial="<inertial><mass>0</mass></inertial>")
+    world = _loaded(tmp_path, f"<model name='plank'>{link}</model>")
+    assert world.masses == {"plank": pytest.approx(50.0)}
+    assert "model 'plank': has no mass; it gets 50 kg, by its shapes" in texts(world.notes)
