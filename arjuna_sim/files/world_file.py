@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from arjuna_core.errors import WorldError
+from arjuna_core.errors import RobotError, WorldError
 from arjuna_sim.files.map_world import MAP_SUFFIXES, load_map_world
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.files.urdf.xacro_file import expand, has_macros
+from arjuna_sim.files.xml_file import XmlFile, read_bytes
 from arjuna_sim.model.world import World
 
 
 def load_world(path: str | Path, search: SearchPath | None = None) -> World:
-    """Read a world from an SDF file, or from a map's YAML.
+    """Read a world from an SDF file, which may have xacro macros, or from a map's YAML.
 
     Args:
         path: The file.
@@ -25,4 +26,14 @@ def load_world(path: str | Path, search: SearchPath | None = None) -> World:
     path = Path(path)
     if path.suffix in MAP_SUFFIXES:
         return load_map_world(path)
-    return read_world(XmlFile(path, "sdf", WorldError, search=search))
+    text = read_bytes(path, WorldError)
+    search = SearchPath.of() if search is None else search
+    if not has_macros(path, text):
+        return read_world(XmlFile(path, "sdf", WorldError, text, search))
+    try:
+        expanded = expand(path, search, {})
+    except RobotError as error:
+        raise WorldError(error.path, error.problem, error.place) from error
+    xml = XmlFile(path, "sdf", WorldError, expanded.text, search)
+    xml.keep(*expanded.notes)
+    return read_world(xml)

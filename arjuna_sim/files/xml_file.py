@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder  # parsing is defusedxml's
 
@@ -19,6 +20,10 @@ _BYTES_MAX = 20_000_000
 _ELEMENTS_MAX = 300_000
 _DEPTH_MAX = 100
 _TEXT_MAX = 1000
+_PREFIXES_MAX = 20
+_PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
+_DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
+_ROOT = re.compile(rb"<[A-Za-z_][\w.-]*")
 _SIZE_MAX = 1e5  # [m]
 _PLACE_MAX = 1e6  # [m]
 
@@ -46,11 +51,24 @@ class _Builder(TreeBuilder):
 def parse_xml(text: bytes) -> Element:
     """Parse plain XML: no DTD, no entities, no more elements than any robot or world has.
 
+    A prefix that nobody declares stands for itself, as for Gazebo's own parser.
+
     Raises:
         ParseError: It is broken.
         DefusedXmlException: It declares a DTD or entities.
         ValueError: It is too large, or its encoding is unknown.
     """
+    try:
+        return _parse(text)
+    except ParseError as error:
+        if "unbound prefix" not in str(error):
+            raise
+    prefixes = sorted(set(_PREFIX.findall(text)) - set(_DECLARED.findall(text)))
+    declared = b"".join(b" xmlns:%b='%b'" % (prefix, prefix) for prefix in prefixes[:_PREFIXES_MAX])
+    return _parse(_ROOT.sub(lambda found: found.group() + declared, text, count=1))
+
+
+def _parse(text: bytes) -> Element:
     parser = DefusedXMLParser(target=_Builder(), forbid_dtd=True)
     parser.feed(text)
     root: Element = parser.close()

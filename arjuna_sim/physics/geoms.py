@@ -45,9 +45,13 @@ def add_part(spec: Any, body: Any, part: Part, group: Group, most: int = PIECES_
     geoms = [drawn]
     if group is Group.WORLD_COLLISION:
         drawn.contype = 0
-        for i, piece in enumerate(part.shape.mesh.pieces(part.shape.size, most).corners):
-            called = f"{name}#{most}#{i}"
-            geoms.append(_add_mesh(spec, body, part, Group.WORLD_CONTACT, called, piece))
+        found = part.shape.mesh.pieces(part.shape.size, most).corners
+        names = [f"{name}#{most}#{i}" for i in range(len(found))]
+        if spec.mesh(names[0]) is None:
+            for called, piece in zip(names, found, strict=True):
+                spec.add_mesh(name=called, uservert=piece.ravel())
+        for called in names:
+            geoms.append(_new_mesh_geom(body, part, Group.WORLD_CONTACT, called))
     return geoms
 
 
@@ -115,6 +119,10 @@ def _add_mesh(
         if faces:
             mesh.userface = np.arange(len(points))
             mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    return _new_mesh_geom(body, part, group, name)
+
+
+def _new_mesh_geom(body: Any, part: Part, group: Group, name: str) -> Any:
     geom = _new_geom(body, part, group)
     geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, name
     return geom

@@ -264,3 +264,14 @@ def test_model_without_a_mass_is_as_heavy_as_its_shapes(tmp_path: Path) -> None:
     world = _loaded(tmp_path, f"<model name='plank'>{link}</model>")
     assert world.masses == {"plank": pytest.approx(50.0)}
     assert "model 'plank': has no mass; it gets 50 kg, by its shapes" in texts(world.notes)
+
+
+def test_world_with_macros_and_strange_prefixes_loads(tmp_path: Path) -> None:
+    path = tmp_path / "w.sdf.xacro"
+    head = "<sdf version='1.6' xmlns:xacro='http://www.ros.org/wiki/xacro'><world name='w'>"
+    arg = "<xacro:arg name='edge' default='2'/>"
+    box = "<box><size>$(arg edge) 1 1</size></box>"
+    path.write_text(f"{head}{arg}{_static(_link(box))}</world></sdf>", encoding="utf-8")
+    assert load_world(path).bodies[0].part.shape.size == (2.0, 1.0, 1.0)
+    strange = "<plugin name='p' filename='f'><gz:system gz:speed='1'/></plugin>"
+    assert _loaded(tmp_path, strange + _static(_link(BOX))).bodies[0].model == "m"
