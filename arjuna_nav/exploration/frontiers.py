@@ -66,9 +66,9 @@ def next_goal(
     start = grid.frame.to_cell(T_map_base.x, T_map_base.y)
     if not grid.frame.contains(*start):
         return None
-    costs = traversal_costs(costmap.data, allow_unknown=False)
-    costs[start] = min(costs[start], NEUTRAL)
-    travel = spread(costs, start) / NEUTRAL * grid.frame.resolution
+    seeds = np.array([[*start, 0.0]])  # the robot is where it is, whatever that costs
+    potential = spread(costmap.data, traversal_costs(allow_unknown=False), seeds)
+    travel = potential.astype(np.float64) / NEUTRAL * grid.frame.resolution
     travel[costmap.data > config.max_cost] = np.inf
     for goal in tried:
         _rule_out(travel, grid, goal, config.blacklist_radius)

@@ -11,10 +11,16 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
+from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
-from arjuna_nav.planners.potential import COST_FACTOR, NEUTRAL, descend, spread, traversal_costs
+from arjuna_nav.planners.corridor import SHIFT, corridor
+from arjuna_nav.planners.descent import descend
+from arjuna_nav.planners.potential import NEUTRAL, spread, traversal_costs
+from arjuna_nav.planners.way_out import WayOut
+
+_SLACK, _SLACK_ASTAR = 0.005, 0.0  # of ways that are looked at, over the best estimate
+_ESCAPE = 20.0 * NEUTRAL  # cost of a cell where the robot may not be: the nearest way out wins
 
 
 @dataclass(frozen=True)
@@ -25,10 +31,12 @@ class NavFnConfig:
         0.5, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
     )
     use_astar: bool = param(
-        False, "A* search, not offered: it re-expands and is slower here.", choices=(False,)
+        False,
+        "Whether the wave keeps closer to the estimated way, as A* does: on large maps it is"
+        " faster, and its path at times 1 % dearer.",
     )
     escape_radius: float = param(
-        0.15, "How deep in an inscribed zone a start is still led out.", unit="m", minimum=0.0
+        3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
     )
     allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
 
@@ -52,8 +60,8 @@ class NavFn:
         """Plan between two poses in the costmap's frame.
 
         Where the goal cannot be reached, the path ends at the reachable cell nearest to it within
-        `tolerance`. The start's own cell counts as free, and a start slightly inside an inscribed
-        zone is led out of it.
+        `tolerance`. A start where the robot may not be, within an obstacle's inscribed radius, is
+        led out of there first, within `escape_radius`.
         """
         frame = costmap.frame
         start_cell, goal_cell = frame.to_cell(start.x, start.y), frame.to_cell(goal.x, goal.y)
@@ -63,21 +71,51 @@ class NavFn:
         ):
             if not frame.contains(*cell):
                 return PlanResult.failed(status, f"{_place(name, pose)} lies outside the costmap")
-        costs = traversal_costs(costmap.data, self._config.allow_unknown)
-        _open_start(costs, costmap, start_cell, self._config.escape_radius)
-        potential = spread(costs, start_cell, goal_cell)
+        costs = traversal_costs(self._config.allow_unknown)
+        radius = self._config.escape_radius / frame.resolution
+        out = WayOut(costmap.data, costs, start_cell, radius)
+        if not len(out.exits):
+            cost = costmap.cost_at(start.x, start.y)
+            message = f"{_place('start', start)} has cost {cost} and no way out"
+            return PlanResult.failed(PlanStatus.START_OCCUPIED, message)
+        potential = self._potential(costmap.data, costs, out, goal_cell)
         end = self._reachable_end(costmap, potential, goal_cell)
         if end is None:
             return self._failure(costmap, potential, start, goal)
-        cells = descend(potential, end, start_cell)[::-1]
+        way = descend(potential, end)[::-1]
+        cells = np.vstack((out.to((int(way[0, 0]), int(way[0, 1]))), way))
         points = frame.origin.apply((cells[:, ::-1] + 0.5) * frame.resolution)
         return PlanResult(
             PlanStatus.SUCCEEDED,
             _with_ends(points, start, goal, frame.resolution, reached=end == goal_cell),
         )
 
+    def _potential(
+        self,
+        data: NDArray[np.uint8],
+        costs: NDArray[np.float32],
+        out: WayOut,
+        goal: tuple[int, int],
+    ) -> NDArray[np.float32]:
+        """Return the potential about the best way, or that of the whole map where that is needed.
+
+        A wave through a corridor is believed unless it came to the goal not at all, or at a price
+        that says that the estimate took a door for wider than it is.
+        """
+        exits = out.exits.astype(np.float64)
+        seeds: NDArray[np.float64] = np.column_stack((exits, _ESCAPE * out.distances))
+        nearest = int(out.exits[0, 0]), int(out.exits[0, 1])
+        if math.isfinite(costs[data[goal]]):
+            slack = _SLACK_ASTAR if self._config.use_astar else _SLACK
+            found = corridor(data, costs, nearest, goal, slack)
+            if found is not None:
+                potential = spread(data, costs, seeds, goal, found[0], SHIFT)
+                if potential[goal] - seeds[0, 2] <= found[1]:
+                    return potential
+        return spread(data, costs, seeds, goal)
+
     def _reachable_end(
-        self, costmap: Costmap, potential: NDArray[np.float64], goal: tuple[int, int]
+        self, costmap: Costmap, potential: NDArray[np.float32], goal: tuple[int, int]
     ) -> tuple[int, int] | None:
         """Return the goal's cell, or the reached cell nearest to it within the tolerance."""
         if math.isfinite(potential[goal]):
@@ -93,14 +131,10 @@ class NavFn:
         return int(row), int(column)
 
     def _failure(
-        self, costmap: Costmap, potential: NDArray[np.float64], start: SE2, goal: SE2
+        self, costmap: Costmap, potential: NDArray[np.float32], start: SE2, goal: SE2
     ) -> PlanResult:
         """Say why the wave did not come near the goal."""
-        start_cost, goal_cost = (costmap.cost_at(pose.x, pose.y) for pose in (start, goal))
-        reached = int(np.isfinite(potential).sum())
-        if _blocks(start_cost, allow_unknown=True) and not _left_inscribed(costmap, potential):
-            message = f"{_place('start', start)} has cost {start_cost} and no way out"
-            return PlanResult.failed(PlanStatus.START_OCCUPIED, message)
+        goal_cost, reached = costmap.cost_at(goal.x, goal.y), int(np.isfinite(potential).sum())
         tolerance = f"within {self._config.tolerance:g} m"
         if _blocks(goal_cost, self._config.allow_unknown):
             message = f"{_place('goal', goal)} has cost {goal_cost}, nothing reachable {tolerance}"
@@ -121,25 +155,6 @@ def _blocks(cost: int | None, allow_unknown: bool) -> bool:
     if cost == UNKNOWN:
         return not allow_unknown
     return cost is not None and cost >= INSCRIBED
-
-
-def _left_inscribed(costmap: Costmap, potential: NDArray[np.float64]) -> bool:
-    """Tell whether the wave came to a cell that is not within an obstacle's inscribed zone."""
-    data = costmap.data[np.isfinite(potential)]
-    return bool(((data < INSCRIBED) | (data == UNKNOWN)).any())
-
-
-def _open_start(
-    costs: NDArray[np.float64], costmap: Costmap, start: tuple[int, int], radius: float
-) -> None:
-    """Let the robot out of where it stands: its own cell, and inscribed cells close by."""
-    dear = NEUTRAL + COST_FACTOR * (INSCRIBED - 1)
-    if not math.isfinite(costs[start]):
-        reach = int(radius / costmap.frame.resolution)
-        rows, columns = (slice(max(v - reach, 0), v + reach + 1) for v in start)
-        window, data = costs[rows, columns], costmap.data[rows, columns]
-        window[(data >= INSCRIBED) & (data < LETHAL)] = dear
-        costs[start] = dear
 
 
 def _with_ends(

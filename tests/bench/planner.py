@@ -27,7 +27,8 @@ _RESOLUTION = 0.05
 _ROBOT_RADIUS = 0.28
 _FREE = frozenset(b".GS")
 PLANNERS: dict[str, Planner] = {
-    "NavFn, Dijkstra": NavFn(NavFnConfig()),
+    "NavFn": NavFn(NavFnConfig()),
+    "NavFn, A*": NavFn(NavFnConfig(use_astar=True)),
 }
 
 

@@ -13,11 +13,12 @@ from scipy.ndimage import distance_transform_edt, label
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
-from arjuna_nav.planners.potential import descend, spread
+from arjuna_nav.costmap.costmap import LETHAL
+from arjuna_nav.planners.descent import descend
+from arjuna_nav.planners.potential import spread, traversal_costs
 from bringup.lockstep import LockStep
 from bringup.parameters.files import Parameters
 
-_NEUTRAL = 50.0  # cost of a free cell for `spread`
 _SAMPLES = 4  # of a line of sight, a cell
 
 
@@ -86,14 +87,12 @@ class Ground:
         The way down a potential without costs, pulled tight between cells that see each other.
         """
         ends = [self.frame.to_cell(pose.x, pose.y) for pose in (start, goal)]
-        costs = np.where(self._open, _NEUTRAL, np.inf)
-        costs[ends[0]] = _NEUTRAL
-        potential = spread(costs, ends[0])
+        data = np.where(self._open, 0, LETHAL).astype(np.uint8)
+        potential = spread(data, traversal_costs(), np.array([[*ends[0], 0.0]]))
         if not math.isfinite(potential[ends[1]]):
             return math.nan
-        return _tight(np.isfinite(costs), descend(potential, ends[1], ends[0])) * (
-            self.frame.resolution
-        )
+        way = descend(potential, ends[1])
+        return _tight(np.isfinite(potential), way) * self.frame.resolution
 
 
 @njit(cache=True)

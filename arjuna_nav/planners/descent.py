@@ -1,0 +1,91 @@
+"""The way back down a potential to where its wave began."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+_STEP = 0.5  # pathStep of nav2_navfn_planner [cells]
+_STEPS_IN_CELL = 6  # twice what crosses a diagonal: more go in a circle
+_ROOM = 1024  # for points at first; it doubles where it is not enough
+
+
+@njit(cache=True)
+def descend(potential: NDArray[np.float32], start: tuple[int, int]) -> NDArray[np.float64]:
+    """Follow the potential down from a reached cell to a seed of its wave.
+
+    Goes half a cell down the gradient at a time; where that is not defined or does not lead lower,
+    to the lowest of the eight neighbours, never across a blocked corner.
+
+    Args:
+        potential: Of `spread`.
+        start: `(row, column)` of a cell the wave reached.
+
+    Returns:
+        `(N, 2) float64` of `(row, column)`, cells' centres at whole numbers, the seed last.
+    """
+    points = np.empty((_ROOM, 2))
+    row, column = start
+    points[0, 0], points[0, 1] = start
+    r, c = points[0]
+    count, here = 1, 0
+    lowest = _lowest(potential, row, column)
+    while lowest != (row, column):
+        d_r, d_c = _gradient(potential, r, c)
+        norm = math.hypot(d_r, d_c)
+        cell, here = lowest, here + 1
+        next_r, next_c = float(lowest[0]), float(lowest[1])
+        if norm > 0.0 and here <= _STEPS_IN_CELL:
+            down_r, down_c = r - _STEP * d_r / norm, c - _STEP * d_c / norm
+            below = math.floor(down_r + 0.5), math.floor(down_c + 0.5)
+            if below == (row, column) or potential[below] < potential[row, column]:
+                cell, next_r, next_c = below, down_r, down_c
+        if cell != (row, column):
+            row, column = cell
+            lowest, here = _lowest(potential, row, column), 0
+        if count == len(points) - 1:
+            points = np.vstack((points, np.empty_like(points)))
+        r, c = next_r, next_c
+        points[count, 0], points[count, 1] = r, c
+        count += 1
+    points[count, 0], points[count, 1] = row, column
+    path: NDArray[np.float64] = points[: count + 1].copy()
+    return path
+
+
+@njit(cache=True)
+def _gradient(potential: NDArray[np.float32], r: float, c: float) -> tuple[float, float]:
+    """Return the gradient at a point, bilinear between cells; (0, 0) next to cells not reached."""
+    height, width = potential.shape
+    row, column = math.floor(r), math.floor(c)
+    if not (1 <= row < height - 2 and 1 <= column < width - 2):
+        return 0.0, 0.0
+    a, b = r - row, c - column
+    d_r = d_c = 0.0
+    for i in range(2):
+        for j in range(2):
+            weight = (a if i else 1.0 - a) * (b if j else 1.0 - b)
+            y, x = row + i, column + j
+            along_r = 0.5 * (potential[y + 1, x] - potential[y - 1, x])
+            along_c = 0.5 * (potential[y, x + 1] - potential[y, x - 1])
+            if not (math.isfinite(along_r) and math.isfinite(along_c)):
+                return 0.0, 0.0
+            d_r += weight * along_r
+            d_c += weight * along_c
+    return d_r, d_c
+
+
+@njit(cache=True)
+def _lowest(potential: NDArray[np.float32], row: int, column: int) -> tuple[int, int]:
+    """Return the neighbour with the least potential; diagonal ones count unless a corner blocks."""
+    height, width = potential.shape
+    best_r, best_c, best = row, column, potential[row, column]
+    for r in range(max(row - 1, 0), min(row + 2, height)):
+        for c in range(max(column - 1, 0), min(column + 2, width)):
+            open_corner = potential[row, c] < np.inf and potential[r, column] < np.inf
+            if open_corner and potential[r, c] < best:
+                best_r, best_c, best = r, c, potential[r, c]
+    return best_r, best_c

@@ -1,0 +1,70 @@
+"""The way out for a robot that stands too near to an obstacle."""
+
+from __future__ import annotations
+
+import heapq
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_nav.costmap.costmap import LETHAL
+
+_NEIGHBOURS = tuple((r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if (r, c) != (0, 0))
+
+
+class WayOut:
+    """Ways through the cells within an obstacle's inscribed radius to those where a robot may be.
+
+    A robot comes there by a bump, an error of its pose, or an obstacle that came to it; it is led
+    out by the nearest way, and where that does not lead to its goal, by another. No way crosses a
+    lethal cell but the one it starts on.
+
+    Args:
+        data: `(height, width) uint8` costs of a costmap.
+        costs: Of `traversal_costs`.
+        start: `(row, column)` of the robot.
+        radius: How far to look [cells].
+
+    Attributes:
+        exits: `(N, 2) int64` row and column of the cells where a robot may be, the nearest first.
+        distances: `(N,) float64` how far each is [cells].
+    """
+
+    def __init__(
+        self,
+        data: NDArray[np.uint8],
+        costs: NDArray[np.float32],
+        start: tuple[int, int],
+        radius: float,
+    ) -> None:
+        self._before: dict[tuple[int, int], tuple[int, int]] = {start: start}
+        exits: list[tuple[int, int]] = []
+        distances: list[float] = []
+        best = {start: 0.0}
+        queue = [(0.0, start)]
+        while queue:
+            distance, cell = heapq.heappop(queue)
+            if distance > best[cell]:
+                continue
+            if costs[data[cell]] < math.inf:
+                exits.append(cell)
+                distances.append(distance)
+                continue
+            for d_r, d_c in _NEIGHBOURS:
+                other, far = (cell[0] + d_r, cell[1] + d_c), distance + math.hypot(d_r, d_c)
+                inside = 0 <= other[0] < data.shape[0] and 0 <= other[1] < data.shape[1]
+                if not inside or data[other] == LETHAL or far > radius:
+                    continue
+                if far < best.get(other, math.inf):
+                    best[other], self._before[other] = far, cell
+                    heapq.heappush(queue, (far, other))
+        self.exits = np.array(exits, dtype=np.int64).reshape(-1, 2)
+        self.distances = np.array(distances, dtype=np.float64)
+
+    def to(self, cell: tuple[int, int]) -> NDArray[np.float64]:
+        """Return the way to an exit, `(N, 2) float64` of `(row, column)`, the start left out."""
+        way = [cell]
+        while self._before[way[-1]] != way[-1]:
+            way.append(self._before[way[-1]])
+        return np.array(way[-2::-1], dtype=np.float64).reshape(-1, 2)
