@@ -1,0 +1,139 @@
+"""Every robot in urdf/ loads clean, and drives, turns and senses as its file says."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.inputs import describe_file
+from arjuna_sim.simulator import Simulator
+from scripts import fusion_meshes
+from tests.sim.builders import ROOT, run, simulator
+
+ROBOTS = sorted(
+    path
+    for path in (ROOT / "urdf").rglob("*")
+    if path.suffix in (".urdf", ".xacro") and "<joint " in path.read_text(encoding="utf-8")
+)
+EACH = pytest.mark.parametrize("path", ROBOTS, ids=lambda path: path.name)
+FOUND = {
+    "arjuna.urdf",
+    "arjuna.urdf.xacro",
+    "burger.urdf",
+    "diffbot.urdf",
+    "fusion.xacro",
+    "udacity_bot.xacro",
+}
+OFF = 0.03
+"""Share that a distance or a turn may be off."""
+_REST = 1.0
+
+
+def test_the_robots_are_those_we_speak_of() -> None:
+    assert {path.name for path in ROBOTS} == FOUND
+
+
+@EACH
+def test_check_understands_all_of_it(path: Path) -> None:
+    assert describe_file(path).endswith("all understood")
+
+
+@EACH
+def test_it_stands_still_and_level(path: Path) -> None:
+    sim = simulator(robot=path)
+    start = sim.truth().pose
+    last = run(sim, 3.0, Velocity())
+    assert last.truth.pose.distance(start) < 0.002
+    assert abs(last.truth.pose.theta) < 0.005
+
+
+def _drive(sim: Simulator, command: Velocity, seconds: float) -> None:
+    run(sim, 0.5, Velocity())
+    run(sim, seconds, command)
+    run(sim, _REST, Velocity())
+
+
+@EACH
+def test_it_drives_a_metre(path: Path) -> None:
+    sim = simulator(robot=path)
+    _drive(sim, Velocity(0.2, 0.0), 5.0)
+    pose = sim.truth().pose
+    assert pose.x == pytest.approx(1.0, rel=OFF)
+    assert abs(pose.y) < 0.02
+
+
+@EACH
+@pytest.mark.parametrize("way", [1.0, -1.0], ids=["left", "right"])
+def test_it_turns_by_ninety_degrees(path: Path, way: float) -> None:
+    sim = simulator(robot=path)
+    _drive(sim, Velocity(0.0, way * 0.5), math.pi)
+    pose = sim.truth().pose
+    assert pose.theta == pytest.approx(way * math.pi / 2, rel=OFF)
+    assert math.hypot(pose.x, pose.y) < 0.03
+
+
+@EACH
+def test_its_odometry_agrees(path: Path) -> None:
+    sim = simulator(robot=path)
+    _drive(sim, Velocity(0.2, 0.3), 5.0)
+    believed = run(sim, 0.02).odometry.T_odom_base
+    truth = sim.truth().pose
+    assert believed.distance(truth) < 0.05
+    assert believed.theta == pytest.approx(truth.theta, abs=0.06)
+
+
+@EACH
+def test_its_sensors_read_at_their_rates(path: Path) -> None:
+    sim = simulator(robot=path)
+    seen = [sim.step(Velocity(0.1, 0.1)) for _ in range(100)]
+    seconds = 100 * sim.config.tick
+    lidar, imu = sim.robot.settings.lidar, sim.robot.settings.imu
+    assert lidar is not None
+    scans = [o.scan for o in seen if o.scan is not None]
+    assert len(scans) == pytest.approx(lidar.rate * seconds, abs=1)
+    assert all(len(scan.ranges) == lidar.samples for scan in scans)
+    readings = sum(len(o.imu_before) + (o.imu is not None) for o in seen)
+    assert readings == pytest.approx(0 if imu is None else imu.rate * seconds, abs=1)
+
+
+@EACH
+def test_its_lidar_sees_the_room_and_not_itself(path: Path) -> None:
+    sim = simulator(ROOT / "worlds" / "arjuna_room.world", robot=path)
+    scan = next(o.scan for _ in range(50) if (o := sim.step()).scan is not None)
+    assert scan is not None
+    nearest = min(r for r in scan.ranges.tolist() if math.isfinite(r))
+    reach = sim.robot.settings.lidar.range_max if sim.robot.settings.lidar else 0.0
+    assert min(1.5, reach) < nearest
+
+
+def test_facts_of_the_guides_robots() -> None:
+    robots = {p.name: load_robot(p, SearchPath()) for p in ROBOTS}
+    fusion = robots["fusion.xacro"]
+    drive, lidar = fusion.drive, fusion.settings.lidar
+    assert lidar is not None
+    assert (drive.separation, drive.diameter, drive.torque) == (0.538, 0.241, 20.0)
+    assert (drive.rate, drive.base_frame, drive.from_world) == (10.0, "base_link", True)
+    assert (lidar.samples, lidar.rate, lidar.noise, lidar.topic) == (720, 40.0, 0.01, "/scan")
+    diffbot = robots["diffbot.urdf"].drive
+    assert (diffbot.separation, diffbot.diameter, diffbot.torque) == (0.22, 0.1, 20.0)
+    burger = robots["burger.urdf"]
+    assert burger.settings.lidar is not None
+    assert (burger.drive.separation, burger.drive.max_velocity) == (0.16, 0.22)
+    assert (burger.settings.lidar.range_max, burger.settings.lidar.rate) == (3.5, 5.0)
+    udacity = robots["udacity_bot.xacro"]
+    assert udacity.settings.lidar is not None
+    assert udacity.settings.camera is not None
+    assert udacity.drive.base_frame == "robot_footprint"
+    assert udacity.settings.lidar.topic == "/udacity_bot/laser/scan"
+    assert {"gripper_pole", "gripper", "left_gripper", "right_gripper"} <= udacity.urdf.links.keys()
+
+
+def test_fusions_meshes_are_what_their_script_draws(tmp_path: Path) -> None:
+    fusion_meshes.write(tmp_path)
+    shipped = {path.name: path.read_bytes() for path in fusion_meshes.FOLDER.iterdir()}
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == shipped
