@@ -1,20 +1,25 @@
-"""Drives to one waypoint after the other: follow_waypoints."""
+"""Drives to one waypoint after the other: follow_waypoints, follow_gps_waypoints."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
-from nav2_msgs.action import FollowWaypoints, NavigateToPose
+from nav2_msgs.action import FollowGPSWaypoints, FollowWaypoints, NavigateToPose
 from nav2_msgs.msg import MissedWaypoint
 
 from arjuna_core.config import param
+from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.goal_server import GoalServer
+from arjuna_nav.nodes.gps.anchor import GpsAnchor, GpsConfig, GpsError
 
 _PLUGIN = "nav2_waypoint_follower::WaitAtWaypoint"
 _UNKNOWN = FollowWaypoints.Result.UNKNOWN
+_GPS = "follow_gps_waypoints"
+_ACTIONS = {"follow_waypoints": FollowWaypoints, _GPS: FollowGPSWaypoints}
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,8 @@ class WaypointFollowerConfig:
         "wait_at_waypoint", "The task.", choices=("wait_at_waypoint",), read_only=True
     )
     wait_at_waypoint: WaitConfig = field(default_factory=WaitConfig)
+    global_frame_id: str = param("map", "Frame of GPS waypoints' poses.", read_only=True)
+    gps: GpsConfig = field(default_factory=GpsConfig)
 
 
 class WaypointFollowerNode(GoalNode):
@@ -45,48 +52,84 @@ class WaypointFollowerNode(GoalNode):
     DEFAULT_NAME = "waypoint_follower"
 
     def configure(self) -> None:
-        """Create the action and its client."""
+        """Create the actions and their client."""
         self._index = 0
         self._loops_left = 0
+        self._poses: list[Any] = []
         self._missed: list[MissedWaypoint] = []
         self._go_on_at: float | None = None
+        self._gps = GpsAnchor(self, self.config.gps, self.config.global_frame_id)
         self._navigator = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
-        self._server = self.keep(
-            GoalServer(
-                self,
-                FollowWaypoints,
-                "follow_waypoints",
-                self._on_goal,
-                on_cancel=self._check_cancelled,
-            )
-        )
+        self._kind = "follow_waypoints"
+        self._servers = {kind: self._offer(kind) for kind in _ACTIONS}
         self.every(1.0 / self.config.loop_rate, self._tick)
+
+    def _offer(self, kind: str) -> GoalServer:
+        on_goal, on_cancel = partial(self._on_goal, kind), self._check_cancelled
+        server = GoalServer(self, _ACTIONS[kind], kind, on_goal, on_cancel=on_cancel)
+        self.keep(server)
+        return server
+
+    @property
+    def _server(self) -> GoalServer:
+        """The server of the list that is driven, or was last."""
+        return self._servers[self._kind]
 
     def halt(self) -> None:
         """Stop driving to a waypoint."""
         if self._server.goal is not None:
             self._navigator.cancel()
 
-    def _on_goal(self) -> None:
+    def _on_goal(self, kind: str) -> None:
         """Begin with a list; what was driven to for another one is dropped."""
-        replaced = self._server.preempt_requested
-        goal = self._server.accept_pending() if replaced else self._server.goal
+        preempts = self._servers[kind].preempt_requested
+        replaces = kind != self._kind and self._server.goal is not None
+        if replaces:
+            self._fail(f"replaced by {kind} at {self.now:.2f} s")
+        self._kind = kind
+        goal: Any = self._server.accept_pending() if preempts else self._server.goal
         self._index, self._loops_left = goal.goal_index, goal.number_of_loops
         self._missed, self._go_on_at = [], None
-        if self._index < len(goal.poses):
-            self._drive(goal)
+        refusal = self._take_poses(goal)
+        if refusal is None:
+            self._drive()
             return
-        if replaced:
+        if preempts or replaces:
             self._navigator.cancel()
-        self._fail(f"there is no waypoint {self._index}: {len(goal.poses)} poses were given")
+        self._fail(refusal)
 
-    def _drive(self, goal: Any) -> None:
-        self._server.feedback(FollowWaypoints.Feedback(current_waypoint=self._index))
+    def _take_poses(self, goal: Any) -> str | None:
+        """Take the poses of a list; say why it cannot be driven, or return None."""
+        try:
+            self._poses = self._gps_poses(goal) if self._kind == _GPS else list(goal.poses)
+        except GpsError as error:
+            self._poses = []
+            return str(error)
+        if self._index < len(self._poses):
+            return None
+        return f"there is no waypoint {self._index}: {len(self._poses)} poses were given"
+
+    def _gps_poses(self, goal: Any) -> list[Any]:
+        frame = self.config.global_frame_id
+        poses = []
+        for k, each in enumerate(goal.gps_poses):
+            try:
+                poses.append(pose_stamped(self._gps.pose(each), frame, self.now))
+            except GpsError as error:
+                raise GpsError(f"waypoint {k} of {len(goal.gps_poses)}: {error}") from error
+        return poses
+
+    def _drive(self) -> None:
+        self._tell_waypoint()
         if self._navigator.ready:
-            request = NavigateToPose.Goal(pose=goal.poses[self._index])
+            request = NavigateToPose.Goal(pose=self._poses[self._index])
             self._navigator.send(request, self._on_outcome)
         else:
             self._miss(_UNKNOWN, "the action server navigate_to_pose is not there")
+
+    def _tell_waypoint(self) -> None:
+        feedback = _ACTIONS[self._kind].Feedback(current_waypoint=self._index)
+        self._server.feedback(feedback)
 
     def _on_outcome(self, outcome: GoalOutcome) -> None:
         if self._server.goal is None:
@@ -102,10 +145,9 @@ class WaypointFollowerNode(GoalNode):
 
     def _miss(self, code: int, reason: str) -> None:
         """Note a waypoint that was not reached; go on with the next or end."""
-        goal = self._server.goal
-        pose = goal.poses[self._index]
+        pose = self._poses[self._index]
         self._missed.append(MissedWaypoint(index=self._index, goal=pose, error_code=code))
-        message = f"waypoint {self._index} of {len(goal.poses)} was not reached: {reason}"
+        message = f"waypoint {self._index} of {len(self._poses)} was not reached: {reason}"
         if self.config.stop_on_failure:
             self._fail(message)
             return
@@ -114,40 +156,39 @@ class WaypointFollowerNode(GoalNode):
 
     def _tick(self) -> None:
         self._check_cancelled()
-        goal = self._server.goal
-        if goal is None:
+        if self._server.goal is None:
             return
         if self._go_on_at is None:
-            self._server.feedback(FollowWaypoints.Feedback(current_waypoint=self._index))
+            self._tell_waypoint()
             self._notice_a_lost_navigator()
         elif self.now >= self._go_on_at:
             self._go_on_at = None
-            self._go_on(goal)
+            self._go_on()
 
     def _notice_a_lost_navigator(self) -> None:
         if not self._navigator.ready:
             self._miss(_UNKNOWN, "the action server navigate_to_pose has gone")
 
-    def _go_on(self, goal: Any) -> None:
+    def _go_on(self) -> None:
         """Drive to the next waypoint, begin another round, or be done."""
         self._index += 1
-        if self._index == len(goal.poses):
+        if self._index == len(self._poses):
             if not self._loops_left:
-                self._server.succeed(FollowWaypoints.Result(missed_waypoints=self._missed))
+                self._server.succeed(self._result())
                 return
             self._loops_left -= 1
             self._index = 0
-        self._drive(goal)
+        self._drive()
 
     def _check_cancelled(self) -> None:
         """Stop driving at once where the list that runs was cancelled."""
         if self._server.cancel_requested:
             self._navigator.cancel()
-            self._server.cancel(FollowWaypoints.Result(missed_waypoints=self._missed))
+            self._server.cancel(self._result())
+
+    def _result(self, **fields: Any) -> Any:
+        return _ACTIONS[self._kind].Result(missed_waypoints=self._missed, **fields)
 
     def _fail(self, message: str) -> None:
-        self.get_logger().error(f"follow_waypoints failed: {message}")
-        result = FollowWaypoints.Result(
-            missed_waypoints=self._missed, error_code=_UNKNOWN, error_msg=message
-        )
-        self._server.abort(result)
+        self.get_logger().error(f"{self._kind} failed: {message}")
+        self._server.abort(self._result(error_code=_UNKNOWN, error_msg=message))

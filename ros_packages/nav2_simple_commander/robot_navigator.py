@@ -3,6 +3,7 @@
 # ruff: noqa: D102 - the names are the original's; each method is the action it names
 from __future__ import annotations
 
+import time
 from typing import Any
 
 from builtin_interfaces.msg import Duration
@@ -24,18 +25,17 @@ from nav2_msgs.action import (
     Spin,
     UndockRobot,
 )
-from nav2_msgs.srv import ClearEntireCostmap, GetCostmap, LoadMap, ManageLifecycleNodes
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from nav2_simple_commander.task import Task, TaskResult
+from nav2_simple_commander.services import RobotServices
+from nav2_simple_commander.task import TaskResult
 
 __all__ = ["BasicNavigator", "TaskResult"]
 
-_MANAGERS = ("lifecycle_manager_localization", "lifecycle_manager_navigation")
+_POSE_PERIOD = 1.0  # the initial pose is told again until it was taken [s]
 
 
-class BasicNavigator(Node):
+class BasicNavigator(RobotServices):
     """Sends one task at a time; ask `isTaskComplete()` until it is, then `getResult()`.
 
     Args:
@@ -44,11 +44,10 @@ class BasicNavigator(Node):
     """
 
     def __init__(self, node_name: str = "basic_navigator", namespace: str = "") -> None:
-        super().__init__(node_name=node_name, namespace=namespace)
+        super().__init__(node_name, namespace)
         self.initial_pose = PoseStamped()
         self.initial_pose.header.frame_id = "map"
         self.initial_pose_received = False
-        self._task = Task(self)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.create_subscription(
             PoseWithCovarianceStamped, "amcl_pose", self._on_amcl_pose, latched
@@ -57,13 +56,6 @@ class BasicNavigator(Node):
 
     def _on_amcl_pose(self, message: Any) -> None:
         self.initial_pose_received = True
-
-    def destroyNode(self) -> None:
-        self.destroy_node()
-
-    def destroy_node(self) -> None:
-        self._task.destroy()
-        super().destroy_node()
 
     def setInitialPose(self, initial_pose: PoseStamped) -> None:
         self.initial_pose_received = False
@@ -158,6 +150,9 @@ class BasicNavigator(Node):
     def getResult(self) -> TaskResult:
         return self._task.result()
 
+    def getTaskError(self) -> tuple[int, str]:
+        return self._task.error()
+
     @property
     def status(self) -> int | None:
         """The action status of the last task, None while it runs."""
@@ -178,9 +173,16 @@ class BasicNavigator(Node):
         )
 
     def _waitForInitialPose(self) -> None:
-        if not self.initial_pose_received:
-            self._setInitialPose()
-        self._task.wait(lambda: self.initial_pose_received, "a pose on 'amcl_pose'")
+        told = float("-inf")
+
+        def received() -> bool:
+            nonlocal told
+            if not self.initial_pose_received and time.monotonic() - told >= _POSE_PERIOD:
+                told = time.monotonic()
+                self._setInitialPose()  # whoever is to hear it may have come just now
+            return self.initial_pose_received
+
+        self._task.wait(received, "a pose on 'amcl_pose'")
 
     def getPath(
         self, start: PoseStamped, goal: PoseStamped, planner_id: str = "", use_start: bool = False
@@ -219,60 +221,6 @@ class BasicNavigator(Node):
         )
         result = self._task.finish(SmoothPath, "smooth_path", goal)
         return None if result is None else result.path
-
-    def changeMap(self, map_filepath: str) -> bool:
-        answer = self._call(LoadMap, "map_server/load_map", map_url=map_filepath)
-        if answer.result != LoadMap.Response.RESULT_SUCCESS:
-            self.error(f"Change map request failed with {answer.result}!")
-            return False
-        self.info("Change map request was successful!")
-        return True
-
-    def clearAllCostmaps(self) -> None:
-        self.clearLocalCostmap()
-        self.clearGlobalCostmap()
-
-    def clearLocalCostmap(self) -> None:
-        self._call(ClearEntireCostmap, "local_costmap/clear_entirely_local_costmap")
-
-    def clearGlobalCostmap(self) -> None:
-        self._call(ClearEntireCostmap, "global_costmap/clear_entirely_global_costmap")
-
-    def getGlobalCostmap(self) -> Any:
-        return self._call(GetCostmap, "global_costmap/get_costmap").map
-
-    def getLocalCostmap(self) -> Any:
-        return self._call(GetCostmap, "local_costmap/get_costmap").map
-
-    def lifecycleStartup(self) -> None:
-        self._manage(ManageLifecycleNodes.Request.STARTUP)
-
-    def lifecycleShutdown(self) -> None:
-        self._manage(ManageLifecycleNodes.Request.SHUTDOWN)
-
-    def _manage(self, command: int) -> None:
-        for manager in _MANAGERS:
-            self._call(ManageLifecycleNodes, f"{manager}/manage_nodes", command=command)
-
-    def _call(self, service: Any, name: str, **fields: Any) -> Any:
-        client = self.create_client(service, name)
-        try:
-            self._task.wait(client.service_is_ready, f"the service '{name}'")
-            return self._task.answer(client.call_async(service.Request(**fields)), f"'{name}'")
-        finally:
-            self.destroy_client(client)
-
-    def info(self, msg: str) -> None:
-        self.get_logger().info(msg)
-
-    def warn(self, msg: str) -> None:
-        self.get_logger().warn(msg)
-
-    def error(self, msg: str) -> None:
-        self.get_logger().error(msg)
-
-    def debug(self, msg: str) -> None:
-        self.get_logger().debug(msg)
 
 
 def _duration(seconds: float) -> Duration:

@@ -97,6 +97,13 @@ class Task:
         """Return how the goal ended."""
         return TaskResult.UNKNOWN if self.status is None else _RESULTS[self.status]
 
+    def error(self) -> tuple[int, str]:
+        """Return the error code and message with which the goal ended; 0 and "" where none."""
+        if self.status is None or self._result is None:
+            return 0, ""
+        result = self._result.result().result
+        return int(result.error_code), str(result.error_msg)
+
     def answer(self, future: Any, name: str) -> Any:
         """Wait for an answer and return it.
 

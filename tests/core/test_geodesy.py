@@ -1,0 +1,71 @@
+"""WGS84: known places, distances along meridians and parallels, there and back."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from arjuna_core.geodesy import FLATTENING, SEMI_MAJOR, GeoPoint, MapOnEarth, TangentPlane
+from arjuna_core.se2 import SE2
+
+PLACES = [
+    GeoPoint(0.0, 0.0),
+    GeoPoint(48.1351, 11.5820, 519.0),
+    GeoPoint(-33.8688, 151.2093, -20.0),
+    GeoPoint(89.99, -179.9, 3000.0),
+    GeoPoint(-90.0, 0.0),
+]
+
+
+def test_the_axes_of_the_ellipsoid() -> None:
+    assert GeoPoint(0.0, 0.0).ecef() == pytest.approx([SEMI_MAJOR, 0.0, 0.0])
+    assert GeoPoint(0.0, 90.0).ecef() == pytest.approx([0.0, SEMI_MAJOR, 0.0], abs=1e-6)
+    polar = SEMI_MAJOR * (1.0 - FLATTENING)
+    assert GeoPoint(90.0, 0.0).ecef() == pytest.approx([0.0, 0.0, polar], abs=1e-6)
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_there_and_back(place: GeoPoint) -> None:
+    again = GeoPoint.from_ecef(place.ecef())
+    assert again.ecef() == pytest.approx(place.ecef(), abs=1e-6)
+    assert again.altitude == pytest.approx(place.altitude, abs=1e-6)
+
+
+@pytest.mark.parametrize("latitude", [0.0, 30.0, 60.0, -75.0])
+def test_a_small_step_is_as_long_as_the_radii_of_curvature_say(latitude: float) -> None:
+    e2 = FLATTENING * (2.0 - FLATTENING)
+    w = math.sqrt(1.0 - e2 * math.sin(math.radians(latitude)) ** 2)
+    north = math.radians(1e-4) * SEMI_MAJOR * (1.0 - e2) / w**3
+    east = math.radians(1e-4) * SEMI_MAJOR / w * math.cos(math.radians(latitude))
+    plane = TangentPlane(GeoPoint(latitude, 20.0))
+    assert plane.enu(GeoPoint(latitude + 1e-4, 20.0))[:2] == pytest.approx([0.0, north], abs=1e-4)
+    assert plane.enu(GeoPoint(latitude, 20.0 + 1e-4))[:2] == pytest.approx([east, 0.0], abs=1e-4)
+
+
+@pytest.mark.parametrize("place", PLACES[:4])
+def test_the_plane_is_rigid(place: GeoPoint) -> None:
+    plane = TangentPlane(place)
+    offsets = np.array([[0.0, 0.0, 0.0], [900.0, -400.0, 30.0], [-5.0, 2000.0, -8.0]])
+    for offset in offsets:
+        assert plane.enu(plane.geodetic(offset)) == pytest.approx(offset, abs=1e-6)
+
+
+def test_a_map_is_placed_and_turned() -> None:
+    here = GeoPoint(48.0, 11.0)
+    field = MapOnEarth(here, 5.0, -2.0, math.pi / 2.0)  # its x axis points north
+    assert field.to_map(here).array()[:2] == pytest.approx([5.0, -2.0])
+    north = TangentPlane(here).geodetic(np.array([0.0, 10.0, 0.0]))
+    pose = field.to_map(north, math.pi / 2.0)
+    assert pose.array() == pytest.approx([15.0, -2.0, 0.0], abs=1e-4)
+    assert field.to_map(field.to_earth(SE2(30.0, 40.0))).array()[:2] == pytest.approx([30.0, 40.0])
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [((91.0, 0.0), "latitude 91"), ((0.0, -181.0), "longitude -181"), ((math.nan, 0.0), "nan")],
+)
+def test_what_is_no_place_is_refused(values: tuple[float, float], says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        GeoPoint(*values)

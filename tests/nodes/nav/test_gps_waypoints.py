@@ -1,0 +1,148 @@
+"""follow_gps_waypoints: places on the earth become poses, by a datum or the first fix."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geographic_msgs.msg import GeoPoint as GeoPointMsg
+from geographic_msgs.msg import GeoPose
+from geometry_msgs.msg import Quaternion
+from nav2_msgs.action import FollowGPSWaypoints, FollowWaypoints
+from sensor_msgs.msg import NavSatFix
+
+from arjuna_core.errors import ConfigError
+from arjuna_core.geodesy import GeoPoint, MapOnEarth
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import pose_stamped, quaternion
+from arjuna_core.se2 import IDENTITY, SE2
+from bringup.stack import NAVIGATION_GROUP
+from tests.helpers.nav.navigation import SUCCEEDED, Goal, PlayedRobot, assert_failed
+
+pytestmark = pytest.mark.ros
+UNKNOWN = FollowGPSWaypoints.Result.UNKNOWN
+HERE = GeoPoint(48.1351, 11.5820)
+HEADING = 0.5
+STOPS = SE2(0.6, 0.0, 0.0), SE2(0.9, 0.5, 1.0)
+DATUM = {"gps.datum": [HERE.latitude_deg, HERE.longitude_deg, HEADING]}
+
+
+@pytest.fixture
+def made() -> Iterator[Callable[..., PlayedRobot]]:
+    robots: list[PlayedRobot] = []
+
+    def make(start: SE2 = IDENTITY, **parameters: Any) -> PlayedRobot:
+        robot = PlayedRobot({"waypoint_follower": parameters}, start)
+        robots.append(robot)
+        robot.bring_up(*NAVIGATION_GROUP.nodes)
+        robot.send_map()
+        robot.run(1.0)
+        return robot
+
+    yield make
+    for robot in robots:
+        robot.close()
+
+
+def fix(robot: PlayedRobot, place: GeoPoint, status: int = 0, frame: str = "base_link") -> None:
+    message = NavSatFix(latitude=place.latitude_deg, longitude=place.longitude_deg)
+    message.status.status = status
+    message.header.frame_id = frame
+    robot.bench.publish(NavSatFix, "gps/fix", message, qos.SENSOR_PUBLISHER)
+
+
+def geo_pose(place: GeoPoint, yaw: float) -> GeoPose:
+    position = GeoPointMsg(latitude=place.latitude_deg, longitude=place.longitude_deg)
+    return GeoPose(position=position, orientation=quaternion(yaw))
+
+
+def follow(robot: PlayedRobot, *poses: GeoPose, **fields: int) -> Goal:
+    request = FollowGPSWaypoints.Goal(gps_poses=list(poses), **fields)
+    return robot.send(FollowGPSWaypoints, "follow_gps_waypoints", request)
+
+
+def on_earth(field: MapOnEarth, heading: float, *stops: SE2) -> list[GeoPose]:
+    return [geo_pose(field.to_earth(stop), stop.theta + heading) for stop in stops]
+
+
+def test_places_are_driven_to_by_a_datum(made: Callable[..., PlayedRobot]) -> None:
+    robot = made(**DATUM)
+    goal = follow(robot, *on_earth(MapOnEarth(HERE, heading=HEADING), HEADING, *STOPS))
+    robot.run_until_done(goal, 40.0)
+    assert (goal.status, goal.result.error_code, goal.result.error_msg) == (SUCCEEDED, 0, "")
+    assert {each.current_waypoint for each in goal.feedback} == {0, 1}
+    assert robot.pose.distance(STOPS[-1]) < 0.16
+    assert abs(robot.pose.theta - STOPS[-1].theta) < 0.16
+
+
+def test_the_first_fix_says_where_the_map_lies(made: Callable[..., PlayedRobot]) -> None:
+    robot = made(start=SE2(0.3, 0.2, 1.0))
+    fix(robot, GeoPoint(0.0, 0.0), status=-1)  # the receiver has no fix yet
+    fix(robot, HERE)
+    fix(robot, GeoPoint(-10.0, 3.0))  # later ones change nothing
+    goal = follow(robot, *on_earth(MapOnEarth(HERE, 0.3, 0.2), 0.0, STOPS[0]))
+    robot.run_until_done(goal, 40.0)
+    assert goal.status == SUCCEEDED
+    assert robot.pose.distance(STOPS[0]) < 0.16
+
+
+def test_without_fix_or_datum_it_says_what_is_missing(made: Callable[..., PlayedRobot]) -> None:
+    robot = made()
+    fix(robot, HERE, frame="nowhere")  # of a receiver whose place is not known
+    goal = follow(robot, geo_pose(HERE, 0.0))
+    assert_failed(goal, UNKNOWN)
+    assert "no fix has come on 'gps/fix'" in goal.result.error_msg
+
+
+@pytest.mark.parametrize(
+    ("pose", "says"),
+    [
+        (geo_pose(HERE, 0.0), ""),
+        (GeoPose(position=GeoPointMsg(latitude=100.0)), "latitude 100 is no place"),
+        (GeoPose(position=GeoPointMsg(longitude=math.nan)), "longitude nan"),
+        (GeoPose(orientation=Quaternion(w=0.0)), "is no rotation"),
+    ],
+)
+def test_what_is_no_place_ends_it(
+    made: Callable[..., PlayedRobot], pose: GeoPose, says: str
+) -> None:
+    robot = made(**DATUM)
+    goal = follow(robot, geo_pose(HERE, 0.0), pose)
+    if not says:
+        assert not goal.done
+        return
+    assert_failed(goal, UNKNOWN)
+    assert "waypoint 1 of 2" in goal.result.error_msg
+    assert says in goal.result.error_msg
+
+
+def test_the_newer_list_of_either_kind_counts(made: Callable[..., PlayedRobot]) -> None:
+    robot = made(**DATUM)
+    field = MapOnEarth(HERE, heading=HEADING)
+    first = follow(robot, *on_earth(field, HEADING, SE2(3.0, 1.0)))
+    robot.run(1.0)
+    poses = [pose_stamped(SE2(0.5, 0.5), "map", 0.0)]
+    second = robot.send(FollowWaypoints, "follow_waypoints", FollowWaypoints.Goal(poses=poses))
+    assert_failed(first, UNKNOWN)
+    assert "replaced by follow_waypoints" in first.result.error_msg
+    robot.run(1.0)
+    third = follow(robot, *on_earth(field, HEADING, SE2(0.4, 0.0)))
+    assert_failed(second, UNKNOWN)
+    robot.run_until_done(third, 30.0)
+    assert third.status == SUCCEEDED
+    assert follow(robot).result.error_msg.startswith("there is no waypoint 0")
+
+
+@pytest.mark.parametrize(
+    ("datum", "says"), [([1.0, 2.0], "has 2 numbers"), ([95.0, 0.0, 0.0], "95")]
+)
+def test_a_datum_that_is_none_is_refused(
+    made: Callable[..., PlayedRobot], datum: list[float], says: str
+) -> None:
+    with pytest.raises(ConfigError, match=says):
+        made(**{"gps.datum": datum})

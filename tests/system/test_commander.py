@@ -1,0 +1,188 @@
+"""Every method of nav2_simple_commander's BasicNavigator, served by the whole robot."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geographic_msgs.msg import GeoPoint as GeoPointMsg
+from geographic_msgs.msg import GeoPose
+from geometry_msgs.msg import PoseStamped, Twist
+from nav2_msgs.action import FollowPath, NavigateToPose
+from nav2_simple_commander.robot_navigator import BasicNavigator, TaskResult
+from rclpy.node import Node
+
+from arjuna_core.files.shipped import shipped_file
+from arjuna_core.geodesy import GeoPoint, MapOnEarth
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import pose_stamped, se2_from_pose
+from arjuna_core.se2 import SE2
+from bringup.processes.lifecycle import LifecycleManager
+from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
+from tests.helpers.nav.commander import commander
+
+if TYPE_CHECKING:
+    from bringup.lockstep import LockStep
+
+pytestmark = [pytest.mark.ros, pytest.mark.system]
+MAP = str(shipped_file("maps/arjuna_room.yaml"))
+HERE = GeoPoint(48.1351, 11.5820)
+REACHED = 0.25
+PARAMETERS: dict[str, dict[str, Any]] = {
+    "map_server": {"yaml_filename": MAP},
+    "waypoint_follower": {"gps.datum": [HERE.latitude_deg, HERE.longitude_deg, 0.0]},
+}
+SPOKEN = {"info", "warn", "error", "debug"}  # say something, ask nothing
+SPOKEN |= {"dockRobotByPose", "dockRobotByID", "undockRobot"}
+
+
+Stack = Callable[..., "LockStep"]
+
+
+class Bench:
+    """A robot that knows the room, and a script's navigator."""
+
+    def __init__(self, stack: Stack, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.robot = stack(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=PARAMETERS)
+        self.robot.run(0.5)
+        self.navigator = commander(self.robot, monkeypatch)
+        self.navigator.setInitialPose(at(0.0, 0.0))
+        self.navigator.waitUntilNav2Active()
+
+    @property
+    def pose(self) -> SE2:
+        pose: SE2 = self.robot.sim.last.truth.pose
+        return pose
+
+    def result(self, during: Callable[[], None] = lambda: None) -> TaskResult:
+        """Wait for the task's end as scripts do."""
+        deadline = self.robot.now + 60.0
+        while not self.navigator.isTaskComplete():
+            during()
+            assert self.robot.now < deadline, "the task has no end"
+        return self.navigator.getResult()
+
+
+@pytest.fixture
+def bench(stack: Stack, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    bench = Bench(stack, monkeypatch)
+    yield bench
+    bench.navigator.destroyNode()
+
+
+def at(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
+    return pose_stamped(SE2(x, y, yaw), "map", 0.0)
+
+
+def test_goals_are_reached_and_cancelled(bench: Bench) -> None:
+    navigator = bench.navigator
+    assert navigator.goToPose(at(0.6, 0.2))
+    distances: list[float] = []
+    end = bench.result(lambda: distances.append(navigator.getFeedback().distance_remaining))
+    assert end is TaskResult.SUCCEEDED
+    assert isinstance(navigator.getFeedback(), NavigateToPose.Feedback)
+    assert distances[-1] < 0.3 < distances[2]
+    assert bench.pose.distance(SE2(0.6, 0.2)) < REACHED
+    assert navigator.goThroughPoses([at(0.3, 0.5), at(0.0, 0.0)])
+    assert bench.result() is TaskResult.SUCCEEDED
+    assert navigator.goToPose(at(1.5, 1.0))
+    bench.robot.run(1.0)
+    assert navigator.getResult() is TaskResult.UNKNOWN
+    navigator.cancelTask()
+    assert bench.result() is TaskResult.CANCELED
+    assert navigator.goToPose(at(40.0, 0.0))
+    assert bench.result() is TaskResult.FAILED
+    code, message = navigator.getTaskError()
+    assert (code, "outside the costmap" in message) == (204, True)
+
+
+def test_waypoints_on_the_map_and_on_the_earth(bench: Bench) -> None:
+    navigator = bench.navigator
+    assert navigator.followWaypoints([at(0.5, 0.0), at(0.6, 0.4)])
+    assert bench.result() is TaskResult.SUCCEEDED
+    assert navigator.getFeedback().current_waypoint == 1
+    place = MapOnEarth(HERE).to_earth(SE2(0.2, 0.1))
+    position = GeoPointMsg(latitude=place.latitude_deg, longitude=place.longitude_deg)
+    assert navigator.followGpsWaypoints([GeoPose(position=position)])
+    assert bench.result() is TaskResult.SUCCEEDED
+    assert bench.pose.distance(SE2(0.2, 0.1)) < REACHED
+
+
+def test_behaviors_move_the_robot(bench: Bench) -> None:
+    navigator, start = bench.navigator, bench.pose
+    assert navigator.spin(spin_dist=0.8, time_allowance=10)
+    assert bench.result() is TaskResult.SUCCEEDED
+    assert bench.pose.theta - start.theta == pytest.approx(0.8, abs=0.15)
+    before = bench.pose
+    assert navigator.backup(backup_dist=0.15, backup_speed=0.1)
+    assert bench.result() is TaskResult.SUCCEEDED
+    assert (before.inverse() @ bench.pose).x == pytest.approx(-0.15, abs=0.06)
+    assert navigator.driveOnHeading(dist=0.2, speed=0.1)
+    assert bench.result() is TaskResult.SUCCEEDED
+    before = bench.pose
+    teleop = bench.robot.client.create_publisher(Twist, "cmd_vel_teleop", qos.LATEST)
+    assert navigator.assistedTeleop(time_allowance=2)
+    forward = Twist()
+    forward.linear.x = 0.1
+    bench.result(lambda: teleop.publish(forward))
+    assert (before.inverse() @ bench.pose).x > 0.08
+
+
+def test_paths_are_planned_smoothed_and_followed(bench: Bench) -> None:
+    navigator = bench.navigator
+    path = navigator.getPath(at(0.0, 0.0), at(1.0, 0.5), use_start=True)
+    assert se2_from_pose(path.poses[-1].pose).distance(SE2(1.0, 0.5)) < 0.1
+    assert navigator.getPath(at(0.0, 0.0), at(40.0, 0.0)) is None
+    via = navigator.getPathThroughPoses(at(0.0, 0.0), [at(0.6, 0.0), at(0.6, 0.5)])
+    assert len(via.poses) > 10
+    smooth = navigator.smoothPath(path)
+    assert len(smooth.poses) == len(path.poses)
+    assert navigator.followPath(smooth)
+    assert bench.result() is TaskResult.SUCCEEDED
+    assert isinstance(navigator.getFeedback(), FollowPath.Feedback)
+    assert bench.pose.distance(SE2(1.0, 0.5)) < REACHED
+
+
+def test_maps_and_costmaps(bench: Bench) -> None:
+    navigator = bench.navigator
+    for costmap in (navigator.getGlobalCostmap(), navigator.getLocalCostmap()):
+        assert len(costmap.data) == costmap.metadata.size_x * costmap.metadata.size_y > 0
+    navigator.clearAllCostmaps()
+    navigator.clearLocalCostmap()
+    navigator.clearGlobalCostmap()
+    navigator.clearCostmapExceptRegion(1.0)
+    navigator.clearCostmapAroundRobot(1.0)
+    navigator.clearLocalCostmapAroundPose(at(0.2, 0.0), 0.5)
+    navigator.clearGlobalCostmapAroundPose(at(0.2, 0.0), 0.5)
+    assert navigator.changeMap(MAP)
+    assert not navigator.changeMap("/nowhere/map.yaml")
+
+
+def test_the_lifecycle_is_commanded(bench: Bench) -> None:
+    robot = bench.robot
+    robot.stop(NAVIGATION_GROUP)
+    nodes = [spec.name for spec in NAVIGATION_GROUP.nodes]
+    LifecycleManager(robot.process, NAVIGATION_GROUP.manager, nodes, autostart=False)
+    bench.navigator.lifecycleStartup()
+    assert {robot.nodes[name].state_label for name in nodes} == {"active"}
+    assert bench.navigator.goToPose(at(0.3, 0.0))
+    assert bench.result() is TaskResult.SUCCEEDED
+    bench.navigator.lifecycleShutdown()
+    assert {robot.nodes[name].state_label for name in nodes} == {"finalized"}
+
+
+def test_no_method_is_left_out() -> None:
+    """Nothing of what a script may call is untested: each name is called above."""
+    methods = {
+        name
+        for name, _ in inspect.getmembers(BasicNavigator, inspect.isfunction)
+        if not name.startswith("_") and not hasattr(Node, name)
+    }
+    text = Path(__file__).read_text(encoding="utf-8")
+    assert {name for name in methods - SPOKEN if f"navigator.{name}(" not in text} == set()
