@@ -97,6 +97,8 @@ NAVIGATION_GROUP = Group(
     "lifecycle_manager_navigation",
 )
 EXPLORER_GROUP = Group("explorer", (EXPLORER,), "lifecycle_manager_explorer")
+DESCRIPTION_GROUP = Group("description", (ROBOT_STATE_PUBLISHER,), "lifecycle_manager_description")
+ODOMETRY_GROUP = Group("odometry", (EKF,), "lifecycle_manager_odometry")
 
 STACKS: dict[str, tuple[Group, ...]] = {
     "sim": (SIM_GROUP,),
@@ -104,4 +106,8 @@ STACKS: dict[str, tuple[Group, ...]] = {
     "nav": (LOCALIZATION_GROUP, NAVIGATION_GROUP),
     "nav --slam": (SLAM_GROUP, NAVIGATION_GROUP),
     "explore": (EXPLORER_GROUP,),
+}
+REAL_STACKS: dict[str, tuple[Group, ...]] = {
+    "robot": (DESCRIPTION_GROUP, ODOMETRY_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP),
+    "robot --slam": (DESCRIPTION_GROUP, ODOMETRY_GROUP, SLAM_GROUP, NAVIGATION_GROUP),
 }

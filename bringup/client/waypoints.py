@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.yaml_file import read_yaml
+from arjuna_core.se2 import yaw_of
 
 if TYPE_CHECKING:
     from bringup.client.robot import Robot
@@ -53,9 +54,21 @@ class Progress:
     def __init__(self, write: Callable[[str], None]) -> None:
         self._write = write
         self._said = math.inf
+        self._latest: Any = None
+
+    @property
+    def arrival(self) -> str:
+        """Where the robot was at last; nothing where nothing has been heard of it."""
+        if self._latest is None:
+            return ""
+        pose = self._latest.current_pose.pose
+        position, q = pose.position, pose.orientation
+        yaw = yaw_of(q.x, q.y, q.z, q.w)
+        return f" - arrived at ({position.x:.2f}, {position.y:.2f}), yaw {yaw:.2f}"
 
     def __call__(self, feedback: Any) -> None:
         """Take a feedback message."""
+        self._latest = feedback
         left = feedback.distance_remaining
         if left > 0.0 and abs(self._said - left) >= _STEP:
             self._said = left

@@ -11,6 +11,7 @@ COMMANDS = {
         "sim": "the simulated robot in its world, in real time",
         "slam": "mapping and localization of a running robot, or of a log",
         "nav": "localization and navigation of a running robot on a map, or AMCL of a log",
+        "robot": "the same of a real robot, whose drivers run beside it",
         "demo": "explore, map, drive waypoints, be carried off and drive home, as fast as it goes",
     },
     "Drive": {

@@ -18,10 +18,20 @@ from bringup.parameters.files import (
     merged,
     shipped_parameters,
 )
-from bringup.stack import STACKS, Group, NodeSpec
+from bringup.parameters.real_robot import NO_SIM_TIME, real_robot
+from bringup.stack import (
+    DESCRIPTION_GROUP,
+    ODOMETRY_GROUP,
+    REAL_STACKS,
+    STACKS,
+    Group,
+    NodeSpec,
+)
 
 DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group in groups))
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
+ALL_GROUPS = (*DEMO_GROUPS, DESCRIPTION_GROUP, ODOMETRY_GROUP)
+"""Those and the ones that a real robot has in place of the simulator's."""
 
 
 _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
@@ -33,7 +43,13 @@ def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
     command = arguments.command
     if vars(arguments).get("slam"):
         command += " --slam"
-    return DEMO_GROUPS if command == "demo" else STACKS[command]
+    if command == "demo":
+        return DEMO_GROUPS
+    if command in STACKS:
+        return STACKS[command]
+    without = {DESCRIPTION_GROUP} if arguments.robot is None else set()
+    without |= {ODOMETRY_GROUP} if arguments.imu is None else set()
+    return tuple(group for group in REAL_STACKS[command] if group not in without)
 
 
 def gather(arguments: argparse.Namespace) -> Parameters:
@@ -55,6 +71,9 @@ def gather(arguments: argparse.Namespace) -> Parameters:
         except ConfigError as error:
             raise InputFileError(path, str(error)) from error
     options = _of_options(arguments, groups)
+    if arguments.command == "robot":
+        parameters = merged(parameters, NO_SIM_TIME)
+        options = merged(options, real_robot(arguments, groups))
     parameters = merged(parameters, options)
     if {key for values in options.values() for key in values} - _PATHS:
         check_parameters(parameters, groups, _known())

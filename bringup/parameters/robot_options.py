@@ -13,22 +13,12 @@ _ARGUMENT = re.compile(r"[A-Za-z_]\w*:=")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that every command with a simulator has."""
-    parser.add_argument(
-        "--robot", type=Path, metavar="FILE", help="URDF or xacro (urdf/arjuna.urdf)"
-    )
+    add_robot(parser, "urdf/arjuna.urdf")
     parser.add_argument(
         "--world",
         type=Path,
         metavar="FILE",
         help="an SDF world, or a map's YAML whose walls are built (worlds/arjuna_room.world)",
-    )
-    parser.add_argument(
-        "--package-path",
-        type=_folder,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="folder of ROS packages for package:// and $(find ...); may be given again",
     )
     parser.add_argument(
         "--model-path",
@@ -37,6 +27,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="DIR",
         help="folder of Gazebo models for model://; may be given again",
+    )
+
+
+def add_robot(parser: argparse.ArgumentParser, otherwise: str) -> None:
+    """Add the options that say which robot it is, and what is taken where none is named."""
+    parser.add_argument(
+        "--robot", type=Path, metavar="FILE", help=f"its URDF or xacro ({otherwise})"
+    )
+    parser.add_argument(
+        "--package-path",
+        type=_folder,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="folder of ROS packages for package:// and $(find ...); may be given again",
     )
     parser.add_argument(
         "robot_arguments",

@@ -14,7 +14,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process
 from bringup.parameters.composition import create_node
 from bringup.parameters.files import EVERY_NODE, Parameters
-from bringup.parameters.inputs import DEMO_GROUPS
+from bringup.parameters.inputs import ALL_GROUPS
 from bringup.processes.lifecycle import LifecycleManager
 from bringup.processes.reporter import Reporter
 from bringup.processes.supervisor import QUIT_EXIT
@@ -154,7 +154,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         0 after a clean stop, 2 where an input is refused, 3 where a client asked to quit.
     """
-    groups = {group.name: group for group in DEMO_GROUPS}
+    groups = {group.name: group for group in ALL_GROUPS}
     parser = argparse.ArgumentParser(prog="python -m bringup.processes.host", description=__doc__)
     parser.add_argument("group", choices=sorted(groups))
     parser.add_argument("--namespace", default="", help="the robot's")

@@ -43,14 +43,14 @@ class Lines:
         if self.process.stdout is not None:
             self.process.stdout.close()
 
-    def wait_for(self, text: str, count: int = 1) -> list[str]:
-        """Read until this many lines hold a text; return them."""
+    def wait_for(self, text: str, count: int = 1, within: float = DEADLINE) -> list[str]:
+        """Read until this many lines hold a text; return them; it may take a time [s]."""
         assert self.process.stdout is not None
-        descriptor, deadline = self.process.stdout.fileno(), time.monotonic() + DEADLINE
+        descriptor, deadline = self.process.stdout.fileno(), time.monotonic() + within
         while len(self.matching(text)) < count:
             left = deadline - time.monotonic()
             ready = select.select([descriptor], [], [], max(left, 0.0))[0]
-            assert ready, f"no line with {text!r} within {DEADLINE} s; seen: {self.seen}"
+            assert ready, f"no line with {text!r} within {within} s; seen: {self.seen}"
             data = os.read(descriptor, 65536)
             assert data, f"ended without a line with {text!r}; seen: {self.seen}"
             *lines, self._rest = (self._rest + data).split(b"\n")

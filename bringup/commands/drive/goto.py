@@ -29,10 +29,10 @@ def run(arguments: argparse.Namespace) -> int:
     x, y, yaw = arguments.x, arguments.y, arguments.yaw
     with Robot(namespace=arguments.namespace) as robot:
         show(f"Sending goal → X: {x:.2f} Y: {y:.2f} Yaw: {yaw:.2f}")
-        end = robot.goto(x, y, yaw, arguments.timeout, Progress(show))
+        progress = Progress(show)
+        end = robot.goto(x, y, yaw, arguments.timeout, progress)
         if not end.succeeded:
             show(f"GOAL FAILED: {end.reason}")
             return 1
-        pose = robot.pose()
-        show(f"GOAL REACHED - arrived at ({pose.x:.2f}, {pose.y:.2f}), yaw {pose.theta:.2f}")
+        show(f"GOAL REACHED{progress.arrival}")
     return 0

@@ -74,3 +74,14 @@ def test_progress_is_said_each_half_metre() -> None:
     for left in (0.0, 2.0, 1.8, 1.45, 1.4, 0.9):
         say(SimpleNamespace(distance_remaining=left))
     assert lines == [f"  Distance remaining: {left:.2f}m" for left in (2.0, 1.45, 0.9)]
+
+
+def test_arrival_is_where_the_robot_was_at_last() -> None:
+    progress = Progress(lambda line: None)
+    assert progress.arrival == ""
+    pose = SimpleNamespace(
+        position=SimpleNamespace(x=1.0, y=-2.0), orientation=SimpleNamespace(x=0, y=0, z=1, w=1)
+    )
+    for at in (None, SimpleNamespace(pose=pose)):
+        progress(SimpleNamespace(distance_remaining=0.0, current_pose=at))
+    assert progress.arrival == " - arrived at (1.00, -2.00), yaw 1.57"

@@ -1,0 +1,45 @@
+"""`robot`: mapping or localization, and navigation, of a real robot whose drivers run beside it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from bringup.parameters import options, robot_options
+
+_TOPICS = {
+    "--scan-topic": "of the lidar's driver (scan)",
+    "--odom-topic": "of the odometry (odom)",
+    "--cmd-vel-topic": "that the base listens to (cmd_vel)",
+    "--imu": "of the IMU: makes the odometry of wheels and gyro, with its transform",
+    "--wheel-odom": "of the wheels' odometry, for --imu (wheel_odom)",
+}
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--map", type=Path, metavar="FILE", help="the map's YAML file")
+    where.add_argument("--slam", action="store_true", help="map while navigating")
+    robot_options.add_robot(parser, "none: a driver publishes the robot's transforms")
+    topics = parser.add_argument_group("its drivers")
+    for name, text in _TOPICS.items():
+        topics.add_argument(name, metavar="TOPIC", help=text)
+    topics.add_argument("--base-frame", metavar="FRAME", help="frame of the robot (base_footprint)")
+    topics.add_argument("--odom-frame", metavar="FRAME", help="frame of its odometry (odom)")
+    options.add_node_options(parser)
+    options.add_record(parser)
+    options.add_supervision(parser)
+    options.add_maps_folder(parser)
+    options.add_seed(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run until stopped, on the system's clock."""
+    from arjuna_core.errors import ArjunaError
+    from bringup.processes.interactive import supervise
+
+    if arguments.wheel_odom is not None and arguments.imu is None:
+        raise ArjunaError("--wheel-odom is for --imu, which is missing")
+    robot_options.extend_search(arguments)
+    return supervise(arguments)

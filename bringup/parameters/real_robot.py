@@ -1,0 +1,54 @@
+"""Topics and frames of a real robot's drivers, as parameters of each node."""
+
+from __future__ import annotations
+
+import argparse
+
+from bringup.parameters.files import EVERY_NODE, Parameters
+from bringup.stack import Group
+
+NO_SIM_TIME: Parameters = {EVERY_NODE: {"use_sim_time": False}}
+_COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
+KEYS: dict[str, dict[str, str]] = {
+    "scan_topic": {
+        **dict.fromkeys(("slam_toolbox", "amcl", "collision_monitor"), "scan_topic"),
+        **dict.fromkeys(_COSTMAPS, "obstacle_layer.scan.topic"),
+    },
+    "odom_topic": dict.fromkeys(
+        ("ekf_filter_node", "controller_server", "velocity_smoother", "bt_navigator"), "odom_topic"
+    ),
+    "cmd_vel_topic": {
+        **dict.fromkeys(("controller_server", "behavior_server"), "cmd_vel_topic"),
+        "collision_monitor": "cmd_vel_out_topic",
+    },
+    "base_frame": {
+        "slam_toolbox": "base_frame",
+        **dict.fromkeys(("amcl", "collision_monitor"), "base_frame_id"),
+        **dict.fromkeys((*_COSTMAPS, "bt_navigator"), "robot_base_frame"),
+    },
+    "odom_frame": {
+        "slam_toolbox": "odom_frame",
+        **dict.fromkeys(("amcl", "collision_monitor"), "odom_frame_id"),
+        "local_costmap/local_costmap": "global_frame",
+    },
+    "wheel_odom": {"ekf_filter_node": "odom0"},
+    "imu": {"ekf_filter_node": "imu0"},
+}
+"""The parameter of each node that an option sets."""
+
+
+def real_robot(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Parameters:
+    """Return the parameters that the options of the command `robot` stand for.
+
+    Args:
+        arguments: With a value or None for each of `KEYS`.
+        groups: The groups that run; nodes of others are left alone.
+    """
+    found: Parameters = {}
+    running = {spec.name for group in groups for spec in group.nodes}
+    for option, keys in KEYS.items():
+        value = vars(arguments)[option]
+        for node, key in keys.items() if value is not None else ():
+            if node in running:
+                found.setdefault(node, {})[key] = value
+    return found
