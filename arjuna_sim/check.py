@@ -11,6 +11,7 @@ from pathlib import Path
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.pose3 import ORIGIN
 from arjuna_sim.files.map_world import MAP_SUFFIXES
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.guess import save_guess
@@ -19,7 +20,20 @@ from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import read_bytes
 from arjuna_sim.model.notes import Note
 from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.settings import DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import (
+    AltimeterSettings,
+    BumperSettings,
+    CameraSettings,
+    CloudSettings,
+    DriveSettings,
+    GazeboSettings,
+    ImuSettings,
+    LidarSettings,
+    MagnetometerSettings,
+    NavSatSettings,
+    RangeSettings,
+    SensorSettings,
+)
 from arjuna_sim.model.shapes import Part
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.robot_body import ServoConfig
@@ -29,6 +43,17 @@ _TIMESTEP = 0.004
 _ROBOT_SUFFIXES = (".urdf", ".xacro")
 _WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
 _ROOT = re.compile(rb"<\s*(sdf|robot)\b")
+
+_KINDS: dict[type[SensorSettings], str] = {
+    LidarSettings: "lidar",
+    CloudSettings: "lidar of several rows",
+    RangeSettings: "range sensor",
+    ImuSettings: "imu",
+    NavSatSettings: "GPS",
+    MagnetometerSettings: "magnetometer",
+    AltimeterSettings: "altimeter",
+    BumperSettings: "bumper",
+}
 
 
 @dataclass(frozen=True)
@@ -173,24 +198,37 @@ def _or_none(value: float) -> str:
 
 
 def _sensor_lines(settings: GazeboSettings) -> Iterator[str]:
-    if (lidar := settings.lidar) is not None:
-        low, high = math.degrees(lidar.angle_min), math.degrees(lidar.angle_max)
-        yield f"  lidar: topic {lidar.topic}, frame {lidar.frame}, {lidar.rate:g} Hz"
+    for sensor in settings.sensors:
+        x, y, z = sensor.pose.position
+        place = "" if sensor.pose == ORIGIN else f" + ({x:.4g}, {y:.4g}, {z:.4g})"
         yield (
-            f"    {lidar.samples} samples, {low:.1f} to {high:.1f} deg, {lidar.range_min:g} to"
-            f" {lidar.range_max:g} m, noise {lidar.noise:g} m"
+            f"  {_kind(sensor)}: topic {sensor.topic}, frame {sensor.frame}, {sensor.rate:g} Hz,"
+            f" on {sensor.link}{place}"
         )
-    if (camera := settings.camera) is not None:
-        kind = "depth camera" if camera.depth else "camera"
-        yield f"  {kind}: topic {camera.topic}, frame {camera.frame}, {camera.rate:g} Hz"
-        yield (
-            f"    {camera.width} x {camera.height}, {math.degrees(camera.horizontal_fov):.1f} deg,"
-            f" {camera.near:g} to {camera.far:g} m"
-        )
-    if (imu := settings.imu) is not None:
-        yield f"  imu: topic {imu.topic}, frame {imu.frame}, {imu.rate:g} Hz"
-    if settings.lidar is None and settings.camera is None and settings.imu is None:
+        yield from _details(sensor)
+    if not settings.sensors:
         yield "  sensors: none"
+
+
+def _kind(sensor: SensorSettings) -> str:
+    if isinstance(sensor, CameraSettings):
+        return "depth camera" if sensor.depth else "camera"
+    return _KINDS[type(sensor)]
+
+
+def _details(sensor: SensorSettings) -> Iterator[str]:
+    if isinstance(sensor, LidarSettings):
+        low, high = math.degrees(sensor.angle_min), math.degrees(sensor.angle_max)
+        rows = f" x {sensor.rows}" if isinstance(sensor, CloudSettings) else ""
+        yield (
+            f"    {sensor.samples}{rows} samples, {low:.1f} to {high:.1f} deg,"
+            f" {sensor.range_min:g} to {sensor.range_max:g} m, noise {sensor.noise:g} m"
+        )
+    if isinstance(sensor, CameraSettings):
+        yield (
+            f"    {sensor.width} x {sensor.height}, {math.degrees(sensor.horizontal_fov):.1f} deg,"
+            f" {sensor.near:g} to {sensor.far:g} m"
+        )
 
 
 def _world_lines(world: World) -> Iterator[str]:

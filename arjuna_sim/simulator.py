@@ -11,12 +11,14 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.camera import Camera, CameraError, Shot
 from arjuna_sim.devices.drive import Drive, Velocity, kinematics_of, limited
+from arjuna_sim.devices.further_sensors import FurtherSensors, Reading
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry
-from arjuna_sim.devices.sensors import Sensors
+from arjuna_sim.devices.sensors import Sensors, mounted
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.settings import CameraSettings, SensorSettings
 from arjuna_sim.model.surfaces import surfaces
 from arjuna_sim.model.world import World
 from arjuna_sim.observation import Observation
@@ -61,9 +63,8 @@ class Simulator:
         self.stage.on_rebuild = lambda: self._sensors.rebind(self.stage.scene.model)
         self._kinematics = kinematics_of(self.robot.drive, config.drive)
         self._drive = Drive(limited(config.drive, self.robot.drive), self._kinematics)
-        camera = self.robot.settings.camera
-        self._camera = None if camera is None else Camera(camera)
-        self._seeds = rng.bit_generator.random_raw(3)
+        self._cameras: dict[str, Camera] = {}
+        self._seeds = rng.bit_generator.random_raw(4)
         self.reset()
 
     @property
@@ -130,15 +131,30 @@ class Simulator:
         """Return how far the left and the right wheels have turned forward, in the mean [rad]."""
         return self._motion.wheel_angles()
 
-    def picture(self, color: bool = True, depth: bool = False) -> Shot:
-        """Return what the camera sees now: colours, distances or both.
+    def picture(
+        self, color: bool = True, depth: bool = False, camera: CameraSettings | None = None
+    ) -> Shot:
+        """Return what a camera sees now: colours, distances or both.
+
+        Args:
+            color: Whether the colours are wanted.
+            depth: Whether the distances are wanted.
+            camera: One of the robot's; its first if None.
 
         Raises:
             CameraError: The robot has no camera, or this machine cannot draw.
         """
-        if self._camera is None:
+        camera = camera or self.robot.settings.camera
+        if camera is None:
             raise CameraError(f"{self.robot.urdf.path}: has no camera sensor")
-        return self._camera.shoot(self.stage.scene.model, self.stage.data, color, depth)
+        if camera.name not in self._cameras:
+            self._cameras[camera.name] = Camera(camera)
+        found = self._cameras[camera.name]
+        return found.shoot(self.stage.scene.model, self.stage.data, color, depth)
+
+    def sense(self, sensor: SensorSettings) -> Reading:
+        """Return what one of the robot's further sensors says now."""
+        return self._further.read(sensor, self.stage.scene.model, self.stage.data, self.time)
 
     def surfaces(self) -> NDArray[np.float64]:
         """Return the world's true surfaces at the lidar's height.
@@ -147,8 +163,8 @@ class Simulator:
             Line segments `(N, 4) float64` of `(x0, y0, x1, y1)` [m] in the world's frame.
         """
         lidar = self.robot.settings.lidar
-        link = self.robot.urdf.root if lidar is None else lidar.link
-        height = self.stage.scene.ride_height + self.robot.urdf.T_root(link).position[2]
+        above = 0.0 if lidar is None else mounted(self.robot, lidar).position[2]
+        height = self.stage.scene.ride_height + above
         return surfaces(self.world, height)
 
     def obstacles_at(self, pose: SE2) -> tuple[str, ...]:
@@ -162,6 +178,7 @@ class Simulator:
         self._motion.put(self._placer.place(pose))
         self._drive.reset()
         self._sensors.settle()
+        self._further.settle()
 
     def reset(self) -> None:
         """Return to the start: time 0, the world as it was read, noise rewound."""
@@ -170,6 +187,9 @@ class Simulator:
         config, seeds = self.config, self._seeds
         model = self.stage.scene.model
         self._sensors = Sensors(self.robot, model, config.lidar, config.imu, seeds[:2])
+        self._further = FurtherSensors(
+            self.robot, self.world.earth, config.lidar, config.imu, int(seeds[3])
+        )
         rng = np.random.default_rng(int(seeds[2]))
         self._odometry = Odometry(config.odometry, self._kinematics, rng)
         self.set_pose(self.spawn)
@@ -207,6 +227,6 @@ class Simulator:
             )
 
     def close(self) -> None:
-        """Free what the camera holds."""
-        if self._camera is not None:
-            self._camera.close()
+        """Free what the cameras hold."""
+        for camera in self._cameras.values():
+            camera.close()

@@ -15,7 +15,6 @@ from arjuna_core.errors import ArjunaError
 from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.model.shapes import Group
 
-NAME = "camera"
 _BACKENDS = ("egl", "osmesa")
 _GEOMS_MAX = 10_000  # that a picture shows; MuJoCo's own viewer takes as many
 # MuJoCo's cameras look along -z with y up, links along x with z up.
@@ -33,10 +32,10 @@ def add_camera(spec: Any, settings: CameraSettings) -> None:
         spec: The `mujoco.MjSpec` that holds the robot.
         settings: The camera.
     """
-    site = spec.site(settings.link)
+    site = spec.site(settings.site)
     rotation = np.zeros(4)
     mujoco.mju_mulQuat(rotation, site.quat, _FROM_LINK)
-    camera = site.parent.add_camera(name=NAME, pos=site.pos, quat=rotation)
+    camera = site.parent.add_camera(name=settings.name, pos=site.pos, quat=rotation)
     half = math.tan(settings.horizontal_fov / 2) * settings.height / settings.width
     camera.fovy = math.degrees(2 * math.atan(half))
     visual = spec.visual.global_
@@ -48,6 +47,21 @@ def add_camera(spec: Any, settings: CameraSettings) -> None:
 def focal_length(settings: CameraSettings) -> float:
     """Return the focal length [pixels], the same along both axes."""
     return settings.width / 2 / math.tan(settings.horizontal_fov / 2)
+
+
+def points(settings: CameraSettings, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return what a camera sees as points in its optical frame, `(N, 3) float32` [m].
+
+    Args:
+        settings: The camera.
+        depth: Distances along the optical axis `(height, width) float32` [m]; +inf is left out.
+    """
+    f = focal_length(settings)
+    rows, columns = np.nonzero(np.isfinite(depth))
+    z = depth[rows, columns].astype(np.float64)
+    x = (columns + 0.5 - settings.width / 2) * z / f
+    y = (rows + 0.5 - settings.height / 2) * z / f
+    return np.column_stack((x, y, z)).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -126,7 +140,7 @@ class Camera:
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._scene = mujoco.MjvScene(model, maxgeom=_GEOMS_MAX)
-        self._view.fixedcamid = model.camera(NAME).id
+        self._view.fixedcamid = model.camera(self._settings.name).id
         self._gl, self._model = gl, model
 
     def _draw(self, image: Any, buffer: Any) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
@@ -13,6 +14,7 @@ from arjuna_core.config import param
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import wrap
 from arjuna_sim.devices.noise import BiasedNoise
+from arjuna_sim.model.settings import ImuSettings
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,8 @@ class ImuReading:
     Attributes:
         angular_velocity: `(3,) float64` [rad/s].
         linear_acceleration: Specific force (gravity shows upward), `(3,) float64` [m/s^2].
-        rpy: Roll and pitch against gravity; yaw is the gyro's sum since the start, and drifts
-            [rad].
+        orientation: Of the IMU's frame (REP 145), at no place: level against gravity; its heading
+            is that of the robot since the start by the gyros' sum, and drifts.
         angular_variance: Of each turn rate [rad^2/s^2].
         linear_variance: Of each acceleration [m^2/s^4].
         tilt_variance: Of roll and pitch [rad^2].
@@ -51,11 +53,16 @@ class ImuReading:
 
     angular_velocity: NDArray[np.float64]
     linear_acceleration: NDArray[np.float64]
-    rpy: tuple[float, float, float]
+    orientation: Pose3
     angular_variance: float
     linear_variance: float
     tilt_variance: float
     stamp: float
+
+    @property
+    def rpy(self) -> tuple[float, float, float]:
+        """The orientation as fixed-axis roll, pitch and yaw [rad]."""
+        return self.orientation.rpy()
 
 
 class Imu:
@@ -65,26 +72,31 @@ class Imu:
 
     Args:
         model: The compiled `mujoco.MjModel`.
-        link: The IMU's link.
-        config: Errors.
+        settings: Where it sits, and the noise that its file names.
+        config: Errors, where the file names none.
         rng: Where the noise comes from.
     """
 
-    def __init__(self, model: Any, link: str, config: ImuConfig, rng: np.random.Generator) -> None:
-        self._model = model
-        self._link = link
-        self._site = model.site(link).id
+    def __init__(
+        self, model: Any, settings: ImuSettings, config: ImuConfig, rng: np.random.Generator
+    ) -> None:
+        self._name = settings.site
+        told = {"gyro_noise": settings.gyro_noise, "accel_noise": settings.accel_noise}
+        config = replace(config, **{key: v for key, v in told.items() if v is not None})
+        self.rebind(model)
         self._config = config
         self._rng = rng
         self._gyro = BiasedNoise(rng, 3, config.gyro_noise, config.gyro_bias_walk)
         self._accel = BiasedNoise(rng, 3, config.accel_noise, config.accel_bias_walk)
-        self._yaw = 0.0
+        self._heading = 0.0  # of the robot, as the IMU believes it
+        self._true_heading = 0.0  # of the robot when it was read
         self._last: NDArray[np.float64] | None = None
 
     def rebind(self, model: Any) -> None:
         """Go on with another model, in which the robot is the same."""
         self._model = model
-        self._site = model.site(self._link).id
+        self._site = model.site(self._name).id
+        self._root = int(model.body_rootid[model.site_bodyid[self._site]])
 
     def settle(self) -> None:
         """Forget the last velocity, since the robot was lifted to another place."""
@@ -100,11 +112,17 @@ class Imu:
         """
         rotation = data.site_xmat[self._site].reshape(3, 3)
         velocity, spin = self._motion(data)
+        heading = _heading(data.xmat[self._root])
+        if self._last is None:  # put down here: the gyros have not felt how it came
+            self._true_heading = heading
         last = velocity if self._last is None else self._last
         self._last = velocity
         force = rotation.T @ ((velocity - last) / dt - self._model.opt.gravity)
-        rates = rotation.T @ spin + self._gyro.sample(dt)
-        self._yaw = wrap(self._yaw + float(rates[2]) * dt)
+        errors = self._gyro.sample(dt)
+        drift = float(rotation[2] @ errors) * dt  # of the errors, what turns it about the vertical
+        self._heading = wrap(self._heading + wrap(heading - self._true_heading) + drift)
+        self._true_heading = heading
+        rates = rotation.T @ spin + errors
         return self._reading(rates, force + self._accel.sample(dt), rotation, now)
 
     def _motion(self, data: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -125,15 +143,24 @@ class Imu:
         quaternion = np.zeros(4)
         mujoco.mju_mat2Quat(quaternion, rotation.reshape(-1))
         w, x, y, z = (float(value) for value in quaternion)
-        roll, pitch, _ = Pose3(quaternion=(w, x, y, z)).rpy()
         errors = config.tilt_noise * self._rng.standard_normal(2)
-        rpy = (roll + float(errors[0]), pitch + float(errors[1]), self._yaw)
+        level = _about(yaw=-self._true_heading) @ Pose3(quaternion=(w, x, y, z))
+        tilted = _about(float(errors[0]), float(errors[1])) @ level
         return ImuReading(
             rates,
             force,
-            rpy,
+            _about(yaw=self._heading) @ tilted,
             config.gyro_noise**2,
             config.accel_noise**2,
             config.tilt_noise**2,
             now,
         )
+
+
+def _heading(rotation: NDArray[np.float64]) -> float:
+    """Return the heading of a body whose rotation matrix is `(9,) float64` [rad]."""
+    return math.atan2(float(rotation[3]), float(rotation[0]))
+
+
+def _about(roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> Pose3:
+    return Pose3.from_rpy((0.0, 0.0, 0.0), (roll, pitch, yaw))

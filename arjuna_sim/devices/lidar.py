@@ -17,7 +17,8 @@ from arjuna_sim.model.settings import LidarSettings
 from arjuna_sim.model.shapes import Group
 
 _SIGMAS = 6.0  # a surface so much beyond the range is read within it once in 1e9 beams
-_HIT = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
+SEEN = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
+"""By group of geoms, whether rays of sensors see it, `(6,) uint8`."""
 _STRIDE = 1e-3  # [m] beams cast from one place may lie this far apart on the sensor's path
 
 
@@ -73,7 +74,7 @@ class Lidar:
         self._config = config
         self._noise = settings.noise if config.noise < 0.0 else config.noise
         self._rng = rng
-        self._site = model.site(settings.link).id
+        self._site = model.site(settings.site).id
         span = settings.angle_max - settings.angle_min
         self._increment = span / max(1, settings.samples - 1)
         angles = settings.angle_min + self._increment * np.arange(settings.samples)
@@ -88,7 +89,7 @@ class Lidar:
     def rebind(self, model: Any) -> None:
         """Go on with another model, in which the robot is the same."""
         self._model = model
-        self._site = model.site(self._settings.link).id
+        self._site = model.site(self._settings.site).id
 
     def settle(self) -> None:
         """Forget the path, since the robot was lifted to another place."""
@@ -170,7 +171,7 @@ class Lidar:
             data,
             np.ascontiguousarray(origin).reshape(3, 1),
             np.ascontiguousarray(rays).reshape(-1, 1),
-            _HIT,
+            SEEN,
             True,
             -1,
             self._hits[: len(rays)],

@@ -7,13 +7,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.imu import Imu, ImuConfig, ImuReading
 from arjuna_sim.devices.lidar import Lidar, LidarConfig
 from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.settings import SensorSettings
 
 _TOLERANCE = 1e-9
+
+
+def mounted(robot: Robot, sensor: SensorSettings) -> Pose3:
+    """Return where a sensor sits in the robot's root, all joints at 0."""
+    return robot.urdf.T_root(sensor.link) @ sensor.pose
 
 
 class Sensors:
@@ -40,12 +47,12 @@ class Sensors:
         self._imu: Imu | None = None
         settings = robot.settings
         if settings.lidar is not None:
-            T_base_sensor = robot.urdf.T_root(settings.lidar.link).planar()
+            T_base_sensor = mounted(robot, settings.lidar).planar()
             self._lidar = Lidar(model, settings.lidar, T_base_sensor, lidar, lidar_rng)
             period = 1.0 / settings.lidar.rate
             self._lidar_due = Periodic(period, phase=period)
         if settings.imu is not None:
-            self._imu = Imu(model, settings.imu.link, imu, imu_rng)
+            self._imu = Imu(model, settings.imu, imu, imu_rng)
             self._imu_period = 1.0 / settings.imu.rate
             self._imu_due = Periodic(self._imu_period, phase=self._imu_period)
             self._imu_last: float | None = None

@@ -1,4 +1,4 @@
-"""Joints, which connect the links of a robot."""
+"""Joints, which connect the links of a robot, and hinges on which parts of a world swing."""
 
 from __future__ import annotations
 
@@ -60,3 +60,24 @@ class Joint:
             return self.T_parent_child @ Pose3((x * position, y * position, z * position))
         c, s = math.cos(position / 2), math.sin(position / 2)
         return self.T_parent_child @ Pose3(quaternion=(c, s * x, s * y, s * z))
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """One degree of freedom between an entity and the world.
+
+    Attributes:
+        slides: Whether it slides along the axis rather than turns about it.
+        axis: In the entity's frame, a unit vector.
+        anchor: A point of the axis in the entity's frame [m].
+        limits: Least and greatest position [rad or m], None where unlimited.
+        damping: Per speed [N m s/rad or N s/m].
+        friction: Dry friction [N m or N].
+    """
+
+    slides: bool
+    axis: tuple[float, float, float]
+    anchor: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    limits: tuple[float, float] | None = None
+    damping: float = 0.0
+    friction: float = 0.0

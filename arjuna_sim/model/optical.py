@@ -1,57 +1,93 @@
-"""Optical frames (REP 103): z ahead, x to the right and y down, in which pictures are told."""
+"""Frames of sensors, which the simulation adds where the robot's file has none.
+
+Pictures are told in optical frames (REP 103): z ahead, x to the right and y down.
+"""
 
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
 
-from arjuna_core.pose3 import Pose3
+from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.joints import Joint
+from arjuna_sim.model.settings import CameraSettings, SensorSettings
 from arjuna_sim.model.urdf import Urdf
 
 T_BODY_OPTICAL = Pose3.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))
 """An optical frame in a frame with x ahead and z up."""
 _SUFFIX = "_optical_frame"
-_ROTATION_TOLERANCE = 1e-3
+_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
-class OpticalFrame:
-    """A camera's optical frame.
+class SensorFrame:
+    """The frame that a sensor's messages name.
 
     Attributes:
         name: Its name.
         parent: The link that it is fixed to; None where it is a link of the robot itself.
+        T_parent: Its pose in that link.
     """
 
     name: str
-    parent: str | None
+    parent: str | None = None
+    T_parent: Pose3 = ORIGIN
 
 
-def optical_frame(urdf: Urdf, link: str, frame: str) -> OpticalFrame:
-    """Return the optical frame of a camera: one that the robot has, or else one to be added.
+def sensor_frame(urdf: Urdf, sensor: SensorSettings) -> SensorFrame:
+    """Return the frame of a sensor: one that the robot has, or else one to be added.
+
+    A sensor that its file puts off its link has a frame of its own, unless the file names a link
+    that stands just there.
 
     Args:
         urdf: The robot.
-        link: The link that the camera looks ahead from, along x.
-        frame: The frame that the robot's file names; not optical as often as not.
+        sensor: The sensor.
     """
-    if frame not in urdf.links:
-        return OpticalFrame(frame if "optical" in frame else link + _SUFFIX, link)
-    if _is_optical(urdf.T_root(link).inverse() @ urdf.T_root(frame)):
-        return OpticalFrame(frame, None)
-    for joint in urdf.joints.values():
-        if _carries_optical(joint, frame):
-            return OpticalFrame(joint.child, None)
-    return OpticalFrame(frame + _SUFFIX, frame)
+    if isinstance(sensor, CameraSettings):
+        return optical_frame(urdf, sensor)
+    named = sensor.frame in urdf.links
+    if named and (sensor.pose == ORIGIN or _is_at(urdf, sensor.frame, sensor, ORIGIN)):
+        return SensorFrame(sensor.frame)
+    name = f"{sensor.frame}_{_plain(sensor.name)}" if named else sensor.frame
+    return SensorFrame(name, sensor.link, sensor.pose)
 
 
-def _carries_optical(joint: Joint, frame: str) -> bool:
-    return joint.kind == "fixed" and joint.parent == frame and _is_optical(joint.T_parent_child)
+def optical_frame(urdf: Urdf, camera: CameraSettings) -> SensorFrame:
+    """Return the optical frame of a camera, which looks along x of its link and its own pose.
+
+    The frame that the robot's file names is as often as not no optical one.
+    """
+    frame, T_link = camera.frame, camera.pose @ T_BODY_OPTICAL
+    if frame in urdf.links:
+        if _is_at(urdf, frame, camera, T_BODY_OPTICAL, camera.pose != ORIGIN):
+            return SensorFrame(frame)
+        for joint in urdf.joints.values():
+            if joint.parent == frame and _carries_optical(joint) and camera.pose == ORIGIN:
+                return SensorFrame(joint.child)
+        if camera.pose == ORIGIN:
+            return SensorFrame(frame + _SUFFIX, frame, T_BODY_OPTICAL)
+        return SensorFrame(f"{camera.link}_{_plain(camera.name)}{_SUFFIX}", camera.link, T_link)
+    name = frame if "optical" in frame else camera.link + _SUFFIX
+    return SensorFrame(name, camera.link, T_link)
 
 
-def _is_optical(T_body_frame: Pose3) -> bool:
-    difference = T_body_frame.rotation() - T_BODY_OPTICAL.rotation()
-    return bool(np.abs(difference).max() < _ROTATION_TOLERANCE)
+def _is_at(
+    urdf: Urdf, link: str, sensor: SensorSettings, T_own: Pose3, at_place: bool = True
+) -> bool:
+    """Tell whether a link stands as a sensor does, and, if that is asked, where it does."""
+    T = (urdf.T_root(sensor.link) @ sensor.pose @ T_own).inverse() @ urdf.T_root(link)
+    turned = np.abs(T.rotation() - np.eye(3)).max() < _TOLERANCE
+    return bool(turned and (not at_place or np.abs(T.position).max() < _TOLERANCE))
+
+
+def _carries_optical(joint: Joint) -> bool:
+    difference = joint.T_parent_child.rotation() - T_BODY_OPTICAL.rotation()
+    return joint.kind == "fixed" and bool(np.abs(difference).max() < _TOLERANCE)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"\W+", "_", name)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from arjuna_core.pose3 import ORIGIN, Pose3
+
 TOPICS = {"lidar": "scan", "camera": "camera/image_raw", "depth": "camera/depth", "imu": "imu/data"}
 """Topics of sensors whose file names none."""
 
@@ -61,46 +63,123 @@ class DriveSettings:
         return 2.0 * self.radius
 
 
-@dataclass(frozen=True)
-class LidarSettings:
-    """A planar lidar: angles [rad], ranges [m], rate [Hz], standard deviation of noise [m]."""
+@dataclass(frozen=True, kw_only=True)
+class SensorSettings:
+    """What all sensors have.
+
+    Attributes:
+        link: The link that carries it.
+        frame: The frame that its messages name.
+        rate: [Hz].
+        topic: Where its messages go.
+        name: Its name in the file.
+        pose: Its pose in the link.
+    """
 
     link: str
     frame: str
+    rate: float
+    topic: str
+    name: str = ""
+    pose: Pose3 = ORIGIN
+
+    @property
+    def site(self) -> str:
+        """Name of its MuJoCo site: the link's, where it sits at the link's origin."""
+        return self.link if self.pose == ORIGIN else f"{self.link}//{self.name}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LidarSettings(SensorSettings):
+    """A planar lidar: angles [rad], ranges [m], standard deviation of noise [m]."""
+
     samples: int
     angle_min: float
     angle_max: float
     range_min: float
     range_max: float
-    rate: float
     noise: float
     topic: str = TOPICS["lidar"]
 
 
-@dataclass(frozen=True)
-class CameraSettings:
-    """A camera: size [pixels], field of view [rad], clip distances [m], rate [Hz]."""
+@dataclass(frozen=True, kw_only=True)
+class CloudSettings(LidarSettings):
+    """A lidar of several rows, and how far the lowest and the highest tilt upward [rad]."""
 
-    link: str
-    frame: str
+    rows: int
+    tilt_min: float
+    tilt_max: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class RangeSettings(CloudSettings):
+    """A sonar or infrared sensor, which tells the nearest range in its cone."""
+
+    infrared: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraSettings(SensorSettings):
+    """A camera: size [pixels], field of view [rad], clip distances [m].
+
+    Attributes:
+        depth: Whether it tells distances rather than colours first.
+        depth_topic: Where distances go; "" for `depth/image_raw` beside the colours.
+        cloud_topic: Where its points go; "" for none.
+        info_topic: Where its calibration goes; "" for `camera_info` beside the colours.
+    """
+
     width: int
     height: int
     horizontal_fov: float
     near: float
     far: float
-    rate: float
     topic: str = TOPICS["camera"]
     depth: bool = False
+    depth_topic: str = ""
+    cloud_topic: str = ""
+    info_topic: str = ""
 
 
-@dataclass(frozen=True)
-class ImuSettings:
-    """An IMU: rate [Hz]."""
+@dataclass(frozen=True, kw_only=True)
+class ImuSettings(SensorSettings):
+    """An IMU.
 
-    link: str
-    frame: str
-    rate: float
+    Attributes:
+        gyro_noise: Standard deviation of a turn rate; None where the file names none [rad/s].
+        accel_noise: Of an acceleration; None where the file names none [m/s^2].
+    """
+
     topic: str = TOPICS["imu"]
+    gyro_noise: float | None = None
+    accel_noise: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class NavSatSettings(SensorSettings):
+    """A GPS: standard deviations of its position, level and upright [m]."""
+
+    noise: float = 0.0
+    height_noise: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class MagnetometerSettings(SensorSettings):
+    """A compass: standard deviation of the field [T]."""
+
+    noise: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class AltimeterSettings(SensorSettings):
+    """An altimeter: standard deviation of the height above its start [m]."""
+
+    noise: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class BumperSettings(SensorSettings):
+    """A bumper: what the link's collision shapes touch."""
 
 
 @dataclass(frozen=True)
@@ -109,13 +188,15 @@ class GazeboSettings:
 
     Attributes:
         drive: The drive, where a plugin names one.
-        lidar: The first lidar.
+        lidar: The planar lidar that sees most; the level plane of a lidar of several rows where
+            there is no other.
         camera: The first colour camera, else the first depth camera.
         imu: The first IMU.
         friction: By link, the friction of its shapes.
         colours: By link, the colour of its material.
         stiffness: By link, `kp` and `kd` as the file has them; contacts keep the simulator's own.
         planar: Whether a planar-move plugin moves the robot, so that its wheels need a grip.
+        further: The sensors beside those three, in the file's order.
     """
 
     drive: DriveSettings | None
@@ -126,3 +207,10 @@ class GazeboSettings:
     colours: dict[str, tuple[float, ...]] = field(default_factory=dict)
     planar: bool = False
     stiffness: dict[str, dict[str, float]] = field(default_factory=dict)
+    further: tuple[SensorSettings, ...] = ()
+
+    @property
+    def sensors(self) -> tuple[SensorSettings, ...]:
+        """All sensors, the first of the usual kinds first."""
+        first = [s for s in (self.lidar, self.camera, self.imu) if s is not None]
+        return (*first, *self.further)

@@ -1,20 +1,92 @@
-"""A world: its bodies, its actors and what can be pushed."""
+"""A world: its bodies, its actors, what can be pushed, and its place on Earth."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.actors import Actor
-from arjuna_sim.model.hinges import Hinge
+from arjuna_sim.model.joints import Hinge
 from arjuna_sim.model.notes import Note
 from arjuna_sim.model.shapes import Kind, Part, Shape
 
+_EQUATOR = 6_378_137.0  # WGS 84 [m]
+_FLATTENING = 1.0 / 298.257223563
+_SQUARED = _FLATTENING * (2.0 - _FLATTENING)  # eccentricity^2
+_ROUNDS = 6  # of Bowring's method; errs by less than a nanometre near the ground
 GROUND = "ground_plane"
 """Name of the model that is the ground."""
 GROUND_COLOUR = (0.6, 0.6, 0.6, 1.0)
+
+
+@dataclass(frozen=True)
+class Geodetic:
+    """A place on WGS 84.
+
+    Attributes:
+        latitude: North of the equator [rad].
+        longitude: East of Greenwich [rad].
+        altitude: Above the ellipsoid [m].
+    """
+
+    latitude: float = 0.0
+    longitude: float = 0.0
+    altitude: float = 0.0
+
+
+@dataclass(frozen=True)
+class Earth:
+    """Where a world's origin is on Earth.
+
+    Attributes:
+        origin: The world's origin.
+        heading: From east to the world's x axis, counter-clockwise [rad].
+        magnetic_field: In the world's frame [T].
+    """
+
+    origin: Geodetic = Geodetic()
+    heading: float = 0.0
+    magnetic_field: tuple[float, float, float] = (6e-6, 2.3e-5, -4.2e-5)
+
+    def geodetic(self, point: NDArray[np.float64]) -> Geodetic:
+        """Return the place on Earth of a point of the world, `(3,) float64` [m].
+
+        Source: Bowring, Transformation from spatial to geographical coordinates, Survey Review 23
+        (1976).
+        """
+        c, s = math.cos(self.heading), math.sin(self.heading)
+        x, y, up = (float(value) for value in point)
+        east, north = c * x - s * y, s * x + c * y
+        X, Y, Z = self._ecef(east, north, up)
+        level = math.hypot(X, Y)
+        latitude = math.atan2(Z, level * (1.0 - _SQUARED))
+        for _ in range(_ROUNDS):
+            radius = _across(latitude)
+            latitude = math.atan2(Z + _SQUARED * radius * math.sin(latitude), level)
+        radius, slope = _across(latitude), math.sin(latitude)
+        # Along the normal, which is well conditioned at the poles as well.
+        altitude = level * math.cos(latitude) + Z * slope - radius * (1.0 - _SQUARED * slope**2)
+        return Geodetic(latitude, math.atan2(Y, X), altitude)
+
+    def _ecef(self, east: float, north: float, up: float) -> tuple[float, float, float]:
+        """Return a point of the tangent plane in coordinates that turn with the Earth [m]."""
+        origin = self.origin
+        sin_lat, cos_lat = math.sin(origin.latitude), math.cos(origin.latitude)
+        sin_lon, cos_lon = math.sin(origin.longitude), math.cos(origin.longitude)
+        radius = _across(origin.latitude)
+        outward = cos_lat * up - sin_lat * north + (radius + origin.altitude) * cos_lat
+        along = sin_lat * up + cos_lat * north
+        return (
+            outward * cos_lon - sin_lon * east,
+            outward * sin_lon + cos_lon * east,
+            along + (radius * (1.0 - _SQUARED) + origin.altitude) * sin_lat,
+        )
 
 
 @dataclass(frozen=True)
@@ -47,6 +119,7 @@ class World:
         masses: By name, the models that can be pushed, and what they weigh [kg].
         hinges: By name, those of them that swing on the world.
         floating: Names of those of them that gravity leaves alone.
+        earth: Where it is, for GPS and compass.
     """
 
     path: Path
@@ -57,6 +130,7 @@ class World:
     masses: Mapping[str, float] = field(default_factory=dict)
     hinges: Mapping[str, Hinge] = field(default_factory=dict)
     floating: frozenset[str] = frozenset()
+    earth: Earth = Earth()
 
 
 def ground() -> list[Body]:
@@ -68,3 +142,8 @@ def ground() -> list[Body]:
 def is_ground(model: str, part: Part) -> bool:
     """Tell whether a robot stands on a part rather than runs into it."""
     return model == GROUND or part.shape.kind in (Kind.PLANE, Kind.TERRAIN)
+
+
+def _across(latitude: float) -> float:
+    """Return the radius of curvature across the meridian [m]."""
+    return _EQUATOR / math.sqrt(1.0 - _SQUARED * math.sin(latitude) ** 2)

@@ -5,20 +5,21 @@ from __future__ import annotations
 import array
 from typing import Any
 
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
-from arjuna_sim.devices.camera import CameraError, Shot, focal_length
+from arjuna_sim.devices.camera import CameraError, Shot, focal_length, points
 from arjuna_sim.devices.camera_thread import CameraThread
 from arjuna_sim.model.settings import CameraSettings
+from arjuna_sim.nodes.sensor_messages import cloud_msg
 from arjuna_sim.simulator import Simulator
 
 
 class CameraTopics:
-    """Publishes `camera/image_raw`, `camera/depth/image_raw` and a `camera_info` beside each.
+    """Publishes a camera's colours, distances and points, and a `camera_info` beside each picture.
 
     In lock-step a picture is drawn at its tick, the same each time; in real time it is drawn
     beside the physics, published when it is done, and left out where drawing is too slow.
@@ -33,15 +34,20 @@ class CameraTopics:
         self._log = node.get_logger()
         self._simulator = simulator
         self._settings = settings
-        base = settings.topic.rpartition("/")[0]
-        depth = f"{base}/depth" if base else "depth"
-        info = f"{base}/camera_info" if base else "camera_info"
+        depth = settings.depth_topic or beside(settings.topic, "depth/image_raw")
+        info = settings.info_topic or beside(settings.topic, "camera_info")
         self._image_out = node.publisher(Image, settings.topic, qos.SENSOR_PUBLISHER)
         self._info_out = node.publisher(CameraInfo, info, qos.SENSOR_PUBLISHER)
-        self._depth_out = node.publisher(Image, f"{depth}/image_raw", qos.SENSOR_PUBLISHER)
-        self._depth_info_out = node.publisher(
-            CameraInfo, f"{depth}/camera_info", qos.SENSOR_PUBLISHER
-        )
+        self._depth_out = node.publisher(Image, depth, qos.SENSOR_PUBLISHER)
+        infos = [self._info_out]
+        if beside(depth, "camera_info") != info:
+            depth_info = beside(depth, "camera_info")
+            infos.append(node.publisher(CameraInfo, depth_info, qos.SENSOR_PUBLISHER))
+        self._infos = infos
+        self._cloud_out = None
+        if settings.cloud_topic:
+            cloud = settings.cloud_topic
+            self._cloud_out = node.publisher(PointCloud2, cloud, qos.SENSOR_PUBLISHER)
         self._due = Periodic(1.0 / settings.rate, phase=1.0 / settings.rate)
         self._works = True
         self._thread: CameraThread | None = None
@@ -57,16 +63,19 @@ class CameraTopics:
             self._finish(*done)
         if not self._due.due(now):
             return
-        for out in (self._info_out, self._depth_info_out):
+        for out in self._infos:
             if out.get_subscription_count() > 0:
                 out.publish(camera_info(self._settings, now))
         color = self._image_out.get_subscription_count() > 0
-        depth = self._depth_out.get_subscription_count() > 0
+        depth = self._depth_out.get_subscription_count() > 0 or self._gives_points()
         if self._works and (color or depth):
             if interactive:
                 self._ask(now, color, depth)
             else:
                 self._shoot(now, color, depth)
+
+    def _gives_points(self) -> bool:
+        return self._cloud_out is not None and self._cloud_out.get_subscription_count() > 0
 
     def _ask(self, now: float, color: bool, depth: bool) -> None:
         if self._thread is None:
@@ -76,7 +85,7 @@ class CameraTopics:
 
     def _shoot(self, now: float, color: bool, depth: bool) -> None:
         try:
-            shot: Shot | CameraError = self._simulator.picture(color, depth)
+            shot: Shot | CameraError = self._simulator.picture(color, depth, self._settings)
         except CameraError as error:
             shot = error
         self._finish(now, shot)
@@ -91,6 +100,9 @@ class CameraTopics:
             self._image_out.publish(self._image(stamp, "rgb8", shot.color))
         if shot.depth is not None:
             self._depth_out.publish(self._image(stamp, "32FC1", shot.depth))
+            if self._cloud_out is not None and self._gives_points():
+                seen = points(self._settings, shot.depth)
+                self._cloud_out.publish(cloud_msg(seen, None, self._settings.frame, stamp))
 
     def _image(self, stamp: float, encoding: str, pixels: Any) -> Image:
         data = pixels.tobytes()
@@ -108,6 +120,12 @@ class CameraTopics:
         if self._thread is not None:
             self._thread.close()
             self._thread = None
+
+
+def beside(topic: str, name: str) -> str:
+    """Return a topic in the same namespace as another."""
+    base = topic.rpartition("/")[0]
+    return f"{base}/{name}" if base else name
 
 
 def camera_info(settings: CameraSettings, now: float) -> CameraInfo:

@@ -116,7 +116,7 @@ def joint_state_msg(joints: JointStates, now: float) -> JointState:
 def imu_msg(reading: ImuReading, frame: str, now: float) -> Imu:
     """Return an IMU's reading at a time [s] as an Imu message."""
     message = Imu(header=header(frame, now))
-    w, x, y, z = Pose3.from_rpy((0.0, 0.0, 0.0), reading.rpy).quaternion
+    w, x, y, z = reading.orientation.quaternion
     message.orientation = Quaternion(x=x, y=y, z=z, w=w)
     _set(message.angular_velocity, reading.angular_velocity)
     _set(message.linear_acceleration, reading.linear_acceleration)

@@ -16,7 +16,7 @@ from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.inputs import named_robot
-from arjuna_sim.model.optical import T_BODY_OPTICAL, optical_frame
+from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.nodes.messages import transform3_msg
 
@@ -60,17 +60,16 @@ class RobotStatePublisherNode(ManagedNode):
             for joint in self._urdf.joints.values()
             if joint.kind == "fixed"
         ]
-        self._static.publish(TFMessage(transforms=fixed + self._optical()))
+        self._static.publish(TFMessage(transforms=fixed + self._of_sensors()))
 
-    def _optical(self) -> list[TransformStamped]:
-        """Return the transform of the camera's optical frame, where no link is it."""
-        camera = self._robot.settings.camera
-        if camera is None:
-            return []
-        frame = optical_frame(self._urdf, camera.link, camera.frame)
-        if frame.parent is None:
-            return []
-        return [transform3_msg(T_BODY_OPTICAL, frame.parent, frame.name, self.now)]
+    def _of_sensors(self) -> list[TransformStamped]:
+        """Return the transforms of sensors' frames that are no links, such as optical ones."""
+        frames = (sensor_frame(self._urdf, s) for s in self._robot.settings.sensors)
+        return [
+            transform3_msg(frame.T_parent, frame.parent, frame.name, self.now)
+            for frame in {frame.name: frame for frame in frames}.values()
+            if frame.parent is not None
+        ]
 
     def on_config(self, config: Any) -> None:
         """Take a new rate."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from nav_msgs.msg import Odometry
@@ -19,25 +20,39 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.odometry import OdometryEstimate
-from arjuna_sim.model.optical import optical_frame
+from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.settings import TOPICS, DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import (
+    TOPICS,
+    DriveSettings,
+    GazeboSettings,
+    SensorSettings,
+)
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.observation import Observation
 from arjuna_sim.physics.robot_motion import Truth
 
 _TOLERANCE = 1e-9
+_Sensor = TypeVar("_Sensor", bound=SensorSettings)
 
 
 def standard(settings: GazeboSettings) -> GazeboSettings:
     """Return sensors that publish where everybody listens, whatever the robot's file says."""
     lidar, camera, imu = settings.lidar, settings.camera, settings.imu
+    further = tuple(
+        dataclasses.replace(s, topic=f"{s.name}/{s.topic.lstrip('/')}")
+        if s.topic.lstrip("/") in TOPICS.values()
+        else s
+        for s in settings.further
+    )
     return dataclasses.replace(
         settings,
         lidar=lidar and dataclasses.replace(lidar, topic=TOPICS["lidar"]),
-        camera=camera and dataclasses.replace(camera, topic=TOPICS["camera"]),
+        camera=camera
+        and dataclasses.replace(camera, topic=TOPICS["camera"], depth_topic="", info_topic=""),
         imu=imu and dataclasses.replace(imu, topic=TOPICS["imu"]),
+        further=further,
     )
 
 
@@ -58,13 +73,20 @@ def wheels_alone(drive: DriveSettings) -> DriveSettings:
     return dataclasses.replace(drive, odometry_topic=WHEEL_ODOMETRY, publishes=publishes)
 
 
-def _with_optical_frame(settings: GazeboSettings, robot: Robot) -> GazeboSettings:
-    """Return sensors whose camera's frame is an optical one."""
-    camera = settings.camera
-    if camera is None:
-        return settings
-    frame = optical_frame(robot.urdf, camera.link, camera.frame).name
-    return dataclasses.replace(settings, camera=dataclasses.replace(camera, frame=frame))
+def _with_frames(settings: GazeboSettings, robot: Robot) -> GazeboSettings:
+    """Return sensors whose frames are where they are; those of cameras are optical ones."""
+
+    def framed(sensor: _Sensor) -> _Sensor:
+        return dataclasses.replace(sensor, frame=sensor_frame(robot.urdf, sensor).name)
+
+    lidar, camera, imu = settings.lidar, settings.camera, settings.imu
+    return dataclasses.replace(
+        settings,
+        lidar=lidar and framed(lidar),
+        camera=camera and framed(camera),
+        imu=imu and framed(imu),
+        further=tuple(framed(sensor) for sensor in settings.further),
+    )
 
 
 class RobotTopics:
@@ -82,7 +104,7 @@ class RobotTopics:
     def __init__(self, node: ManagedNode, robot: Robot) -> None:
         plain = node.config.standard_topics
         settings = standard(robot.settings) if plain else robot.settings
-        self.settings = _with_optical_frame(settings, robot)
+        self.settings = _with_frames(settings, robot)
         self.drive = standard_drive(robot.drive) if plain else robot.drive
         if node.config.fused_odometry and self.settings.imu is not None:
             self.drive = wheels_alone(self.drive)
@@ -144,8 +166,8 @@ class RobotTopics:
 
 def _check_topics(path: Path, drive: DriveSettings, settings: GazeboSettings) -> None:
     """Refuse names of the robot's file that no topic can have."""
-    sensors = [s for s in (settings.lidar, settings.camera, settings.imu) if s is not None]
-    for topic in (drive.command_topic, drive.odometry_topic, *(s.topic for s in sensors)):
+    sensors = (sensor.topic for sensor in settings.sensors)
+    for topic in (drive.command_topic, drive.odometry_topic, *sensors):
         try:
             validate_topic_name(topic)
         except InvalidTopicNameException as error:
@@ -160,6 +182,7 @@ def _check_rates(node: ManagedNode, settings: GazeboSettings) -> None:
         ("lidar", settings.lidar, tick),
         ("camera", settings.camera, tick),
         ("imu", settings.imu, step),
+        *((f"sensor {sensor.name}", sensor, tick) for sensor in settings.further),
     ):
         if sensor is not None and sensor.rate > 1.0 / period + _TOLERANCE:
             node.get_logger().warning(

@@ -19,9 +19,11 @@ from arjuna_sim.devices.drive import CommandError, Velocity
 from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.inputs import named_robot, named_world
+from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.nodes.camera import CameraTopics
 from arjuna_sim.nodes.contacts import ContactTopic
 from arjuna_sim.nodes.robot_topics import RobotTopics
+from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.nodes.services.entities import EntityServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
 from arjuna_sim.nodes.services.simulation import SimulationServices
@@ -87,8 +89,10 @@ class SimNode(ManagedNode):
         self._clock_out = self.publisher(Clock, "/clock", qos.LATEST)
         robot = self.simulator.robot
         self._robot = RobotTopics(self, robot)
-        camera = self._robot.settings.camera
-        self._camera = None if camera is None else CameraTopics(self, self.simulator, camera)
+        sensors = self._robot.settings.sensors
+        cameras = [s for s in sensors if isinstance(s, CameraSettings)]
+        self._cameras = [CameraTopics(self, self.simulator, camera) for camera in cameras]
+        self._further = SensorTopics(self, self.simulator, self._robot.settings.further)
         self.contacts = ContactTopic(self, robot.urdf.name)
         self._pace_out = self.publisher(Float64, "real_time_factor", qos.DEFAULT)
         topic = self._robot.drive.command_topic
@@ -117,8 +121,8 @@ class SimNode(ManagedNode):
     def deactivate(self) -> None:
         """End what clients wait for, and say how fast it was."""
         self._steps.abort_all()
-        if self._camera is not None:
-            self._camera.close()
+        for camera in self._cameras:
+            camera.close()
         self.simulator.close()
         if self._meter.summary is not None:
             self.get_logger().info(self._meter.summary)
@@ -157,8 +161,9 @@ class SimNode(ManagedNode):
         now = observation.time
         self._clock_out.publish(Clock(clock=time_msg(now)))
         self._robot.publish(observation)
-        if self._camera is not None:
-            self._camera.publish(now, self.interactive)
+        self._further.publish(now)
+        for camera in self._cameras:
+            camera.publish(now, self.interactive)
         self.contacts.update(observation.contacts, now)
 
     def begin_anew(self) -> None:

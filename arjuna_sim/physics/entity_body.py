@@ -10,7 +10,7 @@ import numpy as np
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
 from arjuna_sim.model.entities import Entity, EntityMotion
-from arjuna_sim.model.hinges import Hinge
+from arjuna_sim.model.joints import Hinge
 from arjuna_sim.model.shapes import Group
 from arjuna_sim.physics.geoms import add_part
 

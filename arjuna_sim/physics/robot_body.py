@@ -72,6 +72,17 @@ def add_robot(spec: Any, robot: Robot, servo: ServoConfig) -> None:
         _add_servo(spec, robot, name, servo)
 
 
+def add_mounts(spec: Any, robot: Robot) -> None:
+    """Add a site for each sensor that sits off its link's origin."""
+    for sensor in robot.settings.sensors:
+        if sensor.site != sensor.link:
+            link = spec.site(sensor.link)
+            w, x, y, z = (float(value) for value in link.quat)
+            a, b, c = (float(value) for value in link.pos)
+            pose = Pose3((a, b, c), (w, x, y, z)) @ sensor.pose
+            link.parent.add_site(name=sensor.site, pos=pose.position, quat=pose.quaternion)
+
+
 def _fill_body(spec: Any, body: Any, robot: Robot, first: str, servo: ServoConfig) -> None:
     """Add a link and all that fixed joints hang on it, then the bodies that joints carry."""
     masses: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
@@ -120,9 +131,10 @@ def _add_parts(spec: Any, body: Any, robot: Robot, name: str, T_body_link: Pose3
         colour = robot.settings.colours.get(name, part.rgba)
         placed = Part(part.shape, T_body_link @ part.pose, colour)
         add_part(spec, body, placed, Group.ROBOT_VISUAL)
-    for part in _collisions(robot, name):
+    for i, part in enumerate(_collisions(robot, name)):
         placed = Part(part.shape, T_body_link @ part.pose, part.rgba)
         geom = add_part(spec, body, placed, Group.ROBOT_COLLISION)[0]
+        geom.name = f"{name}//{i}"
         friction = robot.settings.friction.get(name)
         if friction is not None:
             geom.friction[0] = friction

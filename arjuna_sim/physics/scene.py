@@ -13,11 +13,12 @@ from arjuna_core.errors import RobotError, WorldError
 from arjuna_sim.devices.camera import add_camera
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.model.shapes import Group
 from arjuna_sim.model.wheels import turns_by_sliding, wheel_sign
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity
-from arjuna_sim.physics.robot_body import BODY_JOINT, ServoConfig, add_robot
+from arjuna_sim.physics.robot_body import BODY_JOINT, ServoConfig, add_mounts, add_robot
 from arjuna_sim.physics.world_geoms import add_world
 
 _SOLVER_TOLERANCE = 1e-6
@@ -87,8 +88,10 @@ def build_scene(
     )
     models = add_world(spec, world)
     add_robot(spec, robot, servo)
-    if robot.settings.camera is not None:
-        add_camera(spec, robot.settings.camera)
+    add_mounts(spec, robot)
+    for sensor in robot.settings.sensors:
+        if isinstance(sensor, CameraSettings):
+            add_camera(spec, sensor)
     owners = [entity.name for entity in entities for _ in range(add_entity(spec, entity))]
     moving = {entity.name for entity in entities if entity.mass > 0.0}
     spec.memory = _memory(sum(owner in moving for owner in owners))

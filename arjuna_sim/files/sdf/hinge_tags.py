@@ -9,7 +9,7 @@ import numpy as np
 
 from arjuna_sim.files.sdf.model_tags import SdfJoint, SdfLink
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.hinges import Hinge
+from arjuna_sim.model.joints import Hinge
 
 SWINGING = ("revolute", "continuous", "prismatic")
 _UNLIMITED = 1e6  # beyond it a limit is none [rad or m]

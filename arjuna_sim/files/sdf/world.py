@@ -8,6 +8,7 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.sdf.actor_tags import read_actor
+from arjuna_sim.files.sdf.earth_tags import read_earth
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
 from arjuna_sim.files.sdf.model_tags import PARTS_MAX, ModelReader, parts_of
@@ -15,8 +16,8 @@ from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import Actor
 from arjuna_sim.model.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
-from arjuna_sim.model.hinges import Hinge
 from arjuna_sim.model.inertia import estimated_inertial
+from arjuna_sim.model.joints import Hinge
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.shapes import Kind
 from arjuna_sim.model.world import Body, World, ground
@@ -61,6 +62,7 @@ def read_world(xml: XmlFile) -> World:
         reader.masses,
         reader.hinges,
         frozenset(reader.floating),
+        read_earth(xml, world),
     )
 
 

@@ -6,16 +6,16 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
 from arjuna_sim.files.material_colours import gazebo_colour
-from arjuna_sim.files.urdf import sensor_tags
+from arjuna_sim.files.sensors.sensor_kinds import KINDS, settle
+from arjuna_sim.files.sensors.sensor_tags import imu_plugin, place_of
 from arjuna_sim.files.urdf.gazebo_text import plain, text_of
 from arjuna_sim.files.urdf.plugins import read_drive
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import (
-    CameraSettings,
     DriveSettings,
     GazeboSettings,
-    ImuSettings,
+    SensorSettings,
 )
 from arjuna_sim.model.urdf import Urdf
 
@@ -48,11 +48,10 @@ class _Reader:
         self._urdf = urdf
         self._drive: DriveSettings | None = None
         self._planar = False
-        self._imu: ImuSettings | None = None
         self._friction: dict[str, float] = {}
         self._colours: dict[str, tuple[float, ...]] = {}
         self._stiffness: dict[str, dict[str, float]] = {}
-        self._sensors: dict[str, tuple[Element, str]] = {}
+        self._sensors: list[SensorSettings] = []
         self._left_out: dict[str, list[str]] = {}
 
     def read(self, gazebo: Element) -> None:
@@ -106,7 +105,7 @@ class _Reader:
             self._planar = True
             self._xml.note(f"plugin '{name}': its wheels drive it; it does not move sideways")
         elif text_of(plugin, "bodyname", "bodyid") in self._urdf.links and "imu" in _kind(plugin):
-            self._imu = self._imu or sensor_tags.imu_plugin(self._xml, plugin)
+            self._sensors.append(imu_plugin(self._xml, plugin))
         else:
             self._other_plugin(plugin, name)
 
@@ -121,21 +120,17 @@ class _Reader:
             self._xml.note(f"plugin '{name}': not simulated", NoteKind.IGNORED)
 
     def _sensor(self, sensor: Element, link: str) -> None:
-        """Keep the first sensor of each kind; note the others."""
-        kind, place = sensor.get("type", "?"), sensor_tags.place_of(sensor)
-        key = sensor_tags.KINDS.get(kind)
-        if key is None:
-            valid = ", ".join(sensor_tags.KINDS)
+        """Read a sensor, of which there may be any number of each kind."""
+        kind, place = sensor.get("type", "?"), place_of(sensor)
+        if kind not in KINDS:
+            valid = ", ".join(KINDS)
             self._xml.note(
                 f"{place}: type '{kind}' is not simulated; simulated are {valid}", NoteKind.IGNORED
             )
         elif link not in self._urdf.links:
             self._xml.note(f"{place}: not simulated, since '{link}' is no link", NoteKind.IGNORED)
-        elif key in self._sensors:
-            self._xml.note(f"{place}: a second {key} is not simulated", NoteKind.IGNORED)
         else:
-            sensor_tags.note_pose(self._xml, sensor)
-            self._sensors[key] = (sensor, link)
+            self._sensors += KINDS[kind](self._xml, sensor, link)
 
     def settings(self) -> GazeboSettings:
         """Return what was read."""
@@ -143,24 +138,15 @@ class _Reader:
             names = ", ".join(sorted({name for name in links if name}))
             where = f" (at {names})" if names else ""
             self._xml.note(f"gazebo <{tag}>{where}: not simulated", NoteKind.IGNORED)
-        xml, sensors = self._xml, self._sensors
+        found = settle(self._xml, self._sensors)
         return GazeboSettings(
             self._drive,
-            sensor_tags.lidar(xml, *sensors["lidar"]) if "lidar" in sensors else None,
-            self._camera(),
-            sensor_tags.imu(xml, *sensors["imu"]) if "imu" in sensors else self._imu,
+            found.lidar,
+            found.camera,
+            found.imu,
             self._friction,
             self._colours,
             self._planar,
             self._stiffness,
+            found.further,
         )
-
-    def _camera(self) -> CameraSettings | None:
-        """Return the colour camera, else the depth camera."""
-        found = [key for key in ("camera", "depth") if key in self._sensors]
-        for key in found[1:]:
-            place = sensor_tags.place_of(self._sensors[key][0])
-            self._xml.note(f"{place}: not simulated beside the colour camera", NoteKind.IGNORED)
-        if not found:
-            return None
-        return sensor_tags.camera(self._xml, *self._sensors[found[0]], found[0] == "depth")

@@ -55,8 +55,8 @@ def test_camera_turns_with_the_robot() -> None:
 
 
 def test_robot_without_a_camera_says_so(tmp_path: Path) -> None:
-    sim = simulator(ROOM, robot=edited(ROBOT, tmp_path, 'type="camera"', 'type="sonar"'))
-    assert any("'sonar' is not simulated" in note for note in sim.notes)
+    sim = simulator(ROOM, robot=edited(ROBOT, tmp_path, 'type="camera"', 'type="thermal"'))
+    assert any("'thermal' is not simulated" in note for note in sim.notes)
     with pytest.raises(CameraError, match="has no camera sensor"):
         sim.picture()
 

@@ -1,0 +1,99 @@
+"""Beams in any direction: lidars of several rows, sonars and infrared sensors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_sim.devices.lidar import SEEN
+from arjuna_sim.model.settings import CloudSettings
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Points that a lidar of several rows sees at one instant, in its own frame.
+
+    Attributes:
+        points: Where beams end, `(N, 3) float32` [m]; beams without return are left out.
+        rows: Which row each is of, from the lowest, `(N,) uint16`.
+    """
+
+    points: NDArray[np.float32]
+    rows: NDArray[np.uint16]
+
+
+class Beams:
+    """Casts the beams of a lidar of several rows, or those in a sonar's cone, all at once.
+
+    Args:
+        model: The compiled `mujoco.MjModel`.
+        settings: Beams and ranges.
+        rng: Where the noise comes from.
+    """
+
+    def __init__(self, model: Any, settings: CloudSettings, rng: np.random.Generator) -> None:
+        self._settings = settings
+        self._rng = rng
+        self.rebind(model)
+        across = np.linspace(settings.angle_min, settings.angle_max, settings.samples)
+        if settings.samples == 1:
+            across = np.array([(settings.angle_min + settings.angle_max) / 2])
+        tilts = np.linspace(settings.tilt_min, settings.tilt_max, settings.rows)
+        if settings.rows == 1:
+            tilts = np.array([(settings.tilt_min + settings.tilt_max) / 2])
+        tilt, turn = (grid.ravel() for grid in np.meshgrid(tilts, across, indexing="ij"))
+        level = np.cos(tilt)
+        self._rays = np.column_stack((level * np.cos(turn), level * np.sin(turn), np.sin(tilt)))
+        self._rows = np.repeat(np.arange(settings.rows, dtype=np.uint16), settings.samples)
+        self._hits = np.zeros((len(turn), 1), np.int32)
+
+    def rebind(self, model: Any) -> None:
+        """Go on with another model, in which the robot is the same."""
+        self._model = model
+        self._site = model.site(self._settings.site).id
+
+    def cloud(self, data: Any) -> Cloud:
+        """Return where the beams end.
+
+        Args:
+            data: The `mujoco.MjData`, with positions up to date.
+        """
+        settings, ranges = self._settings, self._ranges(data)
+        valid = (ranges >= settings.range_min) & (ranges <= settings.range_max)
+        points = self._rays[valid] * ranges[valid, None]
+        return Cloud(points.astype(np.float32), self._rows[valid])
+
+    def nearest(self, data: Any) -> float:
+        """Return the shortest range, by REP 117 -inf for too near and +inf for nothing [m]."""
+        settings, ranges = self._settings, self._ranges(data)
+        nearest = float(ranges.min())
+        if nearest < settings.range_min:
+            return -np.inf
+        return nearest if nearest <= settings.range_max else np.inf
+
+    def _ranges(self, data: Any) -> NDArray[np.float64]:
+        """Return the distances with their noise, inf where nothing is hit [m]."""
+        rotation = data.site_xmat[self._site].reshape(3, 3)
+        ranges = np.empty(len(self._rays))
+        mujoco.mj_multiRay(
+            self._model,
+            data,
+            np.ascontiguousarray(data.site_xpos[self._site]).reshape(3, 1),
+            np.ascontiguousarray(self._rays @ rotation.T).reshape(-1, 1),
+            SEEN,
+            True,
+            -1,
+            self._hits,
+            ranges.reshape(-1, 1),
+            None,
+            len(ranges),
+            self._settings.range_max,
+        )
+        ranges[ranges < 0.0] = np.inf
+        if self._settings.noise > 0.0:
+            ranges += self._settings.noise * self._rng.standard_normal(len(ranges))
+        return ranges

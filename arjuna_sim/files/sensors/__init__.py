@@ -1,0 +1,1 @@
+"""A robot's sensors, as Gazebo tags them."""

@@ -1,0 +1,135 @@
+"""Topics of any number of sensors: types, frames and rates, for who listens."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import PointStamped
+from sensor_msgs.msg import (
+    CameraInfo,
+    Image,
+    Imu,
+    LaserScan,
+    MagneticField,
+    NavSatFix,
+    PointCloud2,
+    Range,
+)
+from std_msgs.msg import Bool
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.files.shipped import shipped_file
+from arjuna_core.pose3 import Pose3
+from arjuna_core.ros import qos
+from arjuna_sim.devices.camera import Camera, Shot
+from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
+from tests.helpers.ros import RosBench
+from tests.nodes.sim.running import run, start, start_sim
+from tests.sim.robot_cases import RobotMaker
+
+pytestmark = pytest.mark.ros
+
+BEAMS = """<ray><scan><horizontal><samples>60</samples></horizontal>{}</scan></ray>"""
+ROWS = "<vertical><samples>4</samples><max_angle>0.2</max_angle></vertical>"
+UP = Pose3((0.0, 0.0, 0.2))
+TYPES = {
+    "gps/fix": NavSatFix,
+    "imu/mag": MagneticField,
+    "altimeter": PointStamped,
+    "bump/contacts": Bool,
+    "sonar": Range,
+    "top/points": PointCloud2,
+    "rear/scan": LaserScan,
+    "second/data": Imu,
+}
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> str:
+    """Return a robot with a sensor of each kind beside the first ones."""
+    maker = RobotMaker(tmp_path)
+    maker.add("navsat", "gps")
+    maker.add("magnetometer", "compass")
+    maker.add("altimeter", "height")
+    maker.add("contact", "bump")
+    maker.add("sonar", "sonar", pose=UP)
+    maker.add("gpu_lidar", "top", BEAMS.format(ROWS) + "<topic>top</topic>", pose=UP)
+    maker.add("ray", "rear", BEAMS.format(""), pose=UP)
+    maker.add("imu", "second", pose=Pose3.from_rpy((0.0, 0.0, 0.0), (3.14159265, 0.0, 0.0)))
+    return str(maker.write(bare=False))
+
+
+def _listen(bench: RosBench, sim: Any) -> dict[str, list[Any]]:
+    return {
+        topic: bench.collect(kind, f"/{topic}", qos.SENSOR_SUBSCRIPTION)
+        for topic, kind in TYPES.items()
+    }
+
+
+def test_each_sensor_publishes_its_type_at_its_rate(bench: RosBench, robot: str) -> None:
+    room = str(shipped_file("worlds/arjuna_room.world"))
+    sim = start_sim(bench, robot=robot, world=room)
+    heard = _listen(bench, sim)
+    run(bench, sim, 50)
+    assert {topic: len(found) for topic, found in heard.items()} == dict.fromkeys(TYPES, 10)
+    cloud = heard["top/points"][-1]
+    assert [field.name for field in cloud.fields] == ["x", "y", "z", "ring"]
+    assert (cloud.point_step, cloud.row_step) == (14, 14 * cloud.width)
+    assert len(cloud.data) == cloud.row_step > 0
+    assert cloud.header.frame_id == "top_link_top"
+    assert heard["second/data"][-1].linear_acceleration.z == pytest.approx(-9.81, abs=0.1)
+    assert heard["sonar"][-1].radiation_type == Range.ULTRASOUND
+    assert heard["bump/contacts"][-1].data is False
+    assert np.isfinite(heard["rear/scan"][-1].ranges).all()
+
+
+def test_frames_of_sensors_off_their_links_are_published(bench: RosBench, robot: str) -> None:
+    static = bench.collect(TFMessage, "/tf_static", qos.TF_STATIC)
+    start(bench, RobotStatePublisherNode(bench.process, {"robot": robot}))
+    found = {t.child_frame_id: t for t in static[0].transforms}
+    for name in ("sonar", "top", "rear"):
+        frame = found[f"{name}_link_{name}"]
+        assert frame.header.frame_id == f"{name}_link"
+        assert frame.transform.translation.z == pytest.approx(0.2)
+
+
+def test_what_nobody_hears_is_not_read(
+    bench: RosBench, robot: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sim = start_sim(bench, robot=robot)
+    monkeypatch.setattr(sim.simulator, "sense", lambda sensor: pytest.fail("was read"))
+    run(bench, sim, 20)
+
+
+def test_each_camera_has_topics_of_its_own(
+    bench: RosBench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    depth = np.full((480, 640), np.inf, np.float32)
+    depth[240, 320] = 2.0
+
+    def draw(self: Any, model: Any, data: Any, color: bool, depths: bool) -> Shot:
+        return Shot(np.zeros((480, 640, 3), np.uint8), depth if depths else None)
+
+    monkeypatch.setattr(Camera, "shoot", draw)
+    maker = RobotMaker(tmp_path)
+    for name in ("left", "right"):
+        maker.add("camera", name, f"<topic>{name}/image_raw</topic>")
+    maker.add("rgbd_camera", "oakd", "<topic>oakd</topic>")
+    sim = start_sim(bench, robot=str(maker.write()))
+    topics = ("left/image_raw", "right/image_raw", "oakd/image", "oakd/depth_image")
+    images = {topic: bench.collect(Image, f"/{topic}", qos.SENSOR_SUBSCRIPTION) for topic in topics}
+    clouds = bench.collect(PointCloud2, "/oakd/points", qos.SENSOR_SUBSCRIPTION)
+    infos = bench.collect(CameraInfo, "/oakd/camera_info", qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 50)
+    assert {topic: len(found) for topic, found in images.items()} == dict.fromkeys(topics, 10)
+    assert len(clouds) == len(infos) == 10
+    assert images["right/image_raw"][0].header.frame_id == "right_link_optical_frame"
+    assert images["oakd/depth_image"][0].encoding == "32FC1"
+    x, y, z = np.frombuffer(bytes(clouds[0].data), "<f4")
+    assert (x, y, z) == pytest.approx((0.0, 0.0, 2.0), abs=0.01)

@@ -1,0 +1,261 @@
+"""Any number of sensors of each kind, mounted anyhow, against closed-form truth."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arjuna_core.pose3 import Pose3
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices.beams import Cloud
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.devices.imu import ImuConfig, ImuReading
+from arjuna_sim.devices.lidar import LidarConfig
+from arjuna_sim.devices.place_sensors import Fix
+from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.model.settings import CloudSettings, LidarSettings, RangeSettings, SensorSettings
+from arjuna_sim.model.world import Earth, Geodetic
+from arjuna_sim.simulator import Simulator
+from tests.sim.builders import EMPTY, ROOM, run, simulator, texts
+from tests.sim.robot_cases import RobotMaker
+
+SCAN = """<ray><scan><horizontal><samples>{samples}</samples><min_angle>-{half}</min_angle>
+<max_angle>{half}</max_angle></horizontal>{rows}</scan>
+<range><min>0.05</min><max>20</max></range></ray>{more}"""
+ROWS = """<vertical><samples>8</samples><min_angle>-0.4</min_angle><max_angle>0.3</max_angle>
+</vertical>"""
+RANGE = "<output_type>sensor_msgs/Range</output_type>"
+QUIET = SimulatorConfig(lidar=LidarConfig(noise=0.0), imu=ImuConfig(0.0, 0.0, 0.0, 0.0, 0.0))
+
+
+def _scan_tag(samples: int = 90, half: float = 2.5, rows: str = "", more: str = "") -> str:
+    return SCAN.format(samples=samples, half=half, rows=rows, more=more)
+
+
+def _plugin(file: str, inside: str = "") -> str:
+    return f"<plugin name='p' filename='{file}'>{inside}</plugin>"
+
+
+def _further(sim: Simulator, name: str) -> SensorSettings:
+    return next(s for s in sim.robot.settings.further if s.name == name)
+
+
+def _T_world(sim: Simulator, T_base: Pose3) -> Pose3:
+    truth, base = sim.truth(), sim.robot.urdf.T_root("base_link")
+    where = (truth.pose.x, truth.pose.y, truth.z)
+    return Pose3.from_rpy(where, (truth.roll, truth.pitch, truth.pose.theta)) @ base @ T_base
+
+
+def test_lidar_that_sees_most_is_the_robots_and_a_beam_is_a_range(tmp_path: Path) -> None:
+    maker = RobotMaker(tmp_path)
+    to_range = _plugin("libgazebo_ros_ray_sensor.so", RANGE)
+    for name in ("fl", "fr", "rl", "rr"):
+        maker.add("ray", name, _scan_tag(1, 0.01, more=to_range))
+    maker.add("gpu_lidar", "tof", _scan_tag(1, 0.01))
+    maker.add("gpu_lidar", "rplidar", _scan_tag(720, 3.14, more="<topic>/scan</topic>"))
+    maker.add("gpu_lidar", "rear", _scan_tag(180, 1.5, more="<topic>scan_rear</topic>"))
+    settings = load_robot(maker.write()).settings
+    assert settings.lidar is not None
+    assert (settings.lidar.name, settings.lidar.topic) == ("rplidar", "/scan")
+    kinds = {s.name: type(s) for s in settings.further}
+    assert kinds == dict.fromkeys(("fl", "fr", "rl", "rr"), RangeSettings) | {
+        "tof": LidarSettings,
+        "rear": LidarSettings,
+    }
+    topics = [s.topic.lstrip("/") for s in settings.sensors]
+    assert len(set(topics)) == len(topics) == 7
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_each_lidar_sees_from_where_it_is(tmp_path: Path, seed: int) -> None:
+    maker = RobotMaker(tmp_path, seed)
+    for name in ("a", "b", "c"):
+        maker.add("ray", name, _scan_tag(), maker.random_pose(True), maker.random_pose(True))
+    sim = simulator(ROOM, QUIET, robot=maker.write())
+    last = run(sim, 0.5, Velocity(0.2, 0.3))
+    readings = {s.name: sim.sense(s) for s in sim.robot.settings.further}
+    assert last.scan is not None
+    for mounted in maker.mounted:
+        scan = last.scan if mounted.name == "a" else readings[mounted.name]
+        assert isinstance(scan, Scan)
+        ends = np.column_stack((np.cos(scan.angles), np.sin(scan.angles)))
+        ends = np.column_stack((ends * scan.ranges[:, None], np.zeros(len(ends))))
+        walls = _T_world(sim, mounted.T_base).apply(ends[np.isfinite(scan.ranges)])
+        inner = np.abs(np.abs(walls[:, :2]).max(axis=1) - 4.9)
+        assert np.median(inner) < 2e-3
+        told = mounted.T_base
+        assert scan.T_base_sensor.x == pytest.approx(told.position[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_points_of_a_lidar_of_several_rows_lie_on_walls_and_floor(
+    tmp_path: Path, seed: int
+) -> None:
+    maker = RobotMaker(tmp_path, seed)
+    more = _plugin("libgazebo_ros_velodyne_laser.so", "<topicName>/velodyne</topicName>")
+    pose = maker.random_pose(True)
+    maker.add("gpu_ray", "top", _scan_tag(120, 3.1, ROWS, more), pose, maker.random_pose(True))
+    sim = simulator(ROOM, QUIET, robot=maker.write())
+    assert sim.robot.settings.lidar is not None
+    assert sim.robot.settings.lidar.topic == "scan"
+    run(sim, 0.3)
+    top = _further(sim, "top")
+    cloud = sim.sense(top)
+    assert isinstance(cloud, Cloud)
+    assert (type(top), top.topic) == (CloudSettings, "/velodyne")
+    points = _T_world(sim, maker.mounted[0].T_base).apply(cloud.points.astype(np.float64))
+    on_floor = np.abs(points[:, 2]) < 2e-3
+    on_wall = np.abs(np.abs(points[:, :2]).max(axis=1) - 4.9) < 2e-3
+    assert on_floor.any()
+    assert on_wall.any()
+    assert (on_floor | on_wall).mean() > 0.75  # the rest lie on the boxes
+    tilts = np.arctan2(cloud.points[:, 2], np.hypot(cloud.points[:, 0], cloud.points[:, 1]))
+    assert tilts == pytest.approx(np.linspace(-0.4, 0.3, 8)[cloud.rows], abs=1e-5)
+
+
+def test_sonar_tells_the_nearest_in_its_cone(tmp_path: Path) -> None:
+    maker = RobotMaker(tmp_path)
+    cone = "<sonar><min>0.1</min><max>8</max><radius>1</radius></sonar>"
+    maker.add("sonar", "front", cone, Pose3((0.0, 0.0, 1.0)))
+    maker.add("sonar", "down", cone, Pose3.from_rpy((0.0, 0.0, 1.5), (0.0, math.pi / 2, 0.0)))
+    sim = simulator(EMPTY, QUIET, robot=maker.write())
+    run(sim, 0.1)
+    assert sim.sense(_further(sim, "front")) == math.inf
+    height = _T_world(sim, maker.mounted[1].T_base).position[2]
+    assert sim.sense(_further(sim, "down")) == pytest.approx(height, abs=1e-6)
+
+
+MOUNTS = [
+    (0.0, 0.0, 0.0),
+    (math.pi, 0.0, 0.0),
+    (0.0, math.pi, 0.0),
+    (math.pi / 2, 0.0, 0.0),
+    (0.0, -1.5, 0.4),
+    (0.7, -0.6, 2.0),
+]
+
+
+@pytest.mark.parametrize("rpy", MOUNTS)
+@pytest.mark.parametrize("first", [True, False])
+def test_orientation_of_an_imu_at_any_mount_is_that_of_its_frame(
+    tmp_path: Path, rpy: tuple[float, float, float], first: bool
+) -> None:
+    """REP 145: turned back by its mount, it is the robot's orientation."""
+    maker = RobotMaker(tmp_path)
+    if not first:
+        maker.add("imu", "other")
+    T_mount = Pose3.from_rpy((0.1, 0.0, 0.1), rpy)
+    maker.add("imu", "tilted", T_link=T_mount)
+    sim = simulator(EMPTY, QUIET, robot=maker.write())
+    for _ in range(100):
+        last = sim.step(Velocity(0.0, 0.8))
+        reading = last.imu if first else sim.sense(_further(sim, "tilted"))
+    assert isinstance(reading, ImuReading)
+    told = reading.orientation
+    body = told @ Pose3.from_rpy((0.0, 0.0, 0.0), rpy).inverse()
+    assert last.truth.pose.theta > 0.5
+    assert body.rpy()[2] == pytest.approx(last.truth.pose.theta, abs=0.02)
+    assert body.rpy()[:2] == pytest.approx((0.0, 0.0), abs=0.01)
+    up = told.rotation().T @ (0.0, 0.0, 1.0)
+    assert reading.angular_velocity == pytest.approx(last.truth.w * up, abs=0.05)
+
+
+def test_heading_of_an_imu_drifts_with_its_gyros_and_survives_a_kidnapping(tmp_path: Path) -> None:
+    maker = RobotMaker(tmp_path)
+    noise = "<x><noise><stddev>0.2</stddev></noise></x>"
+    inside = f"<imu><angular_velocity>{noise}</angular_velocity></imu>"
+    maker.add("imu", "shaky", inside, Pose3.from_rpy((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0)))
+    sim = simulator(EMPTY, robot=maker.write())
+    before = run(sim, 5.0).imu
+    sim.set_pose(SE2(3.0, 0.0, 2.0))
+    after = run(sim, 0.1).imu
+    assert before is not None
+    assert after is not None
+    assert before.angular_variance == pytest.approx(0.04)
+    assert 0.001 < abs(before.rpy[2]) < 0.5
+    assert after.rpy[2] == pytest.approx(before.rpy[2], abs=0.1)
+
+
+def test_places_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
+    maker = RobotMaker(tmp_path)
+    maker.add("navsat", "gps", T_link=Pose3((0.0, 0.0, 0.5)))
+    maker.add("magnetometer", "compass", T_link=Pose3.from_rpy((0, 0, 0), (0.0, 0.0, math.pi / 2)))
+    maker.add("altimeter", "height")
+    world = tmp_path / "w.world"
+    world.write_text(
+        """<sdf version='1.7'><world name='w'><magnetic_field>1e-5 2e-5 -4e-5</magnetic_field>
+    <spherical_coordinates><latitude_deg>47.5</latitude_deg><longitude_deg>8.25</longitude_deg>
+    <elevation>400</elevation><heading_deg>90</heading_deg></spherical_coordinates>
+    </world></sdf>""",
+        encoding="utf-8",
+    )
+    sim = simulator(world, robot=maker.write())
+    assert not [note for note in sim.notes if "sensor" in note]
+    for _ in range(50):
+        sim.step(Velocity(0.5, 0.0))
+    fix, field = (sim.sense(_further(sim, name)) for name in ("gps", "compass"))
+    assert isinstance(fix, Fix)
+    place, x = fix.place, sim.truth().pose.x  # the world's x points north there
+    assert math.degrees(place.latitude) == pytest.approx(47.5 + x / 111_177.0, abs=2e-8)
+    assert math.degrees(place.longitude) == pytest.approx(8.25, abs=1e-7)
+    above = _T_world(sim, maker.mounted[0].T_base).position[2]
+    assert place.altitude == pytest.approx(400.0 + above, abs=1e-5)
+    assert field == pytest.approx((2e-5, -1e-5, -4e-5), abs=1e-6)
+    assert sim.sense(_further(sim, "height")) == 0.0
+
+
+@pytest.mark.parametrize("latitude", [-1.2, 0.0, 0.8, 1.5])
+def test_geodetic_of_the_origin_is_the_origin(latitude: float) -> None:
+    origin = Geodetic(latitude, -2.0, 120.0)
+    back = Earth(origin, 0.3).geodetic(np.zeros(3))
+    assert back.latitude == pytest.approx(latitude, abs=1e-12)
+    assert back.longitude == pytest.approx(-2.0, abs=1e-12)
+    assert back.altitude == pytest.approx(120.0, abs=1e-6)
+
+
+def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
+    maker = RobotMaker(tmp_path)
+    path = maker.write(bare=False)
+    text = path.read_text(encoding="utf-8")
+    bumpers = "".join(
+        f"<gazebo reference='{link}'><sensor name='{link}_bumper' type='contact'/></gazebo>"
+        for link in ("base_link", "front_left_wheel")
+    )
+    path.write_text(text.replace("</robot>", bumpers + "</robot>"), encoding="utf-8")
+    sim = simulator(ROOM, robot=path)
+    pressed = {}
+    for when in ("free", "at the wall"):
+        run(sim, 0.5 if when == "free" else 12.0, Velocity(0.0 if when == "free" else 0.4, 0.0))
+        pressed[when] = [sim.sense(s) for s in sim.robot.settings.further]
+    assert pressed == {"free": [False, True], "at the wall": [True, True]}
+
+
+def test_readings_are_the_same_each_time_whatever_else_is_read(tmp_path: Path) -> None:
+    maker = RobotMaker(tmp_path, 3)
+    noise = "<noise><stddev>0.02</stddev></noise>"
+    for name in ("a", "b", "c"):
+        maker.add("ray", name, _scan_tag().replace("</ray>", f"{noise}</ray>"))
+    path = maker.write()
+
+    def ranges(names: tuple[str, ...]) -> bytes:
+        sim = simulator(ROOM, robot=path)
+        run(sim, 0.3)
+        read = {name: sim.sense(_further(sim, name)) for name in names}
+        assert isinstance(read["c"], Scan)
+        return read["c"].ranges.tobytes()
+
+    assert ranges(("b", "c")) == ranges(("c",))
+
+
+def test_kinds_that_are_not_simulated_are_named(tmp_path: Path) -> None:
+    maker = RobotMaker(tmp_path)
+    maker.add("thermal_camera", "hot")
+    robot = load_robot(maker.write())
+    told = "sensor 'hot': type 'thermal_camera' is not simulated"
+    assert any(told in note for note in texts(robot.notes))
+    assert robot.settings.sensors == ()
