@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers.arrival import Arrival, ArrivalConfig
 from arjuna_nav.controllers.base import Controller, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
@@ -40,6 +41,7 @@ class FollowerConfig:
     failure_tolerance: float = param(
         0.3, "How long a controller may fail before following does; below 0 for ever.", unit="s"
     )
+    arrival: ArrivalConfig = field(default_factory=ArrivalConfig)
 
 
 class FollowState(enum.Enum):
@@ -112,6 +114,7 @@ class PathFollower:
             getattr(config, self.chosen.progress_checker)
         )
         self._controller = self._make_controller()
+        self._arrival = Arrival(config.arrival, footprint)
         self._end: SE2 | None = None
         self._failing_since: float | None = None
         self.speed_limit = math.inf
@@ -140,6 +143,7 @@ class PathFollower:
         """Follow a path from now [s] on, as a new task."""
         self._progress.reset()
         self._goal.reset()
+        self._arrival.reset()
         self._failing_since = None
         self._controller = self._make_controller()  # the last goal's arrival is not this one's
         self.change(path)
@@ -154,6 +158,7 @@ class PathFollower:
         end = SE2.from_array(path[-1])
         if self._end is not None and self._end.distance(end) > 1e-3:
             self._goal.reset()
+            self._arrival.reset()
         self._end = end
 
     def tick(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
@@ -163,6 +168,11 @@ class PathFollower:
             return FollowResult.failed(
                 ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.complaint()
             )
+        arriving = self._arrive(pose, velocity, costmap, now)
+        if arriving is not None:
+            self._failing_since = None
+            left = pose.distance(self._end)
+            return FollowResult(FollowState.RUNNING, arriving, distance=left)
         if self._goal.reached(pose, self._end, velocity):
             return FollowResult(FollowState.SUCCEEDED)
         self._controller.speed_limit = self.speed_limit
@@ -172,6 +182,26 @@ class PathFollower:
             self._failing_since = None
             return FollowResult(FollowState.RUNNING, control.velocity, distance=distance)
         return self._bear(control.status, control.message, now, distance)
+
+    def _arrive(
+        self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
+    ) -> Velocity | None:
+        """Return what drives into the goal, None while the controller goes on or at the end."""
+        end = self._end
+        assert end is not None
+        turned = SE2(pose.x, pose.y, end.theta), SE2(pose.x, pose.y, end.theta + 0.5 * math.pi)
+        aligned, across = (self._goal.reached(one, end, velocity) for one in turned)
+        return self._arrival.compute(
+            pose,
+            end,
+            velocity,
+            costmap,
+            now,
+            left=paths.length(self._controller.path),
+            speed=min(self.desired_speed, self.speed_limit),
+            within=aligned,
+            heading=not across,
+        )
 
     def _bear(
         self, status: ControlStatus, message: str, now: float, distance: float

@@ -1,0 +1,194 @@
+"""The last stretch: into the goal, not to the edge of its tolerance."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.footprint import Footprint
+
+_AHEAD = 0.35  # bearing up to which the goal is driven to without a turn before [rad]
+_STEERS = 0.05  # nearer than that the bearing says nothing [m]
+_CRAWL = 0.04  # what wheels still do evenly [m/s]
+_GAIN = 2.0  # of steering towards the goal [1/s]
+_PASSED = 0.005  # [m]
+
+
+@dataclass(frozen=True)
+class ArrivalConfig:
+    """How a path's end is driven into."""
+
+    enabled: bool = param(
+        True, "Whether to drive into the goal where there is room, beyond what is tolerated."
+    )
+    distance: float = param(
+        0.5, "Distance from the goal at which the last stretch begins.", unit="m", minimum=0.0
+    )
+    xy_precision: float = param(0.01, "Distance that is exact enough.", unit="m", minimum=0.0)
+    yaw_precision: float = param(0.015, "Angle that is exact enough.", unit="rad", minimum=0.0)
+    deceleration: float = param(0.5, "Of braking into the goal.", unit="m/s^2", minimum=0.01)
+    max_angular_velocity: float = param(1.2, "Of the last turn.", unit="rad/s", minimum=0.05)
+    min_angular_velocity: float = param(
+        0.1, "Yaw rate below which the wheels stick.", unit="rad/s", minimum=0.0
+    )
+    angular_deceleration: float = param(
+        1.5, "Of braking into the heading.", unit="rad/s^2", minimum=0.01
+    )
+    latency: float = param(
+        0.12, "From a command to the motion that is measured.", unit="s", minimum=0.0
+    )
+    patience: float = param(2.0, "How long it may get no nearer.", unit="s", minimum=0.0)
+
+
+class _Stage(enum.Enum):
+    AWAY = enum.auto()
+    AIMING = enum.auto()
+    DRIVING = enum.auto()
+    TURNING = enum.auto()
+    OVER = enum.auto()
+
+
+class Arrival:
+    """Takes over from any controller near the goal and drives into it: straight, then the heading.
+
+    Where there is no room, or it gets no nearer, it lets go, and what was tolerated before counts.
+
+    Args:
+        config: Parameters.
+        footprint: The robot.
+
+    Source: the braking profile v^2 = 2 a d, from where the robot will be when it feels the command.
+    """
+
+    def __init__(self, config: ArrivalConfig, footprint: Footprint) -> None:
+        self._config = config
+        self._footprint = footprint
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew: the goal is another."""
+        self._stage = _Stage.AWAY
+        self._best, self._best_at = math.inf, -math.inf
+
+    def compute(
+        self,
+        pose: SE2,
+        goal: SE2,
+        velocity: Velocity,
+        costmap: Costmap,
+        now: float,
+        *,
+        left: float,
+        speed: float,
+        within: bool,
+        heading: bool,
+    ) -> Velocity | None:
+        """Return what to drive, or None where the controller is to go on or the robot has arrived.
+
+        Args:
+            pose: The robot's, in the frame of the costmap.
+            goal: Where to arrive.
+            velocity: As measured.
+            costmap: What is in the way.
+            now: Time [s].
+            left: Of the path [m].
+            speed: Greatest speed [m/s].
+            within: Whether the goal's tolerance is met but for the heading.
+            heading: Whether the heading matters.
+        """
+        if not self._config.enabled or self._stage is _Stage.OVER:
+            return None
+        if self._stage is _Stage.AWAY and not self._begins(pose, goal, velocity, left, within):
+            return None
+        error = self._advance(pose, goal, heading)
+        if error is None or self._stalls(error, now):
+            self._stage = _Stage.OVER
+            return None
+        command = self._command(pose, goal, velocity, speed)
+        if self._collides(pose, goal, command, costmap):
+            self._stage = _Stage.OVER if within else _Stage.AWAY
+            return None
+        return command
+
+    def _begins(self, pose: SE2, goal: SE2, velocity: Velocity, left: float, within: bool) -> bool:
+        """Tell whether to take over: the path's rest is short, straight and ahead, or done with."""
+        seen, config = pose.inverse() @ goal, self._config
+        distance = math.hypot(seen.x, seen.y)
+        reach = max(config.distance, 1.2 * velocity.v**2 / (2.0 * config.deceleration))
+        ahead = abs(math.atan2(seen.y, seen.x)) < _AHEAD and left < 1.05 * distance + 0.05
+        return (within or distance <= reach) and (within or ahead)
+
+    def _advance(self, pose: SE2, goal: SE2, heading: bool) -> float | None:
+        """Go on to the stage that is due; return what is left to do in it, None where nothing is.
+
+        The rest of a turn is given in metres of a corner's way, so that one scale measures all.
+        """
+        seen = pose.inverse() @ goal
+        distance, bearing = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
+        sideways = abs(math.sin(bearing)) * distance
+        if self._stage is _Stage.AWAY:
+            self._stage = _Stage.AIMING
+        if self._stage is _Stage.AIMING and (
+            abs(bearing) < _AHEAD or sideways < self._config.xy_precision
+        ):
+            self._stage = _Stage.DRIVING
+        if self._stage is _Stage.DRIVING and (
+            distance <= self._config.xy_precision or abs(seen.x) <= _PASSED
+        ):
+            self._stage = _Stage.TURNING
+            self._best = math.inf
+        off = abs(seen.theta) if heading else 0.0
+        if self._stage is _Stage.TURNING:
+            return off * self._footprint.circumscribed_radius if self._turns(off) else None
+        return distance + (abs(bearing) if self._stage is _Stage.AIMING else 0.0)
+
+    def _turns(self, off: float) -> bool:
+        return off > self._config.yaw_precision
+
+    def _stalls(self, error: float, now: float) -> bool:
+        """Tell whether it has got no nearer for too long."""
+        if error < self._best - 1e-3:
+            self._best, self._best_at = error, now
+        return now - self._best_at > self._config.patience
+
+    def _command(self, pose: SE2, goal: SE2, velocity: Velocity, speed: float) -> Velocity:
+        seen, config = pose.inverse() @ goal, self._config
+        distance, bearing = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
+        if self._stage is _Stage.TURNING:
+            return Velocity(0.0, self._rate(seen.theta, velocity.w))
+        if self._stage is _Stage.AIMING:
+            return Velocity(0.0, self._rate(bearing, velocity.w))
+        way = max(abs(seen.x) - abs(velocity.v) * config.latency, 0.0)
+        v = min(speed, max(math.sqrt(2.0 * config.deceleration * way), _CRAWL))
+        if seen.x < 0.0:  # it has gone too far: straight back
+            return Velocity(-min(v, _CRAWL), 0.0)
+        w = _GAIN * bearing * min(v / 0.2, 1.0) if distance > _STEERS else 0.0
+        return Velocity(v, min(max(w, -config.max_angular_velocity), config.max_angular_velocity))
+
+    def _rate(self, angle: float, rate: float) -> float:
+        """Return the yaw rate that turns by an angle and comes to rest there."""
+        config = self._config
+        rest = wrap(angle) - rate * config.latency
+        if rest * angle <= 0.0:  # what is under way will do
+            return 0.0
+        fast = math.sqrt(2.0 * config.angular_deceleration * abs(rest))
+        slow = max(config.min_angular_velocity, min(fast, config.max_angular_velocity))
+        return math.copysign(slow, angle)
+
+    def _collides(self, pose: SE2, goal: SE2, command: Velocity, costmap: Costmap) -> bool:
+        """Tell whether the stage's rest, driven at once, meets an obstacle."""
+        seen = pose.inverse() @ goal
+        if command.v != 0.0:
+            rest, motion = abs(seen.x) / abs(command.v), Velocity(command.v, 0.0)
+        else:
+            angle = math.atan2(seen.y, seen.x) if self._stage is _Stage.AIMING else seen.theta
+            rest, motion = 1.0, Velocity(0.0, angle)
+        arc = rollout(pose, motion, rest, costmap.frame.resolution)
+        return first_collision(costmap, self._footprint, arc) is not None

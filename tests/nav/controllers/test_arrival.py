@@ -1,0 +1,113 @@
+"""The end of a path: driven into where there is room, tolerated where there is not."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arjuna_core.config import load
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.arrival import Arrival, ArrivalConfig
+from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
+from arjuna_nav.costmap.footprint import Footprint
+from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, polyline
+
+ROBOT = Footprint.circle(0.25)
+POSITION = "nav2_controller::PositionGoalChecker"
+
+
+def drive(robot: Unicycle, goal: SE2, grid: OccupancyGrid, **values: Any) -> FollowResult:
+    """Follow the straight path from where the robot is to a goal until following ends."""
+    follower = PathFollower(load(FollowerConfig, values), ROBOT)
+    corners = [(robot.pose.x, robot.pose.y), (goal.x, goal.y)]
+    costmap, now = costmap_of(grid), 0.0
+    follower.start(polyline(corners, goal.theta), now)
+    result = FollowResult(FollowState.RUNNING)
+    while result.state is FollowState.RUNNING and now < 30.0:
+        result = follower.tick(robot.pose, robot.velocity, costmap, now)
+        robot.drive(result.velocity)
+        now += robot.period
+    return result
+
+
+def off(robot: Unicycle, goal: SE2) -> tuple[float, float]:
+    return robot.pose.distance(goal), abs(wrap(robot.pose.theta - goal.theta))
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+@pytest.mark.parametrize("heading", [0.0, 0.6, -2.0, 3.1])
+@pytest.mark.parametrize("start", [0.0, 1.0, 2.5])
+def test_it_drives_into_the_goal(delay: int, heading: float, start: float) -> None:
+    robot = Unicycle(SE2(1.0, 1.0, start), delay=delay)
+    goal = SE2(3.0, 1.7, heading)
+    assert drive(robot, goal, empty_grid(5.0, 4.0)).state is FollowState.SUCCEEDED
+    distance, angle = off(robot, goal)
+    assert distance < 0.02
+    assert angle < 0.03
+
+
+@pytest.mark.parametrize("speed", [0.2, 0.5, 1.0, 2.0])
+def test_a_fast_robot_brakes_in_time(speed: float) -> None:
+    robot = Unicycle(SE2(1.0, 2.0, 0.0))
+    goal = SE2(6.0, 2.0, 0.0)
+    grid = empty_grid(8.0, 4.0)
+    assert drive(robot, goal, grid, **{"FollowPath.desired_linear_vel": speed})
+    assert off(robot, goal)[0] < 0.02
+    assert max(pose.x for pose in robot.trace) < 6.06
+
+
+def test_where_it_is_switched_off_the_tolerance_is_the_end() -> None:
+    robot, goal = Unicycle(SE2(1.0, 2.0)), SE2(3.0, 2.0)
+    drive(robot, goal, empty_grid(5.0, 4.0), **{"arrival.enabled": False})
+    assert 0.1 < off(robot, goal)[0] < 0.26
+
+
+def test_a_heading_that_does_not_matter_is_not_turned_to() -> None:
+    robot, goal = Unicycle(SE2(1.0, 2.0)), SE2(3.0, 2.0, 2.0)
+    checker = {"general_goal_checker.plugin": POSITION}
+    assert drive(robot, goal, empty_grid(5.0, 4.0), **checker).state is FollowState.SUCCEEDED
+    assert off(robot, goal)[0] < 0.02
+    assert abs(robot.pose.theta) < 0.1
+
+
+def test_without_room_it_leaves_the_rest_to_the_controller() -> None:
+    arrival = Arrival(ArrivalConfig(), ROBOT)
+    pose, goal, grid = SE2(2.6, 2.0), SE2(3.0, 2.0), empty_grid(5.0, 4.0)
+
+    def asked(grid: OccupancyGrid, within: bool) -> Velocity | None:
+        told: dict[str, Any] = {"left": 0.4, "speed": 0.5, "within": within, "heading": True}
+        return arrival.compute(pose, goal, Velocity(), costmap_of(grid), 0.0, **told)
+
+    blocked = empty_grid(5.0, 4.0)
+    block(blocked, 3.15, 1.5, 0.2, 1.0)
+    assert asked(blocked, within=False) is None
+    assert asked(grid, within=False) == Velocity(0.5, 0.0), "what was in the way has gone"
+    assert asked(blocked, within=True) is None
+    assert asked(grid, within=True) is None, "what is tolerated was enough"
+    arrival.reset()
+    assert asked(grid, within=True) is not None
+
+
+def test_a_robot_that_cannot_get_nearer_has_arrived() -> None:
+    class Stuck(Unicycle):
+        def drive(self, command: Velocity) -> None:
+            super().drive(command if self.pose.x < 2.9 else Velocity())
+
+    robot, goal = Stuck(SE2(1.0, 2.0)), SE2(3.0, 2.0, 1.0)
+    tolerant = {"general_goal_checker.yaw_goal_tolerance": 1.5}
+    assert drive(robot, goal, empty_grid(5.0, 4.0), **tolerant).state is FollowState.SUCCEEDED
+    assert len(robot.trace) < 15.0 / robot.period
+
+
+def test_it_goes_no_faster_than_the_limit_and_never_far_past_the_goal() -> None:
+    robot, goal = Unicycle(SE2(1.0, 2.0, 0.3)), SE2(4.0, 2.0, 0.0)
+    drive(robot, goal, empty_grid(6.0, 4.0))
+    xs = np.array([pose.x for pose in robot.trace])
+    assert np.abs(np.diff(xs)).max() <= 0.5 * robot.period + 1e-9
+    assert xs.max() < 4.02
+    assert math.isclose(robot.velocity.v, 0.0, abs_tol=0.05)
