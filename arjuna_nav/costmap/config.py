@@ -113,7 +113,9 @@ class CostmapConfig:
     footprint_padding: float = param(0.01, "Added to the footprint.", unit="m", minimum=0.0)
     transform_tolerance: float = param(0.3, "Age of the transform borne.", unit="s", minimum=0.0)
     always_send_full_costmap: bool = param(
-        True, "Whole grids are sent, no updates of them.", choices=(True,)
+        True,
+        "Whether the whole grid is published each time, beside what has changed in it; else only"
+        " where its size or place changes and where someone subscribes.",
     )
     plugins: tuple[str, ...] = param(LAYERS, "Layers in order.", choices=LAYERS, read_only=True)
     static_layer: StaticConfig = field(default_factory=StaticConfig)

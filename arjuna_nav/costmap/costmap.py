@@ -31,7 +31,7 @@ _OCCUPANCY = _occupancy_table()
 
 @dataclass(frozen=True, eq=False)
 class Costmap:
-    """A snapshot of costs; it never changes, so it may be kept.
+    """Costs on a grid. What a `LayeredCostmap` holds is changed in place by its next update.
 
     Attributes:
         frame: Where the grid lies.
@@ -65,7 +65,8 @@ class Costmap:
         origin = T_other_frame @ self.frame.origin
         return replace(self, frame=replace(self.frame, origin=origin))
 
-    def to_occupancy(self) -> NDArray[np.int8]:
-        """Return the costs as nav_msgs/OccupancyGrid has them, `(height, width) int8`."""
-        occupancy: NDArray[np.int8] = _OCCUPANCY[self.data]
-        return occupancy
+
+def occupancy_of(costs: NDArray[np.uint8]) -> NDArray[np.int8]:
+    """Return costs as nav_msgs/OccupancyGrid has them, of the same shape."""
+    occupancy: NDArray[np.int8] = _OCCUPANCY[costs]
+    return occupancy

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,14 @@ from arjuna_nav.costmap.costmap import FREE, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import Inflation, cost_at_distance
 from arjuna_nav.costmap.layers import ObstacleLayer, PlacedScan, interpret_map
+from arjuna_nav.costmap.window import Window, grown, joined, seen_in, whole
 
 
 class LayeredCostmap:
     """Combines the layers into one costmap, fixed to the map or rolling with the robot.
+
+    A change costs what its window costs, not what the map does: only there the layers are composed
+    and inflated again, in place.
 
     Args:
         config: Parameters.
@@ -34,12 +39,18 @@ class LayeredCostmap:
         self._obstacles = ObstacleLayer(frame, config)
         self._inflation = self._make_inflation()
         self._stamp = 0.0
-        self._costmap = self._compose()
+        self._changed: Window | None = None
+        self._compose_all()
 
     @property
     def costmap(self) -> Costmap:
-        """The costs as of the last change."""
+        """The costs as of now; the next change may be made in the same array."""
         return self._costmap
+
+    def take_changed(self) -> Window | None:
+        """Return what has changed since the last call, None where nothing has."""
+        changed, self._changed = self._changed, None
+        return changed
 
     @property
     def has_map(self) -> bool:
@@ -50,14 +61,14 @@ class LayeredCostmap:
         """Take another outline of the robot from now on."""
         self.footprint = footprint
         self._inflation = self._make_inflation()
-        self._costmap = self._compose()
+        self._compose_all()
 
     def set_map(self, grid: OccupancyGrid) -> None:
         """Take a map; the costmap takes its size and place, and keeps the obstacles seen."""
         self._map = interpret_map(grid, self._config)
         self._obstacles.move(grid.frame)
         self._inflation = self._make_inflation()
-        self._costmap = self._compose()
+        self._compose_all()
 
     def update(self, T_global_base: SE2, now: float, scans: Sequence[PlacedScan]) -> None:
         """Bring the costmap up to date.
@@ -68,39 +79,62 @@ class LayeredCostmap:
             scans: What came since the last update, oldest first.
         """
         self._stamp = now
+        before, changed = self._obstacles.frame, None
         if self._config.rolling_window:
-            self._obstacles.move(_rolled(self._obstacles.frame, T_global_base))
+            self._obstacles.move(_rolled(before, T_global_base))
         if self._uses("obstacle_layer"):
-            self._obstacles.update(T_global_base, self.footprint, scans)
-        self._costmap = self._compose()
+            changed = self._obstacles.update(T_global_base, self.footprint, scans)
+        if self._obstacles.frame != before:
+            self._compose_all()
+        else:
+            self._compose(changed)
 
     def clear_entirely(self) -> None:
         """Forget all obstacles seen; the map stays."""
         self._obstacles.clear()
-        self._costmap = self._compose()
+        self._compose_all()
 
     def clear_around(self, T_global_base: SE2, reset_distance: float) -> None:
         """Forget the obstacles in a square of edge `reset_distance` [m] round a pose."""
         self._obstacles.clear(self._square(T_global_base, reset_distance))
-        self._costmap = self._compose()
+        self._compose_all()
 
     def clear_except(self, T_global_base: SE2, reset_distance: float) -> None:
         """Forget the obstacles outside a square of edge `reset_distance` [m] round a pose."""
         self._obstacles.clear(self._square(T_global_base, reset_distance), outside=True)
-        self._costmap = self._compose()
+        self._compose_all()
 
-    def _compose(self) -> Costmap:
+    def _compose_all(self) -> None:
+        """Make the whole costmap anew."""
         frame = self._obstacles.frame
+        data = self._layers(whole(frame.shape))
+        self._costmap = Costmap(frame, data, self._stamp, self._circumscribed_cost())
+        self._changed = whole(frame.shape)
+
+    def _compose(self, changed: Window | None) -> None:
+        """Compose what is within the inflation's reach of a change."""
+        self._costmap = replace(self._costmap, stamp=self._stamp)
+        if changed is None:
+            return
+        shape = self._costmap.data.shape
+        reach = self._inflation.reach if self._uses("inflation_layer") else 0
+        window = grown(changed, reach, shape)
+        source = grown(window, reach, shape)
+        self._costmap.data[window] = self._layers(source)[seen_in(window, source)]
+        self._changed = joined(self._changed, window)
+
+    def _layers(self, window: Window) -> NDArray[np.uint8]:
+        """Return the costs of a window, as if there were nothing outside it."""
         unknown = UNKNOWN if self._config.track_unknown_space else FREE
+        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
+        data = np.full(shape, unknown, dtype=np.uint8)
         if self._map is not None and self._uses("static_layer"):
-            data = self._map.copy()
-        else:
-            data = np.full(frame.shape, unknown, dtype=np.uint8)
+            data[:] = self._map[window]
         if self._uses("obstacle_layer"):
-            self._obstacles.merge_into(data)
+            self._obstacles.merge_into(data, window)
         if self._uses("inflation_layer"):
             self._inflation.apply(data)
-        return Costmap(frame, data, self._stamp, self._circumscribed_cost())
+        return data
 
     def _make_inflation(self) -> Inflation:
         return Inflation(
@@ -121,7 +155,7 @@ class LayeredCostmap:
     def _uses(self, layer: str) -> bool:
         return layer in self._config.plugins and bool(getattr(self._config, layer).enabled)
 
-    def _square(self, T_global_base: SE2, edge: float) -> tuple[slice, slice]:
+    def _square(self, T_global_base: SE2, edge: float) -> Window:
         frame = self._obstacles.frame
         row, column = frame.to_cell(T_global_base.x, T_global_base.y)
         half = int(edge / 2.0 / frame.resolution)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from arjuna_nav.costmap.config import CostmapConfig, SourceConfig
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.raytrace import enter_scan, fill_polygon
+from arjuna_nav.costmap.window import Window, clipped, within
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class ObstacleLayer:
             _copy_overlap(old, self.data, row, column)
         self.frame = frame
 
-    def clear(self, window: tuple[slice, slice] | None = None, outside: bool = False) -> None:
+    def clear(self, window: Window | None = None, outside: bool = False) -> None:
         """Forget what was seen: everywhere, in a window of cells, or outside that window."""
         if window is None:
             self.data.fill(self._untouched)
@@ -82,19 +84,44 @@ class ObstacleLayer:
         if kept is not None:
             self.data[window] = kept
 
-    def update(self, T_global_base: SE2, footprint: Footprint, scans: Iterable[PlacedScan]) -> None:
-        """Enter scans in order, then set the robot's own place free."""
+    def update(
+        self, T_global_base: SE2, footprint: Footprint, scans: Sequence[PlacedScan]
+    ) -> Window | None:
+        """Enter scans in order, then set the robot's own place free.
+
+        Returns:
+            The cells that have changed, at least; None where none has.
+        """
+        touched = self._touched(T_global_base, footprint, scans)
+        before = self.data[touched].copy()
         for placed in scans:
             self._enter(placed)
         if self._config.footprint_clearing_enabled:
             corners = self.frame.origin.inverse().apply(footprint.at(T_global_base))
             fill_polygon(self.data, corners / self.frame.resolution, FREE)
+        return within(touched, self.data[touched] != before)
 
-    def merge_into(self, master: NDArray[np.uint8]) -> None:
-        """Take the greater cost of both; what either does not know comes from the other."""
-        known = self.data != UNKNOWN
-        take = known & ((master == UNKNOWN) | (self.data > master))
-        master[take] = self.data[take]
+    def _touched(
+        self, T_global_base: SE2, footprint: Footprint, scans: Sequence[PlacedScan]
+    ) -> Window:
+        """Return the cells that scans and the robot's own place can change."""
+        boxes = [(T_global_base, footprint.circumscribed_radius)]
+        for placed in scans:
+            limits = _limits(placed.scan, self._config.scan)
+            boxes.append((placed.T_global_base @ placed.scan.T_base_sensor, max(limits[3:])))
+        places = self.frame.origin.inverse().apply(np.array([(p.x, p.y) for p, _ in boxes]))
+        reach = np.array([[radius] for _, radius in boxes])
+        low, high = (places - reach).min(axis=0), (places + reach).max(axis=0)
+        x0, y0 = (math.floor(v / self.frame.resolution) - 1 for v in low.tolist())
+        x1, y1 = (math.ceil(v / self.frame.resolution) + 1 for v in high.tolist())
+        return clipped(y0, y1, x0, x1, self.data.shape)
+
+    def merge_into(self, master: NDArray[np.uint8], window: Window) -> None:
+        """Take the greater cost of both in a window; what either does not know is the other's."""
+        own = self.data[window]
+        known = own != UNKNOWN
+        take = known & ((master == UNKNOWN) | (own > master))
+        master[take] = own[take]
 
     def _enter(self, placed: PlacedScan) -> None:
         source, scan = self._config.scan, placed.scan

@@ -7,14 +7,17 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point32, Polygon, PolygonStamped
+from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
-from nav2_msgs.msg import CostmapMetaData
+from nav2_msgs.msg import CostmapMetaData, CostmapUpdate
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros.convert import grid_msg, header, pose_msg, time_msg
 from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.costmap import occupancy_of
+from arjuna_nav.costmap.window import Window
 
 
 def costmap_raw_msg(costmap: Costmap, frame_id: str, now: float) -> CostmapMsg:
@@ -33,8 +36,38 @@ def costmap_raw_msg(costmap: Costmap, frame_id: str, now: float) -> CostmapMsg:
 
 def costmap_grid_msg(costmap: Costmap, frame_id: str, now: float) -> OccupancyGridMsg:
     """Return a costmap as the OccupancyGrid that RViz shows."""
-    grid = OccupancyGrid(costmap.frame, costmap.to_occupancy(), costmap.stamp)
+    grid = OccupancyGrid(costmap.frame, occupancy_of(costmap.data), costmap.stamp)
     return grid_msg(grid, frame_id, now)
+
+
+def costmap_raw_update_msg(
+    costmap: Costmap, window: Window, frame_id: str, now: float
+) -> CostmapUpdate:
+    """Return the costs in a window of cells as nav2_msgs/CostmapUpdate."""
+    data = costmap.data[window]
+    return CostmapUpdate(
+        header=header(frame_id, now),
+        x=window[1].start,
+        y=window[0].start,
+        size_x=data.shape[1],
+        size_y=data.shape[0],
+        data=array.array("B", data.tobytes()),
+    )
+
+
+def costmap_grid_update_msg(
+    costmap: Costmap, window: Window, frame_id: str, now: float
+) -> OccupancyGridUpdate:
+    """Return the costs in a window of cells as map_msgs/OccupancyGridUpdate."""
+    data = occupancy_of(costmap.data[window])
+    return OccupancyGridUpdate(
+        header=header(frame_id, now),
+        x=window[1].start,
+        y=window[0].start,
+        width=data.shape[1],
+        height=data.shape[0],
+        data=array.array("b", data.tobytes()),
+    )
 
 
 def polygon_msg(points: NDArray[np.float64], frame_id: str, now: float) -> PolygonStamped:

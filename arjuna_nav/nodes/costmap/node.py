@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Polygon, PolygonStamped
-from nav2_msgs.msg import Costmap as CostmapMsg
+from geometry_msgs.msg import Polygon
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from sensor_msgs.msg import LaserScan
 
@@ -20,12 +19,8 @@ from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.nodes.costmap.messages import (
-    costmap_grid_msg,
-    costmap_raw_msg,
-    points_from_polygon,
-    polygon_msg,
-)
+from arjuna_nav.nodes.costmap.messages import points_from_polygon
+from arjuna_nav.nodes.costmap.output import CostmapOutput
 from arjuna_nav.nodes.costmap.services import CostmapServices
 from arjuna_nav.nodes.frames import robot_pose
 
@@ -43,7 +38,7 @@ class CostmapNode(ManagedNode):
         config: CostmapConfig = self.config
         self.layered = LayeredCostmap(config)
         self._map: OccupancyGrid | None = None
-        self._updated_at = self._published_at = self._scanned_at = -np.inf
+        self._updated_at = self._scanned_at = -np.inf
         self._problem = "it is not active"
         self._scans = ScanQueue(self, config.global_frame, config.robot_base_frame, _QUEUE)
         if "static_layer" in config.plugins:
@@ -54,14 +49,15 @@ class CostmapNode(ManagedNode):
         if "obstacle_layer" in config.plugins:
             topic = config.obstacle_layer.scan.topic
             self.subscribe(LaserScan, _absolute(topic), self._scans.add, qos.SENSOR_SUBSCRIPTION)
-        self._grid_out = self.publisher(OccupancyGridMsg, "costmap", qos.LATCHED)
-        self._raw_out = self.publisher(CostmapMsg, "costmap_raw", qos.LATCHED)
-        self._footprint_out = self.publisher(PolygonStamped, "published_footprint", qos.DEFAULT)
+        self._output = CostmapOutput(self)
         self.subscribe(Polygon, "footprint", self._on_footprint, qos.DEFAULT)
         CostmapServices(self, self)
         self.every(1.0 / config.update_frequency, self._update)
         if config.publish_frequency > 0.0:
-            self.every(1.0 / config.publish_frequency, self._publish)
+            self.every(
+                1.0 / config.publish_frequency,
+                lambda: self._output.publish(self.layered, self._updated_at),
+            )
 
     def current(self, timeout: float) -> Costmap | None:
         """Return the costs, or None if they were not updated within a timeout [s]."""
@@ -90,7 +86,8 @@ class CostmapNode(ManagedNode):
     def activate(self) -> None:
         """Start from what is seen from now on."""
         self._scans.clear()
-        self._updated_at = self._published_at = -np.inf
+        self._updated_at = -np.inf
+        self._output.reset()
         self._scanned_at, self._problem = self.now, "no update was due yet"
 
     def on_time_jump(self) -> None:
@@ -150,19 +147,6 @@ class CostmapNode(ManagedNode):
     def _silence(self) -> str:
         topic = _absolute(self.config.obstacle_layer.scan.topic)
         return f"no scan on {topic} for {self.now - self._scanned_at:.2f} s"
-
-    def _publish(self) -> None:
-        """Publish what was updated since the last time, for those too who join later."""
-        if self._updated_at <= self._published_at:
-            return
-        self._published_at = self.now
-        costmap, frame_id = self.layered.costmap, self.config.global_frame
-        self._grid_out.publish(costmap_grid_msg(costmap, frame_id, self.now))
-        self._raw_out.publish(costmap_raw_msg(costmap, frame_id, self.now))
-        pose = self.transforms.try_lookup(frame_id, self.config.robot_base_frame)
-        if pose is not None and self._footprint_out.get_subscription_count() > 0:
-            corners = self.layered.footprint.at(pose)
-            self._footprint_out.publish(polygon_msg(corners, frame_id, self.now))
 
 
 def _absolute(topic: str) -> str:

@@ -15,6 +15,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.config import InflationConfig, ObstacleConfig, SourceConfig
+from arjuna_nav.costmap.costmap import occupancy_of
 from arjuna_nav.costmap.inflation import Inflation, cost_at_distance
 from arjuna_nav.costmap.layers import interpret_map
 from tests.nav.worlds import block, empty_grid, room, scan_from
@@ -227,8 +228,7 @@ def test_a_whole_room_agrees_with_its_map() -> None:
 
 def test_costs_become_nav2s_occupancy() -> None:
     costs = np.array([[0, 1, 126, 252, 253, 254, 255]], dtype=np.uint8)
-    occupancy = Costmap(GridFrame(0.05, 7, 1), costs).to_occupancy()
-    assert occupancy.tolist() == [[0, 1, 49, 98, 99, 100, -1]]
+    assert occupancy_of(costs).tolist() == [[0, 1, 49, 98, 99, 100, -1]]
 
 
 def test_a_costmap_seen_from_another_frame_lies_where_it_did() -> None:
@@ -243,3 +243,48 @@ def test_a_costmap_seen_from_another_frame_lies_where_it_did() -> None:
 def test_refuses_a_rolling_window_with_a_map() -> None:
     with pytest.raises(ConfigError, match="valid plugins: obstacle_layer, inflation_layer"):
         CostmapConfig(rolling_window=True)
+
+
+@pytest.mark.parametrize("unknown", [False, True])
+@pytest.mark.parametrize("seed", range(4))
+def test_what_changes_in_a_window_is_as_if_all_were_made_anew(seed: int, unknown: bool) -> None:
+    rng = np.random.default_rng(seed)
+    config = CostmapConfig(
+        resolution=0.05,
+        robot_radius=0.2,
+        track_unknown_space=unknown,
+        inflation_layer=InflationConfig(inflation_radius=0.5),
+    )
+    layered = LayeredCostmap(config)
+    layered.set_map(room())
+    layered.take_changed()
+    for k in range(12):
+        x, y, yaw = rng.uniform((-5.4, -5.4, -3.0), (5.4, 5.4, 3.0)).tolist()
+        pose = SE2(x, y, yaw)
+        ranges = rng.uniform(0.1, 4.0, 40)
+        ranges[rng.random(40) < 0.2] = math.inf
+        scans = [PlacedScan(Scan(ranges, -math.pi, 0.16, 0.1, 12.0), pose)] if k % 4 else []
+        before = layered.costmap.data.copy()
+        layered.update(pose, 0.1 * k, scans)
+        windowed = layered.costmap.data.copy()
+        changed = layered.take_changed()
+        if changed is not None:
+            before[changed] = windowed[changed]
+        np.testing.assert_array_equal(before, windowed, "nothing has changed elsewhere")
+        layered.set_footprint(layered.footprint)
+        np.testing.assert_array_equal(layered.costmap.data, windowed)
+        layered.take_changed()
+
+
+def test_a_scan_that_says_nothing_new_changes_nothing() -> None:
+    layered = LayeredCostmap(CostmapConfig(resolution=0.05))
+    layered.set_map(empty_grid(6.0, 6.0, SE2(-3.0, -3.0)))
+    scan = PlacedScan(one_beam(1.02), SE2())
+    layered.update(SE2(), 0.0, [scan])
+    assert layered.take_changed() is not None
+    layered.update(SE2(), 0.1, [scan])
+    assert layered.take_changed() is None
+    assert layered.costmap.stamp == 0.1
+    layered.update(SE2(), 0.2, [PlacedScan(one_beam(1.07), SE2())])
+    rows, columns = layered.take_changed() or (slice(0), slice(0))
+    assert (rows.stop - rows.start, columns.stop - columns.start) == (23, 24)

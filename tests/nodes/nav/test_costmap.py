@@ -12,7 +12,9 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from geometry_msgs.msg import Point32, Polygon, PolygonStamped
+from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
+from nav2_msgs.msg import CostmapUpdate
 from nav2_msgs.srv import (
     GetCostmap,
 )
@@ -24,7 +26,7 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, seconds
 from arjuna_core.se2 import SE2
-from bringup.stack import LOCAL_COSTMAP
+from bringup.stack import GLOBAL_COSTMAP, LOCAL_COSTMAP
 from tests.helpers.nav.costmaps import (
     BOX,
     FREE,
@@ -215,3 +217,49 @@ def test_a_scanner_that_falls_silent_makes_the_costmap_outdated() -> None:
     robot.run(0.3)
     assert node.current(0.3) is not None
     robot.close()
+
+
+def updates(robot: PlayedRobot, name: str) -> tuple[list[Any], list[Any]]:
+    """Return lists that grow with the parts of a costmap that are published."""
+    return (
+        robot.bench.collect(OccupancyGridUpdate, f"/{name}/costmap_updates", qos.LATCHED),
+        robot.bench.collect(CostmapUpdate, f"/{name}/costmap_raw_updates", qos.LATCHED),
+    )
+
+
+def test_what_changes_is_published_by_itself(robot: PlayedRobot) -> None:
+    node = robot.nodes[f"{GLOBAL}/{GLOBAL}"]
+    robot.run(1.2)
+    grids, raws = updates(robot, GLOBAL)
+    robot.run(0.1)
+    grids.clear()
+    raws.clear()
+    kept = node.layered.costmap.data.copy()
+    robot.world.data[:] = 0  # the box and the walls have gone
+    robot.run(2.2)
+    assert grids
+    for raw in raws:
+        window = slice(raw.y, raw.y + raw.size_y), slice(raw.x, raw.x + raw.size_x)
+        kept[window] = np.array(raw.data, dtype=np.uint8).reshape(raw.size_y, raw.size_x)
+    np.testing.assert_array_equal(kept, node.layered.costmap.data)
+    assert (grids[-1].x, grids[-1].y) == (raws[-1].x, raws[-1].y)
+    assert len(grids[-1].data) == grids[-1].width * grids[-1].height
+    assert max(raw.size_x * raw.size_y for raw in raws) < kept.size
+
+
+def test_the_whole_is_published_for_whoever_is_new_where_that_is_asked_for() -> None:
+    robot = PlayedRobot({f"{GLOBAL}/{GLOBAL}": {"always_send_full_costmap": False}})
+    try:
+        robot.bring_up(GLOBAL_COSTMAP)
+        robot.send_map(robot.world)
+        robot.run(3.2)
+        grids = robot.bench.collect(OccupancyGridMsg, f"/{GLOBAL}/costmap", qos.LATCHED)
+        robot.run(5.0)
+        stamps = [seconds(grid.header.stamp) for grid in grids]
+        assert 1 <= len(stamps) <= 2, "the latched one, and one of now"
+        assert stamps[-1] > 3.0
+        robot.send_map(empty_grid(14.0, 13.0, SE2(-7.0, -6.0)))
+        robot.run(1.2)
+        assert grids[-1].info.width == 280
+    finally:
+        robot.close()

@@ -1,0 +1,74 @@
+"""What a costmap publishes: whole grids, and what changes in them."""
+
+from __future__ import annotations
+
+import numpy as np
+from geometry_msgs.msg import PolygonStamped
+from map_msgs.msg import OccupancyGridUpdate
+from nav2_msgs.msg import Costmap as CostmapMsg
+from nav2_msgs.msg import CostmapUpdate
+from nav_msgs.msg import OccupancyGrid
+
+from arjuna_core.grid import GridFrame
+from arjuna_core.ros import qos
+from arjuna_core.ros.node import ManagedNode
+from arjuna_nav.costmap import Costmap, LayeredCostmap
+from arjuna_nav.nodes.costmap.messages import (
+    costmap_grid_msg,
+    costmap_grid_update_msg,
+    costmap_raw_msg,
+    costmap_raw_update_msg,
+    polygon_msg,
+)
+
+
+class CostmapOutput:
+    """Publishes a costmap under Nav2's names.
+
+    Args:
+        node: The node of the costmap; in its `configure`.
+    """
+
+    def __init__(self, node: ManagedNode) -> None:
+        self._node = node
+        self._grid = node.publisher(OccupancyGrid, "costmap", qos.LATCHED)
+        self._raw = node.publisher(CostmapMsg, "costmap_raw", qos.LATCHED)
+        self._grid_update = node.publisher(OccupancyGridUpdate, "costmap_updates", qos.LATCHED)
+        self._raw_update = node.publisher(CostmapUpdate, "costmap_raw_updates", qos.LATCHED)
+        self._footprint = node.publisher(PolygonStamped, "published_footprint", qos.DEFAULT)
+        self._readers = 0
+        self._frame: GridFrame | None = None
+        self._published_at = -np.inf
+
+    def reset(self) -> None:
+        """Publish the whole next."""
+        self._published_at, self._frame = -np.inf, None
+
+    def publish(self, layered: LayeredCostmap, updated_at: float) -> None:
+        """Publish what was updated since the last time, for those too who join later.
+
+        Args:
+            layered: The costmap.
+            updated_at: When it was updated [s].
+        """
+        if updated_at <= self._published_at:
+            return
+        self._published_at = self._node.now
+        costmap, frame_id, now = layered.costmap, self._node.config.global_frame, self._node.now
+        changed = layered.take_changed()
+        if self._wants_all(costmap):
+            self._grid.publish(costmap_grid_msg(costmap, frame_id, now))
+            self._raw.publish(costmap_raw_msg(costmap, frame_id, now))
+        if changed is not None:
+            self._grid_update.publish(costmap_grid_update_msg(costmap, changed, frame_id, now))
+            self._raw_update.publish(costmap_raw_update_msg(costmap, changed, frame_id, now))
+        pose = self._node.transforms.try_lookup(frame_id, self._node.config.robot_base_frame)
+        if pose is not None and self._footprint.get_subscription_count() > 0:
+            self._footprint.publish(polygon_msg(layered.footprint.at(pose), frame_id, now))
+
+    def _wants_all(self, costmap: Costmap) -> bool:
+        """Whether the whole is due: always, or for a new place or a new reader."""
+        readers = self._grid.get_subscription_count() + self._raw.get_subscription_count()
+        news = costmap.frame != self._frame or readers > self._readers
+        self._frame, self._readers = costmap.frame, readers
+        return news or bool(self._node.config.always_send_full_costmap)
