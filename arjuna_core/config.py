@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from arjuna_core.errors import ConfigError, nearest
-from arjuna_core.param import ParamInfo, info_of, param, plugin_names
+from arjuna_core.param import ParamInfo, info_of, key_of, param, plugin_names
 from arjuna_core.plugins import shaped
 
 T = TypeVar("T")
@@ -22,9 +22,9 @@ def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
     for item in dataclasses.fields(config):
         value = getattr(config, item.name)
         if dataclasses.is_dataclass(value):
-            result.update(flatten(value, f"{prefix}{item.name}."))
+            result.update(flatten(value, f"{prefix}{key_of(item)}."))
         else:
-            result[prefix + item.name] = value
+            result[prefix + key_of(item)] = value
     return result
 
 
@@ -35,9 +35,9 @@ def infos(cls: type[Any], prefix: str = "") -> dict[str, ParamInfo]:
     for item in dataclasses.fields(cls):
         hint = hints[item.name]
         if dataclasses.is_dataclass(hint):
-            result.update(infos(hint, f"{prefix}{item.name}."))  # type: ignore[arg-type]
+            result.update(infos(hint, f"{prefix}{key_of(item)}."))  # type: ignore[arg-type]
         else:
-            result[prefix + item.name] = info_of(item)
+            result[prefix + key_of(item)] = info_of(item)
     return result
 
 
@@ -81,7 +81,7 @@ def _build(cls: type[T], flat: dict[str, Any], prefix: str, where: str, problems
     known: list[str] = []
     before = len(problems)
     for item in dataclasses.fields(cls):  # type: ignore[arg-type]
-        name, hint = prefix + item.name, hints[item.name]
+        name, hint = prefix + key_of(item), hints[item.name]
         if dataclasses.is_dataclass(hint):
             nested = {k: v for k, v in flat.items() if k.startswith(f"{name}.")}
             arguments[item.name] = _build(hint, nested, f"{name}.", where, problems)  # type: ignore[arg-type]

@@ -76,3 +76,8 @@ def info_of(field: dataclasses.Field[Any]) -> ParamInfo:
     """Return a field's parameter information."""
     info: ParamInfo = field.metadata[_KEY]
     return info
+
+
+def key_of(field: dataclasses.Field[Any]) -> str:
+    """Return a field's parameter name; one that Python keeps for itself ends in `_` as a field."""
+    return field.name.removesuffix("_")

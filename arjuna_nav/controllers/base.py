@@ -44,6 +44,9 @@ class ControlResult:
     message: str = ""
 
 
+NO_PATH = ControlResult(ControlStatus.INVALID_PATH, message="no path was set")
+
+
 class PathError(ArjunaError, ValueError):
     """A path has no pose or the wrong shape."""
 

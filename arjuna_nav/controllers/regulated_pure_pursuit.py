@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import ControlResult, ControlStatus, checked_path
+from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, checked_path
 from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.controllers.turning import Turning
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -142,7 +143,7 @@ class RegulatedPurePursuit:
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
         """Return the velocity to drive, or NO_VALID_CONTROL where it would collide."""
         if not len(self._path):
-            return ControlResult(ControlStatus.INVALID_PATH, message="no path was set")
+            return NO_PATH
         search = self._config.max_robot_pose_search_dist
         self._index = paths.nearest(self._path, pose, self._index, search)
         goal = SE2.from_array(self._path[-1])
@@ -184,15 +185,15 @@ class RegulatedPurePursuit:
     def _turn(self, angle: float) -> float:
         """Return the yaw rate that turns by an angle and comes to rest there."""
         config = self._config
-        brake = math.sqrt(config.max_angular_accel * abs(angle))  # half the limit: none overshoots
-        rate = min(
-            config.rotate_to_heading_angular_vel, brake, config.rotate_to_heading_gain * abs(angle)
+        turning = Turning(
+            config.rotate_to_heading_angular_vel,
+            config.max_angular_accel,
+            self._period,
+            config.rotate_to_heading_gain,
+            config.min_rotate_to_heading_angular_vel,
+            config.rotate_to_heading_settled_angle,
         )
-        if abs(angle) > config.rotate_to_heading_settled_angle:
-            rate = max(rate, config.min_rotate_to_heading_angular_vel)
-        target = math.copysign(rate, angle)
-        change = config.max_angular_accel * self._period
-        return min(max(target, self._last_w - change), self._last_w + change)
+        return turning.towards(angle, self._last_w)
 
     def _pursue(self, carrot: SE2, pose: SE2, velocity: Velocity, costmap: Costmap) -> Velocity:
         """Return the velocity along the arc through the carrot, regulated."""

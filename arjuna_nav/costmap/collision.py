@@ -67,7 +67,7 @@ def _first_collision(
     """Return the first colliding index, or the number of poses where none collides."""
     allowed = math.inf
     for i in range(len(poses)):
-        if not _collides(data, poses[i], points, circular, safe_cost):
+        if not collides_in_cells(data, poses[i], points, circular, safe_cost):
             allowed = math.inf
             continue
         if i == 0:
@@ -80,13 +80,17 @@ def _first_collision(
 
 
 @njit(cache=True)
-def _collides(
+def collides_in_cells(
     data: NDArray[np.uint8],
     pose: NDArray[np.float64],
     points: NDArray[np.float64],
     circular: bool,
     safe_cost: int,
 ) -> bool:
+    """Tell whether the robot at a pose `(x, y, theta)` of the grid [cells, rad] collides.
+
+    The outline's points are in cells; below `safe_cost` at the centre no heading collides.
+    """
     height, width = data.shape
     row, column = math.floor(pose[1]), math.floor(pose[0])
     if not (0 <= row < height and 0 <= column < width):

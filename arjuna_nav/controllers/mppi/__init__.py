@@ -1,0 +1,1 @@
+"""MPPI: noisy controls rolled out, weighed by critics, averaged."""

@@ -1,0 +1,178 @@
+"""Parameters of MPPI and its critics, by Nav2's names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from arjuna_core.config import param
+
+CRITICS = (
+    *("ConstraintCritic", "CostCritic", "ObstaclesCritic", "GoalCritic", "GoalAngleCritic"),
+    *("PathAlignCritic", "PathFollowCritic", "PathAngleCritic", "PreferForwardCritic"),
+    *("TwirlingCritic", "VelocityDeadbandCritic"),
+)
+_STOCK = (
+    *("ConstraintCritic", "CostCritic", "GoalCritic", "GoalAngleCritic", "PathAlignCritic"),
+    *("PathFollowCritic", "PathAngleCritic", "PreferForwardCritic"),
+)
+
+
+@dataclass(frozen=True)
+class CriticConfig:
+    """What every critic has."""
+
+    enabled: bool = param(True, "Whether the critic counts.")
+    cost_power: int = param(1, "Power of its cost.", minimum=1, maximum=4)
+    cost_weight: float = param(1.0, "Weight.", minimum=0.0)
+
+
+@dataclass(frozen=True)
+class NearGoalConfig(CriticConfig):
+    """A critic that counts nearer or farther from the goal than a distance."""
+
+    threshold_to_consider: float = param(
+        0.5, "Distance from the goal within which, or beyond which, it counts.", unit="m", minimum=0
+    )
+
+
+@dataclass(frozen=True)
+class GoalAngleConfig(NearGoalConfig):
+    """Scores the heading near the goal."""
+
+    symmetric_yaw_tolerance: bool = param(False, "Whether the robot may arrive backwards.")
+
+
+@dataclass(frozen=True)
+class CostConfig(CriticConfig):
+    """Scores the costs along a rollout."""
+
+    consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
+    critical_cost: float = param(300.0, "Cost of a pose near a collision.", minimum=0.0)
+    collision_cost: float = param(1e6, "Cost of a collision.", minimum=0.0)
+    near_collision_cost: int = param(
+        253, "Costmap's cost from which a pose is near one.", minimum=1, maximum=254
+    )
+    near_goal_distance: float = param(
+        1.0,
+        "Distance from the goal within which only what is critical counts.",
+        unit="m",
+        minimum=0,
+    )
+    trajectory_point_step: int = param(2, "Every which pose is looked at.", minimum=1)
+
+
+@dataclass(frozen=True)
+class ObstaclesConfig(CriticConfig):
+    """Scores the distance from obstacles that the costs tell."""
+
+    consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
+    repulsion_weight: float = param(1.5, "Weight of being near obstacles.", minimum=0.0)
+    critical_weight: float = param(20.0, "Weight within the margin.", minimum=0.0)
+    collision_cost: float = param(1e5, "Cost of a collision.", minimum=0.0)
+    collision_margin_distance: float = param(0.1, "The margin.", unit="m", minimum=0.0)
+    near_goal_distance: float = param(
+        0.5,
+        "Distance from the goal within which only what is critical counts.",
+        unit="m",
+        minimum=0,
+    )
+    inflation_cost_scaling_factor: float = param(
+        3.0, "The costmap's cost_scaling_factor.", unit="1/m", minimum=0.01
+    )
+
+
+@dataclass(frozen=True)
+class PathAlignConfig(NearGoalConfig):
+    """Scores the distance of a rollout from the path, pose by pose."""
+
+    max_path_occupancy_ratio: float = param(
+        0.07, "Share of blocked path from which it does not count.", minimum=0.0, maximum=1.0
+    )
+    offset_from_furthest: int = param(
+        20, "Poses of the path to be reached before it counts.", minimum=0
+    )
+    trajectory_point_step: int = param(4, "Every which pose is looked at.", minimum=1)
+
+
+@dataclass(frozen=True)
+class PathFollowConfig(NearGoalConfig):
+    """Scores the distance of a rollout's end from a pose ahead on the path."""
+
+    offset_from_furthest: int = param(6, "Poses beyond the farthest reached.", minimum=0)
+
+
+@dataclass(frozen=True)
+class PathAngleConfig(NearGoalConfig):
+    """Scores the angle between a rollout's end and a pose ahead on the path."""
+
+    offset_from_furthest: int = param(4, "Poses beyond the farthest reached.", minimum=0)
+    max_angle_to_furthest: float = param(
+        0.785398, "Angle from which it counts.", unit="rad", minimum=0.0
+    )
+    mode: int = param(0, "0: forwards, 1: whichever is nearer.", choices=(0, 1))
+
+
+@dataclass(frozen=True)
+class DeadbandConfig(CriticConfig):
+    """Scores velocities that the drive does not follow."""
+
+    deadband_velocities: tuple[float, ...] = param(
+        (0.0, 0.0, 0.0), "Least |x|, |y| and |theta| that move the robot.", unit="m/s, rad/s"
+    )
+
+
+@dataclass(frozen=True)
+class MppiConfig:
+    """Parameters of MPPI."""
+
+    time_steps: int = param(56, "Steps of a rollout.", minimum=2, maximum=500)
+    model_dt: float = param(0.05, "Time of a step.", unit="s", minimum=0.005, maximum=1.0)
+    batch_size: int = param(1000, "Rollouts.", minimum=10, maximum=20000)
+    iteration_count: int = param(1, "Rounds a command.", minimum=1, maximum=20)
+    temperature: float = param(0.3, "How little the costs decide.", minimum=1e-3)
+    gamma: float = param(0.015, "Weight of smoothness against the costs.", minimum=0.0)
+    vx_max: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.01)
+    vx_min: float = param(-0.35, "Least forward speed; negative drives back.", unit="m/s")
+    wz_max: float = param(1.9, "Greatest yaw rate.", unit="rad/s", minimum=0.01)
+    ax_max: float = param(3.0, "Acceleration.", unit="m/s^2", minimum=0.01)
+    ax_min: float = param(-3.0, "Deceleration.", unit="m/s^2", maximum=-0.01)
+    az_max: float = param(3.5, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
+    vx_std: float = param(0.2, "Deviation of the speeds tried.", unit="m/s", minimum=1e-3)
+    wz_std: float = param(0.4, "Deviation of the yaw rates tried.", unit="rad/s", minimum=1e-3)
+    noise_time: float = param(
+        0.3, "How long what is tried hangs together; 0 for Nav2's white noise.", unit="s", minimum=0
+    )
+    motion_model: str = param("DiffDrive", "How the robot moves.", choices=("DiffDrive",))
+    prune_distance: float = param(1.5, "How much of the path counts.", unit="m", minimum=0.1)
+    max_robot_pose_search_dist: float = param(
+        2.5, "How far along the path the robot is looked for.", unit="m", minimum=0.1
+    )
+    retry_attempt_limit: int = param(1, "Tries anew where every rollout collides.", minimum=0)
+    regenerate_noises: bool = param(False, "Whether each command has its own noise.")
+    seed: int = param(0, "Seed of the noise.", minimum=0)
+    critics: tuple[str, ...] = param(_STOCK, "The critics.", choices=CRITICS, read_only=True)
+    ConstraintCritic: CriticConfig = field(default_factory=lambda: CriticConfig(cost_weight=4.0))
+    CostCritic: CostConfig = field(default_factory=lambda: CostConfig(cost_weight=3.81))
+    ObstaclesCritic: ObstaclesConfig = field(default_factory=ObstaclesConfig)
+    GoalCritic: NearGoalConfig = field(
+        default_factory=lambda: NearGoalConfig(cost_weight=5.0, threshold_to_consider=1.4)
+    )
+    GoalAngleCritic: GoalAngleConfig = field(
+        default_factory=lambda: GoalAngleConfig(cost_weight=3.0)
+    )
+    PathAlignCritic: PathAlignConfig = field(
+        default_factory=lambda: PathAlignConfig(cost_weight=10.0)
+    )
+    PathFollowCritic: PathFollowConfig = field(
+        default_factory=lambda: PathFollowConfig(cost_weight=5.0, threshold_to_consider=1.4)
+    )
+    PathAngleCritic: PathAngleConfig = field(
+        default_factory=lambda: PathAngleConfig(cost_weight=2.2)
+    )
+    PreferForwardCritic: NearGoalConfig = field(
+        default_factory=lambda: NearGoalConfig(cost_weight=5.0)
+    )
+    TwirlingCritic: CriticConfig = field(default_factory=lambda: CriticConfig(cost_weight=10.0))
+    VelocityDeadbandCritic: DeadbandConfig = field(
+        default_factory=lambda: DeadbandConfig(cost_weight=35.0)
+    )

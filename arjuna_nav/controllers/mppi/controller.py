@@ -1,0 +1,159 @@
+"""MPPI: follows a path by the controls whose rollouts the critics like best."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
+from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.controllers.mppi import motion_critics as motion
+from arjuna_nav.controllers.mppi import path_critics as along
+from arjuna_nav.controllers.mppi.config import MppiConfig
+from arjuna_nav.controllers.mppi.obstacle_critics import cost_critic, obstacles_critic
+from arjuna_nav.controllers.mppi.optimizer import Optimizer
+from arjuna_nav.controllers.mppi.rollouts import Array, Limits, Rollouts
+from arjuna_nav.controllers.mppi.scene import (
+    Scene,
+    free_places,
+    furthest_reached,
+    grid_seen,
+    path_seen,
+)
+from arjuna_nav.controllers.tracked_path import TrackedPath
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+
+_LOOK = 0.3  # the command's own arc is checked with the whole outline this far [s]
+
+
+class Mppi:
+    """Follows a path by model predictive path integral control.
+
+    Args:
+        config: Parameters.
+        footprint: The robot.
+        xy_goal_tolerance: Not used: its critics bring it to the goal itself.
+        period: Time between two calls [s].
+
+    Source: nav2_mppi_controller.
+    """
+
+    Config: ClassVar[type[Any]] = MppiConfig
+
+    def __init__(
+        self, config: MppiConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
+    ) -> None:
+        self._config = config
+        self._footprint = footprint
+        self._period = period
+        self._path = TrackedPath(config.max_robot_pose_search_dist)
+        self._optimizer = Optimizer(config)
+        self.speed_limit = math.inf
+        self.carrot: SE2 | None = None
+
+    @property
+    def desired_speed(self) -> float:
+        """Greatest forward speed where nothing limits it [m/s]."""
+        return float(self._config.vx_max)
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """The part of the path that is still ahead, `(N, 3) float64`."""
+        return self._path.ahead
+
+    def set_path(self, path: NDArray[np.float64]) -> None:
+        """Take a path `(N, 3) float64`; the controls found for the last one are gone on with."""
+        self._path.replace(path)
+
+    def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
+        """Return the velocity to drive, or NO_VALID_CONTROL where every rollout collides."""
+        if not len(self._path.ahead):
+            return NO_PATH
+        self._path.advance(pose)
+        seen = pose.inverse() @ self._path.goal
+        path = path_seen(self._path.within(self._config.prune_distance), pose)
+        grid = grid_seen(costmap, self._footprint, pose)
+        scene = Scene(
+            path, free_places(path, grid), seen, math.hypot(seen.x, seen.y), len(path) - 1, grid
+        )
+        limits = self._limits()
+        for _ in range(1 + self._config.retry_attempt_limit):
+            if self._optimizer.improve(velocity, limits, lambda r: self._judge(r, scene, limits)):
+                command = self._optimizer.advance(self._period)
+                return self._checked(command, pose, costmap)
+            self._optimizer.reset()
+        where = f"({pose.x:.2f}, {pose.y:.2f})"
+        message = f"collision ahead on every one of {self._config.batch_size} ways from {where}"
+        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+
+    def _limits(self) -> Limits:
+        config = self._config
+        return Limits(
+            config.vx_min,
+            min(config.vx_max, self.speed_limit),
+            config.wz_max,
+            config.ax_max,
+            -config.ax_min,
+            config.az_max,
+        )
+
+    def _judge(self, rollouts: Rollouts, scene: Scene, limits: Limits) -> tuple[Array, bool]:
+        """Return each rollout's cost by all critics, and whether all collide."""
+        config, dt = self._config, self._config.model_dt
+        reached = furthest_reached(rollouts.x[-1], rollouts.y[-1], scene.path)
+        scene = scene._replace(furthest=reached)
+        costs, blocked = np.zeros(rollouts.x.shape[1], np.float32), False
+        found: list[tuple[int, Array | None]] = []
+        for name in config.critics:
+            own = getattr(config, name)
+            if not own.enabled:
+                continue
+            cost: Array | None
+            if name in ("CostCritic", "ObstaclesCritic"):
+                cost, all_hit = self._obstacles(name, rollouts, scene)
+                blocked = blocked or all_hit
+            else:
+                cost = _CRITICS[name](own, rollouts, scene, limits, dt)
+            found.append((own.cost_power, cost))
+        for power, cost in found:
+            if cost is not None:
+                costs += cost if power == 1 else cost**power
+        return costs, blocked
+
+    def _obstacles(self, name: str, rollouts: Rollouts, scene: Scene) -> tuple[Array, bool]:
+        if name == "CostCritic":
+            return cost_critic(self._config.CostCritic, rollouts, scene)
+        radius = self._footprint.inscribed_radius
+        return obstacles_critic(self._config.ObstaclesCritic, rollouts, scene, radius)
+
+    def _checked(self, command: Velocity, pose: SE2, costmap: Costmap) -> ControlResult:
+        """Return the command, or NO_VALID_CONTROL where its own arc would collide."""
+        arc = rollout(pose, command, _LOOK, costmap.frame.resolution)
+        hit = first_collision(costmap, self._footprint, arc)
+        if hit is None:
+            return ControlResult(ControlStatus.SUCCEEDED, command)
+        self._optimizer.reset()
+        message = f"collision ahead at ({arc[hit, 0]:.2f}, {arc[hit, 1]:.2f})"
+        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+
+
+_CRITICS: dict[str, Any] = {
+    "ConstraintCritic": lambda own, r, scene, limits, dt: motion.constraint(own, r, limits, dt),
+    "GoalCritic": lambda own, r, scene, limits, dt: motion.goal(own, r, scene),
+    "GoalAngleCritic": lambda own, r, scene, limits, dt: motion.goal_angle(own, r, scene),
+    "PreferForwardCritic": lambda own, r, scene, limits, dt: motion.prefer_forward(
+        own, r, scene, dt
+    ),
+    "TwirlingCritic": lambda own, r, scene, limits, dt: motion.twirling(own, r),
+    "VelocityDeadbandCritic": lambda own, r, scene, limits, dt: motion.deadband(own, r, dt),
+    "PathAlignCritic": lambda own, r, scene, limits, dt: along.path_align(own, r, scene),
+    "PathFollowCritic": lambda own, r, scene, limits, dt: along.path_follow(own, r, scene),
+    "PathAngleCritic": lambda own, r, scene, limits, dt: along.path_angle(own, r, scene),
+}

@@ -1,0 +1,157 @@
+"""The rotation shim: turns on the spot towards a new path, then lets another controller follow."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
+from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.base import NO_PATH, Controller, ControlResult, ControlStatus
+from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.controllers.plugins import CONTROLLERS
+from arjuna_nav.controllers.tracked_path import TrackedPath
+from arjuna_nav.controllers.turning import Turning
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import path as paths
+
+_SEARCH = 2.5  # along the path [m]
+
+
+@dataclass(frozen=True)
+class RotationShimConfig:
+    """Parameters of the rotation shim, by Nav2's names; its primary's stand beside them."""
+
+    primary_controller: str = param("", "Class of the controller that follows.", read_only=True)
+    angular_dist_threshold: float = param(
+        0.785, "Heading error that starts a turn.", unit="rad", minimum=0.0
+    )
+    angular_disengage_threshold: float = param(
+        0.3925, "Heading error that ends it.", unit="rad", minimum=0.0
+    )
+    forward_sampling_distance: float = param(
+        0.5, "How far ahead the path's direction is taken.", unit="m", minimum=0.0
+    )
+    rotate_to_heading_angular_vel: float = param(1.8, "Yaw rate.", unit="rad/s", minimum=0.05)
+    max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
+    simulate_ahead_time: float = param(
+        1.0, "How far ahead collisions are looked for.", unit="s", minimum=0.0
+    )
+    rotate_to_goal_heading: bool = param(False, "Whether to turn at the goal as well.")
+    rotate_to_heading_once: bool = param(False, "Whether to turn for a new goal only.")
+
+
+class RotationShim:
+    """Turns on the spot where a path begins aside, else lets its primary controller follow.
+
+    Args:
+        config: Parameters, the primary's among them.
+        footprint: The robot.
+        xy_goal_tolerance: Where only the heading is left, if it turns at the goal [m].
+        period: Time between two calls [s].
+
+    Source: nav2_rotation_shim_controller.
+    """
+
+    Config: ClassVar[type[Any]] = RotationShimConfig
+
+    @staticmethod
+    def config_for(values: Mapping[str, Any]) -> type[Any]:
+        """Return the shim's parameters with those of the primary that the values name.
+
+        Raises:
+            ConfigError: They name none, or one that does not exist.
+        """
+        name = str(values.get("primary_controller", ""))
+        if not name or CONTROLLERS.resolve(name) is RotationShim:
+            raise ConfigError("primary_controller must name the class of another controller")
+        primary: Any = CONTROLLERS.config_of(name, values)
+        return _joined(primary)
+
+    def __init__(
+        self, config: Any, footprint: Footprint, xy_goal_tolerance: float, period: float
+    ) -> None:
+        self._config = config
+        self._footprint = footprint
+        self._xy_goal_tolerance = xy_goal_tolerance
+        self._turn = Turning(config.rotate_to_heading_angular_vel, config.max_angular_accel, period)
+        make = CONTROLLERS.resolve(config.primary_controller)
+        self._primary: Controller = make(config, footprint, xy_goal_tolerance, period)
+        self._path = TrackedPath(_SEARCH)
+        self._due = self._turning = False
+        self.speed_limit = math.inf
+        self.carrot: SE2 | None = None
+
+    @property
+    def desired_speed(self) -> float:
+        """Greatest forward speed where nothing limits it [m/s]."""
+        return self._primary.desired_speed
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """The part of the path that is still ahead, `(N, 3) float64`."""
+        return self._path.ahead
+
+    def set_path(self, path: NDArray[np.float64]) -> None:
+        """Take a path `(N, 3) float64`, and turn towards it where that is due."""
+        other = self._path.replace(path)
+        self._due = self._due or other or not self._config.rotate_to_heading_once
+        self._primary.set_path(path)
+
+    def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
+        """Return the velocity to drive until the next call."""
+        if not len(self._path.ahead):
+            return NO_PATH
+        self._path.advance(pose)
+        angle = self._angle(pose)
+        if angle is None:
+            self._turning = False
+            self._primary.speed_limit = self.speed_limit
+            result = self._primary.compute(pose, velocity, costmap, now)
+            self.carrot = self._primary.carrot
+            return result
+        self.carrot = None
+        return self._checked(Velocity(0.0, self._turn.towards(angle, velocity.w)), pose, costmap)
+
+    def _angle(self, pose: SE2) -> float | None:
+        """Return by how much to turn on the spot [rad]; None where the primary is to drive."""
+        config, goal = self._config, self._path.goal
+        if config.rotate_to_goal_heading and pose.distance(goal) <= self._xy_goal_tolerance:
+            return wrap(goal.theta - pose.theta)
+        far = paths.distances(self._path.ahead, pose) >= config.forward_sampling_distance
+        if not self._due or not far.any():
+            return None
+        ahead = pose.inverse() @ SE2.from_array(self._path.ahead[int(np.argmax(far))])
+        angle = math.atan2(ahead.y, ahead.x)
+        limit = (
+            config.angular_disengage_threshold if self._turning else config.angular_dist_threshold
+        )
+        self._turning = self._due = abs(angle) > limit
+        return angle if self._due else None
+
+    def _checked(self, command: Velocity, pose: SE2, costmap: Costmap) -> ControlResult:
+        """Return a turn, or NO_VALID_CONTROL where it would collide."""
+        duration = min(self._config.simulate_ahead_time, 1.0 / max(abs(command.w), 1e-3))
+        arc = rollout(pose, command, duration, costmap.frame.resolution)
+        if first_collision(costmap, self._footprint, arc) is None:
+            return ControlResult(ControlStatus.SUCCEEDED, command)
+        message = f"turning at ({pose.x:.2f}, {pose.y:.2f}) would collide"
+        return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+
+
+@functools.cache
+def _joined(primary: Any) -> type[Any]:
+    """Return a dataclass of the shim's and its primary's parameters; what both have is one."""
+    bases = (RotationShimConfig, primary)
+    return dataclasses.make_dataclass("RotationShimConfig", [], bases=bases, frozen=True)

@@ -1,0 +1,86 @@
+"""Regulated pure pursuit: how it settles, slows down and says why it stands."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from arjuna_core.se2 import SE2, wrap
+from arjuna_nav.controllers import (
+    Controller,
+    ControlStatus,
+    RegulatedPurePursuit,
+    RegulatedPurePursuitConfig,
+)
+from arjuna_nav.costmap.footprint import Footprint
+from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, follow, polyline
+
+XY_TOLERANCE, YAW_TOLERANCE = 0.20, 0.15
+
+
+def pure_pursuit() -> RegulatedPurePursuit:
+    config = RegulatedPurePursuitConfig(
+        desired_linear_vel=0.4, rotate_to_heading_angular_vel=0.8, max_angular_accel=1.5
+    )
+    return RegulatedPurePursuit(config, Footprint.circle(0.25), XY_TOLERANCE)
+
+
+@pytest.fixture
+def controller() -> Controller:
+    return pure_pursuit()
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3, 5])
+def test_settles_the_heading_without_oscillation(controller: Controller, delay: int) -> None:
+    robot = Unicycle(SE2(2.9, 3.0, 0.0), delay=delay)
+    controller.set_path(polyline([(1.0, 3.0), (3.0, 3.0)], math.pi / 2))
+    follow(controller, robot, costmap_of(empty_grid(6.0, 6.0)), 200)
+    errors = np.array([wrap(math.pi / 2 - pose.theta) for pose in robot.trace])
+    assert abs(errors[-1]) < YAW_TOLERANCE
+    assert errors.min() > -YAW_TOLERANCE, "it overshot beyond the tolerance"
+    far = np.sign(errors[np.abs(errors) > 0.02])
+    assert np.count_nonzero(np.diff(far)) <= 2
+
+
+def test_a_new_path_to_the_same_goal_does_not_undo_arrival(controller: Controller) -> None:
+    costmap = costmap_of(empty_grid(6.0, 6.0))
+    path = polyline([(1.0, 3.0), (3.0, 3.0)], math.pi / 2)
+    robot = Unicycle(SE2(2.85, 3.0, 0.0))
+    controller.set_path(path)
+    follow(controller, robot, costmap, 5)
+    drifted = SE2(2.75, 3.0, robot.pose.theta)  # localization moved it out of the tolerance
+    controller.set_path(path)
+    result = controller.compute(drifted, robot.velocity, costmap, 1.0)
+    assert (result.status, result.velocity.v) == (ControlStatus.SUCCEEDED, 0.0)
+
+
+def test_refuses_to_drive_into_an_obstacle(controller: Controller) -> None:
+    grid = empty_grid(6.0, 6.0)
+    block(grid, 3.0, 0.0, 0.2, 6.0)
+    costmap, robot = costmap_of(grid), Unicycle(SE2(1.0, 3.0, 0.0))
+    controller.set_path(polyline([(1.0, 3.0), (5.0, 3.0)], 0.0))
+    results = follow(controller, robot, costmap, 300)
+    assert results[-1].status is ControlStatus.NO_VALID_CONTROL
+    assert "collision ahead at" in results[-1].message
+    assert max(pose.x for pose in robot.trace) + 0.25 < 3.0
+
+
+def test_slows_down_near_obstacles_and_at_the_goal(controller: Controller) -> None:
+    grid = empty_grid(6.0, 6.0)
+    block(grid, 0.0, 3.4, 6.0, 0.2)
+    path = polyline([(1.0, 3.0), (5.0, 3.0)], 0.0)
+    controller.set_path(path)
+    start = SE2(1.0, 3.0, 0.0)
+    beside_wall = controller.compute(start, Unicycle(start).velocity, costmap_of(grid), 0.0)
+    in_the_open = controller.compute(
+        start, Unicycle(start).velocity, costmap_of(empty_grid(6.0, 6.0)), 0.0
+    )
+    close = SE2(4.7, 3.0, 0.0)
+    controller.set_path(path[-10:])
+    at_goal = controller.compute(
+        close, Unicycle(close).velocity, costmap_of(empty_grid(6.0, 6.0)), 0.0
+    )
+    assert beside_wall.velocity.v < in_the_open.velocity.v == pytest.approx(0.4)
+    assert 0.05 <= at_goal.velocity.v < 0.25
