@@ -77,23 +77,35 @@ def in_namespace(parameters: Parameters, namespace: str) -> Parameters:
     return {node.removeprefix(f"{namespace}/"): values for node, values in parameters.items()}
 
 
-def unknown_nodes(parameters: Parameters, known: Iterable[str]) -> list[str]:
+def unknown_nodes(given: Iterable[str], known: Iterable[str]) -> list[str]:
     """Return a sentence for each node that does not exist, with the nearest that does."""
     names = [*known, EVERY_NODE]
     return [
         f"parameters for unknown node '{name}'; {nearest(name, names)}"
-        for name in parameters
+        for name in given
         if name not in names
     ]
 
 
 def merged(*layers: Parameters) -> Parameters:
-    """Return parameters in which a later layer's values win."""
+    """Return parameters in which a later layer's values win.
+
+    Where a later layer gives a plug-in another class, nothing of the earlier one is kept.
+    """
     result: Parameters = {}
     for layer in layers:
         for node, values in layer.items():
-            result.setdefault(node, {}).update(values)
+            known = result.setdefault(node, {})
+            for key, value in values.items():
+                if key.endswith(".plugin") and known.get(key, value) != value:
+                    _drop(known, key.removesuffix("plugin"))
+            known.update(values)
     return result
+
+
+def _drop(values: dict[str, Any], prefix: str) -> None:
+    for key in [key for key in values if key.startswith(prefix)]:
+        del values[key]
 
 
 def shipped_parameters() -> Parameters:

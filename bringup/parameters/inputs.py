@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import argparse
 import shlex
+import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from arjuna_core.errors import ArjunaError, ConfigError, InputFileError
+from arjuna_core.errors import ArjunaError, InputFileError
 from arjuna_core.files.maps import load_map
 from bringup.parameters.composition import check_parameters, node_class, problems_of
 from bringup.parameters.files import (
+    EVERY_NODE,
     Parameters,
     for_node,
     in_namespace,
@@ -19,6 +22,7 @@ from bringup.parameters.files import (
     shipped_parameters,
 )
 from bringup.parameters.real_robot import NO_SIM_TIME, real_robot
+from bringup.parameters.stock import understand
 from bringup.stack import (
     DESCRIPTION_GROUP,
     ODOMETRY_GROUP,
@@ -62,14 +66,7 @@ def gather(arguments: argparse.Namespace) -> Parameters:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
     groups = groups_of(arguments)
-    parameters = shipped_parameters()
-    for path in arguments.params:
-        named = in_namespace(load_parameters([path]), vars(arguments).get("namespace", ""))
-        parameters = merged(parameters, named)
-        try:
-            check_parameters(parameters, groups, _known())
-        except ConfigError as error:
-            raise InputFileError(path, str(error)) from error
+    parameters = over_shipped(arguments.params, vars(arguments).get("namespace", ""))
     options = _of_options(arguments, groups)
     if arguments.command == "robot":
         parameters = merged(parameters, NO_SIM_TIME)
@@ -81,6 +78,45 @@ def gather(arguments: argparse.Namespace) -> Parameters:
         for spec in group.nodes:
             _read_files(spec, for_node(parameters, spec.name))
     return parameters
+
+
+def over_shipped(paths: Iterable[Path], namespace: str = "") -> Parameters:
+    """Return the shipped parameters under those of files; tell what of each is not used.
+
+    Args:
+        paths: The files; what a later one says wins.
+        namespace: Of the robot, which the files' nodes may stand below.
+
+    Raises:
+        InputFileError: A file cannot be used.
+    """
+    parameters = shipped_parameters()
+    for path in paths:
+        named = in_namespace(load_parameters([path]), namespace)
+        parameters = _understood(path, named, parameters)
+    return parameters
+
+
+def _understood(path: Path, named: Parameters, below: Parameters) -> Parameters:
+    """Return parameters with those of a file over them; tell once what of it is not used.
+
+    Raises:
+        InputFileError: A node or key is unknown, or a value not valid, of any node in the file.
+    """
+    understood = understand(named, below, all_nodes())
+    problems = [*understood.problems, *_problems_of(named, understood.parameters)]
+    if problems:
+        raise InputFileError(path, "\n".join(problems))
+    if understood.notes:
+        lines = "\n  ".join(understood.notes)
+        sys.stderr.write(f"{path}: known to others, not used here:\n  {lines}\n")
+    return understood.parameters
+
+
+def _problems_of(named: Parameters, parameters: Parameters) -> list[str]:
+    """Return what the nodes that a file names would refuse."""
+    specs = [spec for spec in all_nodes() if spec.name in named or EVERY_NODE in named]
+    return problems_of(parameters, specs, _known())
 
 
 def all_nodes() -> list[NodeSpec]:
@@ -96,10 +132,11 @@ def _known() -> list[str]:
 def problems_in(path: Path) -> list[str]:
     """Return everything that is wrong with a parameter file; nothing where it loads."""
     try:
-        parameters = merged(shipped_parameters(), load_parameters([path]))
+        understood = understand(load_parameters([path]), shipped_parameters(), all_nodes())
     except InputFileError as error:
         return [str(error)]
-    problems = problems_of(parameters, all_nodes(), _known())
+    parameters = understood.parameters
+    problems = [*understood.problems, *problems_of(parameters, all_nodes(), _known())]
     for spec in all_nodes():
         try:
             _read_files(spec, for_node(parameters, spec.name))

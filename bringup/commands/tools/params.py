@@ -35,7 +35,7 @@ def _dump(arguments: argparse.Namespace) -> int:
     from arjuna_core.errors import ConfigError, nearest
     from bringup.parameters.composition import node_class
     from bringup.parameters.files import for_node
-    from bringup.parameters.inputs import all_nodes
+    from bringup.parameters.inputs import all_nodes, over_shipped
     from bringup.parameters.listing import dump
     from bringup.terminal import show
 
@@ -44,7 +44,7 @@ def _dump(arguments: argparse.Namespace) -> int:
     unknown = [f"no node '{name}'; {nearest(name, specs)}" for name in wanted if name not in specs]
     if unknown:
         raise ConfigError(*unknown)
-    values = _parameters(arguments.params)
+    values = over_shipped(arguments.params)
     show(dump((name, node_class(specs[name]).Config, for_node(values, name)) for name in wanted))
     return 0
 
@@ -71,30 +71,18 @@ def _diff(arguments: argparse.Namespace) -> int:
     return 1 if lines else 0
 
 
-def _parameters(paths: Sequence[Path]) -> Parameters:
-    """Return the shipped values under those of files.
-
-    Raises:
-        ArjunaError: A file cannot be read.
-    """
-    from bringup.parameters.files import load_parameters, merged, shipped_parameters
-
-    return merged(shipped_parameters(), load_parameters(paths))
-
-
 def _every_value(paths: Sequence[Path]) -> Parameters:
     """Return every value of every node.
 
     Raises:
         ArjunaError: A file cannot be used.
     """
-    from bringup.parameters.composition import check_parameters, node_class
+    from bringup.parameters.composition import node_class
     from bringup.parameters.files import for_node
-    from bringup.parameters.inputs import DEMO_GROUPS, all_nodes
+    from bringup.parameters.inputs import all_nodes, over_shipped
     from bringup.parameters.listing import values_of
 
-    parameters, specs = _parameters(paths), all_nodes()
-    check_parameters(parameters, DEMO_GROUPS, [spec.name for spec in specs])
+    parameters, specs = over_shipped(paths), all_nodes()
     return {
         spec.name: values_of(node_class(spec).Config, for_node(parameters, spec.name))
         for spec in specs

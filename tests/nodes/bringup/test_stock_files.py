@@ -1,0 +1,127 @@
+"""Stock parameter files load as they are; what others know is noted, what nobody knows is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from bringup.cli_parser import parse
+from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
+from bringup.parameters.inputs import all_nodes, gather, problems_in
+from bringup.parameters.stock import Understood, understand
+from tests.helpers.nav.stock_files import FILES, humble_file, nav2_file
+
+pytestmark = pytest.mark.ros
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "params.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def understood(folder: Path, text: str) -> Understood:
+    given = load_parameters([written(folder, text)])
+    return understand(given, shipped_parameters(), all_nodes())
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_stock_file_loads_unchanged(name: str, tmp_path: Path) -> None:
+    assert problems_in(written(tmp_path, FILES[name])) == []
+
+
+def test_a_note_is_one_line_a_node(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path, nav2_file())
+    gather(parse(["nav", "--slam", "--params", str(path)]))
+    head, *lines = capsys.readouterr().err.splitlines()
+    nodes = [line.split(":")[0].strip() for line in lines]
+    assert head == f"{path}: known to others, not used here:"
+    assert len(set(nodes)) == len(nodes)
+    assert "  loopback_simulator: there is no such node here" in lines
+    assert any("expected_planner_frequency" in line for line in lines)
+
+
+def test_what_has_another_name_here_is_used(tmp_path: Path) -> None:
+    parameters = understood(tmp_path, humble_file()).parameters
+    controller, local = parameters["controller_server"], parameters["local_costmap/local_costmap"]
+    assert controller["progress_checker_plugins"] == ["moves"]
+    assert controller["moves.plugin"] == "nav2_controller::SimpleProgressChecker"
+    assert local["plugins"] == ["obstacle_layer", "inflation_layer"]
+    assert local["obstacle_layer.scan.obstacle_max_range"] == 2.5
+    assert parameters["collision_monitor"]["scan_topic"] == "scan"
+
+
+def test_nothing_is_kept_of_a_plugin_that_the_file_replaces(tmp_path: Path) -> None:
+    assert "FollowPath.desired_linear_vel" in shipped_parameters()["controller_server"]
+    text = "controller_server: {ros__parameters: {controller_plugins: [Other]}}"
+    kept = understood(tmp_path, text).parameters["controller_server"]
+    assert not [key for key in kept if key.startswith("FollowPath.")]
+
+
+def test_a_source_of_scans_may_have_any_name(tmp_path: Path) -> None:
+    text = """
+local_costmap: {local_costmap: {ros__parameters: {plugins: [seen, grown],
+  seen: {plugin: "nav2_costmap_2d/ObstacleLayer", observation_sources: cloud front,
+    cloud: {topic: /points, data_type: PointCloud2}, front: {topic: /front, data_type: LaserScan}},
+  grown: {plugin: "nav2_costmap_2d/InflationLayer", inflation_radius: 0.4}}}}
+"""
+    assert problems_in(written(tmp_path, text)) == []
+    values = understood(tmp_path, text).parameters["local_costmap/local_costmap"]
+    assert values["obstacle_layer.scan.topic"] == "/front"
+    assert values["inflation_layer.inflation_radius"] == 0.4
+
+
+def misspelt(document: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """Return a file in which each node has one key with two letters changed places."""
+    wrong = []
+    for content in document.values():
+        inner = content
+        while "ros__parameters" not in inner:
+            inner = next(iter(inner.values()))
+        values = inner["ros__parameters"]
+        key = next(k for k in values if not isinstance(values[k], dict) and len(k) > 9)
+        bad = key[:4] + key[5] + key[4] + key[6:]
+        if bad != key:
+            values[bad] = values.pop(key)
+            wrong.append(bad)
+    return document, wrong
+
+
+def test_all_mistakes_of_all_nodes_are_told_at_once(tmp_path: Path) -> None:
+    document = yaml.safe_load(nav2_file())
+    document, wrong = misspelt(
+        {name: document[name] for name in ("amcl", "bt_navigator", "controller_server")}
+    )
+    problems = problems_in(written(tmp_path, yaml.safe_dump(document)))
+    assert len(wrong) >= 3
+    for key in wrong:
+        assert any(f"'{key}'; did you mean" in problem for problem in problems), problems
+
+
+EVERYWHERE: list[tuple[str, Parameters | str]] = [
+    ("{transform_tolerance: 0.4, use_sim_time: true}", "amcl"),
+    ("{save_map_timeout: 4.0}", ""),
+]
+
+
+@pytest.mark.parametrize(("values", "taker"), EVERYWHERE)
+def test_what_is_for_every_node_goes_to_those_that_have_it(
+    values: str, taker: str, tmp_path: Path
+) -> None:
+    found = understood(tmp_path, f"/**: {{ros__parameters: {values}}}")
+    changed = {n for n, v in found.parameters.items() if v != shipped_parameters().get(n, {})}
+    assert found.problems == []
+    assert (taker in changed) == bool(taker)
+    assert bool(found.notes) == (not taker)
+
+
+def test_a_name_for_every_node_that_none_has_is_told(tmp_path: Path) -> None:
+    found = understood(tmp_path, "/**: {ros__parameters: {transform_tolerence: 0.4}}")
+    assert found.problems == [
+        "/**: no node has 'transform_tolerence'; did you mean 'transform_tolerance'?"
+    ]
