@@ -30,7 +30,7 @@ COMMANDS = {
         "doctor": "what is wrong with the machine and the running robot, and the cure",
         "top": "the nodes: state, CPU, rate of the main topic, last warning",
         "tf": "the tree of frames, as text and picture",
-        "params": "all parameters, a file checked, two files compared",
+        "params": "all parameters, a file checked or converted, two files compared",
     },
     "The world": {
         "entity": "spawn, move, delete and list what is in the simulation",

@@ -1,8 +1,9 @@
-"""`params`: all parameters as a file, a file checked, two files compared; no robot needs to run."""
+"""`params`: all parameters as a file, files checked, compared and converted; no robot runs."""
 
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     check = actions.add_parser("check", help="everything that is wrong with a file")
     check.add_argument("file", type=Path, metavar="FILE")
+    convert = actions.add_parser("convert", help="a ROS 1 or Nav2 file by the names used here")
+    convert.add_argument("file", type=Path, metavar="FILE")
     diff = actions.add_parser("diff", help="where a file differs from the shipped values")
     diff.add_argument("file", type=Path, metavar="A")
     diff.add_argument("other", nargs="?", type=Path, metavar="B", help="or from another file")
@@ -28,7 +31,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the action; return 1 where a file is wrong, or where files differ."""
-    return {"dump": _dump, "check": _check, "diff": _diff}[arguments.action](arguments)
+    actions = {"dump": _dump, "check": _check, "diff": _diff, "convert": _convert}
+    return actions[arguments.action](arguments)
 
 
 def _dump(arguments: argparse.Namespace) -> int:
@@ -58,6 +62,18 @@ def _check(arguments: argparse.Namespace) -> int:
         show(problem)
     show(f"{arguments.file}: {len(problems)} problems" if problems else f"{arguments.file}: loads")
     return 1 if problems else 0
+
+
+def _convert(arguments: argparse.Namespace) -> int:
+    from bringup.parameters.conversion import converted
+    from bringup.terminal import show
+
+    result = converted(arguments.file)
+    for heading, lines in (("# without meaning here:", result.notes), ("", result.problems)):
+        for line in [heading, *lines] if lines else []:
+            sys.stderr.write(f"{line}\n" if line else "")
+    show(result.text)
+    return 1 if result.problems else 0
 
 
 def _diff(arguments: argparse.Namespace) -> int:

@@ -1,0 +1,272 @@
+"""Names of ROS 1's gmapping, amcl, move_base, its costmaps and local planners, and ours."""
+
+from __future__ import annotations
+
+_FOLLOW = "controller_server:FollowPath"
+_GOAL = "controller_server:general_goal_checker"
+_MOVES = "controller_server:progress_checker"
+_DYNAMIC_WINDOW = f"""
+max_vel_x {_FOLLOW}.max_vel_x {_FOLLOW}.max_speed_xy
+min_vel_x {_FOLLOW}.min_vel_x
+max_vel_theta {_FOLLOW}.max_vel_theta
+min_vel_theta -
+acc_lim_x {_FOLLOW}.acc_lim_x
+acc_lim_y -
+acc_lim_theta {_FOLLOW}.acc_lim_theta
+max_vel_y -
+min_vel_y -
+xy_goal_tolerance {_GOAL}.xy_goal_tolerance
+yaw_goal_tolerance {_GOAL}.yaw_goal_tolerance
+latch_xy_goal_tolerance {_GOAL}.stateful
+sim_time {_FOLLOW}.sim_time
+sim_granularity {_FOLLOW}.linear_granularity
+angular_sim_granularity {_FOLLOW}.angular_granularity
+vx_samples {_FOLLOW}.vx_samples
+vy_samples -
+vtheta_samples {_FOLLOW}.vtheta_samples
+vth_samples {_FOLLOW}.vtheta_samples
+occdist_scale {_FOLLOW}.BaseObstacle.scale
+oscillation_reset_dist {_FOLLOW}.Oscillation.oscillation_reset_dist
+trans_stopped_vel {_FOLLOW}.trans_stopped_velocity
+rot_stopped_vel -
+prune_plan -
+publish_cost_grid -
+publish_cost_grid_pc -
+publish_traj_pc -
+global_frame_id -
+"""
+_COSTMAP = """
+update_frequency
+publish_frequency
+global_frame
+robot_base_frame
+width
+height
+origin_x
+origin_y
+resolution
+rolling_window
+footprint
+robot_radius
+footprint_padding
+transform_tolerance
+track_unknown_space
+lethal_cost_threshold
+map_topic
+static_map -
+map_type -
+max_obstacle_height -
+min_obstacle_height -
+unknown_cost_value -
+unknown_threshold -
+mark_threshold -
+origin_z -
+z_resolution -
+z_voxels -
+always_send_full_costmap -
+publish_voxel_map -
+inflation_radius inflation_layer.inflation_radius
+cost_scaling_factor inflation_layer.cost_scaling_factor
+obstacle_range obstacle_layer.scan.obstacle_max_range
+raytrace_range obstacle_layer.scan.raytrace_max_range
+observation_sources obstacle_layer.observation_sources
+"""
+TABLES = {
+    "amcl": """
+min_particles
+max_particles
+kld_err pf_err
+kld_z pf_z
+update_min_d
+update_min_a
+resample_interval
+transform_tolerance
+recovery_alpha_slow
+recovery_alpha_fast
+initial_pose_x initial_pose.x
+initial_pose_y initial_pose.y
+initial_pose_a initial_pose.yaw
+initial_cov_xx -
+initial_cov_yy -
+initial_cov_aa -
+gui_publish_rate -
+save_pose_rate
+use_map_topic -
+first_map_only
+selective_resampling
+laser_min_range
+laser_max_range
+laser_max_beams max_beams
+laser_z_hit z_hit
+laser_z_short z_short
+laser_z_max z_max
+laser_z_rand z_rand
+laser_sigma_hit sigma_hit
+laser_lambda_short lambda_short
+laser_likelihood_max_dist
+laser_model_type
+do_beamskip
+beam_skip_distance
+beam_skip_threshold
+odom_model_type robot_model_type
+odom_alpha1 alpha1
+odom_alpha2 alpha2
+odom_alpha3 alpha3
+odom_alpha4 alpha4
+odom_alpha5 alpha5
+alpha1
+alpha2
+alpha3
+alpha4
+alpha5
+odom_frame_id
+base_frame_id
+global_frame_id
+tf_broadcast
+""",
+    "gmapping": """
+base_frame
+odom_frame
+map_frame
+scan_topic
+map_update_interval
+maxUrange max_laser_range
+maxRange -
+linearUpdate minimum_travel_distance
+angularUpdate minimum_travel_heading
+temporalUpdate minimum_time_interval
+delta resolution
+throttle_scans
+transform_publish_period
+minimumScore -
+particles -
+sigma -
+kernelSize -
+lstep -
+astep -
+iterations -
+lsigma -
+ogain -
+lskip -
+srr -
+srt -
+str -
+stt -
+resampleThreshold -
+xmin -
+ymin -
+xmax -
+ymax -
+llsamplerange -
+llsamplestep -
+lasamplerange -
+lasamplestep -
+occ_thresh -
+tf_delay -
+inverted_laser -
+""",
+    "move_base": f"""
+controller_frequency controller_server:controller_frequency
+planner_frequency bt_navigator:replanning_frequency
+controller_patience controller_server:failure_tolerance
+planner_patience -
+oscillation_timeout {_MOVES}.movement_time_allowance
+oscillation_distance {_MOVES}.required_movement_radius
+base_local_planner {_FOLLOW}.plugin
+base_global_planner planner_server:GridBased.plugin
+recovery_behavior_enabled -
+recovery_behaviors -
+clearing_rotation_allowed -
+conservative_reset_dist -
+max_planning_retries bt_navigator:number_of_retries
+shutdown_costmaps -
+""",
+    "DWAPlannerROS": f"""
+{_DYNAMIC_WINDOW}
+max_vel_trans {_FOLLOW}.max_speed_xy
+max_trans_vel {_FOLLOW}.max_speed_xy
+min_vel_trans {_FOLLOW}.min_speed_xy
+min_trans_vel {_FOLLOW}.min_speed_xy
+max_rot_vel {_FOLLOW}.max_vel_theta
+min_rot_vel -
+acc_limit_trans -
+path_distance_bias {_FOLLOW}.PathDist.scale {_FOLLOW}.PathAlign.scale
+goal_distance_bias {_FOLLOW}.GoalDist.scale {_FOLLOW}.GoalAlign.scale
+forward_point_distance {_FOLLOW}.PathAlign.forward_point_distance
+oscillation_reset_angle {_FOLLOW}.Oscillation.oscillation_reset_angle
+stop_time_buffer -
+scaling_speed -
+max_scaling_factor -
+use_dwa -
+restore_defaults -
+twirling_scale {_FOLLOW}.Twirling.scale
+""",
+    "TrajectoryPlannerROS": f"""
+{_DYNAMIC_WINDOW}
+max_rotational_vel {_FOLLOW}.max_vel_theta
+acc_lim_th {_FOLLOW}.acc_lim_theta
+min_in_place_vel_theta -
+min_in_place_rotational_vel -
+escape_vel -
+escape_reset_dist -
+escape_reset_theta -
+holonomic_robot -
+y_vels -
+pdist_scale {_FOLLOW}.PathDist.scale {_FOLLOW}.PathAlign.scale
+path_distance_bias {_FOLLOW}.PathDist.scale {_FOLLOW}.PathAlign.scale
+gdist_scale {_FOLLOW}.GoalDist.scale {_FOLLOW}.GoalAlign.scale
+goal_distance_bias {_FOLLOW}.GoalDist.scale {_FOLLOW}.GoalAlign.scale
+meter_scoring -
+heading_lookahead -
+heading_scoring -
+heading_scoring_timestep -
+dwa -
+simple_attractor -
+controller_frequency -
+""",
+    "NavfnROS": """
+allow_unknown planner_server:GridBased.allow_unknown
+default_tolerance planner_server:GridBased.tolerance
+visualize_potential -
+planner_window_x -
+planner_window_y -
+""",
+    "global_costmap": _COSTMAP,
+    "local_costmap": _COSTMAP,
+}
+NODES = {
+    "amcl": "amcl",
+    "gmapping": "slam_toolbox",
+    "global_costmap": "global_costmap/global_costmap",
+    "local_costmap": "local_costmap/local_costmap",
+}
+"""Which of our nodes stands for a section, where its table does not say."""
+SECTIONS = {
+    "slam_gmapping": "gmapping",
+    "DWAPlanner": "DWAPlannerROS",
+    "GlobalPlanner": "NavfnROS",
+    **{name: name for name in TABLES},
+}
+"""Which table a section of a file is of."""
+CLASSES = {
+    "dwa_local_planner/DWAPlannerROS": "dwb_core::DWBLocalPlanner",
+    "base_local_planner/TrajectoryPlannerROS": "dwb_core::DWBLocalPlanner",
+    "navfn/NavfnROS": "nav2_navfn_planner::NavfnPlanner",
+    "global_planner/GlobalPlanner": "nav2_navfn_planner::NavfnPlanner",
+    "diff": "nav2_amcl::DifferentialMotionModel",
+    "diff-corrected": "nav2_amcl::DifferentialMotionModel",
+    "costmap_2d::StaticLayer": "nav2_costmap_2d::StaticLayer",
+    "costmap_2d::ObstacleLayer": "nav2_costmap_2d::ObstacleLayer",
+    "costmap_2d::VoxelLayer": "nav2_costmap_2d::VoxelLayer",
+    "costmap_2d::InflationLayer": "nav2_costmap_2d::InflationLayer",
+}
+
+
+def targets(section: str) -> dict[str, list[tuple[str, str]]]:
+    """Return what becomes of a section's names: nodes and names of ours, none where they end."""
+    node, found = NODES.get(section, ""), {}
+    for line in filter(None, TABLES[section].splitlines()):
+        old, *new = line.split()
+        ours = [] if new == ["-"] else [n.rpartition(":")[::2] for n in new or [old]]
+        found[old] = [(given or node, name) for given, name in ours]
+    return found

@@ -1,0 +1,163 @@
+"""ROS 1's parameter files by our names: what comes out loads, what has no meaning is listed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from bringup import cli
+from bringup.cli_parser import parse
+from bringup.parameters.conversion import Conversion, converted
+from bringup.parameters.files import load_parameters
+from bringup.parameters.inputs import problems_in
+from bringup.parameters.ros1_names import TABLES, targets
+from tests.helpers.nav.stock_files import FILES
+
+pytestmark = pytest.mark.ros
+
+GMAPPING = """
+base_frame: base_link
+odom_frame: odom
+map_frame: map
+maxUrange: 10.0
+maxRange: 12.0
+minimumScore: 50
+map_update_interval: 1.0
+linearUpdate: 0.2
+angularUpdate: 0.3
+temporalUpdate: -1.0
+delta: 0.05
+particles: 50
+xmin: -10.0
+"""
+AMCL = """
+amcl: {min_particles: 10, max_particles: 80, kld_err: 0.001, odom_model_type: diff-corrected,
+  odom_alpha1: 0.02, laser_max_beams: 50, laser_z_hit: 0.8, initial_pose_a: 1.5,
+  gui_publish_rate: 50.0, odom_frame_id: /odom}
+"""
+MOVE_BASE = """
+base_global_planner: navfn/NavfnROS
+base_local_planner: dwa_local_planner/DWAPlannerROS
+planner_frequency: 1.0
+controller_frequency: 5.0
+planner_patience: 5.0
+controller_patience: 15.0
+oscillation_timeout: 10.0
+oscillation_distance: 0.2
+"""
+DWA = """
+DWAPlannerROS: {max_vel_x: 0.4, max_vel_trans: 0.4, max_vel_theta: 0.8, min_vel_theta: 0.3,
+  acc_lim_x: 1.0, acc_lim_theta: 1.5, xy_goal_tolerance: 0.2, sim_time: 1.5, vth_samples: 20,
+  path_distance_bias: 32.0, goal_distance_bias: 20.0, occdist_scale: 0.02}
+"""
+TRAJECTORY = """
+TrajectoryPlannerROS: {holonomic_robot: true, max_vel_x: 0.45, meter_scoring: true,
+  pdist_scale: 0.6, sim_time: 2.0, yaw_goal_tolerance: 0.05}
+"""
+COSTMAPS = """
+obstacle_range: 2.5
+raytrace_range: 3.0
+robot_radius: 0.25
+inflation_radius: 0.35
+cost_scaling_factor: 5.0
+observation_sources: laser_scan_sensor
+laser_scan_sensor: {sensor_frame: hokuyo, data_type: LaserScan, topic: /laser/scan, marking: true,
+  clearing: true}
+"""
+LOCAL = """
+local_costmap: {global_frame: /odom, rolling_window: true, static_map: false, width: 4.0,
+  height: 3.5, footprint: [[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2]],
+  plugins: [{name: seen, type: "costmap_2d::VoxelLayer"},
+    {name: grown, type: "costmap_2d::InflationLayer"}],
+  grown: {inflation_radius: 0.5}}
+"""
+CASES = {
+    "gmapping": (GMAPPING, "slam_toolbox", "max_laser_range", 10.0, "gmapping: maxRange"),
+    "amcl": (AMCL, "amcl", "pf_err", 0.001, "amcl: gui_publish_rate"),
+    "a model": (AMCL, "amcl", "robot_model_type", "nav2_amcl::DifferentialMotionModel", ""),
+    "a pose": (AMCL, "amcl", "set_initial_pose", True, ""),
+    "a frame": (AMCL, "amcl", "odom_frame_id", "odom", ""),
+    "move_base": (
+        MOVE_BASE,
+        "controller_server",
+        "FollowPath.plugin",
+        "dwb_core::DWBLocalPlanner",
+        "move_base: planner_patience",
+    ),
+    "DWA": (DWA, "controller_server", "FollowPath.decel_lim_x", -1.0, "min_vel_theta"),
+    "a weight": (DWA, "controller_server", "FollowPath.PathAlign.scale", 32.0, ""),
+    "TrajectoryPlanner": (
+        TRAJECTORY,
+        "controller_server",
+        "FollowPath.max_vel_x",
+        0.45,
+        "TrajectoryPlannerROS: meter_scoring",
+    ),
+    "both costmaps": (
+        COSTMAPS,
+        "global_costmap/global_costmap",
+        "obstacle_layer.scan.topic",
+        "/laser/scan",
+        "local_costmap: laser_scan_sensor.sensor_frame",
+    ),
+    "one costmap": (LOCAL, "local_costmap/local_costmap", "height", 4, "static_map"),
+    "layers": (
+        LOCAL,
+        "local_costmap/local_costmap",
+        "plugins",
+        ["obstacle_layer", "inflation_layer"],
+        "",
+    ),
+}
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "theirs.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def checked(folder: Path, text: str) -> Conversion:
+    result = converted(written(folder, text))
+    assert result.problems == []
+    return result
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_ros1_file_becomes_one_that_loads(case: str, tmp_path: Path) -> None:
+    text, node, name, value, without = CASES[case]
+    result = checked(tmp_path, text)
+    ours = tmp_path / "ours.yaml"
+    ours.write_text(result.text, encoding="utf-8")
+    assert load_parameters([ours])[node][name] == value
+    assert any(without in note for note in result.notes) or not without
+    assert problems_in(ours) == []
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_nav2_file_keeps_only_what_is_used(name: str, tmp_path: Path) -> None:
+    ours = tmp_path / "ours.yaml"
+    ours.write_text(checked(tmp_path, FILES[name]).text, encoding="utf-8")
+    assert checked(tmp_path, ours.read_text()).notes == []
+
+
+def test_all_that_nobody_knows_is_told_at_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path, "amcl: {kid_err: 0.1, max_particles: 80, laser_z_hti: 0.3}")
+    assert cli.run(parse(["params", "convert", str(path)])) == 1
+    told = capsys.readouterr()
+    assert "amcl: nobody knows 'kid_err'; did you mean 'kld_err'?" in told.err
+    assert "'laser_z_hti'; did you mean 'laser_z_hit'?" in told.err
+    assert "max_particles: 80" in told.out
+
+
+def test_the_page_has_every_name() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "coming-from-ros1.md").read_text(encoding="utf-8")
+    for section in (name for name in TABLES if name != "local_costmap"):
+        for old, ours in targets(section).items():
+            row = ", ".join(f"`{node}` `{name}`" for node, name in ours) or "-"
+            assert f"| `{old}` | {row} |\n" in page, f"{section}: {old}"
