@@ -7,4 +7,12 @@ from arjuna_core.plugins import PluginTypes
 _HERE = "arjuna_nav.planners"
 _NAVFN = "nav2_navfn_planner::NavfnPlanner"
 
-PLANNERS = PluginTypes("planner", {_NAVFN: f"{_HERE}.navfn:NavFn"}, _NAVFN)
+PLANNERS = PluginTypes(
+    "planner",
+    {
+        _NAVFN: f"{_HERE}.navfn:NavFn",
+        "nav2_theta_star_planner::ThetaStarPlanner": f"{_HERE}.theta_star:ThetaStar",
+        "nav2_smac_planner::SmacPlanner2D": f"{_HERE}.smac_2d:Smac2D",
+    },
+    _NAVFN,
+)

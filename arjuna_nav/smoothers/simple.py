@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
-from arjuna_nav.planners.navfn import oriented
+from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.planners.query import oriented
+from arjuna_nav.planners.relaxation import relax, touches
 from arjuna_nav.smoothers.base import SmoothResult, SmoothStatus
 
 
@@ -49,38 +49,12 @@ class SimpleSmoother:
             return SmoothResult(SmoothStatus.INVALID_PATH, path, message)
         points = np.ascontiguousarray(path[:, :2])
         for _ in range(1 + config.refinement_num * config.do_refinement):
-            smoothed = _relax(
+            smoothed = relax(
                 points, config.w_data, config.w_smooth, config.tolerance, config.max_its
             )
-            if _touches(smoothed, costmap):
+            if touches(smoothed, costmap):
                 status = SmoothStatus.FAILED_TO_SMOOTH_PATH
                 message = "smoothing would touch an obstacle; the path is as it was before"
                 return SmoothResult(status, oriented(points, float(path[-1, 2])), message)
             points = smoothed
         return SmoothResult(SmoothStatus.SUCCEEDED, oriented(points, float(path[-1, 2])))
-
-
-def _touches(points: NDArray[np.float64], costmap: Costmap) -> bool:
-    cells = costmap.frame.to_cells(points)
-    if not costmap.frame.inside(cells).all():
-        return True
-    costs = costmap.data[tuple(cells.T)]
-    return bool(((costs >= INSCRIBED) & (costs != UNKNOWN)).any())
-
-
-@njit(cache=True)
-def _relax(
-    given: NDArray[np.float64], w_data: float, w_smooth: float, tolerance: float, max_its: int
-) -> NDArray[np.float64]:
-    points: NDArray[np.float64] = given.copy()
-    for _ in range(max_its):
-        change = 0.0
-        for i in range(1, len(points) - 1):
-            for k in range(2):
-                old = points[i, k]
-                pull = points[i - 1, k] + points[i + 1, k] - 2.0 * old
-                points[i, k] = old + w_data * (given[i, k] - old) + w_smooth * pull
-                change += abs(points[i, k] - old)
-        if change < tolerance:
-            break
-    return points

@@ -22,6 +22,8 @@ from arjuna_nav.costmap.config import InflationConfig
 from arjuna_nav.costmap.inflation import Inflation
 from arjuna_nav.planners import NavFn, NavFnConfig, Planner, PlanStatus
 from arjuna_nav.planners import path as paths
+from arjuna_nav.planners.smac_2d import Smac2D, Smac2DConfig
+from arjuna_nav.planners.theta_star import ThetaStar, ThetaStarConfig
 
 _RESOLUTION = 0.05
 _ROBOT_RADIUS = 0.28
@@ -29,6 +31,8 @@ _FREE = frozenset(b".GS")
 PLANNERS: dict[str, Planner] = {
     "NavFn": NavFn(NavFnConfig()),
     "NavFn, A*": NavFn(NavFnConfig(use_astar=True)),
+    "Theta*": ThetaStar(ThetaStarConfig()),
+    "Smac 2D": Smac2D(Smac2DConfig(max_iterations=0)),
 }
 
 

@@ -9,6 +9,8 @@ from tests.helpers.nav.stock_plugins import (
     NAVFN,
     OLD_NAVFN,
     PURE_PURSUIT_UNDER_SHIM,
+    SMAC_2D,
+    THETA_STAR,
 )
 from tests.helpers.nav.stock_slam import GUIDE_SLAM, SLAM_ASYNC
 
@@ -248,6 +250,8 @@ FILES = {
     "TurtleBot4 with DWB": nav2_file(DWB),
     "the shim": nav2_file(PURE_PURSUIT_UNDER_SHIM),
     "graceful": nav2_file(GRACEFUL),
+    "Theta*": nav2_file(planner=THETA_STAR),
+    "Smac 2D": nav2_file(planner=SMAC_2D),
     "mapper_params_online_async": SLAM_ASYNC,
     "a guide's SLAM": GUIDE_SLAM,
     "a guide's navigation": GUIDE_NAV,

@@ -6,6 +6,7 @@ import heapq
 import math
 import re
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,20 +15,18 @@ from numpy.typing import NDArray
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.planners import NavFn, NavFnConfig, Planner, PlanStatus, plan_through
+from arjuna_nav.planners import Planner, PlanStatus, plan_through
 from arjuna_nav.planners import path as paths
+from tests.helpers.nav import planners
+from tests.helpers.nav.planners import CLASSES
 from tests.nav.worlds import block, costmap_of, empty_grid, room
 
-PLANNERS: dict[str, Callable[..., Planner]] = {
-    "navfn": lambda **values: NavFn(NavFnConfig(**values)),
-}
 ORIGINS = [SE2(), SE2(-2.0, 1.5), SE2(0.0, 0.0, math.pi / 2), SE2(3.0, -1.0, 0.7)]
 
 
-@pytest.fixture(params=list(PLANNERS.values()), ids=list(PLANNERS))
+@pytest.fixture(params=CLASSES)
 def make(request: pytest.FixtureRequest) -> Callable[..., Planner]:
-    made: Callable[..., Planner] = request.param
-    return made
+    return partial(planners.make, request.param)
 
 
 def maze(seed: int, cells: int = 40) -> tuple[NDArray[np.bool_], Costmap]:

@@ -1,0 +1,148 @@
+"""One question to a planner on a grid: where it begins and ends, and how its answer is told."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
+from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.way_out import WayOut
+
+Cell = tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """A start from which the robot can come to free cells, and a goal on the costmap.
+
+    Attributes:
+        costmap: The costs.
+        start: Where the robot is.
+        goal: Where it is to be.
+        goal_cell: The goal's cell.
+        out: Ways from the start to the cells where a robot may be.
+        allow_unknown: Whether paths may cross unknown space.
+        tolerance: How far from a blocked goal the path may end [m].
+    """
+
+    costmap: Costmap
+    start: SE2
+    goal: SE2
+    goal_cell: Cell
+    out: WayOut
+    allow_unknown: bool
+    tolerance: float
+
+    def reachable_end(self, values: NDArray[np.float32]) -> Cell | None:
+        """Return the goal's cell, or the reached cell nearest to it within the tolerance.
+
+        Args:
+            values: `(height, width)` what it costs to reach each cell, inf where none is known.
+        """
+        goal = self.goal_cell
+        if math.isfinite(values[goal]):
+            return goal
+        reach = int(self.tolerance / self.costmap.frame.resolution)
+        row0, column0 = max(goal[0] - reach, 0), max(goal[1] - reach, 0)
+        window = values[row0 : goal[0] + reach + 1, column0 : goal[1] + reach + 1]
+        cells = np.argwhere(np.isfinite(window)) + np.array([row0, column0])
+        distances = np.hypot(*(cells - np.array(goal)).T)
+        if not len(cells) or distances.min() > reach:
+            return None
+        row, column = cells[np.lexsort((values[tuple(cells.T)], distances))[0]]
+        return int(row), int(column)
+
+    def failure(self, values: NDArray[np.float32]) -> PlanResult:
+        """Say why nothing near the goal was reached."""
+        goal_cost = self.costmap.cost_at(self.goal.x, self.goal.y)
+        tolerance = f"within {self.tolerance:g} m"
+        if _blocks(goal_cost, self.allow_unknown):
+            place = _place("goal", self.goal)
+            message = f"{place} has cost {goal_cost}, nothing reachable {tolerance}"
+            return PlanResult.failed(PlanStatus.GOAL_OCCUPIED, message)
+        message = (
+            f"no path from {_place('start', self.start)} to {_place('goal', self.goal)} or "
+            f"{tolerance}; {int(np.isfinite(values).sum())} cells can be reached"
+        )
+        return PlanResult.failed(PlanStatus.NO_VALID_PATH, message)
+
+    def answer(self, way: NDArray[np.float64]) -> PlanResult:
+        """Return the path along `(N, 2)` rows and columns from an exit of the start to the end."""
+        first = round(way[0, 0]), round(way[0, 1])
+        cells = np.vstack((self.out.to(first), way))
+        frame = self.costmap.frame
+        points = frame.origin.apply((cells[:, ::-1] + 0.5) * frame.resolution)
+        end = round(way[-1, 0]), round(way[-1, 1])
+        reached = end == self.goal_cell
+        path = _with_ends(points, self.start, self.goal, frame.resolution, reached)
+        return PlanResult(PlanStatus.SUCCEEDED, path)
+
+
+def ask(
+    costmap: Costmap,
+    start: SE2,
+    goal: SE2,
+    costs: NDArray[np.float32],
+    allow_unknown: bool,
+    tolerance: float,
+    escape_radius: float,
+) -> Query | PlanResult:
+    """Return a query, or why there can be no answer.
+
+    Args:
+        costmap: The costs.
+        start: Where the robot is.
+        goal: Where it is to be.
+        costs: `(256,)` what it costs to cross a cell by its value, inf where a robot may not be.
+        allow_unknown: Whether paths may cross unknown space.
+        tolerance: How far from a blocked goal the path may end [m].
+        escape_radius: How far a start too near to an obstacle is led out of it [m].
+    """
+    frame = costmap.frame
+    start_cell, goal_cell = frame.to_cell(start.x, start.y), frame.to_cell(goal.x, goal.y)
+    for cell, pose, name, status in (
+        (start_cell, start, "start", PlanStatus.START_OUTSIDE_MAP),
+        (goal_cell, goal, "goal", PlanStatus.GOAL_OUTSIDE_MAP),
+    ):
+        if not frame.contains(*cell):
+            return PlanResult.failed(status, f"{_place(name, pose)} lies outside the costmap")
+    out = WayOut(costmap.data, costs, start_cell, escape_radius / frame.resolution)
+    if not len(out.exits):
+        cost = costmap.cost_at(start.x, start.y)
+        message = f"{_place('start', start)} has cost {cost} and no way out"
+        return PlanResult.failed(PlanStatus.START_OCCUPIED, message)
+    return Query(costmap, start, goal, goal_cell, out, allow_unknown, tolerance)
+
+
+def _place(name: str, pose: SE2) -> str:
+    return f"{name} ({pose.x:.2f}, {pose.y:.2f})"
+
+
+def _blocks(cost: int | None, allow_unknown: bool) -> bool:
+    """Tell whether a cost keeps the robot's centre out."""
+    if cost == UNKNOWN:
+        return not allow_unknown
+    return cost is not None and cost >= INSCRIBED
+
+
+def _with_ends(
+    points: NDArray[np.float64], start: SE2, goal: SE2, spacing: float, reached: bool
+) -> NDArray[np.float64]:
+    """Return the path as poses that look along it, from the exact start to the goal's heading."""
+    first = np.array([start.x, start.y])
+    last = np.array([goal.x, goal.y]) if reached else points[-1]
+    distances = np.minimum(np.hypot(*(points - first).T), np.hypot(*(points - last).T))
+    between = points[distances > spacing]  # centres of cells beside the exact ends make kinks
+    return oriented(np.vstack((first, between, last)), goal.theta)
+
+
+def oriented(points: NDArray[np.float64], final_yaw: float) -> NDArray[np.float64]:
+    """Return points `(N, 2)` as poses `(N, 3)`: each looks at the next, the last as given [rad]."""
+    steps = np.diff(points, axis=0)
+    yaw = np.append(np.arctan2(steps[:, 1], steps[:, 0]), final_yaw)
+    return np.column_stack((points, yaw))

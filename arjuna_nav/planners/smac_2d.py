@@ -1,0 +1,183 @@
+"""Smac 2D: A* over cells and their costs, then a smoother."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.potential import traversal_costs
+from arjuna_nav.planners.query import ask, oriented
+from arjuna_nav.planners.relaxation import relax, touches
+
+_ESCAPE = 20.0  # cost of a cell where the robot may not be: the nearest way out wins
+
+
+@dataclass(frozen=True)
+class SmootherConfig:
+    """How a planner smooths its path."""
+
+    max_iterations: int = param(1000, "Most iterations.", minimum=1)
+    w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0, maximum=0.49)
+    w_data: float = param(0.2, "Weight of the path found.", minimum=0.0, maximum=1.0)
+    tolerance: float = param(1e-10, "Change at which it has converged.", unit="m", minimum=0.0)
+    do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
+    refinement_num: int = param(2, "How many times again.", minimum=0)
+
+
+@dataclass(frozen=True)
+class Smac2DConfig:
+    """Parameters of Smac 2D, by Nav2's names."""
+
+    tolerance: float = param(
+        0.125, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
+    )
+    allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
+    cost_travel_multiplier: float = param(1.0, "Weight of the costs crossed.", minimum=0.0)
+    max_iterations: int = param(1000000, "Most cells looked at; below 1 any number.")
+    escape_radius: float = param(
+        3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
+    )
+    smoother: SmootherConfig = field(default_factory=SmootherConfig)
+
+
+class Smac2D:
+    """Plans by A* over the eight neighbours of each cell, cost-aware.
+
+    Args:
+        config: Parameters.
+        footprint: The robot; the costs hold all that is asked of it.
+
+    Source: Hart, Nilsson and Raphael 1968; nav2_smac_planner, SmacPlanner2D.
+    """
+
+    Config: ClassVar[type[Any]] = Smac2DConfig
+
+    def __init__(self, config: Smac2DConfig, footprint: Footprint | None = None) -> None:
+        self._config = config
+
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
+        """Plan between two poses in the costmap's frame; see `NavFn.plan` for both ends."""
+        config = self._config
+        query = ask(
+            costmap,
+            start,
+            goal,
+            traversal_costs(config.allow_unknown),
+            config.allow_unknown,
+            config.tolerance,
+            config.escape_radius,
+        )
+        if isinstance(query, PlanResult):
+            return query
+        exits, far = query.out.exits, query.out.distances
+        seeds: NDArray[np.float64] = np.column_stack((exits.astype(np.float64), _ESCAPE * far))
+        limit = config.max_iterations if config.max_iterations > 0 else costmap.data.size
+        values, before, spent = _a_star(costmap.data, self._costs(), seeds, query.goal_cell, limit)
+        end = query.reachable_end(values)
+        if end is None and spent:
+            message = f"no path within max_iterations = {limit} cells"
+            return PlanResult.failed(PlanStatus.TIMEOUT, message)
+        if end is None:
+            return query.failure(values)
+        return smoothed(query.answer(_way(before, end)), costmap, config.smoother)
+
+    def _costs(self) -> NDArray[np.float32]:
+        """Return what a cell's length costs by its value, `(256,) float32`."""
+        costs = 1.0 + self._config.cost_travel_multiplier * np.arange(256) / (INSCRIBED - 1)
+        costs[UNKNOWN] = costs[INSCRIBED - 1] if self._config.allow_unknown else np.inf
+        costs[INSCRIBED:UNKNOWN] = np.inf
+        return costs.astype(np.float32)
+
+
+def smoothed(result: PlanResult, costmap: Costmap, config: SmootherConfig) -> PlanResult:
+    """Return a plan with its path smoothed as far as it touches nothing."""
+    points: NDArray[np.float64] = np.ascontiguousarray(result.path[:, :2])
+    for _ in range(1 + config.refinement_num * config.do_refinement):
+        other = relax(
+            points, config.w_data, config.w_smooth, config.tolerance, config.max_iterations
+        )
+        if touches(_finely(other), costmap):
+            break
+        points = other
+    return PlanResult(result.status, oriented(points, float(result.path[-1, 2])))
+
+
+def _finely(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points with three more between any two, for what lies between is driven too."""
+    steps = np.diff(points, axis=0)
+    parts = [points[:-1] + ratio * steps for ratio in (0.0, 0.25, 0.5, 0.75)]
+    return np.vstack((*parts, points[-1:]))
+
+
+@njit(cache=True)
+def _a_star(
+    data: NDArray[np.uint8],
+    costs: NDArray[np.float32],
+    seeds: NDArray[np.float64],
+    goal: tuple[int, int],
+    limit: int,
+) -> tuple[NDArray[np.float32], NDArray[np.int32], bool]:
+    """Return what each cell costs until the goal, the cell before it, whether the limit came."""
+    height, width = data.shape
+    values = np.full((height, width), np.inf, np.float32)
+    before = np.full((height, width), -1, np.int32)
+    closed = np.zeros((height, width), np.bool_)
+    queue = [(0.0, np.int64(0))]
+    queue.pop()
+    for row, column, value in seeds:
+        r, c = int(row), int(column)
+        values[r, c] = value
+        heapq.heappush(queue, (value + _left(r, c, goal), np.int64(r * width + c)))
+    count = 0
+    while len(queue) > 0:
+        cell = heapq.heappop(queue)[1]
+        row, column = cell // width, cell % width
+        if closed[row, column]:
+            continue
+        closed[row, column] = True
+        count += 1
+        if row == goal[0] and column == goal[1]:
+            break
+        if count >= limit:
+            return values, before, True
+        for d_r in range(-1, 2):
+            for d_c in range(-1, 2):
+                r, c = row + d_r, column + d_c
+                if not (0 <= r < height and 0 <= c < width) or closed[r, c]:
+                    continue
+                cost = costs[data[r, c]]
+                if costs[data[row, c]] == np.inf or costs[data[r, column]] == np.inf:
+                    continue
+                value = values[row, column] + cost * math.hypot(d_r, d_c)
+                if value < values[r, c]:
+                    values[r, c], before[r, c] = value, cell
+                    heapq.heappush(queue, (value + _left(r, c, goal), np.int64(r * width + c)))
+    return values, before, False
+
+
+@njit(cache=True)
+def _left(row: int, column: int, goal: tuple[int, int]) -> float:
+    """Return the least that is left to the goal: straight and diagonal steps at no cost."""
+    d_r, d_c = abs(row - goal[0]), abs(column - goal[1])
+    return max(d_r, d_c) + (math.sqrt(2.0) - 1.0) * min(d_r, d_c)
+
+
+def _way(before: NDArray[np.int32], end: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the cells from the seed to the end, `(N, 2)` rows and columns."""
+    width = before.shape[1]
+    cells = [end[0] * width + end[1]]
+    while before.flat[cells[-1]] >= 0:
+        cells.append(int(before.flat[cells[-1]]))
+    way = np.array(cells[::-1])
+    return np.column_stack((way // width, way % width)).astype(np.float64)

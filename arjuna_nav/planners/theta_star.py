@@ -1,0 +1,235 @@
+"""Theta*: paths of straight lines at any angle, round obstacles and their costs."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners.base import PlanResult
+from arjuna_nav.planners.corridor import SHIFT, corridor
+from arjuna_nav.planners.potential import traversal_costs
+from arjuna_nav.planners.query import Query, ask
+
+_ESCAPE = 20.0  # cost of a cell where the robot may not be: the nearest way out wins
+_SLACK = 0.02  # of ways that are looked at on large maps, over the best estimate
+_EVERYWHERE = np.empty((0, 0), np.bool_)
+
+
+@dataclass(frozen=True)
+class ThetaStarConfig:
+    """Parameters of Theta*, by Nav2's names."""
+
+    how_many_corners: int = param(8, "Neighbours of a cell.", choices=(4, 8))
+    allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
+    w_euc_cost: float = param(1.0, "Weight of length.", minimum=0.01)
+    w_traversal_cost: float = param(2.0, "Weight of the costs crossed.", minimum=0.0)
+    w_heuristic_cost: float = param(
+        1.0, "Weight of the distance left; above 1 is faster, not shortest.", minimum=0.0
+    )
+    tolerance: float = param(
+        0.5, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
+    )
+    escape_radius: float = param(
+        3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
+    )
+
+
+class ThetaStar:
+    """Plans by lazy Theta* with costs.
+
+    Args:
+        config: Parameters.
+        footprint: The robot; the costs hold all that is asked of it.
+
+    Source: Nash, Daniel, Koenig and Felner, Theta*: any-angle path planning on grids, AAAI 2007;
+        nav2_theta_star_planner.
+    """
+
+    Config: ClassVar[type[Any]] = ThetaStarConfig
+
+    def __init__(self, config: ThetaStarConfig, footprint: Footprint | None = None) -> None:
+        self._config = config
+
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
+        """Plan between two poses in the costmap's frame; see `NavFn.plan` for both ends."""
+        config = self._config
+        query = ask(
+            costmap,
+            start,
+            goal,
+            traversal_costs(config.allow_unknown),
+            config.allow_unknown,
+            config.tolerance,
+            config.escape_radius,
+        )
+        if isinstance(query, PlanResult):
+            return query
+        values, parents = self._search(query)
+        end = query.reachable_end(values)
+        if end is None:
+            return query.failure(values)
+        return query.answer(_spaced(_corners(parents, end, values.shape[1])))
+
+    def _search(self, query: Query) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """Search about the estimated way where the map is large, else everywhere."""
+        config, data, goal = self._config, query.costmap.data, query.goal_cell
+        exits, far = query.out.exits, query.out.distances
+        seeds: NDArray[np.float64] = np.column_stack((exits.astype(np.float64), _ESCAPE * far))
+        costs = _weights(config)
+        near = traversal_costs(config.allow_unknown)
+        found = None
+        if math.isfinite(near[data[goal]]):
+            first = int(exits[0, 0]), int(exits[0, 1])
+            found = corridor(data, near, first, goal, _SLACK)
+        options = config.w_heuristic_cost * config.w_euc_cost, config.how_many_corners
+        if found is not None:
+            values, parents = _theta_star(data, costs, seeds, goal, *options, found[0], SHIFT)
+            if math.isfinite(values[goal]):
+                return values, parents
+        result: tuple[NDArray[np.float32], NDArray[np.int32]] = _theta_star(
+            data, costs, seeds, goal, *options, _EVERYWHERE, 0
+        )
+        return result
+
+
+def _weights(config: ThetaStarConfig) -> NDArray[np.float32]:
+    """Return what a cell's length costs by its value, `(256,) float32`, inf where none may be."""
+    share = np.arange(256) / (INSCRIBED - 1)
+    costs = config.w_euc_cost + config.w_traversal_cost * share**2
+    costs[UNKNOWN] = costs[INSCRIBED - 1] if config.allow_unknown else np.inf
+    costs[INSCRIBED:UNKNOWN] = np.inf
+    return costs.astype(np.float32)
+
+
+@njit(cache=True)
+def _theta_star(
+    data: NDArray[np.uint8],
+    costs: NDArray[np.float32],
+    seeds: NDArray[np.float64],
+    goal: tuple[int, int],
+    heuristic: float,
+    corners: int,
+    allowed: NDArray[np.bool_],
+    shift: int,
+) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Return what it costs to reach each cell until the goal, and the corner before it.
+
+    A cell that is taken from the queue looks past its parent to its parent's parent.
+    """
+    height, width = data.shape
+    values = np.full((height, width), np.inf, np.float32)
+    parents = np.full(height * width, -1, np.int32)
+    closed = np.zeros((height, width), np.bool_)
+    queue = [(0.0, np.int64(0))]
+    queue.pop()
+    for row, column, value in seeds:
+        r, c = int(row), int(column)
+        values[r, c] = value
+        parents[r * width + c] = r * width + c
+        left = heuristic * math.hypot(r - goal[0], c - goal[1])
+        heapq.heappush(queue, (value + left, np.int64(r * width + c)))
+    while len(queue) > 0:
+        cell = heapq.heappop(queue)[1]
+        row, column = cell // width, cell % width
+        if closed[row, column]:
+            continue
+        closed[row, column] = True
+        beyond = parents[parents[cell]]
+        if beyond != parents[cell]:
+            r, c = beyond // width, beyond % width
+            value = values[r, c] + line_cost(data, costs, r, c, row, column)
+            if value <= values[row, column] + 1e-3:
+                values[row, column], parents[cell] = value, beyond
+        if row == goal[0] and column == goal[1]:
+            break
+        here = costs[data[row, column]]
+        for k in range(corners):
+            r, c = _neighbour(row, column, k)
+            if not (0 <= r < height and 0 <= c < width) or closed[r, c]:
+                continue
+            cost = costs[data[r, c]]
+            if cost == np.inf:
+                continue
+            if allowed.shape[0] > 0 and not allowed[r >> shift, c >> shift]:
+                continue
+            if k >= 4 and (costs[data[row, c]] == np.inf or costs[data[r, column]] == np.inf):
+                continue
+            step = math.sqrt(2.0) if k >= 4 else 1.0
+            value = values[row, column] + 0.5 * step * (here + cost)
+            if value < values[r, c]:
+                values[r, c], parents[r * width + c] = value, cell
+                left = heuristic * math.hypot(r - goal[0], c - goal[1])
+                heapq.heappush(queue, (value + left, np.int64(r * width + c)))
+    return values, parents
+
+
+@njit(cache=True)
+def _neighbour(row: int, column: int, k: int) -> tuple[int, int]:
+    """Return a neighbour: four beside, then four across corners."""
+    if k < 4:
+        return row + (k == 0) - (k == 1), column + (k == 2) - (k == 3)
+    return row + (1 if k < 6 else -1), column + (1 if k % 2 else -1)
+
+
+@njit(cache=True)
+def line_cost(
+    data: NDArray[np.uint8], costs: NDArray[np.float32], r0: int, c0: int, r1: int, c1: int
+) -> float:
+    """Return the cost of a straight line between cells' centres, inf where a cell on it blocks.
+
+    Its length times the mean cost of all cells that it touches, corners among them.
+    """
+    d_r, d_c = abs(r1 - r0), abs(c1 - c0)
+    step_r, step_c = (1 if r1 > r0 else -1), (1 if c1 > c0 else -1)
+    row, column, error, total, count = r0, c0, d_c - d_r, 0.0, 0
+    while True:
+        cost = costs[data[row, column]]
+        if cost == np.inf:
+            return np.inf
+        total += cost
+        count += 1
+        if row == r1 and column == c1:
+            length: float = total / count * math.hypot(d_r, d_c)
+            return length
+        if error > 0:
+            column += step_c
+            error -= 2 * d_r
+        elif error < 0:
+            row += step_r
+            error += 2 * d_c
+        else:
+            blocked = costs[data[row + step_r, column]] == np.inf
+            if blocked or costs[data[row, column + step_c]] == np.inf:
+                return np.inf
+            row += step_r
+            column += step_c
+            error += 2 * (d_c - d_r)
+
+
+def _corners(parents: NDArray[np.int32], end: tuple[int, int], width: int) -> NDArray[np.float64]:
+    """Return the corners from the seed to the end, `(N, 2)` rows and columns."""
+    cells = [end[0] * width + end[1]]
+    while parents[cells[-1]] != cells[-1]:
+        cells.append(int(parents[cells[-1]]))
+    way = np.array(cells[::-1])
+    return np.column_stack((way // width, way % width)).astype(np.float64)
+
+
+def _spaced(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points at most a cell apart on the lines between corners `(N, 2)`."""
+    pieces = [corners[:1]]
+    for before, after in itertools.pairwise(corners):
+        count = max(math.ceil(float(np.hypot(*(after - before)))), 1)
+        pieces.append(before + (after - before) * np.arange(1, count + 1)[:, None] / count)
+    return np.vstack(pieces)
