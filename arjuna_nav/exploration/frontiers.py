@@ -30,6 +30,12 @@ class ExplorationConfig:
     frontier_shift: float = param(
         0.3, "How far a frontier may move and still be the goal's.", unit="m", minimum=0.0
     )
+    start_radius: float = param(
+        0.5,
+        "How far from the robot, which stands in the unknown, the map may begin.",
+        unit="m",
+        minimum=0.0,
+    )
     max_cost: int = param(120, "Greatest cost of a place to stand.", minimum=0, maximum=252)
     size_gain: float = param(1.0, "Worth of a metre of frontier in metres of way.", minimum=0.0)
     blacklist_radius: float = param(
@@ -66,8 +72,12 @@ def next_goal(
     start = grid.frame.to_cell(T_map_base.x, T_map_base.y)
     if not grid.frame.contains(*start):
         return None
+    costs = traversal_costs(allow_unknown=False)
+    if grid.unknown()[start]:
+        free = np.isfinite(costs[costmap.data])
+        start = _nearest(free, start, config.start_radius / grid.frame.resolution)
     seeds = np.array([[*start, 0.0]])  # the robot is where it is, whatever that costs
-    potential = spread(costmap.data, traversal_costs(allow_unknown=False), seeds)
+    potential = spread(costmap.data, costs, seeds)
     travel = potential.astype(np.float64) / NEUTRAL * grid.frame.resolution
     travel[costmap.data > config.max_cost] = np.inf
     for goal in tried:
@@ -93,6 +103,16 @@ def frontiers(
     clusters = np.split(cells, np.cumsum(sizes)[:-1]) if count else []
     least = config.min_frontier_size / grid.frame.resolution
     return [cluster for cluster in clusters if len(cluster) >= least]
+
+
+def _nearest(free: NDArray[np.bool_], start: tuple[int, int], reach: float) -> tuple[int, int]:
+    """Return the nearest cell that can be stood on, at most a reach [cells] off; else the start."""
+    cells = np.argwhere(free)
+    gaps = np.hypot(*(cells - np.array(start)).T)
+    if len(cells) == 0 or gaps.min() > reach:
+        return start
+    row, column = cells[np.argmin(gaps)].tolist()
+    return row, column
 
 
 def _rule_out(travel: NDArray[np.float64], grid: OccupancyGrid, goal: SE2, radius: float) -> None:

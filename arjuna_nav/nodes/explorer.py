@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from nav2_msgs.action import NavigateToPose
+from nav2_msgs.action import NavigateToPose, Spin
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from std_msgs.msg import String
 
@@ -56,6 +57,8 @@ class ExplorerNode(ManagedNode):
         self._status = self.publisher(String, "explorer/status", qos.LATCHED)
         self.subscribe(OccupancyGridMsg, "map", self._on_map, qos.LATCHED, while_inactive=True)
         self._client = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
+        self._spinner = self.keep(GoalClient(self, Spin, "spin"))
+        self._turned, self._turning = False, False
         self.every(self.config.period, self._look)
 
     def activate(self) -> None:
@@ -71,6 +74,8 @@ class ExplorerNode(ManagedNode):
         if self._goal is not None:
             self._client.cancel()
             self._goal = None
+        if self._turning:
+            self._spinner.cancel()
 
     def _on_map(self, message: Any) -> None:
         try:
@@ -84,7 +89,7 @@ class ExplorerNode(ManagedNode):
         if not self._client.ready:
             self._goal = None  # whoever had it has gone, and will not say how it ended
             return
-        if self.done or self._grid is None or T_map_base is None:
+        if self.done or self._turning or self._grid is None or T_map_base is None:
             return
         if self._goal is not None and self._worthwhile(self._goal):
             return
@@ -94,8 +99,29 @@ class ExplorerNode(ManagedNode):
         )
         if goal is not None:
             self._go(goal)
+        elif self._goal is None and self._stands_in_the_unknown(T_map_base):
+            self._look_round()
         elif self._goal is None:
             self._finish_if_patient()
+
+    def _stands_in_the_unknown(self, T_map_base: SE2) -> bool:
+        """Tell whether the map does not say what is where the robot is."""
+        assert self._grid is not None
+        cell = self._grid.frame.to_cell(T_map_base.x, T_map_base.y)
+        return not (self._grid.frame.contains(*cell) and self._grid.free()[cell])
+
+    def _look_round(self) -> None:
+        """Turn once on the spot, where somebody serves that: a lidar may look ahead only."""
+        if self._turned or not self._spinner.ready:
+            self._finish_if_patient()
+            return
+        self._turned = self._turning = True
+        self._spinner.send(Spin.Goal(target_yaw=2.0 * math.pi), self._on_turned)
+        self._say("exploring: looking round")
+
+    def _on_turned(self, outcome: GoalOutcome) -> None:
+        """Look at the map again, however the turn ended."""
+        self._turning = False
 
     def _worthwhile(self, goal: SE2) -> bool:
         """Tell whether the frontier that a goal is for is still unseen."""

@@ -5,9 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from arjuna_core.errors import InputFileError
 from bringup.parameters import options, robot_options
+
+if TYPE_CHECKING:
+    from bringup.demo.demo import DemoOptions
+    from bringup.parameters.files import Parameters
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -15,6 +20,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add_node_options(parser)
     robot_options.add_options(parser)
     options.add_seed(parser)
+    parser.add_argument(
+        "--waypoints",
+        type=Path,
+        metavar="FILE",
+        help="where to drive: YAML, 'waypoints: [[x, y, yaw], ...]' (five in the room)",
+    )
+    parser.add_argument("--no-kidnap", action="store_true", help="do not carry the robot off")
     parser.add_argument(
         "--out",
         type=Path,
@@ -28,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the demo; return 0 where it succeeds, 1 where it does not."""
     from rclpy.logging import LoggingSeverity, set_logger_level
 
-    from bringup.demo.demo import Demo, DemoOptions
+    from bringup.demo.demo import Demo
     from bringup.demo.report import summary
     from bringup.lockstep import LockStepError
     from bringup.parameters.inputs import gather
@@ -36,16 +48,28 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.terminal import show
 
     robot_options.extend_search(arguments)
-    parameters = gather(arguments)
-    out = _emptied(arguments.out)
+    chosen = _options(arguments, gather(arguments))
     set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
     try:
-        report = Demo(DemoOptions(arguments.seed or 0, out, parameters), Progress()).run()
+        report = Demo(chosen, Progress()).run()
     except LockStepError as error:
         sys.stderr.write(f"error: {error}\n")
         return 1
     show(summary(arguments.out, report))
     return 0 if report.success else 1
+
+
+def _options(arguments: argparse.Namespace, parameters: Parameters) -> DemoOptions:
+    from arjuna_core.se2 import SE2
+    from bringup.client.waypoints import load_waypoints
+    from bringup.demo.demo import WAYPOINTS, DemoOptions
+
+    file = arguments.waypoints
+    waypoints = WAYPOINTS if file is None else tuple(SE2(*pose) for pose in load_waypoints(file))
+    out = _emptied(arguments.out)
+    return DemoOptions(
+        arguments.seed or 0, out, parameters, waypoints, kidnap=not arguments.no_kidnap
+    )
 
 
 def _emptied(folder: Path) -> Path:

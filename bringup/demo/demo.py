@@ -44,7 +44,7 @@ WAYPOINTS = (
 HOME = SE2(0.0, 0.0, 0.0)
 REACHED_WITHIN = 0.25  # nav2's xy_goal_tolerance, judged by the truth [m]
 KNOWS = 0.5  # localization quality from which the robot's word counts
-_EXPLORE_TIMEOUT, _GOAL_TIMEOUT, _NOTICE_TIMEOUT, _RECOVER_TIMEOUT = 600.0, 120.0, 10.0, 60.0
+_EXPLORE_TIMEOUT, _GOAL_TIMEOUT, _NOTICE_TIMEOUT, _RECOVER_TIMEOUT = 1800.0, 300.0, 10.0, 60.0
 _CLEARANCE = 0.6
 _INITIAL_COVARIANCE = np.diag([0.05**2, 0.05**2, 0.05**2])
 
@@ -57,11 +57,15 @@ class DemoOptions:
         seed: Seed of every random choice.
         out: Folder for the artifacts.
         parameters: Parameters of all nodes.
+        waypoints: What is driven to on the map.
+        kidnap: Whether the robot is carried off then, and drives home.
     """
 
     seed: int
     out: Path
     parameters: Parameters
+    waypoints: tuple[SE2, ...] = WAYPOINTS
+    kidnap: bool = True
 
 
 class Demo:
@@ -103,8 +107,7 @@ class Demo:
                 self._explore()
                 self._restart_on_saved_map()
                 self._drive_waypoints()
-                self._kidnap()
-                recovered = self._drive_home() and self._recovery_s is not None
+                recovered = self._carry_off() if self._options.kidnap else None
             self._progress.finish(robot.now)
             return self._report(recovered)
         finally:
@@ -131,7 +134,8 @@ class Demo:
         return pose
 
     def _estimate(self) -> SE2 | None:
-        return self._robot.process.transforms.try_lookup("map", "base_footprint")
+        base = self._robot.sim.simulator.robot.urdf.root
+        return self._robot.process.transforms.try_lookup("map", base)
 
     def _sample(self) -> None:
         robot = self._robot
@@ -182,8 +186,9 @@ class Demo:
         return succeeded and self._truth().distance(goal) <= REACHED_WITHIN
 
     def _drive_waypoints(self) -> None:
-        for number, goal in enumerate(WAYPOINTS, 1):
-            name = f"waypoint {number} of {len(WAYPOINTS)}: ({goal.x:.1f}, {goal.y:.1f})"
+        waypoints = self._options.waypoints
+        for number, goal in enumerate(waypoints, 1):
+            name = f"waypoint {number} of {len(waypoints)}: ({goal.x:.1f}, {goal.y:.1f})"
             self._progress.phase(name, self._robot.now)
             self._log.goals.append((goal.x, goal.y, goal.theta, self._go(goal)))
 
@@ -223,11 +228,16 @@ class Demo:
         near = estimate is not None and estimate.distance(self._truth()) < REACHED_WITHIN
         return self._quality >= KNOWS and near
 
+    def _carry_off(self) -> bool:
+        """Carry the robot off; tell whether it finds itself and drives home."""
+        self._kidnap()
+        return self._drive_home() and self._recovery_s is not None
+
     def _drive_home(self) -> bool:
         self._progress.phase("driving home", self._robot.now)
         return self._go(HOME)
 
-    def _report(self, recovered: bool) -> Report:
+    def _report(self, recovered: bool | None) -> Report:
         out = self._options.out
         grid = load_map(out / "map.yaml")
         draw_map(out / "map.png", grid)

@@ -25,7 +25,7 @@ class Report:
     seed: int
     waypoints_total: int
     waypoints_reached: int
-    kidnap_recovered: bool
+    kidnap_recovered: bool | None
     kidnap_recovery_s: float | None
     collisions: int
     localization_rmse_m: float
@@ -46,7 +46,7 @@ class Report:
         surfaces: NDArray[np.float64],
         seed: int,
         wall_time: float,
-        kidnap_recovered: bool,
+        kidnap_recovered: bool | None,
         kidnap_recovery_s: float | None,
     ) -> Report:
         """Work out a run's figures.
@@ -57,7 +57,7 @@ class Report:
             surfaces: True segments, `(M, 4) float64` [m].
             seed: The run's seed.
             wall_time: Wall time of the run [s].
-            kidnap_recovered: Whether the robot found itself and drove home.
+            kidnap_recovered: Whether the robot found itself and drove home; None for no kidnap.
             kidnap_recovery_s: Time from the kidnap until it knew its pose; None for never [s].
         """
         position, heading = log.localization_rmse()
@@ -85,7 +85,7 @@ class Report:
         """Whether the robot did all it was asked to without touching anything."""
         return (
             self.waypoints_reached == self.waypoints_total
-            and self.kidnap_recovered
+            and self.kidnap_recovered is not False
             and self.collisions == 0
         )
 
@@ -98,13 +98,11 @@ def write_report(folder: Path, report: Report) -> None:
 
 def summary(folder: Path, report: Report) -> str:
     """Return the report as one screen of text."""
-    recovery = report.kidnap_recovery_s
-    after = f"after {recovery:.1f} s" if recovery is not None else "never"
     rows = (
         ("explored", f"{100.0 * report.explored_fraction:.1f} % of the free area"),
         ("map error", f"{100.0 * report.map_error_m:.1f} cm, mean distance to true surfaces"),
         ("waypoints", f"{report.waypoints_reached} of {report.waypoints_total} reached"),
-        ("kidnap", f"found itself {after}" + (", drove home" if report.kidnap_recovered else "")),
+        ("kidnap", _kidnap(report)),
         ("collisions", f"{report.collisions}"),
         (
             "localization",
@@ -117,3 +115,11 @@ def summary(folder: Path, report: Report) -> str:
     )
     verdict = "SUCCESS" if report.success else "FAILED"
     return "\n".join([f"demo, seed {report.seed}: {verdict}", *(f"  {a:13}{b}" for a, b in rows)])
+
+
+def _kidnap(report: Report) -> str:
+    if report.kidnap_recovered is None:
+        return "not tried"
+    recovery = report.kidnap_recovery_s
+    after = f"after {recovery:.1f} s" if recovery is not None else "never"
+    return f"found itself {after}" + (", drove home" if report.kidnap_recovered else "")

@@ -122,3 +122,16 @@ def test_refuses_a_costmap_of_another_place() -> None:
     layered = LayeredCostmap(CostmapConfig())
     with pytest.raises(ValueError, match="must be one frame"):
         next_goal(empty_grid(4.0, 4.0), layered.costmap, SE2(), [])
+
+
+@pytest.mark.parametrize(("hole", "reached"), [(0.3, True), (0.9, False)])
+def test_a_robot_that_stands_in_the_unknown_starts_from_the_nearest_place_it_knows(
+    hole: float, reached: bool
+) -> None:
+    grid = empty_grid(8.0, 4.0)
+    grid.data[:, 150:] = -1
+    rows, columns = np.ogrid[: grid.frame.height, : grid.frame.width]
+    row, column = grid.frame.to_cell(5.5, 2.0)
+    grid.data[np.hypot(rows - row, columns - column) * grid.frame.resolution < hole] = -1
+    goal = next_goal(grid, costmap_of(grid, track_unknown=True), SE2(5.5, 2.0), [])
+    assert (goal is not None) == reached

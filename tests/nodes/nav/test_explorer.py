@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from nav2_msgs.action import NavigateToPose
+from nav2_msgs.action import NavigateToPose, Spin
 from std_msgs.msg import String
 
 from arjuna_core.ros import qos
@@ -43,9 +43,11 @@ class FakeNavigator(ManagedNode):
     def configure(self) -> None:
         """Offer the action."""
         self.goals: list[SE2] = []
+        self.turns: list[float] = []
         self.server = self.keep(
             GoalServer(self, NavigateToPose, "navigate_to_pose", self._on_goal, self._admit)
         )
+        self.spinner = self.keep(GoalServer(self, Spin, "spin", self._on_spin))
 
     def _admit(self, goal: Any) -> str | None:
         return "told to" if self.refuses else None
@@ -53,6 +55,9 @@ class FakeNavigator(ManagedNode):
     def _on_goal(self) -> None:
         goal = self.server.accept_pending() if self.server.preempt_requested else self.server.goal
         self.goals.append(se2_from_pose(goal.pose.pose))
+
+    def _on_spin(self) -> None:
+        self.turns.append(self.spinner.goal.target_yaw)
 
     def end(self, *, reached: bool) -> None:
         """End the running goal."""
@@ -203,3 +208,19 @@ def test_time_set_back_starts_patience_anew(exploration: Exploration) -> None:
     assert not exploration.said.startswith("done")
     exploration.robot.run(2.5)
     assert exploration.said.startswith("done")
+
+
+def test_a_robot_that_sees_only_ahead_turns_round_before_it_is_done(
+    exploration: Exploration,
+) -> None:
+    exploration.hide((-5.5, 1.0))  # it stands at 0, in what is unknown
+    exploration.robot.run(2.0)
+    assert exploration.navigator.turns == pytest.approx([2.0 * np.pi])
+    assert exploration.said == "exploring: looking round"
+    exploration.robot.run(PATIENCE + 2.0)
+    assert not exploration.said.startswith("done")  # while it turns
+    exploration.hide((2.0, 5.5))
+    exploration.navigator.spinner.succeed(Spin.Result())
+    exploration.robot.run(2.0)
+    assert len(exploration.navigator.goals) == 1
+    assert len(exploration.navigator.turns) == 1
