@@ -9,11 +9,21 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from arjuna_core.errors import ConfigError, nearest
-from arjuna_core.param import ParamInfo, info_of, key_of, param, plugin_names
+from arjuna_core.param import SEED_MAX, ParamInfo, info_of, key_of, param, plugin_names
 from arjuna_core.plugins import shaped
 
 T = TypeVar("T")
-__all__ = ["ParamInfo", "check", "flatten", "info_of", "infos", "load", "param", "plugin_names"]
+__all__ = [
+    "SEED_MAX",
+    "ParamInfo",
+    "check",
+    "flatten",
+    "info_of",
+    "infos",
+    "load",
+    "param",
+    "plugin_names",
+]
 
 
 def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
@@ -146,13 +156,16 @@ def _convert(name: str, value: Any, hint: Any, where: str) -> Any:
 
 
 def _check_bounds(name: str, value: Any, info: ParamInfo, where: str) -> None:
-    unit = f" {info.unit}" if info.unit else ""
-    if isinstance(value, float) and math.isnan(value):
-        raise ConfigError(f"{where}'{name}' is not a number")
-    if info.minimum is not None and value is not None and value < info.minimum:
-        raise ConfigError(f"{where}'{name}' is {value}; the least valid is {info.minimum}{unit}")
-    if info.maximum is not None and value is not None and value > info.maximum:
-        raise ConfigError(f"{where}'{name}' is {value}; the greatest valid is {info.maximum}{unit}")
+    if type(value) in (int, float):
+        unit = f" {info.unit}" if info.unit else ""
+        low, high = info.bounds
+        if math.isnan(value):
+            raise ConfigError(f"{where}'{name}' is not a number")
+        if value < low:
+            raise ConfigError(f"{where}'{name}' is {value}; the least valid is {low}{unit}")
+        if value > high:
+            problem = f"'{name}' is {value}; the greatest valid is {high}{unit}"
+            raise ConfigError(f"{where}{problem}")
     if info.choices and value not in info.choices:
         valid = ", ".join(str(choice) for choice in info.choices)
         raise ConfigError(f"{where}'{name}' is {value!r}; valid: {valid}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-from arjuna_core.config import param
+from arjuna_core.config import SEED_MAX, param
 from arjuna_slam.amcl.config import AmclConfig
 
 ALWAYS, NEVER, AUTO = "always", "never", "auto"
@@ -56,7 +56,7 @@ class AmclNodeConfig(AmclConfig):
         unit="Hz",
         minimum=0.0,
     )
-    seed: int = param(0, "Seed of all randomness.", minimum=0, read_only=True)
+    seed: int = param(0, "Seed of all randomness.", minimum=0, maximum=SEED_MAX, read_only=True)
 
 
 def filter_part(config: AmclNodeConfig) -> tuple[Any, ...]:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from arjuna_core.errors import InputFileError
+
+_LARGEST = 2**20  # [bytes]
+_DEEPEST = 50
+_MOST = 200_000  # values, those that aliases stand for too
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def read_yaml(path: Path, error: type[InputFileError] = InputFileError) -> Any:
@@ -21,13 +27,52 @@ def read_yaml(path: Path, error: type[InputFileError] = InputFileError) -> Any:
         InputFileError: The file cannot be read or is no YAML; of the kind asked for.
     """
     try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
+        size = path.stat().st_size
+        if size > _LARGEST:
+            raise error(path, f"has {size} bytes; at most {_LARGEST} are valid")
+        return plain(path.read_text(encoding="utf-8"))
     except OSError as reason:
         raise error(path, f"cannot be read: {reason.strerror}") from reason
     except UnicodeDecodeError as reason:
         raise error(path, "is no UTF-8 text") from reason
     except yaml.YAMLError as reason:
         raise error(path, *_described(reason)) from reason
+
+
+def plain(text: str) -> Any:
+    """Return what a YAML text says, in values of Python's own types.
+
+    Raises:
+        yaml.YAMLError: It is no YAML, is nested too deeply, grows too large by its aliases, or
+            holds a value that cannot be.
+    """
+    _check_growth(yaml.parse(text, Loader=_LOADER))
+    try:
+        return yaml.load(text, Loader=_LOADER)  # noqa: S506 - a safe one
+    except (ValueError, OverflowError) as error:  # as of the date 2000-99-99
+        raise yaml.YAMLError(f"holds a value that cannot be: {error}") from error
+
+
+def _check_growth(events: Iterable[Any]) -> None:
+    """Refuse what is nested too deeply, or would not end once its aliases are followed."""
+    opened: list[tuple[str | None, int]] = []
+    sizes: dict[str | None, int] = {}
+    count = 0
+    for event in events:
+        if isinstance(event, yaml.AliasEvent):
+            if event.anchor in (anchor for anchor, _ in opened):
+                raise yaml.YAMLError(f"*{event.anchor} stands in itself")
+            count += sizes.get(event.anchor, 0)
+        elif isinstance(event, yaml.CollectionStartEvent):
+            opened.append((event.anchor, count))
+        elif isinstance(event, yaml.CollectionEndEvent):
+            anchor, before = opened.pop()
+            sizes[anchor] = count - before
+        count += 1
+        if len(opened) > _DEEPEST:
+            raise yaml.YAMLError(f"is nested deeper than {_DEEPEST} levels")
+        if count > _MOST:
+            raise yaml.YAMLError(f"holds more than {_MOST} values")
 
 
 def _described(reason: yaml.YAMLError) -> tuple[str, str]:

@@ -8,6 +8,7 @@ from typing import Any
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 
+from arjuna_core.ros.health.answers import invalid_code
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.retirement import retire
 
@@ -56,6 +57,7 @@ class GoalServer:
         admit: Given a goal, says why it is rejected, or None.
         on_cancel: Called after a cancellation was accepted, to act on it at once.
         unknown: Error code of an unknown failure, where the action itself names none.
+        invalid: Error code of a goal that cannot be used, where none of the action's is for that.
     """
 
     def __init__(
@@ -67,6 +69,7 @@ class GoalServer:
         admit: Callable[[Any], str | None] | None = None,
         on_cancel: Callable[[], None] | None = None,
         unknown: int = 0,
+        invalid: int = 0,
     ) -> None:
         self._node = node
         self._name = name
@@ -75,6 +78,7 @@ class GoalServer:
         self._admit = admit
         self._on_cancel = on_cancel
         self._unknown = unknown
+        self._invalid_code = invalid
         self._destroyed = False
         self._current: ServerGoalHandle | None = None
         self._pending: ServerGoalHandle | None = None
@@ -126,6 +130,10 @@ class GoalServer:
 
     def _on_accepted(self, handle: ServerGoalHandle) -> None:
         handle.execute()
+        problem = self._node.problem_of(self._name, handle.request)
+        if problem is not None:
+            self._end(handle, self._invalid(problem), "abort")
+            return
         if self._current is None:
             self._current = handle
         else:
@@ -148,6 +156,14 @@ class GoalServer:
         result = self._action_type.Result
         code = getattr(result, "UNKNOWN", self._unknown)
         return result(error_code=code, error_msg=reason)
+
+    def _invalid(self, problem: str) -> Any:
+        """Return a result that says what cannot be used of a goal, with the action's code."""
+        result = self.explained(problem)
+        if hasattr(result, "error_code"):
+            code = self._invalid_code or invalid_code(result, result.error_code)
+            result.error_code = code
+        return result
 
     def _replaced(self) -> Any:
         return self.explained(f"replaced by a newer goal at {self._node.now:.2f} s")

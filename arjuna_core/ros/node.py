@@ -8,7 +8,9 @@ from typing import Any, ClassVar, TypeVar
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
+from arjuna_core.checks.message import problem_of
 from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.health import answers
 from arjuna_core.ros.health.guarded import Guarded
 from arjuna_core.ros.params import ParameterBinding, describe_sim_time
 from arjuna_core.ros.process import Process
@@ -75,9 +77,26 @@ class ManagedNode(Guarded, LifecycleNode):
 
     def _guard_lifecycle_services(self) -> None:
         """Guard the services that rclpy makes without `create_service`."""
+        change = self._service_change_state
+        change.callback = self._allowed_only(change.callback)
         for service in self.services:
             if not hasattr(service.callback, "__wrapped__"):
                 service.callback = self.answering(service.srv_name, service.callback)
+
+    def _allowed_only(self, change: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+        """Refuse a transition that is unknown or not allowed now: rclpy raises."""
+
+        def answer(request: Any, response: Any) -> Any:
+            asked = request.transition
+            allowed = {item[0]: item[1] for item in self._state_machine.available_transitions}
+            if asked.label or asked.id in allowed:
+                return change(request, response)
+            valid = ", ".join(f"{number} {label}" for number, label in allowed.items())
+            problem = f"transition {asked.id} is not allowed in {self.state_label}; valid: {valid}"
+            self.guard.refused(self, "change_state", problem)
+            return response
+
+        return answer
 
     @property
     def state_label(self) -> str:
@@ -132,21 +151,35 @@ class ManagedNode(Guarded, LifecycleNode):
         """Create a subscription that lives until cleanup; `/` is the robot's namespace.
 
         It delivers only while the node is active, unless `while_inactive`: what is latched comes
-        once, perhaps before activation.
+        once, perhaps before activation. What cannot be used is refused and counted.
         """
+        name = self.process.absolute(topic)
 
         def deliver(message: Any) -> None:
-            if self.active or while_inactive:
+            if (self.active or while_inactive) and not self.problem_of(name, message):
                 callback(message)
 
-        name = self.process.absolute(topic)
         subscription = self.create_subscription(message_type, name, deliver, profile)
         self._keep(self.destroy_subscription, subscription)
 
     def serve(self, service_type: Any, name: str, callback: Callable[[Any, Any], Any]) -> None:
-        """Create a service that lives until cleanup."""
-        made = self.create_service(service_type, self.process.absolute(name), callback)
+        """Create a service that lives until cleanup; requests that cannot be used are refused."""
+
+        def answer(request: Any, response: Any) -> Any:
+            problem = self.problem_of(name, request)
+            if problem is not None:
+                return answers.failed(request, response, problem, invalid=True)
+            return callback(request, response)
+
+        made = self.create_service(service_type, self.process.absolute(name), answer)
         self._keep(self._retire, made)
+
+    def problem_of(self, source: str, message: Any) -> str | None:
+        """Return why a message, request or goal cannot be used, and count it; None if it can."""
+        problem = problem_of(message, self.process.now)
+        if problem is not None:
+            self.guard.refused(self, source, problem)
+        return problem
 
     def _retire(self, service: Any) -> None:
         """Destroy a service after the requests that have come are answered.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -93,18 +92,11 @@ def _descriptor(value: Any, info: ParamInfo) -> ParameterDescriptor:
         additional_constraints=", ".join(str(choice) for choice in info.choices),
         dynamic_typing=value is None or value == (),
     )
-    low = -math.inf if info.minimum is None else info.minimum
-    high = math.inf if info.maximum is None else info.maximum
-    if info.minimum is None and info.maximum is None:
-        return descriptor
+    low, high = info.bounds
     if isinstance(value, float):
-        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
-    elif type(value) is int:
-        lowest, highest = -(2**63), 2**63 - 1
-        descriptor.integer_range = [
-            IntegerRange(
-                from_value=lowest if math.isinf(low) else int(low),
-                to_value=highest if math.isinf(high) else int(high),
-            )
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=float(low), to_value=float(high))
         ]
+    elif type(value) is int:
+        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
     return descriptor

@@ -11,10 +11,12 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
+from arjuna_core.checks.message import problem_of
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
 from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.health.diagnostics import Diagnostics
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.health.guarded import GuardedNode
 from arjuna_core.ros.params import describe_sim_time
@@ -109,6 +111,7 @@ class Process:
         self.executor = EventsExecutor(context=self.context)
         self.nodes: list[ClockedNode] = []
         self.executor.add_node(self.node)
+        self._diagnostics = Diagnostics(self.node, self.guard)
         self.transforms = TransformBuffer()
         TransformListener(self.node, self.transforms)
         if use_sim_time:
@@ -141,6 +144,10 @@ class Process:
         return f"/{self.namespace}{name}" if self.namespace and name.startswith("/") else name
 
     def _on_clock(self, message: Any) -> None:
+        problem = problem_of(message)
+        if problem is not None:
+            self.guard.refused(self.node, "clock", problem)
+            return
         self._advance(seconds(message.clock), Time.from_msg(message.clock))
 
     def _on_system_time(self) -> None:
@@ -163,6 +170,7 @@ class Process:
         """Run what is due, behind the transforms and scans that were queued with the clock."""
         for node in self.nodes:
             node.run_due(self.now)
+        self._diagnostics.run_due(self.now, [self.node, *self.nodes])
 
     def spin_once(self, timeout: float = _POLL) -> None:
         """Run at most one waiting callback, waiting up to a timeout for it [s, wall].

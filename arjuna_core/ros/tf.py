@@ -6,21 +6,26 @@ from typing import TYPE_CHECKING, Any
 
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.checks.rules import transform_problem
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import se2_from_transform, seconds
 from arjuna_core.se2 import is_upside_down
 from arjuna_core.transforms import TransformBuffer, TransformError
 
 if TYPE_CHECKING:
-    from rclpy.node import Node
+    from arjuna_core.ros.health.guarded import GuardedNode
 
 __all__ = ["TransformBuffer", "TransformError", "TransformListener"]
 
 
 class TransformListener:
-    """Feeds a buffer from tf and tf_static of a node's namespace, which is the robot's."""
+    """Feeds a buffer from tf and tf_static of a node's namespace, which is the robot's.
 
-    def __init__(self, node: Node, buffer: TransformBuffer) -> None:
+    Transforms that cannot be used are refused and counted, each by itself.
+    """
+
+    def __init__(self, node: GuardedNode, buffer: TransformBuffer) -> None:
+        self._node = node
         self._buffer = buffer
         node.create_subscription(TFMessage, "tf", self._on_moving, qos.TF)
         node.create_subscription(
@@ -35,6 +40,10 @@ class TransformListener:
 
     def _insert(self, message: Any, static: bool) -> None:
         for item in message.transforms:
+            problem = transform_problem(item)
+            if problem is not None:
+                self._node.guard.refused(self._node, "a transform", problem)
+                continue
             rotation = item.transform.rotation
             self._buffer.insert(
                 item.header.frame_id.lstrip("/"),

@@ -71,7 +71,7 @@ class InflationConfig:
     )
     enabled: bool = param(True, "Whether the layer takes part.")
     inflation_radius: float = param(
-        0.55, "Distance over which cost is spread.", unit="m", minimum=0.0
+        0.55, "Distance over which cost is spread.", unit="m", minimum=0.0, maximum=20.0
     )
     cost_scaling_factor: float = param(
         10.0, "Decay of the cost beyond the inscribed radius.", unit="1/m", minimum=0.0

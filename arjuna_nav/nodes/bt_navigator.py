@@ -8,7 +8,12 @@ from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import ComputePathThroughPoses, NavigateThroughPoses, NavigateToPose
+from nav2_msgs.action import (
+    ComputePathThroughPoses,
+    ComputePathToPose,
+    NavigateThroughPoses,
+    NavigateToPose,
+)
 from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
@@ -32,6 +37,8 @@ _DEFAULT_TREES = (
 )
 _FEEDBACK_PERIOD = 0.1  # ten a second are enough for a client; Nav2 sends one each tick [s]
 _ROUNDING = 1e-6  # of sums of ticks
+_INVALID = ComputePathToPose.Result.TF_ERROR
+"""The planner's code of a goal that cannot be used; navigation's actions name none."""
 _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
 
 
@@ -67,7 +74,13 @@ class BtNavigatorNode(GoalNode):
         self._servers: dict[str, GoalServer] = {
             kind: self.keep(
                 GoalServer(
-                    self, action, kind, self._on_goal, partial(self._admit, kind), self._tick
+                    self,
+                    action,
+                    kind,
+                    self._on_goal,
+                    partial(self._admit, kind),
+                    self._tick,
+                    invalid=_INVALID,
                 )
             )
             for kind, action in _ACTIONS.items()

@@ -62,6 +62,7 @@ class PlannerServerNode(GoalNode):
             name,
             lambda: self._on_goal(server),
             on_cancel=self._attempt_plans,
+            invalid=action.Result.TF_ERROR,
         )
         self.keep(server)
         return server

@@ -64,7 +64,11 @@ class Library:
         """
         if "\0" in uri:
             raise ResourceError(Fault.NOT_FOUND, "a name may not hold a NUL")
-        path = self._in_package(uri) if _scheme(uri) in ("model", "package") else self._plain(uri)
+        try:
+            in_package = _scheme(uri) in ("model", "package")
+            path = self._in_package(uri) if in_package else self._plain(uri)
+        except OSError as error:
+            raise ResourceError(Fault.NOT_FOUND, f"{uri[:80]!r}: {error.strerror}") from error
         if path.suffix.lower() not in suffixes:
             valid = ", ".join(suffixes)
             raise ResourceError(Fault.UNSUPPORTED_FORMAT, f"'{uri}' is none of {valid}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from arjuna_core.config import param
+from arjuna_core.config import SEED_MAX, param
 from arjuna_sim.config import SimulatorConfig
 
 
@@ -30,7 +30,7 @@ class SimConfig(SimulatorConfig):
     world: str = param(
         "", "The world's SDF file or map YAML; empty takes the shipped room.", read_only=True
     )
-    seed: int = param(0, "Seed of all noise.", minimum=0, read_only=True)
+    seed: int = param(0, "Seed of all noise.", minimum=0, maximum=SEED_MAX, read_only=True)
     real_time_factor: float = param(
         1.0, "Simulated per real time; 0 is as fast as it goes.", minimum=0.0, maximum=1000.0
     )

@@ -11,6 +11,7 @@ DIFFERENTIAL = "nav2_amcl::DifferentialMotionModel"
 OMNIDIRECTIONAL = "nav2_amcl::OmniMotionModel"
 SKID_STEER = "arjuna::SkidSteerMotionModel"
 MOTION_MODELS = (DIFFERENTIAL, OMNIDIRECTIONAL, SKID_STEER)
+PARTICLES_MAX = 100_000  # an update of as many takes a second
 SENSOR_MODELS = ("likelihood_field", "likelihood_field_prob", "beam")
 
 
@@ -32,8 +33,10 @@ class AmclConfig:
         minimum=0.0,
     )
     robot_model_type: str = param(DIFFERENTIAL, "Motion model.", choices=MOTION_MODELS)
-    min_particles: int = param(500, "Least number of particles.", minimum=1)
-    max_particles: int = param(2000, "Greatest number of particles.", minimum=1)
+    min_particles: int = param(500, "Least number of particles.", minimum=1, maximum=PARTICLES_MAX)
+    max_particles: int = param(
+        2000, "Greatest number of particles.", minimum=1, maximum=PARTICLES_MAX
+    )
     pf_err: float = param(0.05, "Error between true and estimated distribution.", minimum=1e-3)
     pf_z: float = param(0.99, "Quantile of the normal distribution for pf_err.", minimum=0.0)
     resample_interval: int = param(1, "Filter updates from one resampling to the next.", minimum=1)
@@ -47,7 +50,7 @@ class AmclConfig:
     update_min_a: float = param(0.2, "Rotation that calls for an update.", unit="rad", minimum=0)
 
     laser_model_type: str = param("likelihood_field", "Sensor model.", choices=SENSOR_MODELS)
-    max_beams: int = param(60, "Beams of a scan that the filter weighs.", minimum=2)
+    max_beams: int = param(60, "Beams of a scan that the filter weighs.", minimum=2, maximum=2000)
     laser_min_range: float = param(-1.0, "Shortest range used; -1 is the scan's own.", unit="m")
     laser_max_range: float = param(100.0, "Longest range used; -1 is the scan's own.", unit="m")
     laser_likelihood_max_dist: float = param(

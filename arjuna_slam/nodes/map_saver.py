@@ -7,6 +7,8 @@ from typing import Any, ClassVar
 
 from nav2_msgs.srv import SaveMap
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from arjuna_core.config import param
 from arjuna_core.errors import MapError
@@ -64,7 +66,11 @@ class MapSaverNode(ManagedNode):
         self._topics.add(topic)
 
     def _on_save(self, request: Any, response: Any) -> Any:
-        topic = self._resolved(request.map_topic or "map")
+        try:
+            topic = self._resolved(request.map_topic or "map")
+        except (InvalidTopicNameException, rclpy_implementation.RCLError) as error:
+            self.get_logger().error(f"{request.map_topic[:80]!r} is no topic: {error}")
+            return response
         if not self.active:
             self.get_logger().warning("save_map requested, but the node is inactive")
         elif topic not in self._topics:

@@ -13,7 +13,7 @@ CORES = ("arjuna_sim", "arjuna_slam", "arjuna_nav")
 PACKAGES = ("arjuna_core", *CORES, "bringup")
 # Each package's wings and files, what stands higher first; "" are the top-level files not named.
 ORDER = {
-    "arjuna_core": ("ros", "files", ""),
+    "arjuna_core": ("ros", "checks", "files", ""),
     "arjuna_sim": ("nodes", "", "physics", "devices", "files", "model"),
     "arjuna_slam": ("nodes", "", "amcl", "mapping", "graph", "matching", "logs"),
     "arjuna_nav": (

@@ -31,12 +31,14 @@ class Tally:
         kind: `failed` where a callback raised, `refused` where a message was no valid one.
         count: How often.
         reason: The latest one.
+        at: When the latest was [s].
         told_at: When it was last logged [s].
     """
 
     kind: str
     count: int = 0
     reason: str = ""
+    at: float = 0.0
     told_at: float = 0.0
 
 
@@ -89,13 +91,16 @@ class Guard:
         key = (node.get_fully_qualified_name(), source)
         tally = self.tallies.setdefault(key, Tally(kind))
         tally.count += 1
-        tally.kind, tally.reason = kind, reason
         now = self._now()
-        log = node.get_logger().error if kind == "failed" else node.get_logger().warning
+        tally.kind, tally.reason, tally.at = kind, reason, now
         if tally.count == 1:
-            log(f"{source} {kind}: {cause}")
+            text = f"{source} {kind}: {cause}"
         elif not 0.0 <= now - tally.told_at < _TELL_EVERY:
-            log(f"{source} {kind}, {tally.count} times so far; the last: {reason}")
+            text = f"{source} {kind}, {tally.count} times so far; the last: {reason}"
         else:
             return
         tally.told_at = now
+        if kind == "failed":
+            node.get_logger().error(text)
+        else:
+            node.get_logger().warning(text)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from simulation_interfaces.msg import Bounds, EntityInfo, Result, TagsFilter
 
+from arjuna_core.checks.pattern import Pattern, PatternError
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.nodes.messages import pose3_from_msg
 from arjuna_sim.nodes.services.results import RequestError
 
-_PATTERN_MAX = 256  # characters: a client's slow expression must not hold the robot up
+_SHOWN = 80  # characters of a refused expression
 
 
 def matching(found: list[tuple[Entity, EntityInfo, Any]], filters: Any) -> list[Entity]:
@@ -32,22 +32,30 @@ def matching(found: list[tuple[Entity, EntityInfo, Any]], filters: Any) -> list[
     return [
         entity
         for entity, info, pose in found
-        if name.search(entity.name)
+        if _found(name, filters.filter, entity.name)
         and (not categories or info.category.category in categories)
         and _tagged(info.tags, filters.tags)
         and (inside is None or _overlaps(inside, entity.corners(pose3_from_msg(pose))))
     ]
 
 
-def _pattern(text: str) -> re.Pattern[str]:
-    if len(text) > _PATTERN_MAX:
-        problem = f"the filter has {len(text)} characters; at most {_PATTERN_MAX} are valid"
-        raise RequestError(Result.RESULT_OPERATION_FAILED, problem)
+def _pattern(text: str) -> Pattern:
     try:
-        return re.compile(text)
-    except re.error as error:
-        problem = f"the filter '{text}' is no regular expression: {error}"
-        raise RequestError(Result.RESULT_OPERATION_FAILED, problem) from error
+        return Pattern(text)
+    except PatternError as error:
+        raise _refused(text, error) from error
+
+
+def _found(pattern: Pattern, text: str, name: str) -> bool:
+    try:
+        return pattern.found_in(name)
+    except PatternError as error:
+        raise _refused(text, error) from error
+
+
+def _refused(text: str, error: PatternError) -> RequestError:
+    problem = f"the filter '{text[:_SHOWN]}' is no regular expression: {error}"
+    return RequestError(Result.RESULT_OPERATION_FAILED, problem)
 
 
 def _tagged(tags: list[str], wanted: TagsFilter) -> bool:

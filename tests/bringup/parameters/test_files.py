@@ -42,7 +42,7 @@ def test_every_node_gets_the_wildcard_under_its_own() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("a: [1", r"params\.yaml: line 1, column \d+: is no YAML"),
+        ("a: [1", r"params\.yaml: line \d+, column \d+: is no YAML"),
         ("a: 3", "a: expected 'node: "),
         ("a: {ros__parameters: 3}", r"a\.ros__parameters: must map names to values"),
     ],

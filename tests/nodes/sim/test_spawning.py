@@ -75,7 +75,7 @@ def test_names_are_unique_or_made_so(bench: RosBench) -> None:
         ({"name": "a", "uri": "box:1"}, CODES.RESOURCE_PARSE_ERROR, "needs 3 finite"),
         ({"name": "a", "entity_namespace": "1/-"}, CODES.NAMESPACE_INVALID, "namespace '1/-'"),
         ({"name": "a", "x": math.nan}, CODES.INVALID_POSE, "not finite"),
-        ({"name": "a", "x": 1e9}, CODES.INVALID_POSE, "farther than 10000 m"),
+        ({"name": "a", "x": 1e9}, CODES.INVALID_POSE, "farther than"),
         ({"name": "a", "x": 0.1}, CODES.INVALID_POSE, "would stand in the robot"),
         ({"name": "a", "frame": "mars"}, CODES.INVALID_POSE, "frame 'mars' is unknown"),
     ],

@@ -140,31 +140,50 @@ def _spoilt(message: Any, **fields: Any) -> Any:
     return message
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf, 0.0])
+def test_scans_without_a_reading_are_counted_warned_about_once_and_move_nothing(
+    robot: Robot, notes: Notes, value: float
+) -> None:
+    node = started(robot)
+    send_spoilt(robot, ranges=[value] * 360)
+    assert node.slam.scans.counts[Skip.EMPTY] == node.slam.scans.skipped == 20
+    assert len(notes.warnings) == 1
+    assert Skip.EMPTY.value in notes.warnings[0]
+    assert_goes_on(robot)
+
+
 @pytest.mark.parametrize(
     ("fields", "reason"),
     [
-        ({"ranges": [math.nan] * 360}, Skip.EMPTY),
-        ({"ranges": [math.inf] * 360}, Skip.EMPTY),
-        ({"ranges": [0.0] * 360}, Skip.EMPTY),
-        ({"ranges": []}, Skip.EMPTY),
-        ({"angle_increment": math.nan}, Skip.GEOMETRY),
-        ({"angle_increment": 0.0}, Skip.GEOMETRY),
-        ({"angle_min": math.inf}, Skip.GEOMETRY),
-        ({"range_max": math.nan}, Skip.GEOMETRY),
+        ({"ranges": []}, "0 beams"),
+        ({"angle_increment": math.nan}, "angle_increment is nan"),
+        ({"angle_increment": 0.0}, "angle_increment is 0.0"),
+        ({"angle_min": math.inf}, "angle_min is inf"),
+        ({"range_max": math.nan}, "range_max is nan"),
     ],
 )
-def test_bad_scans_are_counted_warned_about_once_and_move_nothing(
-    robot: Robot, notes: Notes, fields: dict[str, Any], reason: Skip
+def test_scans_that_cannot_be_are_refused_told_once_and_move_nothing(
+    robot: Robot, notes: Notes, fields: dict[str, Any], reason: str
 ) -> None:
     node = started(robot)
+    send_spoilt(robot, **fields)
+    tally = node.guard.tallies[("/slam_toolbox", "/scan")]
+    assert (tally.kind, tally.count) == ("refused", 20)
+    assert len(notes.warnings) == 1
+    assert reason in notes.warnings[0]
+    assert_goes_on(robot)
+
+
+def send_spoilt(robot: Robot, **fields: Any) -> None:
+    """Drive, then send twenty scans with fields that are not as they should be."""
     robot.drive(5)
     for _ in range(20):
         robot.wait()
         robot.send_odometry()
         robot.send(_spoilt(robot.scan(), **fields))
-    assert node.slam.scans.counts[reason] == node.slam.scans.skipped == 20
-    assert len(notes.warnings) == 1
-    assert reason.value in notes.warnings[0]
+
+
+def assert_goes_on(robot: Robot) -> None:
     assert len(robot.poses) == 5
     robot.drive(5)
     assert robot.error() < 0.03

@@ -1,0 +1,118 @@
+"""What the parts of a message of one type have to do with each other, beyond being finite."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from arjuna_core.checks import limits
+
+_MEASUREMENTS = ("LaserScan", "Odometry", "Imu", "JointState", "PointCloud2", "Image")
+_TURN = 2.0 * math.pi
+
+
+def rotation_problem(rotation: Any) -> str | None:
+    """Return why a quaternion, which need not be normalised, is no rotation."""
+    x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
+    if 1e-12 <= x * x + y * y + z * z + w * w <= limits.GREATEST:
+        return None
+    return f"quaternion ({x}, {y}, {z}, {w}) is no rotation"
+
+
+def stamp_problem(message: Any, now: float) -> str | None:
+    """Return why a measurement's stamp cannot be; a clock that has not begun says nothing."""
+    if now <= 0.0 or type(message).__name__ not in _MEASUREMENTS:
+        return None
+    ahead = message.header.stamp.sec - now
+    if ahead <= limits.FUTURE:
+        return None
+    return f"its stamp is {ahead:.0f} s ahead of the clock; does its sender use sim time?"
+
+
+def scan_problem(scan: Any) -> str | None:
+    """Return why a scan's geometry cannot be; ranges may be inf or NaN (REP 117)."""
+    beams = len(scan.ranges)
+    if not 1 <= beams <= limits.BEAMS:
+        return f"{beams} beams; valid: 1 to {limits.BEAMS}"
+    if beams > 1 and not 1e-6 <= abs(scan.angle_increment) <= _TURN:
+        return f"angle_increment is {scan.angle_increment} rad; valid: 1e-6 to 2 pi, or negative"
+    if abs(scan.angle_increment) * (beams - 1) > 2.0 * _TURN or abs(scan.angle_min) > 2.0 * _TURN:
+        return f"{beams} beams from {scan.angle_min} rad, each {scan.angle_increment} rad on"
+    if not 0.0 <= scan.range_min < scan.range_max:
+        return f"ranges from {scan.range_min} to {scan.range_max} m; valid: 0 <= min < max"
+    if scan.range_max > limits.FARTHEST or abs(scan.time_increment) * beams > limits.FUTURE:
+        return f"range_max {scan.range_max} m, {scan.time_increment} s a beam: too great"
+    return None
+
+
+def grid_problem(grid: Any) -> str | None:
+    """Return why a map cannot be."""
+    info = grid.info
+    resolution, cells = round(float(info.resolution), 6), info.width * info.height
+    if not limits.FINEST <= resolution <= limits.COARSEST:
+        return f"cells of {resolution} m; valid: {limits.FINEST} to {limits.COARSEST}"
+    if not 1 <= cells <= limits.CELLS or cells != len(grid.data):
+        size = f"{info.width} x {info.height}"
+        return f"{len(grid.data)} cells for {size}; valid: as many, 1 to {limits.CELLS}"
+    return None
+
+
+def imu_problem(imu: Any) -> str | None:
+    """Return why an IMU's orientation cannot be; a covariance of -1 says that there is none."""
+    return None if imu.orientation_covariance[0] == -1.0 else rotation_problem(imu.orientation)
+
+
+def covariance_problem(item: Any) -> str | None:
+    """Return why a pose's covariance cannot be."""
+    variances = np.asarray(item.covariance)[::7]
+    if (variances >= 0.0).all():
+        return None
+    return f"a variance is {variances.min()}; valid: 0 and more"
+
+
+def pose_problem(pose: Any) -> str | None:
+    """Return why a pose's place cannot be; its rotation is looked at as any is."""
+    at = pose.position
+    if max(abs(at.x), abs(at.y), abs(at.z)) <= limits.FARTHEST:
+        return None
+    return f"position ({at.x}, {at.y}, {at.z}) is farther than {limits.FARTHEST:g} m"
+
+
+def transform_problem(stamped: Any) -> str | None:
+    """Return why a stamped transform cannot be; it comes often, so its parts are looked at here."""
+    at, turn = stamped.transform.translation, stamped.transform.rotation
+    if not abs(at.x) + abs(at.y) + abs(at.z) <= limits.FARTHEST:
+        return f"translation ({at.x}, {at.y}, {at.z}) is farther than {limits.FARTHEST:g} m"
+    parent, child = stamped.header.frame_id, stamped.child_frame_id
+    if not parent.strip("/") or not child.strip("/") or parent == child:
+        return f"from '{parent[:50]}' to '{child[:50]}'; valid: two names"
+    if len(parent) + len(child) > limits.TEXT or stamped.header.stamp.sec < 0:
+        return f"names of {len(parent) + len(child)} characters, {stamped.header.stamp.sec} s"
+    return rotation_problem(turn)
+
+
+RULES: dict[str, Callable[[Any], str | None]] = {
+    "LaserScan": scan_problem,
+    "OccupancyGrid": grid_problem,
+    "Imu": imu_problem,
+    "PoseWithCovariance": covariance_problem,
+    "Pose": pose_problem,
+}
+"""The rule of each type that has one, by its name without its package."""
+MOST = {
+    "geometry_msgs/PoseStamped[]": limits.POSES,
+    "geometry_msgs/Pose[]": limits.POSES,
+    "geometry_msgs/Point32[]": limits.CORNERS,
+    "geometry_msgs/Point[]": limits.CORNERS,
+    "double[]": limits.NUMBERS,
+    "float[]": limits.NUMBERS,
+    "uint8[]": limits.BYTES,
+    "int8[]": limits.BYTES,
+    "octet[]": limits.BYTES,
+}
+"""Most items of a list, by their type."""
+DOCUMENTS = ("resource_string", "data", "text", "description")
+"""Strings that are no names."""

@@ -1,0 +1,57 @@
+"""What went wrong in a process, on /diagnostics once a second, a status for each node."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import header
+from arjuna_core.ros.health.guard import Guard
+from arjuna_core.timing import Periodic
+
+_RECENT = 10.0  # [s] that a status stays worse than OK after the last that went wrong
+_LEVELS = {"failed": DiagnosticStatus.ERROR, "refused": DiagnosticStatus.WARN}
+
+
+class Diagnostics:
+    """Tells what a guard counted, where somebody listens.
+
+    Args:
+        node: The process's own node.
+        guard: What counts.
+    """
+
+    def __init__(self, node: Any, guard: Guard) -> None:
+        self._node = node
+        self._guard = guard
+        self._publisher = node.create_publisher(DiagnosticArray, "diagnostics", qos.DEFAULT)
+        self._period = Periodic(1.0)
+
+    def run_due(self, now: float, nodes: Iterable[Any]) -> None:
+        """Publish what is due at a time [s].
+
+        Args:
+            now: The process's time [s].
+            nodes: The nodes of the process.
+        """
+        if self._period.due(now) and self._publisher.get_subscription_count():
+            array = DiagnosticArray(header=header("", now))
+            names = [node.get_fully_qualified_name() for node in nodes]
+            array.status = [self._status(name, now) for name in names]
+            self._publisher.publish(array)
+
+    def _status(self, name: str, now: float) -> DiagnosticStatus:
+        """Return a node's status: as bad as the worst of the last seconds, with all counts."""
+        tallies = [(s, t) for (node, s), t in self._guard.tallies.items() if node == name]
+        recent = [t for _, t in tallies if 0.0 <= now - t.at < _RECENT]
+        status = DiagnosticStatus(name=f"{name}: messages", hardware_id=self._node.get_name())
+        status.level = max((_LEVELS[t.kind] for t in recent), default=DiagnosticStatus.OK)
+        status.message = recent[-1].reason if recent else "all could be used"
+        status.values = [
+            KeyValue(key=f"{source} {t.kind}", value=f"{t.count}, the last: {t.reason}")
+            for source, t in tallies
+        ]
+        return status

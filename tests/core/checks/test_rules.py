@@ -1,0 +1,139 @@
+"""Claims: each rule of a message's type takes what a robot sends and names what cannot be."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from arjuna_core.checks import limits
+from arjuna_core.checks.rules import (
+    covariance_problem,
+    grid_problem,
+    imu_problem,
+    rotation_problem,
+    scan_problem,
+    transform_problem,
+)
+
+
+def rotation(x: float = 0.0, y: float = 0.0, z: float = 0.0, w: float = 1.0) -> Any:
+    return SimpleNamespace(x=x, y=y, z=z, w=w)
+
+
+def scan(**changed: Any) -> Any:
+    good = {
+        "ranges": [1.0, math.inf, math.nan],
+        "angle_min": -1.0,
+        "angle_increment": 1.0,
+        "range_min": 0.1,
+        "range_max": 10.0,
+        "time_increment": 0.0,
+    }
+    return SimpleNamespace(**{**good, **changed})
+
+
+def grid(resolution: float = 0.05, width: int = 4, height: int = 3, cells: int = 12) -> Any:
+    info = SimpleNamespace(resolution=resolution, width=width, height=height)
+    return SimpleNamespace(info=info, data=range(cells))
+
+
+def transform(x: float = 1.0, turn: Any = None, **changed: Any) -> Any:
+    names = {"frame_id": "odom", "child_frame_id": "base_link", "sec": 5, **changed}
+    stamp = SimpleNamespace(sec=names["sec"])
+    place = SimpleNamespace(x=x, y=0.0, z=0.0)
+    return SimpleNamespace(
+        header=SimpleNamespace(frame_id=names["frame_id"], stamp=stamp),
+        child_frame_id=names["child_frame_id"],
+        transform=SimpleNamespace(translation=place, rotation=turn or rotation()),
+    )
+
+
+@pytest.mark.parametrize("norm", [1.0, 0.01, 1000.0])
+def test_a_rotation_need_not_be_normalised(norm: float) -> None:
+    assert rotation_problem(rotation(z=0.6 * norm, w=0.8 * norm)) is None
+
+
+@pytest.mark.parametrize("value", [0.0, math.nan, math.inf, 1e300])
+def test_what_is_no_rotation_is_refused(value: float) -> None:
+    assert "is no rotation" in str(rotation_problem(rotation(w=value)))
+
+
+@pytest.mark.parametrize(
+    "good",
+    [scan(), scan(angle_increment=-1.0), scan(ranges=[1.0], angle_increment=0.0)],
+    ids=["inf and NaN", "clockwise", "one beam"],
+)
+def test_scans_of_lidars_are_taken(good: Any) -> None:
+    assert scan_problem(good) is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "problem"),
+    [
+        ({"ranges": []}, "0 beams"),
+        ({"ranges": range(limits.BEAMS + 1)}, f"{limits.BEAMS + 1} beams"),
+        ({"angle_increment": 0.0}, "angle_increment is 0.0"),
+        ({"angle_increment": 6.2, "ranges": range(9)}, "9 beams from"),
+        ({"angle_min": 1e9}, "3 beams from 1000000000.0 rad"),
+        ({"range_max": 0.1}, "ranges from 0.1 to 0.1"),
+        ({"range_min": -1.0}, "ranges from -1.0"),
+        ({"range_max": 1e30}, "range_max 1e"),
+        ({"time_increment": 100.0}, "100.0 s a beam"),
+    ],
+)
+def test_scans_that_cannot_be_are_refused(changed: dict[str, Any], problem: str) -> None:
+    assert problem in str(scan_problem(scan(**changed)))
+
+
+def test_a_map_as_it_comes_over_the_wire_is_taken() -> None:
+    assert grid_problem(grid(0.05000000074505806)) is None
+
+
+@pytest.mark.parametrize("resolution", [0.0, -0.05, 1e-9, 1e-6, 1e-3, 1e30])
+def test_maps_of_cells_that_cannot_be_are_refused(resolution: float) -> None:
+    assert "cells of" in str(grid_problem(grid(resolution)))
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "cells"),
+    [(4, 3, 11), (0, 0, 0), (10_000, 10_000, 100_000_000), (2**32 - 1, 2**32 - 1, 12)],
+)
+def test_maps_of_sizes_that_cannot_be_are_refused(width: int, height: int, cells: int) -> None:
+    assert f"for {width} x {height}" in str(grid_problem(grid(0.05, width, height, cells)))
+
+
+def test_an_imu_without_orientation_says_so_by_its_covariance() -> None:
+    zero = rotation(w=0.0)
+    covariance = [-1.0] + [0.0] * 8
+    absent = SimpleNamespace(orientation=zero, orientation_covariance=covariance)
+    assert imu_problem(absent) is None
+    broken = SimpleNamespace(orientation=zero, orientation_covariance=[0.0] * 9)
+    assert "is no rotation" in str(imu_problem(broken))
+
+
+def test_a_variance_is_not_negative() -> None:
+    covariance = [0.0] * 36
+    covariance[1] = -0.5  # off the diagonal
+    assert covariance_problem(SimpleNamespace(covariance=covariance)) is None
+    covariance[7] = -0.5
+    assert "variance is -0.5" in str(covariance_problem(SimpleNamespace(covariance=covariance)))
+
+
+@pytest.mark.parametrize(
+    ("broken", "problem"),
+    [
+        (transform(math.nan), "translation"),
+        (transform(1e300), "translation"),
+        (transform(turn=rotation(w=0.0)), "no rotation"),
+        (transform(frame_id="base_link"), "valid: two names"),
+        (transform(child_frame_id="/"), "valid: two names"),
+        (transform(sec=-1), "-1 s"),
+        (transform(frame_id="x" * 100_000), "names of 100009 characters"),
+    ],
+)
+def test_transforms_that_cannot_be_are_refused(broken: Any, problem: str) -> None:
+    assert transform_problem(transform()) is None
+    assert problem in str(transform_problem(broken))

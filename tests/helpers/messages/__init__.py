@@ -1,0 +1,1 @@
+"""Random messages and requests for every interface of a running robot."""

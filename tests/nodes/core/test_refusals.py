@@ -1,0 +1,230 @@
+"""Claims: a message that cannot be used is refused where it enters, in words, and counted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from action_msgs.msg import GoalStatus
+from builtin_interfaces.msg import Duration, Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import (
+    Point32,
+    Polygon,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    Twist,
+    TwistStamped,
+)
+from nav2_msgs.action import FollowPath
+from nav2_msgs.srv import IsPathValid, LoadMap, SetInitialPose
+from nav_msgs.msg import Odometry, Path
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.checks import limits
+from arjuna_core.checks.message import problem_of
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import transform_msg
+from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
+from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.se2 import SE2
+from tests.helpers.ros import RosBench
+from tests.nodes.core.test_guard import FragileConfig
+
+pytestmark = pytest.mark.ros
+NO_NUMBERS = [math.nan, math.inf, -math.inf, 1e300]
+
+
+class OpenNode(GoalNode):
+    """Takes whatever comes, and does nothing with it."""
+
+    Config = FragileConfig
+    DEFAULT_NAME = "open"
+
+    def configure(self) -> None:
+        self.heard: list[Any] = []
+        self.subscribe(Odometry, "odom", self.heard.append, qos.DEFAULT)
+        self.serve(LoadMap, "load_map", lambda request, response: response)
+        self.serve(IsPathValid, "is_path_valid", lambda request, response: response)
+        self.server = self.keep(GoalServer(self, FollowPath, "follow_path", unknown=100))
+
+
+@pytest.fixture
+def bench() -> Iterator[RosBench]:
+    bench = RosBench()
+    yield bench
+    bench.close()
+
+
+@pytest.fixture
+def node(bench: RosBench) -> OpenNode:
+    node = OpenNode(bench.process)
+    node.trigger_configure()
+    node.trigger_activate()
+    bench.process.drain()
+    return node
+
+
+def changed(message: Any, path: str, value: Any) -> Any:
+    """Return a message with one field changed."""
+    *parts, last = path.split(".")
+    within = message
+    for part in parts:
+        within = getattr(within, part)
+    setattr(within, last, value)
+    return message
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS)
+@pytest.mark.parametrize(
+    ("kind", "path"),
+    [
+        (Odometry, "pose.pose.position.x"),
+        (Odometry, "twist.twist.angular.z"),
+        (Imu, "angular_velocity.z"),
+        (Imu, "linear_acceleration.x"),
+        (Twist, "linear.x"),
+        (TwistStamped, "twist.linear.x"),
+        (PoseStamped, "pose.position.y"),
+        (PoseStamped, "pose.orientation.z"),
+    ],
+)
+def test_numbers_that_are_none_are_named(kind: Any, path: str, value: float) -> None:
+    assert problem_of(kind()) is None
+    named = path.rsplit(".", 1)[0] if "orientation" in path else path
+    assert str(problem_of(changed(kind(), path, value))).startswith(named)
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS)
+def test_covariances_are_looked_at(value: float) -> None:
+    message = PoseWithCovarianceStamped()
+    message.pose.covariance[35] = value
+    assert str(problem_of(message)).startswith("pose.covariance")
+
+
+def test_lists_of_numbers_texts_and_messages_are_looked_at() -> None:
+    assert "position: one is nan, not finite" in str(
+        problem_of(JointState(position=[0.0, math.nan]))
+    )
+    assert "one has 5000" in str(problem_of(JointState(name=["x" * 5000])))
+    path = Path(poses=[PoseStamped(), changed(PoseStamped(), "pose.position.x", math.inf)])
+    assert str(problem_of(path)).startswith("poses[1]: pose.position.x is inf")
+
+
+@pytest.mark.parametrize(
+    ("message", "problem"),
+    [
+        (Path(poses=[PoseStamped()] * (limits.POSES + 1)), "poses has 20001 items"),
+        (Polygon(points=[Point32()] * (limits.CORNERS + 1)), "points has 1001 items"),
+        (LoadMap.Request(map_url="x" * 5000), "map_url has 5000 characters"),
+        (String(data="x" * (limits.DOCUMENT + 1)), "data has 16777217 characters"),
+        (Clock(clock=Time(sec=-1)), "clock: is -1 s"),
+        (FollowPath.Goal(path=Path(poses=[PoseStamped()] * 100_000)), "path.poses has 100000"),
+    ],
+)
+def test_what_is_too_long_is_refused_unread(message: Any, problem: str) -> None:
+    assert problem in str(problem_of(message))
+
+
+def test_a_text_of_a_document_may_be_long() -> None:
+    assert problem_of(String(data="<robot>" * 10_000)) is None
+
+
+def test_a_duration_may_be_negative_but_not_of_too_many_nanoseconds() -> None:
+    request = SetInitialPose.Request()
+    assert problem_of(request) is None
+    assert problem_of(Duration(sec=-1)) is None
+
+
+def test_a_measurement_from_the_future_is_refused_and_a_goal_s_stamp_is_not() -> None:
+    later = Time(sec=1000)
+    assert "990 s ahead" in str(problem_of(changed(Odometry(), "header.stamp", later), 10.0))
+    assert problem_of(changed(Odometry(), "header.stamp", later)) is None  # no clock yet
+    assert problem_of(changed(PoseStamped(), "header.stamp", later), 10.0) is None
+
+
+def test_a_node_hears_only_what_it_can_use(bench: RosBench, node: OpenNode) -> None:
+    bench.publish(Odometry, "odom", changed(Odometry(), "pose.pose.position.x", math.nan))
+    bench.publish(Odometry, "odom", Odometry())
+    assert len(node.heard) == 1
+    tally = bench.process.guard.tallies[("/open", "odom")]
+    assert (tally.kind, tally.count) == ("refused", 1)
+    assert tally.reason == "pose.pose.position.x is nan, not finite"
+
+
+def test_a_request_that_cannot_be_used_is_answered_in_its_own_code(
+    bench: RosBench, node: OpenNode
+) -> None:
+    answer = bench.call(LoadMap, "load_map", LoadMap.Request(map_url="x" * 5000))
+    assert answer.result == LoadMap.Response.RESULT_UNDEFINED_FAILURE
+    path = Path(poses=[changed(PoseStamped(), "pose.position.x", math.inf)])
+    assert not bench.call(IsPathValid, "is_path_valid", IsPathValid.Request(path=path)).is_valid
+
+
+def test_a_goal_that_cannot_be_used_is_aborted_with_the_reason(
+    bench: RosBench, node: OpenNode
+) -> None:
+    outcomes: list[GoalOutcome] = []
+    client = GoalClient(node, FollowPath, "follow_path")
+    bench.process.drain()
+    goal = FollowPath.Goal()
+    goal.path.poses = [changed(PoseStamped(), "pose.position.x", 1e300)]
+    client.send(goal, outcomes.append)
+    bench.process.drain()
+    assert outcomes[0].status == GoalStatus.STATUS_ABORTED
+    result: Any = outcomes[0].result
+    assert (result.error_code, result.error_msg) == (
+        FollowPath.Result.INVALID_PATH,
+        "path.poses[0]: pose.position.x is 1e+300, too great",
+    )
+    assert node.server.goal is None
+
+
+def test_what_is_refused_is_told_on_diagnostics(bench: RosBench, node: OpenNode) -> None:
+    heard = bench.collect(DiagnosticArray, "/diagnostics")
+    bench.advance(1.0)
+    bench.publish(Odometry, "odom", changed(Odometry(), "pose.pose.position.x", math.nan))
+    bench.advance(1.0)
+    before, after = (
+        {status.name: status for status in array.status}["/open: messages"]
+        for array in (heard[0], heard[-1])
+    )
+    assert (before.level, before.message) == (DiagnosticStatus.OK, "all could be used")
+    assert (after.level, after.message) == (
+        DiagnosticStatus.WARN,
+        "pose.pose.position.x is nan, not finite",
+    )
+    assert [(item.key, item.value.split(",")[0]) for item in after.values] == [
+        ("odom refused", "1")
+    ]
+    bench.advance(12.0)
+    last = {status.name: status for status in heard[-1].status}["/open: messages"]
+    assert last.level == DiagnosticStatus.OK
+    assert len(last.values) == 1
+
+
+def test_a_broken_transform_does_not_take_the_good_ones_with_it(
+    bench: RosBench, node: OpenNode
+) -> None:
+    good = transform_msg(SE2(1.0, 2.0), "odom", "base_link", 1.0)
+    broken = transform_msg(SE2(0.0, 0.0), "odom", "other", 1.0)
+    broken.transform.translation.x = math.nan
+    bench.publish(TFMessage, "/tf", TFMessage(transforms=[broken, good]))
+    assert bench.process.transforms.lookup("odom", "base_link") == SE2(1.0, 2.0)
+    assert bench.process.transforms.try_lookup("odom", "other") is None
+
+
+def test_a_clock_that_cannot_be_leaves_the_time_as_it_is(bench: RosBench) -> None:
+    bench.advance(1.0)
+    clock = Clock(clock=Time(sec=-1))
+    bench.publish(Clock, "/clock", clock)
+    assert bench.process.now == pytest.approx(1.0)

@@ -1,0 +1,131 @@
+"""Claims: no value that a client can give a parameter of any node ends or stalls the stack."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+
+from arjuna_core.se2 import SE2
+from bringup.client.goals import Goals
+from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
+from tests.system.test_navigation import ON_MAP
+
+if TYPE_CHECKING:
+    from bringup.lockstep import LockStep
+
+pytestmark = [pytest.mark.ros, pytest.mark.system]
+NO_NUMBERS = (math.nan, math.inf, -math.inf, 1e308, -1e308)
+NO_COUNTS = (2**63 - 1, -(2**63))
+STALLED = 1.0
+"""How much of a core's time one tick may take [s]."""
+STACKS = {"nav": (LOCALIZATION_GROUP, NAVIGATION_GROUP), "slam": (SLAM_GROUP,)}
+
+
+def lenient(stack: Callable[..., LockStep], *groups: Group) -> LockStep:
+    """Return a robot whose callbacks' exceptions are counted, so that all of them are seen."""
+    robot = stack(*groups, parameters=ON_MAP)
+    robot.process.guard.strict = False
+    return robot
+
+
+def numbers(node: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Yield name, value and descriptor of each parameter that is a number."""
+    for name, parameter in sorted(node._parameters.items()):
+        if parameter.type_ in (Parameter.Type.DOUBLE, Parameter.Type.INTEGER):
+            yield name, parameter.value, node.describe_parameter(name)
+
+
+def taken(robot: LockStep, node: Any, name: str, value: Any) -> bool:
+    """Set a parameter as a client does; tell whether it was taken."""
+    request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+    service = f"{node.get_fully_qualified_name()}/set_parameters"
+    return bool(robot.call(SetParameters, service, request).results[0].successful)
+
+
+def failures(robot: LockStep) -> dict[str, str]:
+    """Return what callbacks raised."""
+    tallies = robot.process.guard.tallies.items()
+    return {f"{node} {source}": t.reason for (node, source), t in tallies if t.kind == "failed"}
+
+
+@pytest.mark.parametrize("groups", STACKS.values(), ids=STACKS)
+def test_every_number_is_finite_and_bounded(
+    stack: Callable[..., LockStep], groups: tuple[Group, ...]
+) -> None:
+    robot = lenient(stack, *groups)
+    accepted, count = [], 0
+    for node_name, node in robot.nodes.items():
+        for name, value, descriptor in numbers(node):
+            count += 1
+            seed = name.endswith("seed")  # any is as good
+            bad = NO_NUMBERS if isinstance(value, float) else () if seed else NO_COUNTS
+            accepted += [
+                f"{node_name} {name} {each}" for each in bad if taken(robot, node, name, each)
+            ]
+            ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
+            assert len(ranges) == 1, f"{node_name} {name} tells no bounds"
+            assert node.get_parameter(name).value == value
+    assert not accepted
+    assert count > 50
+    assert not failures(robot)
+
+
+@contextmanager
+def quick(what: str, slow: list[str]) -> Iterator[None]:
+    """Note what takes too much of a core's time."""
+    begun = time.process_time()
+    yield
+    spent = time.process_time() - begun
+    if spent > STALLED:
+        slow.append(f"{what}: {spent:.1f} s")
+
+
+@pytest.mark.parametrize("groups", STACKS.values(), ids=STACKS)
+def test_the_greatest_and_least_values_stall_nothing(
+    stack: Callable[..., LockStep], groups: tuple[Group, ...]
+) -> None:
+    robot = lenient(stack, *groups)
+    robot.run(1.0)
+    slow: list[str] = []
+    for node_name, node in robot.nodes.items():
+        for name, value, descriptor in numbers(node):
+            for span in (*descriptor.floating_point_range, *descriptor.integer_range):
+                for extreme in (span.from_value, span.to_value):
+                    with quick(f"{node_name} {name} {extreme}", slow):
+                        taken(robot, node, name, extreme)
+                        robot.run(0.2)
+                    with quick(f"{node_name} {name} back from {extreme}", slow):
+                        assert taken(robot, node, name, value) or descriptor.read_only
+                        robot.step()
+    assert not slow, "\n".join(slow)
+    assert not failures(robot)
+
+
+def test_a_goal_is_reached_after_every_extreme_under_way(stack: Callable[..., LockStep]) -> None:
+    robot = lenient(stack, *STACKS["nav"])
+    robot.run(1.0)
+    goals = Goals(robot)
+    slow: list[str] = []
+    for node_name in ("controller_server", "planner_server", "smoother_server", "amcl"):
+        node = robot.nodes[node_name]
+        for number, (name, value, descriptor) in enumerate(numbers(node)):
+            for span in (*descriptor.floating_point_range, *descriptor.integer_range):
+                for extreme in (span.from_value, span.to_value):
+                    with quick(f"{node_name} {name} {extreme}", slow):
+                        taken(robot, node, name, extreme)
+                        goals.navigate(SE2(1.0, 0.5 if number % 2 else -0.5), 0.3)
+                    taken(robot, node, name, value)
+    assert not slow, "\n".join(slow)
+    assert not failures(robot)
+    robot.run(1.0)
+    assert goals.navigate(SE2(1.5, 1.0, 0.5), 60.0).succeeded
