@@ -104,6 +104,23 @@ class TransformBuffer:
         edge.upside_down = upside_down
         edge.insert(stamp, transform)
 
+    def knows(self, frame: str) -> bool:
+        """Tell whether a frame is in the tree."""
+        return frame in self._edges or any(edge.parent == frame for edge in self._edges.values())
+
+    def base_below(self, fixed: str) -> str | None:
+        """Return the frame that moves in a fixed frame and carries something: the robot's base.
+
+        Args:
+            fixed: Such as `odom`, or `map` above it.
+        """
+        moving = [f for f, edge in self._edges.items() if edge.parent == fixed and not edge.static]
+        for frame in moving:
+            if any(edge.static for edge in self._edges.values() if edge.parent == frame):
+                return frame
+        below = (self.base_below(frame) for frame in moving)
+        return next((frame for frame in below if frame is not None), next(iter(moving), None))
+
     def _chain(self, frame: str) -> list[str]:
         chain = [frame]
         while chain[-1] in self._edges:

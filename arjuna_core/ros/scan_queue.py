@@ -14,6 +14,7 @@ from arjuna_core.se2 import SE2
 
 _LENGTH = 10  # as nav2_amcl's message filter
 _TELL_EVERY = 1000  # of the scans lost, so that a log stays readable
+_FRAME_PATIENCE = 1.0  # [s] in which the robot's frames appear, after its first scan
 
 
 class ScanQueue:
@@ -24,19 +25,28 @@ class ScanQueue:
         fixed_frame: Frame in which the robot's pose is wanted, such as odom.
         base_frame: Frame of the robot's base.
         length: How many scans may wait.
+        parameter: The node's parameter that names the base's frame.
 
     Attributes:
         dropped: How many scans were dropped.
     """
 
     def __init__(
-        self, node: ManagedNode, fixed_frame: str, base_frame: str, length: int = _LENGTH
+        self,
+        node: ManagedNode,
+        fixed_frame: str,
+        base_frame: str,
+        length: int = _LENGTH,
+        parameter: str = "base_frame",
     ) -> None:
         self._node = node
         self._fixed_frame = fixed_frame
         self._base_frame = base_frame
         self._length = length
+        self._parameter = parameter
         self._waiting: deque[Any] = deque()
+        self._first: float | None = None
+        self._told = False
         self.dropped = 0
 
     def __len__(self) -> int:
@@ -46,8 +56,30 @@ class ScanQueue:
     def add(self, message: Any) -> None:
         """Take in a LaserScan message."""
         self._waiting.append(message)
+        self._check_base(seconds(message.header.stamp))
         if len(self._waiting) > self._length:
             self._drop("its transform has not come in time")
+
+    def _check_base(self, stamp: float) -> None:
+        """Say once that nobody moves the base's frame, what is moved instead, and the cure."""
+        self._first = stamp if self._first is None else min(self._first, stamp)
+        transforms = self._node.transforms
+        if (
+            self._told
+            or stamp - self._first < _FRAME_PATIENCE
+            or transforms.knows(self._base_frame)
+        ):
+            return
+        self._told = True
+        instead = transforms.base_below(self._fixed_frame)
+        cure = (
+            f"'{self._fixed_frame}' carries '{instead}'; set {self._parameter}: {instead}"
+            if instead is not None
+            else f"nothing moves in '{self._fixed_frame}' either: is odometry's transform on /tf?"
+        )
+        self._node.get_logger().error(
+            f"{self._parameter} is '{self._base_frame}', a frame that does not exist: {cure}"
+        )
 
     def clear(self) -> None:
         """Forget the scans that wait."""

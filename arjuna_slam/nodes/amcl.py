@@ -46,7 +46,9 @@ class AmclNode(ManagedNode):
     def configure(self) -> None:
         """Create the interfaces; the filter comes with the first map."""
         self._rng = np.random.default_rng(self.config.seed)
-        self._scans = ScanQueue(self, self.config.odom_frame_id, self.config.base_frame_id)
+        self._scans = ScanQueue(
+            self, self.config.odom_frame_id, self.config.base_frame_id, parameter="base_frame_id"
+        )
         self._update_wanted = False
         self._output = AmclOutput(self)
         self._listen()

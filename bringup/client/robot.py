@@ -75,8 +75,12 @@ class Robot:
             self._own.close()
             self._own = None
 
-    def pose(self, frame: str = "map", base_frame: str = "base_footprint") -> SE2:
+    def pose(self, frame: str = "map", base_frame: str = "") -> SE2:
         """Return where the robot is in a frame, `map` or `odom` [m, m, rad].
+
+        Args:
+            frame: Where.
+            base_frame: The robot's; empty for the one that its odometry moves.
 
         Raises:
             ArjunaError: Nobody says so in time.
@@ -84,11 +88,12 @@ class Robot:
         found: list[SE2] = []
 
         def known() -> bool:
-            pose = self._transforms.try_lookup(frame, base_frame)
+            base = base_frame or self._transforms.base_below(frame)
+            pose = None if base is None else self._transforms.try_lookup(frame, base)
             found.extend([] if pose is None else [pose])
             return pose is not None
 
-        self._wait(known, f"the transform {frame} -> {base_frame}")
+        self._wait(known, f"the transform {frame} -> {base_frame or 'base'}")
         return found[-1]
 
     def scan(self) -> Scan:

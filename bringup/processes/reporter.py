@@ -63,4 +63,7 @@ class Reporter:
         where = f"ROS_DOMAIN_ID={os.environ.get('ROS_DOMAIN_ID', '0')}"
         if self._process.namespace:
             where += f", --namespace {self._process.namespace}"
-        return f"{topic}: is 'python -m bringup sim' running? ({where} here)"
+        return (
+            f"{topic}: is 'python -m bringup sim' running? ({where} here; a real robot"
+            " has no clock: use_sim_time: false under /**)"
+        )

@@ -40,7 +40,9 @@ class CostmapNode(ManagedNode):
         self._map: OccupancyGrid | None = None
         self._updated_at = self._scanned_at = -np.inf
         self._problem = "it is not active"
-        self._scans = ScanQueue(self, config.global_frame, config.robot_base_frame, _QUEUE)
+        self._scans = ScanQueue(
+            self, config.global_frame, config.robot_base_frame, _QUEUE, "robot_base_frame"
+        )
         if "static_layer" in config.plugins:
             topic = config.static_layer.map_topic or config.map_topic
             self.subscribe(
