@@ -75,6 +75,7 @@ COLLISION_MONITOR = NodeSpec(
 WAYPOINT_FOLLOWER = NodeSpec(
     "waypoint_follower", "arjuna_nav.nodes.waypoint_follower", "WaypointFollowerNode"
 )
+DOCKING_SERVER = NodeSpec("docking_server", "arjuna_nav.nodes.docking.server", "DockingServerNode")
 EXPLORER = NodeSpec("explorer", "arjuna_nav.nodes.explorer", "ExplorerNode")
 
 SIM_GROUP = Group("sim", (SIM, EKF, ROBOT_STATE_PUBLISHER), "lifecycle_manager_sim", False)
@@ -93,6 +94,7 @@ NAVIGATION_GROUP = Group(
         COLLISION_MONITOR,
         BT_NAVIGATOR,
         WAYPOINT_FOLLOWER,
+        DOCKING_SERVER,
     ),
     "lifecycle_manager_navigation",
 )

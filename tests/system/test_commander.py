@@ -36,10 +36,14 @@ HERE = GeoPoint(48.1351, 11.5820)
 REACHED = 0.25
 PARAMETERS: dict[str, dict[str, Any]] = {
     "map_server": {"yaml_filename": MAP},
+    "docking_server": {
+        "docks": ["home"],
+        "home.type": "simple_charging_dock",
+        "home.pose": [1.0, 0.2, 0.0],
+    },
     "waypoint_follower": {"gps.datum": [HERE.latitude_deg, HERE.longitude_deg, 0.0]},
 }
 SPOKEN = {"info", "warn", "error", "debug"}  # say something, ask nothing
-SPOKEN |= {"dockRobotByPose", "dockRobotByID", "undockRobot"}
 
 
 Stack = Callable[..., "LockStep"]
@@ -132,6 +136,22 @@ def test_behaviors_move_the_robot(bench: Bench) -> None:
     forward.linear.x = 0.1
     bench.result(lambda: teleop.publish(forward))
     assert (before.inverse() @ bench.pose).x > 0.08
+
+
+def test_the_robot_docks_and_undocks(bench: Bench) -> None:
+    navigator = bench.navigator
+    assert navigator.dockRobotByID("home")
+    assert bench.result() is TaskResult.SUCCEEDED, navigator.getTaskError()
+    assert bench.pose.distance(SE2(1.0, 0.2)) < 0.1  # by localization alone
+    assert navigator.undockRobot()
+    assert bench.result() is TaskResult.SUCCEEDED
+    assert bench.pose.distance(SE2(0.3, 0.2)) < 0.1
+    near = at(0.9, 0.2)
+    assert navigator.dockRobotByPose(near, "simple_non_charging_dock", nav_to_dock=False)
+    assert bench.result() is TaskResult.SUCCEEDED
+    assert bench.pose.distance(SE2(0.9, 0.2)) < 0.1
+    assert navigator.undockRobot("simple_non_charging_dock")
+    assert bench.result() is TaskResult.SUCCEEDED
 
 
 def test_paths_are_planned_smoothed_and_followed(bench: Bench) -> None:

@@ -1,0 +1,1 @@
+"""Docking and undocking: docks, the approach, and the order of things."""

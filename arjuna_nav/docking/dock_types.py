@@ -1,0 +1,162 @@
+"""Kinds of docks: where to stage before one, and how contact and charging show.
+
+Source: opennav_docking, SimpleChargingDock and SimpleNonChargingDock.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
+
+from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
+from arjuna_core.plugins import PluginTypes
+from arjuna_core.se2 import SE2
+
+
+@dataclass(frozen=True)
+class DockSenses:
+    """What shows that the robot stands in a dock.
+
+    Attributes:
+        distance: From the robot to the dock's pose [m], None where that pose is not known.
+        effort: Mean effort of the joints watched, None where none was told.
+        speed: Mean speed of the joints watched, None where none was told.
+        current: Of the battery, positive while it charges [A], None where none was told.
+    """
+
+    distance: float | None = None
+    effort: float | None = None
+    speed: float | None = None
+    current: float | None = None
+
+
+class DockType(Protocol):
+    """One kind of dock."""
+
+    Config: ClassVar[type[Any]]
+    config: Any
+    charges: bool
+
+    def staging_pose(self, dock: SE2) -> SE2:
+        """Return where to stand before an approach, given the dock's pose."""
+        ...
+
+    def is_docked(self, senses: DockSenses) -> bool:
+        """Tell whether the robot stands in the dock."""
+        ...
+
+    def is_charging(self, senses: DockSenses) -> bool:
+        """Tell whether the battery is being charged."""
+        ...
+
+
+@dataclass(frozen=True)
+class SimpleDockConfig:
+    """Parameters of a simple dock, by Nav2's names."""
+
+    docking_threshold: float = param(
+        0.05, "Distance to the dock's pose that counts as docked.", unit="m", minimum=0.001
+    )
+    staging_x_offset: float = param(-0.7, "Staging pose ahead of the dock's pose.", unit="m")
+    staging_yaw_offset: float = param(0.0, "Heading of the staging pose against it.", unit="rad")
+    use_external_detection_pose: bool = param(
+        False, "Whether detected_dock_pose says where the dock is; else its pose as given."
+    )
+    external_detection_timeout: float = param(
+        1.0, "How old a detection may be.", unit="s", minimum=0.0
+    )
+    external_detection_translation_x: float = param(
+        -0.2, "Dock's pose ahead of what is detected.", unit="m"
+    )
+    external_detection_translation_y: float = param(
+        0.0, "Dock's pose to the left of what is detected.", unit="m"
+    )
+    external_detection_rotation_roll: float = param(-1.57, "Turn of the detection.", unit="rad")
+    external_detection_rotation_pitch: float = param(1.57, "Turn of the detection.", unit="rad")
+    external_detection_rotation_yaw: float = param(0.0, "Turn of the detection.", unit="rad")
+    filter_coef: float = param(
+        0.1, "Share of a new detection in the pose believed.", minimum=0.01, maximum=1.0
+    )
+    use_stall_detection: bool = param(
+        False, "Whether joints that push without moving show contact; else the distance."
+    )
+    stall_joint_names: tuple[str, ...] = param((), "The joints watched.")
+    stall_velocity_threshold: float = param(
+        1.0, "Speed below which joints stand.", unit="rad/s", minimum=0.0
+    )
+    stall_effort_threshold: float = param(
+        1.0, "Effort above which joints push.", unit="Nm", minimum=0.0
+    )
+
+    def __post_init__(self) -> None:
+        if self.use_stall_detection and not self.stall_joint_names:
+            raise ConfigError("'use_stall_detection' needs joints in 'stall_joint_names'")
+
+
+@dataclass(frozen=True)
+class SimpleChargingDockConfig(SimpleDockConfig):
+    """Parameters of a simple dock that charges, by Nav2's names."""
+
+    use_battery_status: bool = param(
+        True, "Whether battery_state shows that the robot charges; else contact does."
+    )
+    charging_threshold: float = param(
+        0.5, "Current of the battery above which it charges.", unit="A", minimum=0.0
+    )
+
+
+class SimpleNonChargingDock:
+    """A place to dock at: contact is all there is.
+
+    Args:
+        config: Its parameters.
+    """
+
+    Config: ClassVar[type[Any]] = SimpleDockConfig
+    charges = False
+
+    def __init__(self, config: Any) -> None:
+        self.config = config
+
+    def staging_pose(self, dock: SE2) -> SE2:
+        """Return where to stand before an approach, given the dock's pose."""
+        return dock @ SE2(self.config.staging_x_offset, 0.0, self.config.staging_yaw_offset)
+
+    def is_docked(self, senses: DockSenses) -> bool:
+        """Tell whether the joints push in vain, or the robot is near enough."""
+        config = self.config
+        if not config.use_stall_detection:
+            return senses.distance is not None and senses.distance < config.docking_threshold
+        if senses.effort is None or senses.speed is None:
+            return False
+        stands = senses.speed < config.stall_velocity_threshold
+        return bool(stands and senses.effort > config.stall_effort_threshold)
+
+    def is_charging(self, senses: DockSenses) -> bool:
+        """Tell whether the battery is being charged: never."""
+        return False
+
+
+class SimpleChargingDock(SimpleNonChargingDock):
+    """A dock that charges: the battery says so, or contact does."""
+
+    Config: ClassVar[type[Any]] = SimpleChargingDockConfig
+    charges = True
+
+    def is_charging(self, senses: DockSenses) -> bool:
+        """Tell whether the battery is being charged."""
+        if not self.config.use_battery_status:
+            return self.is_docked(senses)
+        return senses.current is not None and senses.current > self.config.charging_threshold
+
+
+_HERE = "arjuna_nav.docking.dock_types"
+_CHARGING = "opennav_docking::SimpleChargingDock"
+_NON_CHARGING = "opennav_docking::SimpleNonChargingDock"
+DOCK_TYPES = PluginTypes(
+    "dock type",
+    {_CHARGING: f"{_HERE}:SimpleChargingDock", _NON_CHARGING: f"{_HERE}:SimpleNonChargingDock"},
+    _CHARGING,
+    {"simple_non_charging_dock": _NON_CHARGING},
+)

@@ -1,0 +1,254 @@
+"""Docking from the order to the charging current: what to do in which order.
+
+Source: opennav_docking, DockingServer.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.docking.approach import BlockedError, at_the_end, towards
+from arjuna_nav.docking.config import DockingConfig
+from arjuna_nav.docking.dock_types import DockSenses, DockType
+
+_PASSED = 0.05  # behind the docked pose by this much the law would turn round [m]
+
+
+class DockingPhase(enum.IntEnum):
+    """The states of nav2_msgs' feedback."""
+
+    NAV_TO_STAGING_POSE = 1
+    INITIAL_PERCEPTION = 2
+    CONTROLLING = 3
+    WAIT_FOR_CHARGE = 4
+    RETRY = 5
+
+
+class DockingError(enum.IntEnum):
+    """The error codes of nav2_msgs."""
+
+    NONE = 0
+    DOCK_NOT_IN_DB = 901
+    DOCK_NOT_VALID = 902
+    FAILED_TO_STAGE = 903
+    FAILED_TO_DETECT_DOCK = 904
+    FAILED_TO_CONTROL = 905
+    FAILED_TO_CHARGE = 906
+    UNKNOWN = 999
+
+
+@dataclass(frozen=True)
+class DockingState:
+    """What docking is told at each tick; poses and costmap are of one fixed frame.
+
+    Attributes:
+        now: Time [s].
+        pose: Where the robot is.
+        dock: The dock's pose, None where it is not seen.
+        senses: What shows contact and charging.
+        costmap: What is in the way.
+        staged: Whether the staging pose was reached; None while it is driven to.
+    """
+
+    now: float
+    pose: SE2
+    dock: SE2 | None
+    senses: DockSenses
+    costmap: Costmap | None = None
+    staged: bool | None = None
+
+
+@dataclass(frozen=True)
+class DockingStep:
+    """What to do until the next tick.
+
+    Attributes:
+        velocity: What to drive; None leaves the wheels to the one who drives to the staging pose.
+        stage: Whether to begin driving to the staging pose.
+        ended: How docking ended, None while it goes on.
+        message: Why it failed.
+    """
+
+    velocity: Velocity | None = STILL
+    stage: bool = False
+    ended: DockingError | None = None
+    message: str = ""
+
+
+def docked_pose(dock: SE2, backwards: bool) -> SE2:
+    """Return how a robot stands in a dock, whose own direction is the way into it.
+
+    It is its own inverse: given how the robot stands, it returns the dock's pose.
+    """
+    return dock @ SE2(0.0, 0.0, math.pi) if backwards else dock
+
+
+class _FailedError(Exception):
+    """An attempt failed; another may succeed."""
+
+    def __init__(self, error: DockingError, message: str) -> None:
+        super().__init__(message)
+        self.error = error
+
+
+class Docking:
+    """One order to dock.
+
+    Args:
+        config: When to wait, to try again, to give up.
+        kind: The dock's kind.
+        footprint: The robot.
+        navigate: Whether to drive to the staging pose first.
+        max_staging_time: How long that may take [s].
+
+    Attributes:
+        phase: What is being done.
+        retries: How often it was tried again.
+    """
+
+    def __init__(
+        self,
+        config: DockingConfig,
+        kind: DockType,
+        footprint: Footprint,
+        navigate: bool,
+        max_staging_time: float,
+    ) -> None:
+        self._config = config
+        self._kind = kind
+        self._footprint = footprint
+        self._navigate = navigate
+        self._max_staging_time = max_staging_time
+        self._since = -math.inf
+        self._begun = False
+        self._dock = SE2()
+        self._failure = _FailedError(DockingError.UNKNOWN, "")
+        self.phase = DockingPhase.NAV_TO_STAGING_POSE
+        self.retries = 0
+
+    def tick(self, state: DockingState, nominal: SE2) -> DockingStep:
+        """Return what to do.
+
+        Args:
+            state: What is known now.
+            nominal: The dock's pose as it was given, in the same frame.
+        """
+        if not self._begun:
+            return self._begin(state, nominal)
+        try:
+            match self.phase:
+                case DockingPhase.NAV_TO_STAGING_POSE:
+                    return self._stage(state)
+                case DockingPhase.INITIAL_PERCEPTION:
+                    return self._perceive(state)
+                case DockingPhase.CONTROLLING:
+                    return self._approach(state)
+                case DockingPhase.WAIT_FOR_CHARGE:
+                    return self._wait_for_charge(state)
+                case _:
+                    return self._return(state)
+        except _FailedError as failure:
+            return self._retry(failure, state.now)
+
+    def _begin(self, state: DockingState, nominal: SE2) -> DockingStep:
+        self._begun, self._dock = True, nominal
+        if self._kind.charges and self._is_in(state):
+            return DockingStep(ended=DockingError.NONE)
+        staging = self._kind.staging_pose(nominal)
+        near = state.pose.distance(staging) < self._config.dock_prestaging_tolerance
+        if near or not self._navigate:
+            return self._enter(DockingPhase.INITIAL_PERCEPTION, state.now)
+        self._enter(DockingPhase.NAV_TO_STAGING_POSE, state.now)
+        return DockingStep(velocity=None, stage=True)
+
+    def _is_in(self, state: DockingState) -> bool:
+        return self._kind.is_docked(state.senses) or self._kind.is_charging(state.senses)
+
+    def _enter(self, phase: DockingPhase, now: float) -> DockingStep:
+        self.phase, self._since = phase, now
+        return DockingStep()
+
+    def _is_late(self, now: float, limit: float) -> bool:
+        return now - self._since > limit
+
+    def _stage(self, state: DockingState) -> DockingStep:
+        if state.staged:
+            return self._enter(DockingPhase.INITIAL_PERCEPTION, state.now)
+        late = self._is_late(state.now, self._max_staging_time)
+        if state.staged is None and not late:
+            return DockingStep(velocity=None)
+        why = f"took over {self._max_staging_time:g} s" if late else "failed"
+        message = f"driving to the staging pose {why}"
+        return DockingStep(ended=DockingError.FAILED_TO_STAGE, message=message)
+
+    def _perceive(self, state: DockingState) -> DockingStep:
+        timeout = self._config.initial_perception_timeout
+        if state.dock is not None:
+            self._dock = state.dock
+            return self._enter(DockingPhase.CONTROLLING, state.now)
+        if not self._is_late(state.now, timeout):
+            return DockingStep()
+        message = f"the dock was not seen within {timeout:g} s"
+        return DockingStep(ended=DockingError.FAILED_TO_DETECT_DOCK, message=message)
+
+    def _approach(self, state: DockingState) -> DockingStep:
+        if self._is_in(state):
+            if self._kind.charges:
+                return self._enter(DockingPhase.WAIT_FOR_CHARGE, state.now)
+            return DockingStep(ended=DockingError.NONE)
+        if state.dock is None:
+            raise _FailedError(DockingError.FAILED_TO_DETECT_DOCK, "the dock was lost from sight")
+        if self._is_late(state.now, self._config.dock_approach_timeout):
+            message = f"no contact within {self._config.dock_approach_timeout:g} s"
+            raise _FailedError(DockingError.FAILED_TO_CONTROL, message)
+        self._dock, backward = state.dock, self._config.dock_backwards
+        target = docked_pose(state.dock, backward)
+        ahead = (state.pose.inverse() @ target).x * (-1 if backward else 1)
+        if ahead < -_PASSED:
+            raise _FailedError(DockingError.FAILED_TO_CONTROL, f"passed the dock by {-ahead:.2f} m")
+        return self._drive(state, target, backward)
+
+    def _drive(self, state: DockingState, target: SE2, backward: bool) -> DockingStep:
+        controller = self._config.controller
+        try:
+            velocity = towards(
+                controller, state.pose, target, backward, self._dock, state.costmap, self._footprint
+            )
+        except BlockedError as error:
+            raise _FailedError(DockingError.FAILED_TO_CONTROL, str(error)) from error
+        return DockingStep(velocity)
+
+    def _wait_for_charge(self, state: DockingState) -> DockingStep:
+        timeout = self._config.wait_charge_timeout
+        if self._kind.is_charging(state.senses):
+            return DockingStep(ended=DockingError.NONE)
+        if self._is_late(state.now, timeout):
+            message = f"the battery does not charge {timeout:g} s after contact"
+            raise _FailedError(DockingError.FAILED_TO_CHARGE, message)
+        return DockingStep()
+
+    def _retry(self, failure: _FailedError, now: float) -> DockingStep:
+        """Drive back and try again, or give up where that is what failed."""
+        spent = self.retries >= self._config.max_retries
+        if spent or self.phase is DockingPhase.RETRY:
+            return DockingStep(ended=failure.error, message=str(failure))
+        self.retries += 1
+        self._failure = failure
+        return self._enter(DockingPhase.RETRY, now)
+
+    def _return(self, state: DockingState) -> DockingStep:
+        config, staging = self._config, self._kind.staging_pose(self._dock)
+        tolerances = config.undock_linear_tolerance, config.undock_angular_tolerance
+        backward = not config.dock_backwards
+        if at_the_end(config.controller, state.pose, staging, tolerances, backward) is not None:
+            return self._enter(DockingPhase.INITIAL_PERCEPTION, state.now)
+        if self._is_late(state.now, config.dock_approach_timeout):
+            message = f"no way back to the staging pose, after: {self._failure}"
+            raise _FailedError(DockingError.FAILED_TO_CONTROL, message)
+        return self._drive(state, staging, backward)

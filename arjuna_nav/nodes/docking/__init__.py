@@ -1,0 +1,1 @@
+"""The docking server: dock_robot and undock_robot."""

@@ -1,0 +1,206 @@
+"""docking_server: orders by name and by pose, refusals, cancellation, docks of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.action import DockRobot, UndockRobot
+from nav2_msgs.srv import ReloadDockDatabase
+from sensor_msgs.msg import BatteryState
+
+from arjuna_core.errors import ConfigError
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL
+from bringup.stack import NAVIGATION_GROUP
+from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
+
+pytestmark = pytest.mark.ros
+HOME = SE2(1.2, 0.4, 0.3)
+DOCKS: dict[str, Any] = {
+    "docks": ["home"],
+    "home.type": "simple_charging_dock",
+    "home.pose": [HOME.x, HOME.y, HOME.theta],
+}
+
+
+def made(folder: Path, **parameters: Any) -> PlayedRobot:
+    values = {**DOCKS, "dock_folder": str(folder), **parameters}
+    robot = PlayedRobot({"docking_server": values})
+    robot.bring_up(*NAVIGATION_GROUP.nodes)
+    robot.send_map()
+    robot.run(1.0)
+    return robot
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Iterator[PlayedRobot]:
+    robot = made(tmp_path)
+    yield robot
+    robot.close()
+
+
+def dock(robot: PlayedRobot, name: str = "home", **fields: Any) -> Goal:
+    return robot.send(DockRobot, "dock_robot", DockRobot.Goal(dock_id=name, **fields))
+
+
+def dock_at(robot: PlayedRobot, pose: PoseStamped, kind: str, **fields: Any) -> Goal:
+    goal = DockRobot.Goal(use_dock_id=False, dock_pose=pose, dock_type=kind, **fields)
+    return robot.send(DockRobot, "dock_robot", goal)
+
+
+def undock(robot: PlayedRobot, **fields: Any) -> Goal:
+    return robot.send(UndockRobot, "undock_robot", UndockRobot.Goal(**fields))
+
+
+def test_it_docks_by_name_and_undocks(robot: PlayedRobot) -> None:
+    goal = dock(robot)
+    robot.run_until_done(goal, 60.0)
+    assert (goal.status, goal.result.success, goal.result.error_code) == (SUCCEEDED, True, 0)
+    assert robot.pose.distance(HOME) < 0.02
+    states = [each.state for each in goal.feedback]
+    assert sorted(set(states)) == [1, 2, 3, 4]
+    assert states == sorted(states)
+    away = undock(robot)
+    robot.run_until_done(away, 30.0)
+    assert (away.status, away.result.success) == (SUCCEEDED, True)
+    assert robot.pose.distance(HOME @ SE2(-0.7, 0.0, 0.0)) < 0.03
+    assert robot.command == STILL
+
+
+def test_it_docks_by_pose_where_the_robot_stands_near(robot: PlayedRobot) -> None:
+    place = pose_stamped(SE2(0.7, 0.05, 0.0), "map", 0.0)
+    goal = dock_at(robot, place, "simple_non_charging_dock", navigate_to_staging_pose=False)
+    robot.run_until_done(goal, 60.0)
+    assert goal.status == SUCCEEDED
+    assert robot.pose.distance(SE2(0.7, 0.05)) < 0.02
+    assert {each.state for each in goal.feedback} == {2, 3}
+
+
+def test_the_battery_shows_charging(tmp_path: Path) -> None:
+    robot = made(tmp_path, **{"simple_charging_dock.use_battery_status": True})
+    goal = dock(robot)
+    while robot.pose.distance(HOME) > 0.012:
+        robot.run(0.1)
+        assert robot.now < 60.0
+    robot.run(1.0)
+    assert goal.feedback[-1].state == DockRobot.Feedback.WAIT_FOR_CHARGE
+    robot.bench.publish(BatteryState, "battery_state", BatteryState(current=2.0), qos.DEFAULT)
+    robot.run(0.1)
+    assert goal.status == SUCCEEDED
+    robot.close()
+
+
+def broken() -> PoseStamped:
+    pose = pose_stamped(HOME, "map", 0.0)
+    pose.pose.orientation.w = pose.pose.orientation.z = 0.0
+    return pose
+
+
+@pytest.mark.parametrize(
+    ("name", "pose", "kind", "code", "says"),
+    [
+        ("attic", None, "", 901, "there is no dock 'attic'; valid: home"),
+        ("", pose_stamped(HOME, "map", 0.0), "hook", 902, "no dock type 'hook'; valid: simple_"),
+        ("", broken(), "simple_charging_dock", 902, "invalid pose"),
+    ],
+)
+def test_what_is_no_dock_is_refused(
+    robot: PlayedRobot, name: str, pose: PoseStamped | None, kind: str, code: int, says: str
+) -> None:
+    goal = dock(robot, name) if pose is None else dock_at(robot, pose, kind)
+    assert_failed(goal, code)
+    assert says in goal.result.error_msg
+    assert not goal.result.success
+
+
+def test_a_staging_pose_in_the_wall_fails(robot: PlayedRobot) -> None:
+    place = pose_stamped(SE2(20.0, 0.0, 0.0), "map", 0.0)
+    goal = dock_at(robot, place, "simple_charging_dock")
+    robot.run_until_done(goal, 60.0)
+    assert_failed_to_stage(goal)
+
+
+def assert_failed_to_stage(goal: Goal) -> None:
+    assert goal.result.error_code == DockRobot.Result.FAILED_TO_STAGE
+    assert "staging pose" in goal.result.error_msg
+
+
+@pytest.mark.parametrize("after", [1.0, 6.0])
+def test_cancellation_stops_the_robot_at_once(robot: PlayedRobot, after: float) -> None:
+    """While it drives to the staging pose, and while it approaches."""
+    goal = dock(robot)
+    robot.run(after)
+    assert robot.command != STILL
+    goal.cancel()
+    assert goal.status == CANCELED
+    assert robot.command == STILL
+    robot.forget()
+    robot.run(1.0)
+    assert all(command == STILL for command in robot.commands)
+
+
+def test_a_newer_order_ends_the_older(robot: PlayedRobot) -> None:
+    assert_failed(undock(robot), 902)  # of which kind, nobody said
+    docking = dock(robot)
+    robot.run(1.0)
+    leaving = undock(robot)
+    assert_failed(docking, DockRobot.Result.UNKNOWN)
+    assert "replaced by undock_robot" in docking.result.error_msg
+    robot.run_until_done(leaving, 1.0)
+    assert leaving.status == SUCCEEDED  # it is in none
+
+
+@pytest.mark.parametrize("transition", ["deactivate", "shutdown"])
+def test_the_end_of_activity_stops_the_robot(robot: PlayedRobot, transition: str) -> None:
+    goal = dock(robot)
+    robot.run(6.0)
+    robot.transition("docking_server", transition)
+    assert_failed(goal, DockRobot.Result.UNKNOWN)
+    assert robot.command == STILL
+
+
+def test_docks_are_read_again(robot: PlayedRobot, tmp_path: Path) -> None:
+    file = tmp_path / "docks.yaml"
+    file.write_text("docks: {attic: {type: simple_charging_dock, pose: [1, 0, 0]}}")
+    assert reload(robot, "docks.yaml")
+    assert dock(robot, "attic").accepted
+    file.write_text("docks: {attic: {type: hook, pose: [1, 0, 0]}}")
+    assert not reload(robot, "docks.yaml")
+    assert not reload(robot, "../docks.yaml")
+    running = dock(robot, "attic")
+    assert not running.done
+
+
+def reload(robot: PlayedRobot, path: str) -> bool:
+    request = ReloadDockDatabase.Request(filepath=path)
+    name = "docking_server/reload_database"
+    return bool(robot.bench.call(ReloadDockDatabase, name, request).success)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "says"),
+    [
+        ({"home.pose": [1.0]}, "has 1 numbers"),
+        ({"dock_plugins": ["own"], "own.plugin": "no::Such"}, "no dock type 'no::Such'"),
+    ],
+)
+def test_parameters_that_make_no_sense_are_refused(
+    tmp_path: Path, parameters: dict[str, Any], says: str
+) -> None:
+    with pytest.raises(ConfigError, match=says):
+        made(tmp_path, **parameters)
+
+
+def test_a_dock_of_no_kind_is_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(AssertionError, match="docking_server did not configure"):
+        made(tmp_path, **{"home.type": "hook"})
+    assert "dock 'home' is of type 'hook'; valid: simple_charging_dock" in capfd.readouterr().err
