@@ -36,8 +36,8 @@ from arjuna_sim.model.settings import (
 )
 from arjuna_sim.model.shapes import Part
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.robot_body import ServoConfig
 from arjuna_sim.physics.scene import build_scene
+from arjuna_sim.physics.servo import ServoConfig
 
 _TIMESTEP = 0.004
 _ROBOT_SUFFIXES = (".urdf", ".xacro")

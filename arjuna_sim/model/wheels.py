@@ -11,7 +11,7 @@ from arjuna_sim.model.shapes import Kind, corners
 from arjuna_sim.model.urdf import Urdf
 
 _ACROSS = 0.5  # least part of a wheel's axis along y: within 60 degrees of it
-_ABREAST = 0.01  # along the robot, between wheels on one axle [m]
+_ROUNDS, _STICKS = 100, 1e-6  # of the search for how wheels slip, and what is no slip [m/s]
 
 
 def axis(urdf: Urdf, joint: str) -> NDArray[np.float64]:
@@ -63,6 +63,12 @@ def radius_of(urdf: Urdf, joint: str) -> float:
     return float(np.linalg.norm(across, axis=1).max())
 
 
+def width_of(urdf: Urdf, joint: str) -> float:
+    """Return how far a wheel's shapes reach along its axis, 0 where it has none [m]."""
+    points, unit = _points(urdf, urdf.joints[joint]), np.array(urdf.joints[joint].axis)
+    return float(np.ptp(points @ unit)) if len(points) > 0 else 0.0
+
+
 def wheel_radius(urdf: Urdf, joints: tuple[str, ...]) -> float:
     """Return the largest radius of wheels, 0 where none has a shape [m]."""
     return max((radius_of(urdf, name) for name in joints), default=0.0)
@@ -77,20 +83,57 @@ def wheel_separation(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) 
 def effective_track(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) -> float:
     """Return the track of the two-wheeled robot that turns like this one on dry ground [m].
 
-    Wheels off the axis of turning slip sideways: track * (1 + (wheelbase / track)^2) for four.
+    Wheels off the axis of turning slip sideways. By Coulomb's law they slip so that friction takes
+    the least power. Four wheels under the same load have track * (1 + (wheelbase / track)^2).
 
-    Source: Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007;
-    the closed form assumes point contacts that carry the same load.
+    Source: Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007,
+    for what is found; Goyal, Ruina and Papadopoulos, Planar sliding with dry friction, Wear 143,
+    1991, for the principle.
     """
-    track = wheel_separation(urdf, left, right)
-    along = np.array([center(urdf, name)[0] for name in left + right])
-    return track + 4.0 * float(np.var(along)) / track if track > 0.0 else 0.0
+    places = np.array([center(urdf, name)[:2] for name in left + right])
+    if wheel_separation(urdf, left, right) == 0.0:
+        return 0.0
+    rims = np.array([-1.0] * len(left) + [1.0] * len(right))
+    turning = _turning(places, _loads(urdf, places), rims)
+    return 2.0 / turning if turning > 0.0 else wheel_separation(urdf, left, right)
 
 
-def turns_by_sliding(urdf: Urdf, joints: tuple[str, ...]) -> bool:
-    """Return whether driven wheels stand one behind the other, so that some slide in a turn."""
-    along = [float(center(urdf, name)[0]) for name in joints]
-    return max(along, default=0.0) - min(along, default=0.0) > _ABREAST
+def _loads(urdf: Urdf, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the share of the weight that each wheel carries on equal tyres, `(W,) float64`."""
+    masses = [(link.name, link.inertial) for link in urdf.links.values() if link.inertial]
+    total = sum(inertial.mass for _, inertial in masses)
+    if not total > 0.0:
+        return np.full(len(places), 1.0 / len(places))
+    middle = sum(
+        (i.mass / total * urdf.T_root(n).apply(np.array([i.center]))[0] for n, i in masses),
+        np.zeros(3),
+    )
+    levers = np.column_stack((np.ones(len(places)), places))
+    loads = np.linalg.pinv(levers.T) @ np.array([1.0, middle[0], middle[1]])
+    positive: NDArray[np.float64] = np.maximum(loads, 0.0)
+    return positive
+
+
+def _turning(
+    places: NDArray[np.float64], loads: NDArray[np.float64], rims: NDArray[np.float64]
+) -> float:
+    """Return the turn rate [rad/s] of a robot whose rims move at a speed each [m/s].
+
+    Least squares, weighted anew by the slip, find the least sum of load times slip (Weiszfeld).
+    """
+    count = len(places)
+    motion = np.zeros((2 * count, 3))  # slip of each wheel, along and across, by vx, vy and w
+    motion[:count, 0], motion[:count, 2] = 1.0, -places[:, 1]
+    motion[count:, 1], motion[count:, 2] = 1.0, places[:, 0]
+    wanted = np.concatenate((rims, np.zeros(count)))
+    slip = np.ones(count, np.float64)
+    found = np.zeros(3, np.float64)
+    for _ in range(_ROUNDS):
+        weight = np.sqrt(np.tile(loads / slip, 2))
+        found[:] = np.linalg.lstsq(motion * weight[:, None], wanted * weight, rcond=None)[0]
+        rest = (motion @ found - wanted).reshape(2, count)
+        slip[:] = np.maximum(np.hypot(rest[0], rest[1]), _STICKS)
+    return float(found[2])
 
 
 def _points(urdf: Urdf, joint: Joint) -> NDArray[np.float64]:

@@ -37,7 +37,7 @@ def carry_over(old: Any, old_data: Any, new: Any, data: Any) -> None:
             to_id, of_id = new.body_mocapid[i], old.body_mocapid[j]
             data.mocap_pos[to_id] = old_data.mocap_pos[of_id]
             data.mocap_quat[to_id] = old_data.mocap_quat[of_id]
-    data.ctrl[:] = old_data.ctrl  # only robots have actuators
+    data.ctrl[:], data.act[:] = old_data.ctrl, old_data.act  # only robots have actuators
     data.time = old_data.time
 
 

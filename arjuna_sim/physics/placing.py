@@ -19,6 +19,8 @@ _STEP = 0.25  # how much higher than the lowest a floor may be; what is higher i
 _BELOW = 1e-4  # a ray goes on so far below what it hit [m]
 _RAYS_MAX = 40
 _WIDE, _LEVEL = 1.0, 0.05  # a floor is as high in most directions this far away [m]
+_NEAR, _EVEN = 0.1, 0.002  # how far off a slope is measured, and how straight it is [m]
+_STEEPEST = 0.7  # rise per way of a slope that a robot is put on
 _RADIUS_MAX, _RING = 3.0, 0.1  # how far, and in which steps, a free place is looked for [m]
 _DIRECTIONS = 16
 _HEADINGS = 8
@@ -85,8 +87,28 @@ class Placer:
         steps = [level for level in higher if level < lowest + _STEP]
         floors = [lowest, *(level for level in steps if self._is_floor(pose, level))]
         for level in floors:
-            placed = Pose3.from_se2(pose, self._stage.scene.ride_height + level)
+            placed = self._standing(pose, level)
             yield placed, self._contacts_at(placed)
+
+    def _standing(self, pose: SE2, level: float) -> Pose3:
+        """Return where the robot's root is when it stands on a floor, which may be a slope."""
+        along, across = (self._rise(pose, level, turn) for turn in (0.0, math.pi / 2))
+        pitch = -math.atan(along)
+        roll = math.atan(across * math.cos(pitch))
+        height = self._stage.scene.ride_height / (math.cos(pitch) * math.cos(roll))
+        return Pose3.from_rpy((pose.x, pose.y, level + height), (roll, pitch, pose.theta))
+
+    def _rise(self, pose: SE2, level: float, turn: float) -> float:
+        """Return how much a floor rises per way, to a side of the robot; 0 where it is uneven."""
+        ends = []
+        for way in (_NEAR, -_NEAR):
+            x = pose.x + way * math.cos(pose.theta + turn)
+            y = pose.y + way * math.sin(pose.theta + turn)
+            ends.append(min(self._levels(x, y), key=lambda z: abs(z - level), default=math.inf))
+        ahead, behind = ends
+        is_straight = abs(ahead + behind - 2.0 * level) < _EVEN
+        rise = (ahead - behind) / (2.0 * _NEAR) if is_straight else 0.0
+        return rise if abs(rise) < _STEEPEST else 0.0
 
     def _levels(self, x: float, y: float) -> list[float]:
         """Return the heights of all surfaces above the highest plane at a point, rising [m]."""

@@ -2,53 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.config import param
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.shapes import Group, Kind, Part, Shape
+from arjuna_sim.model.shapes import Group, Part
 from arjuna_sim.physics.geoms import add_part
+from arjuna_sim.physics.servo import ServoConfig, add_servo
+from arjuna_sim.physics.tyres import add_tyre
 
 BODY_JOINT = "arjuna_free_joint"
 """Name of the joint on which the robot moves."""
 _PASSIVE_DAMPING = 1e-3  # [N m s/rad] lets casters come to rest
-_LEVER = 0.5  # mass times wheel radius from which a robot needs a stiffer servo [kg m]
 _ANCHOR_WEIGHT = 1e9  # [kg] inertia that no arm can move
-# Tyres: stiffness [1/s^2] and damping [1/s] per unit mass. Stiff against damping, and with friction
-# softened by the scene's impratio, a sliding wheel stays on the ground: at MuJoCo's defaults it
-# hops, and how the robot turns then depends on the time step.
-_TYRE = (-3000.0, -20.0)
 
 
-@dataclass(frozen=True)
-class ServoConfig:
-    """How a wheel follows its commanded speed."""
-
-    gain: float = param(
-        10.0,
-        "Torque per error of wheel speed, more for heavy robots.",
-        unit="N m s/rad",
-        minimum=0.0,
-        read_only=True,
-    )
-    armature: float = param(
-        0.02,
-        "Rotor inertia as the wheel feels it.",
-        unit="kg m^2",
-        minimum=0.0,
-        read_only=True,
-    )
-
-
-def add_robot(spec: Any, robot: Robot, servo: ServoConfig) -> None:
+def add_robot(spec: Any, robot: Robot, servo: ServoConfig, sag: float) -> None:
     """Add the robot to a MuJoCo world, its root at the origin.
 
     Links that fixed joints connect become one body; every link becomes a site of its name.
@@ -57,6 +32,7 @@ def add_robot(spec: Any, robot: Robot, servo: ServoConfig) -> None:
         spec: The `mujoco.MjSpec` of the world.
         robot: The robot.
         servo: How its wheels are driven.
+        sag: How far its tyres sink in [m].
 
     Raises:
         RobotError: A moving part has no mass.
@@ -66,10 +42,11 @@ def add_robot(spec: Any, robot: Robot, servo: ServoConfig) -> None:
     if robot.anchored:
         joint.armature, joint.damping[0] = _ANCHOR_WEIGHT, _ANCHOR_WEIGHT
     _fill_body(spec, body, robot, robot.urdf.root, servo)
+    for name in robot.wheel_joints:
+        add_tyre(spec.body(f"body:{robot.urdf.joints[name].child}"), robot, name, sag)
+        add_servo(spec, name, robot.drive.torque)
     for follower in robot.urdf.joints.values():
         _add_mimic(spec, follower)
-    for name in robot.wheel_joints:
-        _add_servo(spec, robot, name, servo)
 
 
 def add_mounts(spec: Any, robot: Robot) -> None:
@@ -131,7 +108,7 @@ def _add_parts(spec: Any, body: Any, robot: Robot, name: str, T_body_link: Pose3
         colour = robot.settings.colours.get(name, part.rgba)
         placed = Part(part.shape, T_body_link @ part.pose, colour)
         add_part(spec, body, placed, Group.ROBOT_VISUAL)
-    for i, part in enumerate(_collisions(robot, name)):
+    for i, part in enumerate(() if _is_wheel(robot, name) else link.collisions):
         placed = Part(part.shape, T_body_link @ part.pose, part.rgba)
         geom = add_part(spec, body, placed, Group.ROBOT_COLLISION)[0]
         geom.name = f"{name}//{i}"
@@ -139,20 +116,10 @@ def _add_parts(spec: Any, body: Any, robot: Robot, name: str, T_body_link: Pose3
         if friction is not None:
             geom.friction[0] = friction
             geom.priority = 1  # the link's friction holds, whatever the ground's
-        if _is_wheel(robot, name):
-            geom.solref, geom.priority = _TYRE, 1
 
 
 def _is_wheel(robot: Robot, link: str) -> bool:
     return any(robot.urdf.joints[name].child == link for name in robot.wheel_joints)
-
-
-def _collisions(robot: Robot, link: str) -> tuple[Part, ...]:
-    """Return a link's collision shapes; a wheel whose mesh was left out becomes a sphere."""
-    parts = robot.urdf.links[link].collisions
-    if not parts and _is_wheel(robot, link):
-        return (Part(Shape(Kind.SPHERE, (robot.drive.radius,))),)
-    return parts
 
 
 def _add_moving(
@@ -208,12 +175,3 @@ def _add_mimic(spec: Any, joint: Joint) -> None:
         name2=joint.mimic.joint,
     )
     equality.data[0:2] = (joint.mimic.offset, joint.mimic.multiplier)
-
-
-def _add_servo(spec: Any, robot: Robot, joint: str, servo: ServoConfig) -> None:
-    """Add a motor whose torque is the gain times the error of speed, up to its limit."""
-    motor = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-    gain = servo.gain * max(1.0, robot.urdf.mass * robot.drive.radius / _LEVER)
-    motor.gainprm[0], motor.biasprm[2] = gain, -gain
-    motor.forcelimited, motor.forcerange = True, [-robot.drive.torque, robot.drive.torque]

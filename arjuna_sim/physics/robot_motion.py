@@ -14,8 +14,6 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.physics.scene import Scene
 from arjuna_sim.physics.stage import Stage
 
-_STICTION = 10  # solver iterations that make friction hold: who parks on a slope stays there
-
 
 @dataclass(frozen=True)
 class JointStates:
@@ -74,14 +72,14 @@ class RobotMotion:
         self._data.qpos[at + 3 : at + 7] = place.quaternion
         self._data.qvel[: self._scene.rates] = 0.0
         self._data.qacc_warmstart[: self._scene.rates] = 0.0
+        self._scene.servos.rest(self._data)
         self.refresh()
 
     def turn_wheels(self, left: float, right: float) -> None:
         """Tell the left and the right wheels how fast to turn forward [rad/s]."""
-        scene, count = self._scene, len(self._scene.left)
-        self._data.ctrl[:count] = left * scene.left_sign
-        self._data.ctrl[count:] = right * scene.right_sign
-        scene.model.opt.noslip_iterations = _STICTION if left == right == 0.0 else 0
+        scene = self._scene
+        speeds = np.concatenate((left * scene.left_sign, right * scene.right_sign))
+        scene.servos.turn(self._data, speeds)
 
     def refresh(self) -> None:
         """Bring places and velocities up to the joints' state."""

@@ -15,15 +15,15 @@ from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.model.shapes import Group
-from arjuna_sim.model.wheels import turns_by_sliding, wheel_sign
+from arjuna_sim.model.wheels import wheel_sign
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity
-from arjuna_sim.physics.robot_body import BODY_JOINT, ServoConfig, add_mounts, add_robot
+from arjuna_sim.physics.robot_body import BODY_JOINT, add_mounts, add_robot
+from arjuna_sim.physics.servo import ServoConfig, Servos, tune_servos
+from arjuna_sim.physics.tyres import STICTION, sag_of, tune_tyres
 from arjuna_sim.physics.world_geoms import add_world
 
 _SOLVER_TOLERANCE = 1e-6
-_FIRM = 0.3  # stiffness of friction against the normal force's; wide wheels fight themselves above
-_SOFT = 0.04  # of robots that turn by sliding: any firmer, and a sliding wheel hops
 _ARENA = (64_000_000, 1_000_000_000)  # least and most memory for contacts [bytes]
 
 
@@ -45,6 +45,7 @@ class Scene:
         is_obstacle: For each geom whether it has such a name, `(G,) bool`.
         is_robot: For each geom whether it is a collision shape of the robot, `(G,) bool`.
         ride_height: Height of the robot's root above the ground when it stands [m].
+        servos: The wheels' motors.
     """
 
     model: Any
@@ -60,6 +61,7 @@ class Scene:
     is_obstacle: NDArray[np.bool_]
     is_robot: NDArray[np.bool_]
     ride_height: float
+    servos: Servos
 
 
 def build_scene(
@@ -83,11 +85,10 @@ def build_scene(
         WorldError: It refuses the world.
     """
     spec = mujoco.MjSpec()
-    _set_physics(
-        spec, timestep, _SOFT if turns_by_sliding(robot.urdf, robot.wheel_joints) else _FIRM
-    )
+    _set_physics(spec, timestep)
     models = add_world(spec, world)
-    add_robot(spec, robot, servo)
+    sag = sag_of(robot, timestep)
+    add_robot(spec, robot, servo, sag)
     add_mounts(spec, robot)
     for sensor in robot.settings.sensors:
         if isinstance(sensor, CameraSettings):
@@ -103,14 +104,15 @@ def build_scene(
             raise RobotError(robot.urdf.path, reason) from error
         raise WorldError(world.path, reason) from error
     model.tree_sleep_policy[:] = int(mujoco.mjtSleepPolicy.mjSLEEP_NEVER)
-    return _index(model, robot, models, owners)
+    ride_height = tune_tyres(model, robot, sag)
+    return _index(model, robot, models, owners, tune_servos(model, robot, servo), ride_height)
 
 
 def _memory(geoms: int) -> int:
     """Return the memory for contacts of so many shapes that can be pushed [bytes].
 
     Where it is short MuJoCo forgets contacts, and what stood on them falls. A shape meets the
-    ground in up to four points, of three forces each; who parks needs the square of all of them.
+    ground in up to four points, of three forces each; solving takes the square of all of them.
     Only what is used is taken from the machine.
     """
     return int(min(_ARENA[0] + 4 * 8 * (4 * 3 * geoms) ** 2, _ARENA[1]))
@@ -127,12 +129,16 @@ def _is_sound(world: World) -> bool:
     return True
 
 
-def _set_physics(spec: Any, timestep: float, friction_stiffness: float) -> None:
-    """Choose the solver: an elliptic cone makes friction the same in all directions."""
+def _set_physics(spec: Any, timestep: float) -> None:
+    """Choose the solver.
+
+    An elliptic cone makes friction the same in all directions; the discrete integrator solves
+    contacts and the servos' damping as one, so that neither fights the other.
+    """
     spec.option.timestep = timestep
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = friction_stiffness
+    spec.option.impratio = STICTION
     spec.option.tolerance = _SOLVER_TOLERANCE
     # What can sleep is told not to: nothing changes, but what stands fast is placed once and not at
     # each step, which takes 8 times as long in a world of 26 000 pieces.
@@ -141,7 +147,14 @@ def _set_physics(spec: Any, timestep: float, friction_stiffness: float) -> None:
     spec.compiler.degree = False
 
 
-def _index(model: Any, robot: Robot, models: list[str], owners: list[str]) -> Scene:
+def _index(
+    model: Any,
+    robot: Robot,
+    models: list[str],
+    owners: list[str],
+    servos: Servos,
+    ride_height: float,
+) -> Scene:
     """Find things; geoms are in the order of their bodies: the world, the robot, the entities."""
 
     def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
@@ -166,31 +179,6 @@ def _index(model: Any, robot: Robot, models: list[str], owners: list[str]) -> Sc
         tuple(names),
         np.array([name != "" for name in names]),
         model.geom_group == Group.ROBOT_COLLISION.value,
-        _ride_height(model),
+        ride_height,
+        servos,
     )
-
-
-def _ride_height(model: Any) -> float:
-    """Return how far the lowest point of the robot lies below its root."""
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    lowest = [
-        data.geom_xpos[geom][2] + _lowest(model, geom, data.geom_xmat[geom][6:9])
-        for geom in range(model.ngeom)
-        if model.geom_group[geom] == Group.ROBOT_COLLISION.value
-    ]
-    return -float(min(lowest, default=0.0))
-
-
-def _lowest(model: Any, geom: int, down: NDArray[np.float64]) -> float:
-    """Return the least of `down . point` over a geom's points in its own frame [m]."""
-    size, kind = model.geom_size[geom], model.geom_type[geom]
-    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
-        return -float(size[0])
-    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        return -float(size[0] * np.hypot(down[0], down[1]) + size[1] * abs(down[2]))
-    if kind == mujoco.mjtGeom.mjGEOM_BOX:
-        return -float(np.abs(down) @ size)
-    mesh = model.geom_dataid[geom]
-    first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-    return float((model.mesh_vert[first : first + count] @ down).min())

@@ -26,8 +26,8 @@ from arjuna_sim.model.world import World
 from arjuna_sim.physics.carrying import carry_over
 from arjuna_sim.physics.contacts import touched
 from arjuna_sim.physics.entity_body import addresses_of, swinging
-from arjuna_sim.physics.robot_body import ServoConfig
 from arjuna_sim.physics.scene import Scene, build_scene
+from arjuna_sim.physics.servo import ServoConfig
 
 
 class Stage:

@@ -19,8 +19,8 @@ from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.physics.robot_body import ServoConfig
 from arjuna_sim.physics.scene import build_scene
+from arjuna_sim.physics.servo import ServoConfig
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited
 
 CORPUS = Path(__file__).parent / "corpus"

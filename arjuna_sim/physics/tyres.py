@@ -1,0 +1,143 @@
+"""Tyres: the round shapes on which a robot rolls, as stiff and as damped as its weight asks for.
+
+MuJoCo's contact is a spring and a damper along the normal and a damper along the ground, all with
+one ratio of damping to regularization. Three things are wanted of a tyre:
+
+- It rests: what friction holds creeps by the force over the damping along the ground, which
+  `STICTION` makes so large that a parked robot moves less than 1 um/min.
+- It slides as Coulomb says. MuJoCo's cone is convex, so that sliding at speed v lifts a contact as
+  if c mu v were added to the normal force, c the normal damping: the damping must stay light
+  against the load, and the damper along the ground as stiff as the time step lets it be.
+- It carries: the robot sinks in by a small share of the wheel's radius.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.shapes import Group
+from arjuna_sim.model.wheels import center, radius_of, width_of
+
+STICTION = 1e6
+"""Damping along the ground, by the normal damping (MuJoCo's `impratio`)."""
+_GRAVITY = 9.81
+_SAG = 0.025  # of a tyre under its load, by the wheel's radius
+_SLOWEST = 4.0  # least sag, by the fall in one time step: no oscillation is faster than the steps
+_DAMPING = 0.03  # of a robot that bounces on its tyres, by the critical one
+_CASTER_DAMPING = 0.7  # what hardly rubs may be damped well
+_ARREST = 50.0  # rate at which friction takes away a sliding speed at most [1/s]
+_ARREST_STEP = 0.5  # the same for a long step, by the step
+_RIM = 2.0  # how much smaller than the wheel its rim is, by the sag
+_CASTER = 1.0
+_TOUCHES = 0.008  # how far off the ground a caster may be [m]
+_LEAST, _MOST = 1e-4, 0.9999  # of MuJoCo's impedance
+
+
+def sag_of(robot: Robot, timestep: float) -> float:
+    """Return how far a tyre sinks in under its load [m]."""
+    return max(_SAG * robot.drive.radius, _SLOWEST * _GRAVITY * timestep**2)
+
+
+def add_tyre(body: Any, robot: Robot, joint: str, sag: float) -> None:
+    """Add a wheel's shapes to a MuJoCo body: a crowned tyre on a rim.
+
+    The tyre touches the ground in the wheel's middle. It is larger than the wheel by half its sag,
+    so that it rolls like the wheel. The rim, a cylinder as wide as the wheel, is what bumps.
+
+    Args:
+        body: The spec's body; its frame is the wheel's link's.
+        robot: The robot.
+        joint: The wheel's joint.
+        sag: Of the tyre [m].
+    """
+    urdf, link = robot.urdf, robot.urdf.joints[joint].child
+    radius, width = radius_of(urdf, joint) or robot.drive.radius, width_of(urdf, joint)
+    place = urdf.T_root(link).inverse().apply(center(urdf, joint)[None])[0]
+    along = np.zeros(4)
+    mujoco.mju_quatZ2Vec(along, np.array(urdf.joints[joint].axis))
+    outer, half = radius + sag / 2, width / 2 or radius
+    for name, kind, size in (
+        ("tyre", mujoco.mjtGeom.mjGEOM_ELLIPSOID, [outer, outer, half]),
+        ("rim", mujoco.mjtGeom.mjGEOM_CYLINDER, [radius - _RIM * sag, half, 0.0]),
+    ):
+        geom = body.add_geom(type=kind, size=size, pos=place, quat=along, mass=0.0)
+        geom.name = f"{link}//{name}"
+        geom.group, geom.conaffinity, geom.contype = Group.ROBOT_COLLISION.value, 1, 0
+        geom.friction[0] = robot.settings.friction.get(link, geom.friction[0])
+        geom.priority = 1  # the wheel's friction holds, whatever the ground's
+
+
+def tune_tyres(model: Any, robot: Robot, sag: float) -> float:
+    """Set how stiff and how damped the robot's contacts with the ground are.
+
+    Args:
+        model: The compiled `mujoco.MjModel`, which is changed.
+        robot: The robot.
+        sag: Of a tyre under its load [m].
+
+    Returns:
+        The height of the root above the ground when the robot stands [m].
+    """
+    lowest = _lowest_points(model)
+    links = (robot.urdf.joints[name].child for name in robot.wheel_joints)
+    bodies = {model.body(f"body:{link}").id for link in links}
+    round_ones = model.geom_type == mujoco.mjtGeom.mjGEOM_ELLIPSOID
+    wheels = {g for g in lowest if round_ones[g] and model.geom_bodyid[g] in bodies}
+    ground = min((lowest[geom] for geom in wheels), default=0.0)
+    load = robot.urdf.mass / max(1, len(wheels))
+    for geom, low in lowest.items():
+        if geom in wheels:
+            _set_contact(model, geom, load, sag, _DAMPING)
+        elif wheels and model.geom_bodyid[geom] not in bodies and low < ground + _TOUCHES:
+            _set_contact(model, geom, load, _CASTER * sag, _CASTER_DAMPING)
+    sunk = [low + sag * (geom in wheels) for geom, low in lowest.items()]
+    return -min(sunk, default=0.0)
+
+
+def _set_contact(model: Any, geom: int, load: float, sag: float, share: float) -> None:
+    """Give a shape the contact that sinks in by its sag under a load [kg], and a share of damping.
+
+    MuJoCo asks for acceleration -b v - k r and gives way by a regularization R, so that the force
+    is (-b v - k r) / R: b is as large as the step allows, R and k follow from damping and sag.
+    """
+    damping = 2.0 * share * load * float(np.sqrt(_GRAVITY / sag))
+    b = min(_ARREST, _ARREST_STEP / model.opt.timestep)
+    regularization = b / damping
+    k = regularization * load * _GRAVITY / sag
+    inverse_mass = float(model.body_invweight0[model.geom_bodyid[geom], 0])
+    impedance = 1.0 / (1.0 + regularization / max(inverse_mass, mujoco.mjMINVAL))
+    impedance = float(np.clip(impedance, _LEAST, _MOST))
+    model.geom_solimp[geom, :2] = impedance
+    model.geom_solref[geom] = (-k * impedance, -b * impedance)
+
+
+def _lowest_points(model: Any) -> dict[int, float]:
+    """Return how low each collision shape of the robot reaches from its root [m]."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    geoms = np.flatnonzero(model.geom_group == Group.ROBOT_COLLISION.value).tolist()
+    return {
+        geom: float(data.geom_xpos[geom][2]) + _lowest(model, geom, data.geom_xmat[geom][6:9])
+        for geom in geoms
+    }
+
+
+def _lowest(model: Any, geom: int, down: NDArray[np.float64]) -> float:
+    """Return the least of `down . point` over a geom's points in its own frame [m]."""
+    size, kind = model.geom_size[geom], model.geom_type[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        return -float(size[0])
+    if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+        return -float(np.linalg.norm(down * size))
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return -float(size[0] * np.hypot(down[0], down[1]) + size[1] * abs(down[2]))
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        return -float(np.abs(down) @ size)
+    mesh = model.geom_dataid[geom]
+    first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    return float((model.mesh_vert[first : first + count] @ down).min())

@@ -1,0 +1,159 @@
+"""How a robot stands, drives, turns and climbs: parked, on a slope, over a metre and a sill."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arjuna_core.se2 import SE2, wrap
+from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices.drive import Velocity, limited
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.shapes import corners
+from arjuna_sim.model.world import World
+from arjuna_sim.simulator import Simulator
+from tests.sim.builders import ROBOT
+from tests.sim.generated import chassis, level, sill, slope
+
+_PARKED = 60.0  # [s]
+_SLOPE = 10.0  # [deg]
+_SETTLE, _REST = 1.0, 2.0  # [s]
+_SPEED, _TURN = 0.3, 0.8
+_SILLS = np.arange(0.1, 1.01, 0.1)  # heights by the wheels' radius
+_DEPTH = 1.0  # of a sill, by the wheels' radius
+_KEYS = ("parked_mm", "slope_mm", "drive_error", "turn_error_deg", "overspeed", "sill_m")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add this benchmark's options."""
+    parser.add_argument("--robot", type=Path, default=ROBOT, help="URDF or xacro (the shipped one)")
+    parser.add_argument(
+        "--package-path",
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="folder of ROS packages that the robot's file refers to",
+    )
+    parser.add_argument("--timestep", type=float, metavar="S", help="of the physics")
+    parser.add_argument(
+        "--generated", type=int, metavar="N", help="measure so many generated robots instead"
+    )
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Measure a robot on made-up ground.
+
+    Returns:
+        `parked_mm`: farthest from where it stood in 60 s on level ground, `slope_mm`: on 10
+        degrees, `drive_error` of 1 m by its share, `turn_error_deg` of 90 degrees, `overspeed`:
+        peak over command, `sill_m`: the highest sill that it crossed; by the robots' names where
+        they are generated.
+    """
+    step = arguments.timestep
+    config = SimulatorConfig() if step is None else SimulatorConfig(physics_timestep=step)
+    print(f"{'mm parked':>10}{'on 10 deg':>10}{'drive':>8}{'turn':>8}{'over':>7}{'sill':>8}")
+    if arguments.generated is not None:
+        robots = {c.name: c.robot() for c in chassis(arguments.generated)}
+        return {name: _measure(robot, config, name) for name, robot in robots.items()}
+    robot = load_robot(arguments.robot, SearchPath.of(arguments.package_path))
+    return _measure(robot, config, robot.urdf.name)
+
+
+def _measure(robot: Robot, config: SimulatorConfig, name: str) -> dict[str, float]:
+    drive_error, over_straight = _drive(robot, config)
+    turn_error, over_turn = _turn(robot, config)
+    values = (
+        _parked(robot, config, level()),
+        _parked(robot, config, slope(_SLOPE)),
+        drive_error,
+        turn_error,
+        max(over_straight, over_turn),
+        _sill(robot, config),
+    )
+    parked, on_slope, drive, turn, over, height = values
+    print(
+        f"{parked:10.3f}{on_slope:10.3f}{100 * drive:7.2f}%{turn:8.2f}{over:7.3f}"
+        f"{1e3 * height:5.0f} mm  {name}",
+        flush=True,
+    )
+    return dict(zip(_KEYS, values, strict=True))
+
+
+def _simulator(robot: Robot, world: World, config: SimulatorConfig, x: float = 0.0) -> Simulator:
+    return Simulator(robot, world, config, np.random.default_rng(0), SE2(x, 0.0, 0.0))
+
+
+def _parked(robot: Robot, config: SimulatorConfig, world: World) -> float:
+    """Return how far a robot without a command gets from where it came to rest [mm]."""
+    sim = _simulator(robot, world, config)
+    for _ in range(round(_SETTLE / config.tick)):
+        sim.step()
+    start, farthest = sim.truth().pose, 0.0
+    for _ in range(round((_PARKED - _SETTLE) / config.tick)):
+        farthest = max(farthest, start.distance(sim.step().truth.pose))
+    return 1e3 * farthest
+
+
+def _drive(robot: Robot, config: SimulatorConfig) -> tuple[float, float]:
+    """Drive for 1 m and stop; return the path's error and the peak speed, by what was asked."""
+    sim = _simulator(robot, level(), config)
+    speed = min(_SPEED, limited(config.drive, robot.drive).max_linear_velocity)
+    peak = _follow(sim, Velocity(speed, 0.0), 1.0 / speed, lambda truth: truth.v)
+    return math.hypot(sim.truth().pose.x, sim.truth().pose.y) - 1.0, peak / speed
+
+
+def _turn(robot: Robot, config: SimulatorConfig) -> tuple[float, float]:
+    """Turn by 90 degrees on the spot; return the error [deg] and the peak rate by the asked one."""
+    sim = _simulator(robot, level(), config)
+    rate = min(_TURN, limited(config.drive, robot.drive).max_angular_velocity)
+    peak = _follow(sim, Velocity(0.0, rate), math.pi / 2 / rate, lambda truth: truth.w)
+    return math.degrees(wrap(sim.truth().pose.theta - math.pi / 2)), peak / rate
+
+
+def _follow(sim: Simulator, command: Velocity, seconds: float, speed: Any) -> float:
+    """Hold a command for a time, then stop; return the peak speed."""
+    peak = 0.0
+    for now, count in ((command, seconds), (Velocity(), _REST)):
+        for _ in range(round(count / sim.config.tick)):
+            peak = max(peak, abs(speed(sim.step(now).truth)))
+    return peak
+
+
+def _sill(robot: Robot, config: SimulatorConfig) -> float:
+    """Return the highest sill that the robot crosses, up to its wheels' radius [m]."""
+    if not robot.drive.wheels:
+        return 0.0
+    radius, highest = robot.drive.radius, 0.0
+    for height in (_SILLS * radius).tolist():
+        if not _crosses(robot, config, height):
+            break
+        highest = height
+    return highest
+
+
+def _crosses(robot: Robot, config: SimulatorConfig, height: float) -> bool:
+    reach, depth = _reach(robot), _DEPTH * robot.drive.radius
+    edge, goal = 2.0 * reach, 4.0 * reach + depth
+    sim = _simulator(robot, sill(height, edge, depth), config)
+    command = Velocity(min(_SPEED, limited(config.drive, robot.drive).max_linear_velocity), 0.0)
+    for _ in range(round((2.0 * goal / command.v + 2.0) / config.tick)):
+        truth = sim.step(command).truth
+        if truth.pose.x > goal:
+            return max(abs(truth.roll), abs(truth.pitch)) < 1.0
+    return False
+
+
+def _reach(robot: Robot) -> float:
+    """Return how far the robot reaches from its root, seen from above [m]."""
+    points = [
+        (robot.urdf.T_root(link.name) @ part.pose).apply(corners(part.shape))[:, :2]
+        for link in robot.urdf.links.values()
+        for part in link.collisions
+    ]
+    return float(np.linalg.norm(np.vstack(points), axis=1).max())
