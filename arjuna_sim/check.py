@@ -187,7 +187,8 @@ def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[st
     acceleration = _or_none(drive.max_acceleration)
     yield f"    torque {drive.torque:.4g} N m, acceleration {acceleration} m/s^2"
     yield f"    speed {_or_none(drive.max_velocity)} m/s, rate {_or_none(drive.rate)} Hz"
-    yield f"    commands on {drive.command_topic}, odometry on {drive.odometry_topic}"
+    stamped = " (TwistStamped)" if drive.stamped else ""
+    yield f"    commands on {drive.command_topic}{stamped}, odometry on {drive.odometry_topic}"
     base, source = drive.base_frame or root, "the world" if drive.from_world else "the encoders"
     yield f"    odometry of {source}, {drive.odometry_frame} -> {base}"
     yield f"    publishes: {', '.join(drive.publishes) or 'nothing'}"

@@ -31,6 +31,7 @@ class DriveSettings:
         odometry_frame: Its frame.
         base_frame: Its child frame; "" for the root link.
         from_world: Whether odometry is the truth rather than the encoders' sum.
+        stamped: Whether commands are TwistStamped.
         publishes: Which outputs are on, by name (`odom`, `odom_tf`, `wheel_tf`, `joint_states`).
     """
 
@@ -50,6 +51,7 @@ class DriveSettings:
     odometry_frame: str = "odom"
     base_frame: str = ""
     from_world: bool = False
+    stamped: bool = False
     publishes: tuple[str, ...] = ("odom", "odom_tf")
 
     @property

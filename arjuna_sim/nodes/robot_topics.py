@@ -61,6 +61,7 @@ def standard_drive(drive: DriveSettings) -> DriveSettings:
     return dataclasses.replace(
         drive,
         command_topic="cmd_vel",
+        stamped=False,
         odometry_topic="odom",
         odometry_frame="odom",
         publishes=tuple(dict.fromkeys((*drive.publishes, "odom", "odom_tf"))),

@@ -96,7 +96,8 @@ class SimNode(ManagedNode):
         self.contacts = ContactTopic(self, robot.urdf.name)
         self._pace_out = self.publisher(Float64, "real_time_factor", qos.DEFAULT)
         topic = self._robot.drive.command_topic
-        if self.config.enable_stamped_cmd_vel:
+        self._stamped = self.config.enable_stamped_cmd_vel or self._robot.drive.stamped
+        if self._stamped:
             self.subscribe(TwistStamped, topic, lambda msg: self._on_twist(msg.twist), qos.LATEST)
         else:
             self.subscribe(Twist, topic, self._on_twist, qos.LATEST)
@@ -203,7 +204,7 @@ class SimNode(ManagedNode):
 
     def _check_command_type(self) -> None:
         """Warn once where someone publishes the type that is not listened to."""
-        listened = _TYPES[self.config.enable_stamped_cmd_vel]
+        listened = _TYPES[self._stamped]
         topic = self._robot.drive.command_topic
         for info in self.get_publishers_info_by_topic(self.process.absolute(topic)):
             if info.topic_type != listened and not self._warned:

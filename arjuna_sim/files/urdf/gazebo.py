@@ -8,6 +8,7 @@ from arjuna_core.errors import nearest
 from arjuna_sim.files.material_colours import gazebo_colour
 from arjuna_sim.files.sensors.sensor_kinds import KINDS, settle
 from arjuna_sim.files.sensors.sensor_tags import imu_plugin, place_of
+from arjuna_sim.files.urdf.controllers import drive_of_controllers, is_control
 from arjuna_sim.files.urdf.gazebo_text import plain, text_of
 from arjuna_sim.files.urdf.plugins import read_drive
 from arjuna_sim.files.xml_file import XmlFile
@@ -95,7 +96,8 @@ class _Reader:
                 self._colours[link] = colour
 
     def _plugin(self, plugin: Element) -> None:
-        drive = read_drive(self._xml, plugin, self._urdf)
+        controlled = drive_of_controllers(self._xml, plugin) if is_control(plugin) else None
+        drive = read_drive(self._xml, plugin if controlled is None else controlled, self._urdf)
         name = plugin.get("name") or plugin.get("filename") or "?"
         if drive is not None and self._drive is not None:
             self._xml.note(f"plugin '{name}': a second drive is not simulated", NoteKind.IGNORED)
@@ -114,6 +116,8 @@ class _Reader:
         kind = _kind(plugin)
         if "jointstate" in kind:
             self._xml.note(f"plugin '{name}': all moving joints are published, each tick")
+        elif is_control(plugin):
+            self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
         elif "p3d" in kind or "posepublisher" in kind or "odometrypublisher" in kind:
             self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
         else:

@@ -36,7 +36,7 @@ _READ = {
     *("odometryframe", "frameid", "robotbaseframe", "childframeid", "odometrysource"),
     *("robotnamespace", "namespace", "ros", "remapping", "argument", "numwheelpairs", "plugin"),
     # what changes nothing here
-    *("alwayson", "legacymode", "rosdebuglevel", "tftopic"),
+    *("stamped", "alwayson", "legacymode", "rosdebuglevel", "tftopic"),
 }
 
 Sides = tuple[tuple[str, ...], tuple[str, ...]]
@@ -78,6 +78,7 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
         odometry_frame=text_of(plugin, "odometryframe", "frameid", default="odom"),
         base_frame=text_of(plugin, "robotbaseframe", "childframeid"),
         from_world=text_of(plugin, "odometrysource").lower() in ("1", "world"),
+        stamped=flag(plugin, False, "stamped"),
         publishes=tuple(key for key, (on, names) in _OUTPUTS.items() if flag(plugin, on, *names)),
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -236,3 +237,60 @@ def test_light_robot_on_two_wide_wheels_turns_as_its_wheels_do(tmp_path: Path) -
     sim = simulator(robot=_robot(tmp_path, TWO))
     run(sim, 1.0, Velocity(0.0, 0.5))
     assert run(sim, 2.0, Velocity(0.0, 0.5)).truth.w == pytest.approx(0.5, rel=0.07)
+
+
+CONTROLLERS = """
+/**:
+  controller_manager:
+    ros__parameters:
+      update_rate: 100
+      base_control: {type: diff_drive_controller/DiffDriveController}
+      joint_state_broadcaster: {type: joint_state_broadcaster/JointStateBroadcaster}
+  base_control:
+    ros__parameters:
+      left_wheel_names: [front_left_wheel_joint, rear_left_wheel_joint]
+      right_wheel_names: [front_right_wheel_joint, rear_right_wheel_joint]
+      wheel_separation: 0.26
+      wheel_separation_multiplier: 1.5
+      wheel_radius: 0.05
+      base_frame_id: base
+      enable_odom_tf: false
+      publish_rate: 25.0
+      linear: {x: {max_velocity: 0.7, max_acceleration: 1.5}}
+"""
+
+
+@pytest.mark.parametrize("nested", [True, False])
+@pytest.mark.parametrize("stamped", [True, False])
+@pytest.mark.parametrize("kind", ["gz_ros2_control-system", "libgazebo_ros2_control.so"])
+def test_drive_of_ros2_control_is_read_with_its_topics(
+    tmp_path: Path, kind: str, stamped: bool, nested: bool
+) -> None:
+    text = CONTROLLERS if nested else textwrap.dedent(CONTROLLERS.replace("/**:\n", ""))
+    if not stamped:
+        text = text.replace("publish_rate", "use_stamped_vel: false\n      publish_rate")
+        text = text if nested else text.replace("      publish_rate", "    publish_rate")
+    (tmp_path / "controllers.yaml").write_text(text, encoding="utf-8")
+    remapping = "<ros><remapping>/base_control/odom:=/wheel/odom</remapping></ros>"
+    parameters = f"<parameters>{tmp_path}/controllers.yaml</parameters>"
+    plugin = f"<plugin filename='{kind}' name='control'>{parameters}{remapping}</plugin>"
+    robot = _load(tmp_path, f"{FOUR}<gazebo>{plugin}</gazebo>")
+    drive = robot.drive
+    assert drive.left == LEFT
+    assert drive.separation == pytest.approx(0.39)
+    assert drive.command_topic == f"/base_control/cmd_vel{'' if stamped else '_unstamped'}"
+    assert (drive.odometry_topic, drive.stamped) == ("/wheel/odom", stamped)
+    assert (drive.max_velocity, drive.max_acceleration, drive.rate) == (0.7, 1.5, 25.0)
+    assert drive.publishes == ("odom",)
+    assert not any("guessed" in note for note in texts(robot.notes))
+
+
+def test_missing_or_broken_controllers_leave_the_drive_to_a_guess(tmp_path: Path) -> None:
+    (tmp_path / "broken.yaml").write_text("a: [", encoding="utf-8")
+    files = "".join(f"<parameters>{name}.yaml</parameters>" for name in ("none", "broken"))
+    plugin = f"<gazebo><plugin filename='gz_ros2_control-system' name='c'>{files}</plugin></gazebo>"
+    robot = _load(tmp_path, FOUR + plugin)
+    notes = " ".join(texts(robot.notes))
+    assert robot.drive.left == LEFT
+    for part in ("'none.yaml' does not exist", "'broken.yaml' are left out", "guessed are"):
+        assert part in notes

@@ -1,0 +1,140 @@
+"""Reading the drive of a robot that ros2_control moves: its controllers' parameters.
+
+A controller's parameters are put into the form of a drive plugin, which `plugins` reads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement  # nothing is parsed here
+
+from arjuna_core.errors import InputFileError, RobotError
+from arjuna_core.files.yaml_file import read_yaml
+from arjuna_sim.files.urdf.gazebo_text import plain, texts
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
+
+_SIDES = {
+    side: (f"{side}_wheel_names", f"{side}_wheel_name", f"{side}_wheel", f"{side}_wheels")
+    for side in ("left", "right")
+}
+_SECTIONS_MAX = 1000
+_BYTES_MAX = 1_000_000
+
+
+def is_control(plugin: Element) -> bool:
+    """Tell whether a plugin runs ros2_control's or ros_control's controllers."""
+    name = plain(plugin.get("filename", "") + plugin.get("name", ""))
+    return "ros2control" in name or "roscontrol" in name
+
+
+def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
+    """Return the first differential drive of the controllers of a plugin, as a drive plugin.
+
+    Args:
+        xml: The robot's file.
+        plugin: What runs the controllers, and names the files of their parameters.
+
+    Returns:
+        A plugin; None where no controller drives two sides of wheels.
+    """
+    for path in _files(xml, plugin):
+        try:
+            content = read_yaml(path, RobotError)
+        except InputFileError as error:
+            xml.note(f"controllers of '{path.name}' are left out: {error.problem}", NoteKind.BROKEN)
+            continue
+        for name, values in _sections(content):
+            sides = {side: _names(values, keys) for side, keys in _SIDES.items()}
+            if all(sides.values()):
+                return _as_plugin(plugin, name, values, sides)
+    return None
+
+
+def _files(xml: XmlFile, plugin: Element) -> Iterator[Path]:
+    """Yield the files of parameters; what does not exist is noted."""
+    for text in texts(plugin, "parameters"):
+        path = xml.find(text, "plugin <parameters>")
+        if path is None:
+            xml.note(f"controllers: '{text}' does not exist, so it is left out", NoteKind.MISSING)
+        elif path.stat().st_size <= _BYTES_MAX:
+            yield path
+
+
+def _sections(content: Any) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the named parameters of each node, however deep namespaces hold them."""
+    queue: list[tuple[str, Any]] = [("", content)]
+    for _ in range(_SECTIONS_MAX):
+        if not queue:
+            return
+        name, values = queue.pop(0)
+        if isinstance(values, dict):
+            yield name, values
+            queue += [
+                (name if key == "ros__parameters" else str(key), inner)
+                for key, inner in values.items()
+            ]
+
+
+def _names(values: dict[str, Any], keys: tuple[str, ...]) -> list[str]:
+    found: Any = next((values[key] for key in keys if key in values), [])
+    names = found if isinstance(found, list) else [found]
+    return [name for name in names if isinstance(name, str)]
+
+
+def _as_plugin(
+    plugin: Element, name: str, values: dict[str, Any], sides: dict[str, list[str]]
+) -> Element:
+    """Return a controller as a drive plugin, with the topics that it has below its own name.
+
+    Source: ros2_controllers, diff_drive_controller, parameters of Humble and Jazzy.
+    """
+    made = Element("plugin", name=name, filename="diff_drive_controller")
+    for side, joints in sides.items():
+        for joint in joints:
+            SubElement(made, f"{side}_joint").text = joint
+    limits = values.get("linear", {})
+    limit = limits.get("x", {}) if isinstance(limits, dict) else {}
+    stamped = values.get("use_stamped_vel", True) is not False
+    command = f"/{name}/cmd_vel" + ("" if stamped else "_unstamped")
+    told = {
+        "wheel_separation": _product(values, "wheel_separation"),
+        "wheel_radius": _product(values, "wheel_radius"),
+        "max_linear_velocity": _number(limit, "max_velocity"),
+        "max_linear_acceleration": _number(limit, "max_acceleration"),
+        "update_rate": _number(values, "publish_rate"),
+        "odometry_frame": values.get("odom_frame_id"),
+        "robot_base_frame": values.get("base_frame_id"),
+        "publish_odom_tf": str(values.get("enable_odom_tf", True)).lower(),
+        "command_topic": _remapped(plugin, command),
+        "odometry_topic": _remapped(plugin, f"/{name}/odom"),
+        "stamped": str(stamped).lower(),
+    }
+    for tag, value in told.items():
+        if value is not None:
+            SubElement(made, tag).text = str(value)
+    return made
+
+
+def _number(values: Any, key: str) -> float | None:
+    """Return a positive number; None where there is none."""
+    value = values.get(key) if isinstance(values, dict) else None
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return float(value) if is_number and value > 0.0 else None  # type: ignore[arg-type,operator]
+
+
+def _product(values: dict[str, Any], key: str) -> float | None:
+    """Return a length times its calibrated multiplier."""
+    length = _number(values, key)
+    return None if length is None else length * (_number(values, f"{key}_multiplier") or 1.0)
+
+
+def _remapped(plugin: Element, topic: str) -> str:
+    """Return a topic after the plugin's remappings."""
+    for text in (*texts(plugin, "remapping"), *texts(plugin, "argument")):
+        source, _, target = text.partition(":=")
+        if source.strip().lstrip("/~").removeprefix("/") == topic.lstrip("/") and target.strip():
+            return target.strip()
+    return topic
