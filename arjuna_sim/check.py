@@ -43,6 +43,7 @@ _TIMESTEP = 0.004
 _ROBOT_SUFFIXES = (".urdf", ".xacro")
 _WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
 _ROOT = re.compile(rb"<\s*(sdf|robot)\b")
+_DRIVES = re.compile(rb"<plugin[^>]*(drive|control|planar|ackermann|steering)", re.IGNORECASE)
 
 _KINDS: dict[type[SensorSettings], str] = {
     LidarSettings: "lidar",
@@ -104,12 +105,16 @@ def check(
 def is_robot(path: Path) -> bool:
     """Tell whether a file describes a robot rather than a world, by its root, else its suffix.
 
+    An SDF file is a robot's where it holds no `<world>` but a plugin that drives or controls.
+
     Raises:
         InputFileError: It cannot be read.
     """
-    root = _ROOT.search(read_bytes(path, InputFileError))
+    text = read_bytes(path, InputFileError)
+    root = _ROOT.search(text)
     if root is not None and path.suffix not in MAP_SUFFIXES:
-        return root.group(1) == b"robot"
+        drives = b"<world" not in text and _DRIVES.search(text) is not None
+        return root.group(1) == b"robot" or drives
     if path.suffix not in (*_ROBOT_SUFFIXES, *_WORLD_SUFFIXES):
         valid = ", ".join((*_ROBOT_SUFFIXES, *_WORLD_SUFFIXES))
         raise InputFileError(path, f"is neither <robot> nor <sdf>; valid: {valid}")

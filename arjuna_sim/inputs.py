@@ -19,7 +19,7 @@ def named_robot(path: str, arguments: str) -> Robot:
     """Return the robot of the parameters `robot` and `robot_arguments`.
 
     Args:
-        path: A URDF or xacro file; the shipped one's if empty.
+        path: A URDF, xacro or SDF file; the shipped one's if empty.
         arguments: Arguments of the xacro file, each `name:=value`, as in a shell.
 
     Raises:

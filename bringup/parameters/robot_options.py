@@ -33,7 +33,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def add_robot(parser: argparse.ArgumentParser, otherwise: str) -> None:
     """Add the options that say which robot it is, and what is taken where none is named."""
     parser.add_argument(
-        "--robot", type=Path, metavar="FILE", help=f"its URDF or xacro ({otherwise})"
+        "--robot", type=Path, metavar="FILE", help=f"its URDF, xacro or SDF ({otherwise})"
     )
     parser.add_argument(
         "--package-path",

@@ -11,6 +11,7 @@ from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import TOPICS, CameraSettings
 
 _PIXELS_MAX = 4096
+_WIDEST = 2.8  # [rad]
 
 
 def camera(xml: XmlFile, sensor: Element, link: str, depth: bool) -> CameraSettings:
@@ -33,7 +34,7 @@ def camera(xml: XmlFile, sensor: Element, link: str, depth: bool) -> CameraSetti
         **(told | _topics(sensor, depth)),
         width=xml.count(tag, "image/width", 640, place),
         height=xml.count(tag, "image/height", 480, place),
-        horizontal_fov=xml.number(tag, "horizontal_fov", 1.047, place),
+        horizontal_fov=_view(xml, tag, place),
         near=xml.number(tag, "clip/near", 0.05, place),
         far=xml.number(tag, "clip/far", 100.0, place),
         depth=depth,
@@ -41,13 +42,20 @@ def camera(xml: XmlFile, sensor: Element, link: str, depth: bool) -> CameraSetti
     if not (0 < settings.width <= _PIXELS_MAX and 0 < settings.height <= _PIXELS_MAX):
         size = f"{settings.width} x {settings.height}"
         raise xml.fail(place, f"image is {size}; valid: 1 to {_PIXELS_MAX} pixels")
-    if not 0.0 < settings.horizontal_fov < math.pi:
-        problem = f"<horizontal_fov> is {settings.horizontal_fov}; valid: above 0, below pi"
-        raise xml.fail(place, problem)
     if not 0.0 < settings.near < settings.far:
         problem = f"<clip> {settings.near} to {settings.far} must be 0 < near < far"
         raise xml.fail(place, problem)
     return settings
+
+
+def _view(xml: XmlFile, tag: Element | None, place: str) -> float:
+    """Return the field of view; that of a fish-eye is cut to what a flat picture can hold [rad]."""
+    angle = xml.number(tag, "horizontal_fov", 1.047, place)
+    if not 0.0 < angle <= 2.0 * math.pi:
+        raise xml.fail(place, f"<horizontal_fov> is {angle}; valid: above 0, up to 2 pi")
+    if angle > _WIDEST:
+        xml.note(f"{place}: <horizontal_fov> {angle:g} is cut to {_WIDEST:g}, as it has no lens")
+    return min(angle, _WIDEST)
 
 
 def _topics(sensor: Element, depth: bool) -> dict[str, str]:

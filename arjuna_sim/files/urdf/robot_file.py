@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
 from arjuna_core.errors import RobotError
+from arjuna_sim.files.sdf.robot_as_urdf import robot_as_urdf
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.completion import complete_masses, friction_of
 from arjuna_sim.files.urdf.gazebo import read_gazebo
@@ -18,13 +20,15 @@ from arjuna_sim.files.xml_file import XmlFile, read_bytes
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.wheels import wheel_sign
 
+_ROOT = re.compile(rb"<\s*(sdf|robot)\b")
+
 
 def load_robot(
     path: str | Path,
     search: SearchPath | None = None,
     arguments: Mapping[str, str] | None = None,
 ) -> Robot:
-    """Read a robot from a `.urdf` or `.xacro` file.
+    """Read a robot from a URDF or SDF file, which may have xacro macros.
 
     Args:
         path: The file.
@@ -40,10 +44,21 @@ def load_robot(
     search = SearchPath.of() if search is None else search
     if has_macros(path, text):
         expanded = expand(path, search, arguments or {})
-    xml = XmlFile(path, "robot", RobotError, expanded.text, search)
+    text, notes = expanded.text, expanded.notes
+    if is_sdf(text):
+        sdf = XmlFile(path, "sdf", RobotError, text, search)
+        text = robot_as_urdf(sdf)
+        notes += tuple(sdf.notes)
+    xml = XmlFile(path, "robot", RobotError, text, search)
     xml.beside = (path, *expanded.files)
-    xml.keep(*expanded.notes)
+    xml.keep(*notes)
     return read_robot(xml)
+
+
+def is_sdf(text: bytes) -> bool:
+    """Tell whether a file's root is `<sdf>` rather than `<robot>`."""
+    root = _ROOT.search(text)
+    return root is not None and root.group(1) == b"sdf"
 
 
 def read_robot(xml: XmlFile) -> Robot:
