@@ -17,7 +17,10 @@ from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 
 _SIDES = {
-    side: (f"{side}_wheel_names", f"{side}_wheel_name", f"{side}_wheel", f"{side}_wheels")
+    side: (
+        *(f"{side}_wheel_names", f"{side}_wheel_name", f"{side}_wheel", f"{side}_wheels"),
+        *(f"{end}_{side}_wheel_command_joint_name" for end in ("front", "rear")),
+    )
     for side in ("left", "right")
 }
 _SECTIONS_MAX = 1000
@@ -31,7 +34,7 @@ def is_control(plugin: Element) -> bool:
 
 
 def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
-    """Return the first differential drive of the controllers of a plugin, as a drive plugin.
+    """Return the first drive by two sides of the controllers of a plugin, as a drive plugin.
 
     Args:
         xml: The robot's file.
@@ -79,9 +82,10 @@ def _sections(content: Any) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _names(values: dict[str, Any], keys: tuple[str, ...]) -> list[str]:
-    found: Any = next((values[key] for key in keys if key in values), [])
-    names = found if isinstance(found, list) else [found]
-    return [name for name in names if isinstance(name, str)]
+    """Return the joints that parameters of any of these names hold."""
+    found = [values[key] for key in keys if key in values]
+    lists = [value if isinstance(value, list) else [value] for value in found]
+    return [name for names in lists for name in names if isinstance(name, str)]
 
 
 def _as_plugin(

@@ -9,6 +9,7 @@ from arjuna_sim.files.material_colours import gazebo_colour
 from arjuna_sim.files.sensors.sensor_kinds import KINDS, settle
 from arjuna_sim.files.sensors.sensor_tags import imu_plugin, place_of
 from arjuna_sim.files.urdf.controllers import drive_of_controllers, is_control
+from arjuna_sim.files.urdf.drive_kinds import is_planar, note_kind, plugin_kind
 from arjuna_sim.files.urdf.gazebo_text import plain, text_of
 from arjuna_sim.files.urdf.plugins import read_drive
 from arjuna_sim.files.xml_file import XmlFile
@@ -99,13 +100,15 @@ class _Reader:
         controlled = drive_of_controllers(self._xml, plugin) if is_control(plugin) else None
         drive = read_drive(self._xml, plugin if controlled is None else controlled, self._urdf)
         name = plugin.get("name") or plugin.get("filename") or "?"
+        kind = plugin_kind(plugin if controlled is None else controlled)
         if drive is not None and self._drive is not None:
             self._xml.note(f"plugin '{name}': a second drive is not simulated", NoteKind.IGNORED)
         elif drive is not None:
             self._drive = drive
-        elif "planarmove" in plain(plugin.get("filename", "")):
-            self._planar = True
-            self._xml.note(f"plugin '{name}': its wheels drive it; it does not move sideways")
+            note_kind(self._xml, name, kind)
+        elif kind:
+            self._planar |= is_planar(kind)
+            note_kind(self._xml, name, kind)
         elif text_of(plugin, "bodyname", "bodyid") in self._urdf.links and "imu" in _kind(plugin):
             self._sensors.append(imu_plugin(self._xml, plugin))
         else:

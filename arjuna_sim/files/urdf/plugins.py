@@ -14,8 +14,9 @@ from arjuna_sim.model.wheels import center, effective_track, wheel_radius, wheel
 
 TORQUE = 5.0
 """Greatest torque of a wheel whose file names none, as in Gazebo [N m]."""
-LEFT = ("leftfrontjoint", "leftrearjoint", "leftmiddlejoint", "leftjoint")
-RIGHT = ("rightfrontjoint", "rightrearjoint", "rightmiddlejoint", "rightjoint")
+_ENDS = ("front", "rear", "middle", "back")
+LEFT = (*(f"left{e}joint" for e in _ENDS), *(f"{e}leftjoint" for e in _ENDS), "leftjoint")
+RIGHT = (*(f"right{e}joint" for e in _ENDS), *(f"{e}rightjoint" for e in _ENDS), "rightjoint")
 _ACCELERATION = ("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration")
 _DIFFERENT = 0.05  # share from which the file and the wheels' shapes contradict each other
 _OUTPUTS = {

@@ -11,6 +11,7 @@ from arjuna_core.errors import RobotError
 from arjuna_sim.files.sdf.robot_as_urdf import robot_as_urdf
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.completion import complete_masses, friction_of
+from arjuna_sim.files.urdf.drive_kinds import note_guess
 from arjuna_sim.files.urdf.gazebo import read_gazebo
 from arjuna_sim.files.urdf.guess import guess_drive
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
@@ -72,6 +73,7 @@ def read_robot(xml: XmlFile) -> Robot:
     drive = settings.drive
     if drive is None:
         drive = guess_drive(xml, urdf)
+        note_guess(xml, urdf, drive)
     for name in drive.wheels:
         if urdf.joints[name].kind != "continuous":
             raise xml.fail(f"joint '{name}'", "drives a wheel, so its type must be 'continuous'")
