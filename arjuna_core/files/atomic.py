@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 
@@ -26,24 +26,6 @@ def write_atomically(
     check(part)
     part.replace(path)
     _force_folder(path.parent)
-
-
-def write_together(files: Mapping[Path, bytes]) -> None:
-    """Write files of one folder that belong together, each whole or not at all.
-
-    All are on disk before the first takes its name, so that next to nothing lies between.
-
-    Args:
-        files: Where the data shall be, and the data.
-
-    Raises:
-        OSError: They cannot be written.
-    """
-    parts = {path: _write_part(path, data) for path, data in files.items()}
-    for path, part in parts.items():
-        part.replace(path)
-    for folder in {path.parent for path in parts}:
-        _force_folder(folder)
 
 
 def _write_part(path: Path, data: bytes) -> Path:

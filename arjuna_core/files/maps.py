@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from arjuna_core.errors import MapError, nearest
-from arjuna_core.files.atomic import write_together
+from arjuna_core.files.atomic import write_atomically
 from arjuna_core.files.map_image import (
     MAP_SAVER,
     MODES,
@@ -144,13 +145,31 @@ def save_map(
         "occupied_thresh": options.occupied_thresh,
         "free_thresh": options.written_free_thresh,
     }
-    text = yaml.safe_dump(header, sort_keys=False, default_flow_style=None)
-    content = encoded(grid.data, options, image_format)
     try:
-        write_together({image_path: content, yaml_path: text.encode()})
+        _write_pair(yaml_path, header, image_path, encoded(grid.data, options, image_format))
     except OSError as error:
         raise MapError(stem, f"cannot be written: {error.strerror}") from error
     return yaml_path, image_path
+
+
+def _write_pair(
+    yaml_path: Path, header: Mapping[str, Any], image_path: Path, content: bytes
+) -> None:
+    """Write a header and its image so that a kill at any point leaves the old pair or the new.
+
+    While the image changes, the header names a copy of the new one beside it.
+    """
+    spare = image_path.with_name(f".{image_path.name}.new")
+    if yaml_path.exists():
+        write_atomically(spare, content)
+        write_atomically(yaml_path, _header_text({**header, "image": spare.name}))
+    write_atomically(image_path, content)
+    write_atomically(yaml_path, _header_text(header))
+    spare.unlink(missing_ok=True)
+
+
+def _header_text(header: Mapping[str, Any]) -> bytes:
+    return yaml.safe_dump(dict(header), sort_keys=False, default_flow_style=None).encode()
 
 
 def _check_to_write(
