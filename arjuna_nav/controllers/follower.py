@@ -16,6 +16,7 @@ from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.arrival import Arrival, ArrivalConfig
 from arjuna_nav.controllers.base import Controller, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
+from arjuna_nav.controllers.foresight import Foresight, ForesightConfig
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -41,6 +42,7 @@ class FollowerConfig:
     failure_tolerance: float = param(
         0.3, "How long a controller may fail before following does; below 0 for ever.", unit="s"
     )
+    foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ArrivalConfig = field(default_factory=ArrivalConfig)
 
 
@@ -114,6 +116,7 @@ class PathFollower:
             getattr(config, self.chosen.progress_checker)
         )
         self._controller = self._make_controller()
+        self._foresight = Foresight(config.foresight)
         self._arrival = Arrival(config.arrival, footprint)
         self._end: SE2 | None = None
         self._failing_since: float | None = None
@@ -168,14 +171,17 @@ class PathFollower:
             return FollowResult.failed(
                 ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.complaint()
             )
-        arriving = self._arrive(pose, velocity, costmap, now)
-        if arriving is not None:
-            self._failing_since = None
-            left = pose.distance(self._end)
-            return FollowResult(FollowState.RUNNING, arriving, distance=left)
-        if self._goal.reached(pose, self._end, velocity):
-            return FollowResult(FollowState.SUCCEEDED)
-        self._controller.speed_limit = self.speed_limit
+        distance = paths.length(self._controller.path)
+        if paths.ends_here(self._controller.path, pose):
+            arriving = self._arrive(pose, velocity, costmap, now, distance)
+            if arriving is not None:
+                self._failing_since = None
+                return FollowResult(FollowState.RUNNING, arriving, distance=distance)
+            if self._goal.reached(pose, self._end, velocity):
+                return FollowResult(FollowState.SUCCEEDED)
+        wanted = min(self.desired_speed, self.speed_limit)
+        slower = self._foresight.speed(self._controller.path, pose, costmap, wanted)
+        self._controller.speed_limit = min(slower, self.speed_limit)
         control = self._controller.compute(pose, velocity, costmap, now)
         distance = paths.length(self._controller.path)
         if control.status is ControlStatus.SUCCEEDED:
@@ -184,7 +190,7 @@ class PathFollower:
         return self._bear(control.status, control.message, now, distance)
 
     def _arrive(
-        self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
+        self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float, left: float
     ) -> Velocity | None:
         """Return what drives into the goal, None while the controller goes on or at the end."""
         end = self._end
@@ -197,7 +203,7 @@ class PathFollower:
             velocity,
             costmap,
             now,
-            left=paths.length(self._controller.path),
+            left=left,
             speed=min(self.desired_speed, self.speed_limit),
             within=aligned,
             heading=not across,

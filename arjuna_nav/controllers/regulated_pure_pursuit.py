@@ -147,7 +147,8 @@ class RegulatedPurePursuit:
         search = self._config.max_robot_pose_search_dist
         self._index = paths.nearest(self._path, pose, self._index, search)
         goal = SE2.from_array(self._path[-1])
-        self._arrived = self._arrived or pose.distance(goal) <= self._xy_goal_tolerance
+        near = pose.distance(goal) <= self._xy_goal_tolerance
+        self._arrived = self._arrived or (near and paths.ends_here(self.path, pose))
         if self._arrived:
             self.carrot = None
             command = Velocity(0.0, self._turn(wrap(goal.theta - pose.theta)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,12 +40,15 @@ class Costmap:
         stamp: Time of the last update [s].
         circumscribed_cost: Cost at the robot's circumscribed radius from an obstacle: below it no
             heading collides. 0 where the inflation does not reach that far.
+        clearances: `(256,) float64` how far beyond its inscribed radius the robot is from an
+            obstacle where a cost is [m]; inf where the cost does not tell.
     """
 
     frame: GridFrame
     data: NDArray[np.uint8]
     stamp: float = 0.0
     circumscribed_cost: int = 0
+    clearances: NDArray[np.float64] = field(default_factory=lambda: np.full(256, np.inf))
 
     def __post_init__(self) -> None:
         if self.data.shape != self.frame.shape:

@@ -29,6 +29,19 @@ def cost_at_distance(distance: float, inscribed_radius: float, cost_scaling_fact
     return int(MAX_NON_OBSTACLE * math.exp(-cost_scaling_factor * (distance - inscribed_radius)))
 
 
+def clearances(cost_scaling_factor: float) -> NDArray[np.float64]:
+    """Return how far beyond its inscribed radius a robot is where a cost is, `(256,)` [m].
+
+    `cost_at_distance` turned round: 0 from 253 on, inf for cells that cost nothing or are unknown.
+    """
+    result = np.full(256, np.inf)
+    costs = np.arange(1, INSCRIBED)
+    if cost_scaling_factor > 0.0:
+        result[1:INSCRIBED] = -np.log(costs / MAX_NON_OBSTACLE) / cost_scaling_factor
+    result[INSCRIBED : LETHAL + 1] = 0.0
+    return result
+
+
 class Inflation:
     """Spreads cost from lethal cells, exactly by Nav2's formula, at a price that no clutter raises.
 

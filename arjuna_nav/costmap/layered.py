@@ -14,7 +14,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.costmap import FREE, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.costmap.inflation import Inflation, cost_at_distance
+from arjuna_nav.costmap.inflation import Inflation, clearances, cost_at_distance
 from arjuna_nav.costmap.layers import ObstacleLayer, PlacedScan, interpret_map
 from arjuna_nav.costmap.window import Window, grown, joined, seen_in, whole
 
@@ -108,7 +108,9 @@ class LayeredCostmap:
         """Make the whole costmap anew."""
         frame = self._obstacles.frame
         data = self._layers(whole(frame.shape))
-        self._costmap = Costmap(frame, data, self._stamp, self._circumscribed_cost())
+        self._costmap = Costmap(
+            frame, data, self._stamp, self._circumscribed_cost(), self._clearances()
+        )
         self._changed = whole(frame.shape)
 
     def _compose(self, changed: Window | None) -> None:
@@ -151,6 +153,10 @@ class LayeredCostmap:
             return 0
         inscribed = self.footprint.inscribed_radius
         return cost_at_distance(radius + margin, inscribed, inflation.cost_scaling_factor)
+
+    def _clearances(self) -> NDArray[np.float64]:
+        uses = self._uses("inflation_layer")
+        return clearances(self._config.inflation_layer.cost_scaling_factor if uses else 0.0)
 
     def _uses(self, layer: str) -> bool:
         return layer in self._config.plugins and bool(getattr(self._config, layer).enabled)

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 
+_DETOUR = 1.0  # of a path over the straight way, up to which it is no loop [m]
+
 
 def length(path: NDArray[np.float64]) -> float:
     """Return the length of a path [m]."""
@@ -36,6 +38,12 @@ def nearest(path: NDArray[np.float64], pose: SE2, first: int = 0, within: float 
 def remaining(path: NDArray[np.float64], pose: SE2) -> float:
     """Return the length of a path from the pose nearest to the robot [m]."""
     return length(ahead(path, pose))
+
+
+def ends_here(path: NDArray[np.float64], pose: SE2) -> bool:
+    """Tell whether a path goes to its end from here, not in a loop that leads back later."""
+    straight = float(np.hypot(path[-1, 0] - pose.x, path[-1, 1] - pose.y))
+    return length(path) <= straight + _DETOUR
 
 
 def deviation(path: NDArray[np.float64], other: NDArray[np.float64]) -> float:
