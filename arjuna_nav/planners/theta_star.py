@@ -135,43 +135,47 @@ def _theta_star(
     queue.pop()
     for row, column, value in seeds:
         r, c = int(row), int(column)
-        values[r, c] = value
-        parents[r * width + c] = r * width + c
-        left = heuristic * math.hypot(r - goal[0], c - goal[1])
-        heapq.heappush(queue, (value + left, np.int64(r * width + c)))
+        values[r, c], parents[r * width + c] = value, r * width + c
+        heapq.heappush(queue, (value, np.int64(r * width + c)))
     while len(queue) > 0:
         cell = heapq.heappop(queue)[1]
         row, column = cell // width, cell % width
         if closed[row, column]:
             continue
         closed[row, column] = True
-        beyond = parents[parents[cell]]
-        if beyond != parents[cell]:
-            r, c = beyond // width, beyond % width
-            value = values[r, c] + line_cost(data, costs, r, c, row, column)
-            if value <= values[row, column] + 1e-3:
-                values[row, column], parents[cell] = value, beyond
+        _look_past(data, costs, cell, values, parents)
         if row == goal[0] and column == goal[1]:
             break
-        here = costs[data[row, column]]
         for k in range(corners):
             r, c = _neighbour(row, column, k)
             if not (0 <= r < height and 0 <= c < width) or closed[r, c]:
                 continue
-            cost = costs[data[r, c]]
-            if cost == np.inf:
-                continue
             if allowed.shape[0] > 0 and not allowed[r >> shift, c >> shift]:
                 continue
-            if k >= 4 and (costs[data[row, c]] == np.inf or costs[data[r, column]] == np.inf):
-                continue
-            step = math.sqrt(2.0) if k >= 4 else 1.0
-            value = values[row, column] + 0.5 * step * (here + cost)
+            value = values[row, column] + line_cost(data, costs, row, column, r, c)
             if value < values[r, c]:
                 values[r, c], parents[r * width + c] = value, cell
                 left = heuristic * math.hypot(r - goal[0], c - goal[1])
                 heapq.heappush(queue, (value + left, np.int64(r * width + c)))
     return values, parents
+
+
+@njit(cache=True)
+def _look_past(
+    data: NDArray[np.uint8],
+    costs: NDArray[np.float32],
+    cell: int,
+    values: NDArray[np.float32],
+    parents: NDArray[np.int32],
+) -> None:
+    """Make the parent's parent a cell's parent where the straight line from there is no dearer."""
+    beyond, width = parents[parents[cell]], data.shape[1]
+    if beyond == parents[cell]:
+        return
+    row, column, r, c = cell // width, cell % width, beyond // width, beyond % width
+    value = values[r, c] + line_cost(data, costs, r, c, row, column)
+    if value <= values[row, column] + 1e-3:
+        values[row, column], parents[cell] = value, beyond
 
 
 @njit(cache=True)

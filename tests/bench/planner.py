@@ -19,9 +19,12 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.config import InflationConfig
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import Inflation
 from arjuna_nav.planners import NavFn, NavFnConfig, Planner, PlanStatus
 from arjuna_nav.planners import path as paths
+from arjuna_nav.planners.hybrid.config import HybridConfig
+from arjuna_nav.planners.hybrid.planner import Hybrid
 from arjuna_nav.planners.smac_2d import Smac2D, Smac2DConfig
 from arjuna_nav.planners.theta_star import ThetaStar, ThetaStarConfig
 
@@ -33,6 +36,7 @@ PLANNERS: dict[str, Planner] = {
     "NavFn, A*": NavFn(NavFnConfig(use_astar=True)),
     "Theta*": ThetaStar(ThetaStarConfig()),
     "Smac 2D": Smac2D(Smac2DConfig(max_iterations=0)),
+    "Smac Hybrid-A*": Hybrid(HybridConfig(), Footprint.circle(_ROBOT_RADIUS)),
 }
 
 

@@ -124,7 +124,42 @@ def _score(
     to_goal: NDArray[np.int32],
 ) -> float:
     """Return a trajectory's score, inf where it collides or ends out of reach of the path."""
-    height, width = data.shape
+    pose, yaw, cost = _drive(start, target_v, target_w, dynamics, robot, weights, resolution, data)
+    if cost == math.inf:
+        return math.inf
+    score = weights.obstacle * cost
+    row, column = math.floor(pose[1]), math.floor(pose[0])
+    if weights.path_dist > 0.0:
+        if to_path[row, column] >= UNREACHED:
+            return math.inf
+        score += weights.path_dist * to_path[row, column]
+    if weights.goal_dist > 0.0:
+        if to_goal[row, column] >= UNREACHED:
+            return math.inf
+        score += weights.goal_dist * to_goal[row, column]
+    far = float(data.shape[0] + data.shape[1])
+    if weights.path_align > 0.0:
+        score += weights.path_align * _ahead(to_path, pose, weights.path_point, far)
+    if weights.goal_align > 0.0:
+        score += weights.goal_align * _ahead(to_goal, pose, weights.goal_point, far)
+    if weights.heading > 0.0:
+        off = (weights.goal_yaw - yaw + math.pi) % (2.0 * math.pi) - math.pi
+        score += weights.heading * abs(off)
+    return score
+
+
+@njit(cache=True)
+def _drive(
+    start: NDArray[np.float64],
+    target_v: float,
+    target_w: float,
+    dynamics: Dynamics,
+    robot: Robot,
+    weights: Weights,
+    resolution: float,
+    data: NDArray[np.uint8],
+) -> tuple[NDArray[np.float64], float, float]:
+    """Return where a trajectory ends, the heading that counts, and its cost, inf if it collides."""
     travel, turn = abs(target_v) * dynamics.duration, abs(target_w) * dynamics.duration
     steps = max(
         math.ceil(travel / dynamics.linear_step), math.ceil(turn / dynamics.angular_step), 1
@@ -140,31 +175,13 @@ def _score(
         pose[1] += v * dt / resolution * math.sin(middle)
         pose[2] += w * dt
         if collides_in_cells(data, pose, robot.points, robot.circular, robot.safe_cost):
-            return math.inf
+            return pose, yaw, math.inf
         cost = data[math.floor(pose[1]), math.floor(pose[0])]
         last = 0.0 if cost == UNKNOWN else float(cost)
         total += last
         if weights.heading_time < 0.0 or (k + 1) * dt <= weights.heading_time:
             yaw = pose[2]
-    score = weights.obstacle * (total if weights.sum_costs else last)
-    row, column = math.floor(pose[1]), math.floor(pose[0])
-    if weights.path_dist > 0.0:
-        if to_path[row, column] >= UNREACHED:
-            return math.inf
-        score += weights.path_dist * to_path[row, column]
-    if weights.goal_dist > 0.0:
-        if to_goal[row, column] >= UNREACHED:
-            return math.inf
-        score += weights.goal_dist * to_goal[row, column]
-    far = float(height + width)
-    if weights.path_align > 0.0:
-        score += weights.path_align * _ahead(to_path, pose, weights.path_point, far)
-    if weights.goal_align > 0.0:
-        score += weights.goal_align * _ahead(to_goal, pose, weights.goal_point, far)
-    if weights.heading > 0.0:
-        off = (weights.goal_yaw - yaw + math.pi) % (2.0 * math.pi) - math.pi
-        score += weights.heading * abs(off)
-    return score
+    return pose, yaw, total if weights.sum_costs else last
 
 
 @njit(cache=True)

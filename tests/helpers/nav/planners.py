@@ -14,7 +14,11 @@ CLASSES = {
     "navfn": "nav2_navfn_planner::NavfnPlanner",
     "theta*": "nav2_theta_star_planner::ThetaStarPlanner",
     "smac 2d": "nav2_smac_planner::SmacPlanner2D",
+    "smac hybrid": "nav2_smac_planner::SmacPlannerHybrid",
 }
+ON_CELLS = tuple(name for name in CLASSES if name != "smac hybrid")
+"""Planners whose paths go from cell to cell, so that they turn on the spot."""
+_OWN = {"smac hybrid": {"motion_model_for_search": "REEDS_SHEPP"}}
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,6 @@ class _Server:
 
 def make(name: str, footprint: Footprint | None = None, **values: Any) -> Planner:
     """Return a planner for a circle of 0.25 m, with some parameters."""
-    config: Any = load(_Server, {"it": {"plugin": CLASSES[name], **values}})
+    config: Any = load(_Server, {"it": {"plugin": CLASSES[name], **_OWN.get(name, {}), **values}})
     made: Planner = PLANNERS.make(config.it, footprint or Footprint.circle(0.25))
     return made

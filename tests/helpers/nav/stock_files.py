@@ -10,6 +10,7 @@ from tests.helpers.nav.stock_plugins import (
     OLD_NAVFN,
     PURE_PURSUIT_UNDER_SHIM,
     SMAC_2D,
+    SMAC_HYBRID,
     THETA_STAR,
 )
 from tests.helpers.nav.stock_slam import GUIDE_SLAM, SLAM_ASYNC
@@ -252,6 +253,7 @@ FILES = {
     "graceful": nav2_file(GRACEFUL),
     "Theta*": nav2_file(planner=THETA_STAR),
     "Smac 2D": nav2_file(planner=SMAC_2D),
+    "Smac Hybrid": nav2_file(planner=SMAC_HYBRID),
     "mapper_params_online_async": SLAM_ASYNC,
     "a guide's SLAM": GUIDE_SLAM,
     "a guide's navigation": GUIDE_NAV,

@@ -18,7 +18,7 @@ from arjuna_nav.costmap import Costmap
 from arjuna_nav.planners import Planner, PlanStatus, plan_through
 from arjuna_nav.planners import path as paths
 from tests.helpers.nav import planners
-from tests.helpers.nav.planners import CLASSES
+from tests.helpers.nav.planners import CLASSES, ON_CELLS
 from tests.nav.worlds import block, costmap_of, empty_grid, room
 
 ORIGINS = [SE2(), SE2(-2.0, 1.5), SE2(0.0, 0.0, math.pi / 2), SE2(3.0, -1.0, 0.7)]
@@ -26,6 +26,11 @@ ORIGINS = [SE2(), SE2(-2.0, 1.5), SE2(0.0, 0.0, math.pi / 2), SE2(3.0, -1.0, 0.7
 
 @pytest.fixture(params=CLASSES)
 def make(request: pytest.FixtureRequest) -> Callable[..., Planner]:
+    return partial(planners.make, request.param)
+
+
+@pytest.fixture(params=ON_CELLS)
+def make_on_cells(request: pytest.FixtureRequest) -> Callable[..., Planner]:
     return partial(planners.make, request.param)
 
 
@@ -82,13 +87,13 @@ def costs_along(costmap: Costmap, path: NDArray[np.float64]) -> NDArray[np.int64
 
 @pytest.mark.parametrize("seed", range(12))
 def test_paths_through_mazes_are_near_optimal_and_free(
-    make: Callable[..., Planner], seed: int
+    make_on_cells: Callable[..., Planner], seed: int
 ) -> None:
     blocked, costmap = maze(seed)
     start, goal = (1, 1), (38, 38)
     exact = dijkstra(blocked, start, goal) * 0.1
     poses = [SE2(*costmap.frame.to_point(*cell)) for cell in (start, goal)]
-    result = make(tolerance=0.0).plan(costmap, *poses)
+    result = make_on_cells(tolerance=0.0).plan(costmap, *poses)
     if math.isinf(exact):
         assert result.status is PlanStatus.NO_VALID_PATH
         return
@@ -123,9 +128,11 @@ def walled(origin: SE2) -> OccupancyGrid:
     return grid
 
 
-def test_poses_look_along_the_path_and_the_last_as_the_goal(make: Callable[..., Planner]) -> None:
+def test_poses_look_along_the_path_and_the_last_as_the_goal(
+    make_on_cells: Callable[..., Planner],
+) -> None:
     goal = SE2(3.0, 3.2, 2.0)
-    path = make().plan(costmap_of(empty_grid(4.0, 4.0)), SE2(1.0, 1.0, 0.0), goal).path
+    path = make_on_cells().plan(costmap_of(empty_grid(4.0, 4.0)), SE2(1.0, 1.0, 0.0), goal).path
     heading = math.atan2(2.2, 2.0)
     assert np.abs(wrap(path[:-1, 2] - heading)).max() < 0.35
     assert path[-1, 2] == pytest.approx(2.0)

@@ -1,0 +1,1 @@
+"""Smac Hybrid-A*: paths that a car could drive."""

@@ -1,0 +1,44 @@
+"""Parameters of Smac Hybrid-A*, by Nav2's names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from arjuna_core.config import param
+
+
+@dataclass(frozen=True)
+class HybridConfig:
+    """Parameters of Smac Hybrid-A*."""
+
+    tolerance: float = param(
+        0.25, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
+    )
+    allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
+    max_iterations: int = param(1000000, "Most poses looked at; below 1 any number.")
+    motion_model_for_search: str = param(
+        "DUBIN", "Forwards alone, or backwards too.", choices=("DUBIN", "REEDS_SHEPP")
+    )
+    angle_quantization_bins: int = param(72, "Headings told apart.", minimum=8, maximum=360)
+    minimum_turning_radius: float = param(
+        0.4, "Radius of the tightest bend.", unit="m", minimum=0.05
+    )
+    reverse_penalty: float = param(2.0, "Factor on driving backwards.", minimum=1.0)
+    change_penalty: float = param(0.0, "Added to it where the bend changes sides.", minimum=0.0)
+    non_straight_penalty: float = param(1.2, "Factor on bends.", minimum=1.0)
+    cost_penalty: float = param(2.0, "Weight of the costs crossed.", minimum=0.0, maximum=4.0)
+    retrospective_penalty: float = param(
+        0.015, "How much later bends are preferred.", minimum=0.0, maximum=0.9
+    )
+    analytic_expansion_ratio: float = param(
+        3.5, "How often the direct curve is tried; higher is oftener.", minimum=0.1
+    )
+    analytic_expansion_max_length: float = param(
+        3.0, "Longest direct curve.", unit="m", minimum=0.0
+    )
+    analytic_expansion_max_cost: float = param(
+        200.0, "Greatest cost that a direct curve may cross.", minimum=0.0, maximum=252.0
+    )
+    escape_radius: float = param(
+        3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
+    )

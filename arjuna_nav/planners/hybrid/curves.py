@@ -1,0 +1,228 @@
+"""Dubins' and Reeds and Shepp's curves: the shortest of arcs and straights between two poses.
+
+Lengths are in turning radii; a curve is up to five pieces, each a kind (1 left, -1 right, 0
+straight) and a length, negative where it is driven backwards.
+
+Source: Dubins 1957; Reeds and Shepp, Optimal paths for a car that goes both forwards and backwards,
+    Pacific Journal of Mathematics 1990, section 8, whose formulas' numbers are named.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+_HALF = 0.5 * math.pi
+_TINY = 1e-9
+_KINDS = np.array(
+    [
+        [1, 0, 1, 0, 0],
+        [1, 0, -1, 0, 0],
+        [1, -1, 1, 0, 0],
+        [1, -1, 1, -1, 0],
+        [1, -1, 1, -1, 0],
+        [1, -1, 0, 1, 0],
+        [1, -1, 0, -1, 0],
+        [1, -1, 0, 1, -1],
+    ],
+    np.float64,
+)
+_PIECES = np.array([3, 3, 3, 4, 4, 4, 4, 5])
+_TURNED = np.array([False, False, True, False, False, True, True, False])
+"""Words that are others when driven from their end."""
+
+
+@njit(cache=True)
+def shortest(x: float, y: float, phi: float, reverse: bool) -> NDArray[np.float64]:
+    """Return the shortest curve from the origin, facing x, to a pose: `(2, 5)` kinds and lengths.
+
+    Args:
+        x: In turning radii.
+        y: In turning radii.
+        phi: Heading [rad].
+        reverse: Whether it may be driven backwards: Reeds and Shepp's, else Dubins'.
+    """
+    best, found = np.inf, np.zeros((2, 5))
+    for word in range(8 if reverse else 3):
+        for variant in range(8):
+            flip, mirror, turned = variant & 1, variant & 2, variant & 4
+            if (turned and not _TURNED[word]) or ((flip or turned) and not reverse):
+                continue
+            u, v, angle = x, y, phi
+            if turned:
+                u = x * math.cos(phi) + y * math.sin(phi)
+                v = x * math.sin(phi) - y * math.cos(phi)
+            if flip:
+                u, angle = -u, -angle
+            if mirror:
+                v, angle = -v, -angle
+            exists, lengths = _word(word, u, v, angle)
+            if not reverse:
+                exists = _forwards(word, lengths, exists)
+            total = np.abs(lengths).sum()
+            if not exists or total >= best:
+                continue
+            best, count = total, _PIECES[word]
+            found[:] = 0.0
+            for i in range(count):
+                j = count - 1 - i if turned else i
+                found[0, i] = -_KINDS[word, j] if mirror else _KINDS[word, j]
+                found[1, i] = -lengths[j] if flip else lengths[j]
+    return found
+
+
+@njit(cache=True)
+def _forwards(word: int, lengths: NDArray[np.float64], exists: bool) -> bool:
+    """Make a word's arcs go forwards, which ends at the same pose; tell whether it ends at all."""
+    for i in range(3):
+        if _KINDS[word, i] != 0.0:
+            lengths[i] = lengths[i] % (2.0 * math.pi)
+            if lengths[i] > 2.0 * math.pi - 1e-6:
+                lengths[i] = 0.0
+    return exists or (not math.isnan(lengths[0]) and lengths[1] >= 0.0)
+
+
+@njit(cache=True)
+def _word(word: int, x: float, y: float, phi: float) -> tuple[bool, NDArray[np.float64]]:
+    """Return whether a word of the table leads to a pose, and its lengths."""
+    if word < 3:
+        return _short_word(word, x, y, phi)
+    return _long_word(word, x, y, phi)
+
+
+@njit(cache=True)
+def _short_word(word: int, x: float, y: float, phi: float) -> tuple[bool, NDArray[np.float64]]:
+    """Return the same for the words of three pieces."""
+    lengths = np.zeros(5)
+    lengths[0] = np.nan
+    near_x, near_y = x - math.sin(phi), y - 1.0 + math.cos(phi)
+    far_x, far_y = x + math.sin(phi), y - 1.0 - math.cos(phi)
+    near, far = math.hypot(near_x, near_y), math.hypot(far_x, far_y)
+    exists = False
+    if word == 0:  # 8.1
+        t = math.atan2(near_y, near_x)
+        v = _wrapped(phi - t)
+        exists = t >= -_TINY and v >= -_TINY
+        _put(lengths, t, near, v, 0.0, 0.0)
+    elif word == 1 and far >= 2.0:  # 8.2
+        u = math.sqrt(far * far - 4.0)
+        t = _wrapped(math.atan2(far_y, far_x) + math.atan2(2.0, u))
+        v = _wrapped(t - phi)
+        exists = t >= -_TINY and v >= -_TINY
+        _put(lengths, t, u, v, 0.0, 0.0)
+    elif word == 2 and near <= 4.0:  # 8.3 and 8.4
+        u = -2.0 * math.asin(0.25 * near)
+        t = _wrapped(math.atan2(near_y, near_x) + 0.5 * u + math.pi)
+        exists = t >= -_TINY and u <= _TINY
+        _put(lengths, t, u, _wrapped(phi - t + u), 0.0, 0.0)
+    return exists, lengths
+
+
+@njit(cache=True)
+def _long_word(word: int, x: float, y: float, phi: float) -> tuple[bool, NDArray[np.float64]]:
+    """Return the same for the words of four and five pieces."""
+    lengths = np.zeros(5)
+    near_x, near_y = x - math.sin(phi), y - 1.0 + math.cos(phi)
+    far_x, far_y = x + math.sin(phi), y - 1.0 - math.cos(phi)
+    near, far = math.hypot(near_x, near_y), math.hypot(far_x, far_y)
+    exists = False
+    if word == 3 and far <= 2.0:  # 8.7
+        u = math.acos(0.25 * (2.0 + far))
+        t, v = _ends(u, -u, far_x, far_y, phi)
+        exists = t >= -_TINY and v <= _TINY
+        _put(lengths, t, u, -u, v, 0.0)
+    elif word == 4 and 4.0 <= far * far <= 20.0:  # 8.8
+        u = -math.acos((20.0 - far * far) / 16.0)
+        t, v = _ends(u, u, far_x, far_y, phi)
+        exists = u >= -_HALF and t >= -_TINY and v >= -_TINY
+        _put(lengths, t, u, u, v, 0.0)
+    elif word == 5 and near >= 2.0:  # 8.9
+        r = math.sqrt(near * near - 4.0)
+        t = _wrapped(math.atan2(near_y, near_x) + math.atan2(r, -2.0))
+        v = _wrapped(phi - _HALF - t)
+        exists = t >= -_TINY and 2.0 - r <= _TINY and v <= _TINY
+        _put(lengths, t, -_HALF, 2.0 - r, v, 0.0)
+    elif word == 6 and far >= 2.0:  # 8.10
+        t = math.atan2(far_x, -far_y)
+        v = _wrapped(t + _HALF - phi)
+        exists = t >= -_TINY and 2.0 - far <= _TINY and v <= _TINY
+        _put(lengths, t, -_HALF, 2.0 - far, v, 0.0)
+    elif word == 7 and far >= 2.0:  # 8.11
+        u = 4.0 - math.sqrt(far * far - 4.0)
+        t = _wrapped(math.atan2((4.0 - u) * far_x - 2.0 * far_y, -2.0 * far_x + (u - 4.0) * far_y))
+        v = _wrapped(t - phi)
+        exists = u <= _TINY and t >= -_TINY and v >= -_TINY
+        _put(lengths, t, -_HALF, u, -_HALF, v)
+    return exists, lengths
+
+
+@njit(cache=True)
+def _put(out: NDArray[np.float64], a: float, b: float, c: float, d: float, e: float) -> None:
+    out[0], out[1], out[2], out[3], out[4] = a, b, c, d, e
+
+
+@njit(cache=True)
+def _ends(u: float, v: float, xi: float, eta: float, phi: float) -> tuple[float, float]:
+    """Return the first and last arc round two middle ones."""
+    delta = _wrapped(u - v)
+    a, b = math.sin(u) - math.sin(delta), math.cos(u) - math.cos(delta) - 1.0
+    t = math.atan2(eta * a - xi * b, xi * a + eta * b)
+    if 2.0 * (math.cos(delta) - math.cos(v) - math.cos(u)) + 3.0 < 0.0:
+        t += math.pi
+    t = _wrapped(t)
+    return t, _wrapped(t - u + v - phi)
+
+
+@njit(cache=True)
+def _wrapped(angle: float) -> float:
+    result: float = (angle + math.pi) % (2.0 * math.pi) - math.pi
+    return result
+
+
+@njit(cache=True)
+def along(
+    pose: NDArray[np.float64], curve: NDArray[np.float64], radius: float, spacing: float
+) -> NDArray[np.float64]:
+    """Return poses `(N, 3)` on a curve from a pose, at most a spacing apart, the start left out.
+
+    Args:
+        pose: `(x, y, theta)`.
+        curve: Of `shortest`.
+        radius: Turning radius, in the poses' unit.
+        spacing: In the poses' unit.
+    """
+    total = 1
+    for i in range(5):
+        total += int(abs(curve[1, i]) * radius / spacing) + 1
+    poses = np.empty((total, 3))
+    x, y, theta = pose
+    count = 0
+    for i in range(5):
+        length = curve[1, i]
+        if abs(length) < _TINY:
+            continue
+        steps = int(abs(length) * radius / spacing) + 1
+        for _ in range(steps):
+            x, y, theta = moved(x, y, theta, curve[0, i], length * radius / steps, radius)
+            poses[count, 0], poses[count, 1], poses[count, 2] = x, y, theta
+            count += 1
+    return poses[:count]
+
+
+@njit(cache=True)
+def moved(
+    x: float, y: float, theta: float, kind: float, length: float, radius: float
+) -> tuple[float, float, float]:
+    """Return the pose after a straight or an arc; lengths have the poses' unit."""
+    if kind == 0.0:
+        return x + length * math.cos(theta), y + length * math.sin(theta), theta
+    after = theta + kind * length / radius
+    side = kind * radius
+    return (
+        x + side * (math.sin(after) - math.sin(theta)),
+        y - side * (math.cos(after) - math.cos(theta)),
+        after,
+    )

@@ -1,0 +1,162 @@
+"""Smac Hybrid-A*: plans that a robot with a turning circle can drive, its outline checked."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.hybrid.config import HybridConfig
+from arjuna_nav.planners.hybrid.search import Rules, Terrain, driven, search
+from arjuna_nav.planners.potential import NEUTRAL, spread, traversal_costs
+from arjuna_nav.planners.query import Query, ask
+
+_ENDLESS = 2**62
+
+
+class Hybrid:
+    """Plans by hybrid A* with Dubins' or Reeds and Shepp's curves.
+
+    Args:
+        config: Parameters.
+        footprint: The robot.
+
+    Source: Dolgov, Thrun, Montemerlo and Diebel, Path planning for autonomous vehicles in unknown
+        semi-structured environments, IJRR 2010; nav2_smac_planner, SmacPlannerHybrid.
+    """
+
+    Config: ClassVar[type[Any]] = HybridConfig
+
+    def __init__(self, config: HybridConfig, footprint: Footprint) -> None:
+        self._config = config
+        self._footprint = footprint
+
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
+        """Plan between two poses in the costmap's frame.
+
+        Where the goal is blocked or cannot be reached, the path ends at the reachable place nearest
+        to it within `tolerance`, with the goal's heading. A start within an obstacle's inscribed
+        radius is led out of there first, in a straight line from cell to cell.
+        """
+        config = self._config
+        query = ask(
+            costmap,
+            start,
+            goal,
+            traversal_costs(config.allow_unknown),
+            config.allow_unknown,
+            config.tolerance,
+            config.escape_radius,
+        )
+        if isinstance(query, PlanResult):
+            return query
+        end = self._end(query)
+        if isinstance(end, PlanResult):
+            return end
+        way_out, first = _first(query)
+        terrain, rules = self._terrain(costmap, end), self._rules(costmap)
+        nodes, row, curve, looked = search(first, end, terrain, rules)
+        if row < 0 and looked >= rules.limit:
+            message = f"no path within max_iterations = {rules.limit} poses"
+            return PlanResult.failed(PlanStatus.TIMEOUT, message)
+        if row < 0:
+            message = (
+                f"no path from ({start.x:.2f}, {start.y:.2f}) to ({goal.x:.2f}, {goal.y:.2f}) that "
+                f"bends by {config.minimum_turning_radius:g} m at the least; {looked} poses tried"
+            )
+            return PlanResult.failed(PlanStatus.NO_VALID_PATH, message)
+        poses = np.vstack((way_out, driven(nodes, row, curve, rules.radius)))
+        return PlanResult(PlanStatus.SUCCEEDED, self._placed(poses, costmap, goal))
+
+    def _end(self, query: Query) -> NDArray[np.float64] | PlanResult:
+        """Return the pose to reach [cells, rad], the goal or the nearest to it; or why none is."""
+        costmap, config = query.costmap, self._config
+        first = query.out.exits[0]
+        seed = np.array([[first[0], first[1], 0.0]], np.float64)
+        costs = traversal_costs(config.allow_unknown)
+        reached = spread(costmap.data, costs, seed, query.goal_cell)
+        cell = query.reachable_end(reached)
+        if cell is None:
+            return query.failure(reached)
+        pose = _in_grid(costmap, query.goal)
+        if cell != query.goal_cell:
+            pose[:2] = cell[1] + 0.5, cell[0] + 0.5
+        return pose
+
+    def _terrain(self, costmap: Costmap, end: NDArray[np.float64]) -> Terrain:
+        """Return where the robot drives, with what is left to the end from each cell."""
+        config = self._config
+        share = np.arange(256) / (INSCRIBED - 1)
+        costs = (NEUTRAL * (self._straight + config.cost_penalty * share)).astype(np.float32)
+        costs[UNKNOWN] = costs[INSCRIBED - 1] if config.allow_unknown else np.inf
+        costs[INSCRIBED:UNKNOWN] = np.inf
+        seed = np.array([[math.floor(end[1]), math.floor(end[0]), 0.0]])
+        left = spread(costmap.data, costs, seed) / np.float32(NEUTRAL)
+        return Terrain(
+            costmap.data,
+            left,
+            self._footprint.points / costmap.frame.resolution,
+            self._footprint.circular,
+            costmap.circumscribed_cost,
+            config.allow_unknown,
+        )
+
+    @property
+    def _straight(self) -> float:
+        """What a cell of a straight costs where nothing is near."""
+        return 1.0 - self._config.retrospective_penalty
+
+    def _rules(self, costmap: Costmap) -> Rules:
+        """Return how the robot drives; a piece turns by whole bins and leaves its cell."""
+        config, resolution = self._config, costmap.frame.resolution
+        radius = max(config.minimum_turning_radius / resolution, 1.0)
+        one = 2.0 * math.pi / config.angle_quantization_bins
+        turns = math.ceil(2.0 * math.asin(min(math.sqrt(2.0) / (2.0 * radius), 1.0)) / one)
+        return Rules(
+            config.angle_quantization_bins,
+            radius,
+            radius * turns * one,
+            config.motion_model_for_search == "REEDS_SHEPP",
+            config.reverse_penalty,
+            config.change_penalty,
+            config.non_straight_penalty,
+            config.cost_penalty,
+            self._straight,
+            config.analytic_expansion_ratio,
+            config.analytic_expansion_max_length / resolution,
+            config.analytic_expansion_max_cost,
+            config.max_iterations if config.max_iterations > 0 else _ENDLESS,
+        )
+
+    def _placed(
+        self, poses: NDArray[np.float64], costmap: Costmap, goal: SE2
+    ) -> NDArray[np.float64]:
+        """Return poses of the grid in the costmap's frame; the last has the goal's heading."""
+        frame = costmap.frame
+        points = frame.origin.apply(poses[:, :2] * frame.resolution)
+        yaw = poses[:, 2] + frame.origin.theta
+        path: NDArray[np.float64] = np.column_stack((points, np.arctan2(np.sin(yaw), np.cos(yaw))))
+        if np.hypot(*(path[-1, :2] - (goal.x, goal.y))) < 1e-6:
+            path[-1] = goal.array()
+        return path
+
+
+def _in_grid(costmap: Costmap, pose: SE2) -> NDArray[np.float64]:
+    """Return a pose in the grid [cells, rad]."""
+    placed, resolution = costmap.frame.origin.inverse() @ pose, costmap.frame.resolution
+    return np.array([placed.x / resolution, placed.y / resolution, placed.theta])
+
+
+def _first(query: Query) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the poses out of an inscribed zone, and the first pose of the search."""
+    start = _in_grid(query.costmap, query.start)
+    cells = query.out.to((int(query.out.exits[0, 0]), int(query.out.exits[0, 1])))
+    points = np.vstack((start[:2], cells[:, ::-1] + 0.5))
+    poses: NDArray[np.float64] = np.column_stack((points, np.full(len(points), start[2])))
+    return poses[:-1], poses[-1]

@@ -1,0 +1,127 @@
+"""Hybrid A*: its curves are the shortest, its paths can be driven by a robot with a body."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2, wrap
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import PlanResult, PlanStatus
+from arjuna_nav.planners.hybrid.curves import along, shortest
+from tests.helpers.nav.planners import make
+from tests.nav.worlds import block, costmap_of, empty_grid, room
+
+RADIUS = 0.4
+LONG = np.array([[0.45, 0.15], [-0.25, 0.15], [-0.25, -0.15], [0.45, -0.15]])
+POSES = np.random.default_rng(5).uniform((-6, -6, -math.pi), (6, 6, math.pi), (300, 3))
+KNOWN = [
+    ((2.0, 0.0, 0.0), False, 2.0),
+    ((0.0, 2.0, math.pi), False, math.pi),
+    ((-1.0, 0.0, 0.0), True, 1.0),
+    ((0.0, 0.0, math.pi), True, math.pi),  # three cusps round a third of a circle each
+    ((1.0, 1.0, math.pi / 2), True, math.pi / 2),
+]
+
+
+def length(pose: NDArray[np.float64] | tuple[float, ...], reverse: bool) -> float:
+    return float(np.abs(shortest(pose[0], pose[1], pose[2], reverse)[1]).sum())
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_curve_ends_at_its_pose(reverse: bool) -> None:
+    for pose in POSES:
+        curve = shortest(pose[0], pose[1], pose[2], reverse)
+        end = along(np.zeros(3), curve, 1.0, 0.3)[-1]
+        np.testing.assert_allclose(end[:2], pose[:2], atol=1e-6)
+        assert abs(wrap(end[2] - pose[2])) < 1e-6
+        assert reverse or curve[1].min() >= 0.0
+
+
+def test_a_curve_is_as_long_the_other_way_and_shorter_with_reverse() -> None:
+    for pose in POSES:
+        back = SE2(*pose).inverse().array()
+        assert length(back, True) == pytest.approx(length(pose, True), abs=1e-6)
+        assert length(pose, True) <= length(pose, False) + 1e-9
+        assert length(pose, True) >= math.hypot(pose[0], pose[1]) - 1e-9
+
+
+@pytest.mark.parametrize(("pose", "reverse", "known"), KNOWN)
+def test_known_lengths(pose: tuple[float, ...], reverse: bool, known: float) -> None:
+    assert length(pose, reverse) == pytest.approx(known)
+
+
+def hybrid(
+    grid_or_text: str, start: SE2, goal: SE2, model: str = "DUBIN", origin: SE2 | None = None
+) -> tuple[PlanResult, int | None]:
+    """Return a plan of the long robot in a world, and the first pose of it that collides."""
+    footprint = Footprint.polygon(LONG)
+    grid = room() if grid_or_text == "room" else empty_grid(5.0, 3.0, origin or SE2())
+    if grid_or_text == "pocket":
+        block(grid, 2.0, 0.0, 0.1, 1.2)
+        block(grid, 2.0, 1.8, 0.1, 1.2)
+        block(grid, 2.0, 1.1, 2.5, 0.1)
+        block(grid, 2.0, 1.8, 2.5, 0.1)
+        block(grid, 4.5, 1.1, 0.1, 0.8)
+    costmap = costmap_of(grid, footprint=str(LONG.tolist()))
+    planner = make("smac hybrid", footprint, motion_model_for_search=model)
+    at = origin or SE2()
+    result = planner.plan(costmap, at @ start, at @ goal)
+    hit = first_collision(costmap, footprint, result.path) if len(result.path) else None
+    return result, hit
+
+
+@pytest.mark.parametrize("model", ["DUBIN", "REEDS_SHEPP"])
+@pytest.mark.parametrize(
+    ("start", "goal"),
+    [
+        (SE2(0.0, 0.0), SE2(4.0, -4.0, 1.5)),
+        (SE2(-4.0, -4.0), SE2(4.0, 4.0, 3.1)),
+        (SE2(0.0, 0.0, 2.0), SE2(-0.8, 0.4, -1.0)),
+    ],
+)
+def test_a_path_bends_no_tighter_than_the_robot_and_touches_nothing(
+    model: str, start: SE2, goal: SE2
+) -> None:
+    result, hit = hybrid("room", start, goal, model)
+    assert result.status is PlanStatus.SUCCEEDED, result.message
+    assert hit is None
+    path = result.path
+    np.testing.assert_allclose(path[0], start.array(), atol=1e-9)
+    np.testing.assert_allclose(path[-1], goal.array(), atol=1e-9)
+    steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
+    turns = np.abs(wrap(np.diff(path[:, 2])))
+    assert steps.max() < 0.06
+    assert (2.0 * RADIUS * np.sin(turns / 2.0) <= steps + 1e-6).all()
+    heading = path[:-1, 2] + 0.5 * wrap(np.diff(path[:, 2]))
+    along_it = np.cos(heading) * np.diff(path[:, 0]) + np.sin(heading) * np.diff(path[:, 1])
+    np.testing.assert_allclose(np.abs(along_it), steps, atol=1e-6)
+    assert model == "REEDS_SHEPP" or along_it.min() >= -1e-9
+
+
+def test_only_who_drives_back_leaves_a_pocket() -> None:
+    inside, outside = SE2(3.8, 1.5), SE2(1.0, 1.5, math.pi)
+    assert hybrid("pocket", inside, outside, "DUBIN")[0].status is PlanStatus.NO_VALID_PATH
+    result, hit = hybrid("pocket", inside, outside, "REEDS_SHEPP")
+    assert result.status is PlanStatus.SUCCEEDED, result.message
+    assert hit is None
+
+
+@pytest.mark.parametrize("origin", [SE2(), SE2(-3.0, 2.0, 0.8), SE2(1.0, 1.0, -2.5)])
+def test_plans_wherever_the_grid_lies(origin: SE2) -> None:
+    result, hit = hybrid("free", SE2(1.0, 1.0), SE2(4.0, 2.0, 1.0), origin=origin)
+    assert result.status is PlanStatus.SUCCEEDED, result.message
+    assert hit is None
+    ahead = origin.inverse() @ SE2.from_array(result.path[-1])
+    np.testing.assert_allclose(ahead.array(), (4.0, 2.0, 1.0), atol=1e-9)
+
+
+def test_the_limit_of_poses_is_told() -> None:
+    planner = make("smac hybrid", max_iterations=3)
+    result = planner.plan(costmap_of(room()), SE2(-4.0, -4.0), SE2(4.0, 4.0))
+    assert result.status is PlanStatus.TIMEOUT
+    assert "max_iterations = 3 poses" in result.message
