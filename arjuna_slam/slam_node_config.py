@@ -6,7 +6,7 @@ import dataclasses
 from dataclasses import dataclass, replace
 from typing import Any
 
-from arjuna_core.config import param
+from arjuna_core.config import SEED_MAX, param
 from arjuna_slam.config import SlamConfig
 
 MODES = ("mapping", "localization", "lifelong")
@@ -14,7 +14,8 @@ MODES = ("mapping", "localization", "lifelong")
 
 def _unused(description: str = "") -> Any:
     """Declare a parameter of slam_toolbox's files that means nothing to this mapper."""
-    return param(None, f"Accepted, does nothing here. {description}".strip())
+    text = f"Accepted, does nothing here. {description}".strip()
+    return param(None, text, minimum=-SEED_MAX, maximum=SEED_MAX)
 
 
 @dataclass(frozen=True)

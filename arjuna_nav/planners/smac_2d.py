@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.config import param
+from arjuna_core.config import SEED_MAX, param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -44,7 +44,9 @@ class Smac2DConfig:
     )
     allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
     cost_travel_multiplier: float = param(1.0, "Weight of the costs crossed.", minimum=0.0)
-    max_iterations: int = param(1000000, "Most cells looked at; below 1 any number.")
+    max_iterations: int = param(
+        1000000, "Most cells looked at; below 1 any number.", maximum=SEED_MAX
+    )
     escape_radius: float = param(
         3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
     )

@@ -48,7 +48,7 @@ class CostConfig(CriticConfig):
 
     consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
     critical_cost: float = param(300.0, "Cost of a pose near a collision.", minimum=0.0)
-    collision_cost: float = param(1e6, "Cost of a collision.", minimum=0.0)
+    collision_cost: float = param(1e6, "Cost of a collision.", minimum=0.0, maximum=1e12)
     near_collision_cost: int = param(
         253, "Costmap's cost from which a pose is near one.", minimum=1, maximum=254
     )
@@ -68,7 +68,7 @@ class ObstaclesConfig(CriticConfig):
     consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
     repulsion_weight: float = param(1.5, "Weight of being near obstacles.", minimum=0.0)
     critical_weight: float = param(20.0, "Weight within the margin.", minimum=0.0)
-    collision_cost: float = param(1e5, "Cost of a collision.", minimum=0.0)
+    collision_cost: float = param(1e5, "Cost of a collision.", minimum=0.0, maximum=1e12)
     collision_margin_distance: float = param(0.1, "The margin.", unit="m", minimum=0.0)
     near_goal_distance: float = param(
         0.5,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from arjuna_core.config import param
+from arjuna_core.config import SEED_MAX, param
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,9 @@ class HybridConfig:
         0.25, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
     )
     allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
-    max_iterations: int = param(1000000, "Most poses looked at; below 1 any number.")
+    max_iterations: int = param(
+        1000000, "Most poses looked at; below 1 any number.", maximum=SEED_MAX
+    )
     motion_model_for_search: str = param(
         "DUBIN", "Forwards alone, or backwards too.", choices=("DUBIN", "REEDS_SHEPP")
     )
