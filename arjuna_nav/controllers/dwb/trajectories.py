@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from arjuna_nav.controllers.dwb.distances import UNREACHED
 from arjuna_nav.costmap.collision import collides_in_cells
-from arjuna_nav.costmap.costmap import UNKNOWN
+from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
 
 
 class Dynamics(NamedTuple):
@@ -164,24 +164,36 @@ def _drive(
     steps = max(
         math.ceil(travel / dynamics.linear_step), math.ceil(turn / dynamics.angular_step), 1
     )
-    dt = dynamics.duration / steps
-    pose = start.copy()
+    dt, (height, width) = dynamics.duration / steps, data.shape
+    x, y, theta = start
     v, w, total, last, yaw = dynamics.v, dynamics.w, 0.0, 0.0, start[2]
     for k in range(steps):
         v = _towards(v, target_v, dynamics.accel_v * dt, dynamics.decel_v * dt)
         w = _towards(w, target_w, dynamics.accel_w * dt, dynamics.decel_w * dt)
-        middle = pose[2] + 0.5 * w * dt
-        pose[0] += v * dt / resolution * math.cos(middle)
-        pose[1] += v * dt / resolution * math.sin(middle)
-        pose[2] += w * dt
-        if collides_in_cells(data, pose, robot.points, robot.circular, robot.safe_cost):
-            return pose, yaw, math.inf
-        cost = data[math.floor(pose[1]), math.floor(pose[0])]
+        x += v * dt / resolution * math.cos(theta + 0.5 * w * dt)
+        y += v * dt / resolution * math.sin(theta + 0.5 * w * dt)
+        theta += w * dt
+        row, column = math.floor(y), math.floor(x)
+        if not (0 <= row < height and 0 <= column < width):
+            return np.array([x, y, theta]), yaw, math.inf
+        cost = data[row, column]
+        if (cost >= INSCRIBED and cost != UNKNOWN) or (
+            cost >= robot.safe_cost and not robot.circular and _touches(data, x, y, theta, robot)
+        ):
+            return np.array([x, y, theta]), yaw, math.inf
         last = 0.0 if cost == UNKNOWN else float(cost)
         total += last
         if weights.heading_time < 0.0 or (k + 1) * dt <= weights.heading_time:
-            yaw = pose[2]
-    return pose, yaw, total if weights.sum_costs else last
+            yaw = theta
+    return np.array([x, y, theta]), yaw, total if weights.sum_costs else last
+
+
+@njit(cache=True)
+def _touches(data: NDArray[np.uint8], x: float, y: float, theta: float, robot: Robot) -> bool:
+    """Tell whether the outline meets an obstacle; the centre's cost has not decided it."""
+    pose = np.array([x, y, theta])
+    hit: bool = collides_in_cells(data, pose, robot.points, robot.circular, robot.safe_cost)
+    return hit
 
 
 @njit(cache=True)
