@@ -34,6 +34,7 @@ class InputFileError(ArjunaError):
 
     def __init__(self, path: str | Path, problem: str, place: str | None = None) -> None:
         self.path = Path(path)
+        problem = " ".join(problem.split())  # what is quoted of a broken file may hold lines
         self.problem = problem
         self.place = place
         super().__init__(f"{path}: {place}: {problem}" if place else f"{path}: {problem}")

@@ -39,12 +39,13 @@ def scan_problem(scan: Any) -> str | None:
         return f"{beams} beams; valid: 1 to {limits.BEAMS}"
     if beams > 1 and not 1e-6 <= abs(scan.angle_increment) <= _TURN:
         return f"angle_increment is {scan.angle_increment} rad; valid: 1e-6 to 2 pi, or negative"
-    if abs(scan.angle_increment) * (beams - 1) > 2.0 * _TURN or abs(scan.angle_min) > 2.0 * _TURN:
+    sweep = abs(scan.angle_increment) * (beams - 1)
+    if not (sweep <= 2.0 * _TURN and abs(scan.angle_min) <= 2.0 * _TURN):  # NaN is neither
         return f"{beams} beams from {scan.angle_min} rad, each {scan.angle_increment} rad on"
-    if not 0.0 <= scan.range_min < scan.range_max:
+    if not 0.0 <= scan.range_min < scan.range_max <= limits.FARTHEST:
         return f"ranges from {scan.range_min} to {scan.range_max} m; valid: 0 <= min < max"
-    if scan.range_max > limits.FARTHEST or abs(scan.time_increment) * beams > limits.FUTURE:
-        return f"range_max {scan.range_max} m, {scan.time_increment} s a beam: too great"
+    if not abs(scan.time_increment) * beams <= limits.FUTURE:
+        return f"{beams} beams, each {scan.time_increment} s on"
     return None
 
 

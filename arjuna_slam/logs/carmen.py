@@ -15,6 +15,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.checks.limits import GREATEST
 from arjuna_core.errors import InputFileError
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
@@ -128,7 +129,7 @@ def _read_flaser(words: list[str]) -> tuple[Scan, SE2, SE2]:
     count = _count(words, 0)
     _check_length(words, count + 10)
     ranges = _numbers(words[1 : 1 + count])
-    numbers = _numbers(words[count + 1 : count + 8])
+    numbers = _finite(words[count + 1 : count + 8])
     increment = math.pi / max(1, count if count % 2 == 0 else count - 1)
     scan = _scan(ranges, -0.5 * math.pi, increment, _RANGE_MAX, float(numbers[6]))
     return scan, SE2.from_array(numbers[:3]), SE2.from_array(numbers[3:6])
@@ -140,7 +141,7 @@ def _read_robotlaser(words: list[str]) -> tuple[Scan, SE2, SE2]:
     after = 9 + count + _count(words, 8 + count)
     _check_length(words, after + 14)
     angle_min, _, increment, range_max = (float(word) for word in words[1:5])
-    numbers = _numbers(words[after : after + 12])
+    numbers = _finite(words[after : after + 12])
     reach = min(range_max - 0.01, _RANGE_MAX) if range_max > 0.0 else _RANGE_MAX
     ranges = _numbers(words[8 : 8 + count])
     scan = _scan(ranges, angle_min, increment, reach, float(numbers[11]))
@@ -161,6 +162,14 @@ def _check_length(words: list[str], valid: int) -> None:
 
 def _numbers(words: list[str]) -> NDArray[np.float64]:
     return np.array(words, dtype=np.float64)
+
+
+def _finite(words: list[str]) -> NDArray[np.float64]:
+    """Return numbers of which none may be absent: poses and a stamp."""
+    numbers = _numbers(words)
+    if not (np.abs(numbers) <= GREATEST).all():
+        raise ValueError(f"a pose or stamp of {' '.join(words)} is not finite or too great")
+    return numbers
 
 
 def _scan(

@@ -11,6 +11,7 @@ import numpy as np
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 
+from arjuna_core.checks.rules import scan_problem, transform_problem
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2, is_upside_down, yaw_of
 
@@ -88,6 +89,9 @@ def read_scan(data: bytes, encoding: str = ROS2) -> tuple[Scan, str]:
         MessageError: The bytes are no such message.
     """
     m = _read(data, SCAN, encoding)
+    problem = scan_problem(m)
+    if problem is not None:
+        raise MessageError(problem)
     numbers = m.angle_min, m.angle_increment, m.range_min, m.range_max
     with np.errstate(invalid="ignore"):  # damaged bytes
         ranges = np.asarray(m.ranges, dtype=np.float64)
@@ -123,6 +127,9 @@ def read_transforms(
         MessageError: The bytes are no such message.
     """
     found: Iterable[Any] = _read(data, kind, encoding).transforms
+    for problem in map(transform_problem, found):
+        if problem is not None:
+            raise MessageError(problem)
     return [_transform(m, m.transform.translation, m.transform.rotation) for m in found]
 
 

@@ -19,7 +19,10 @@ _DEFINITIONS = (
     "SELECT topic_type, encoded_message_definition FROM message_definitions "
     "WHERE encoding = 'ros2msg'"
 )
-_MESSAGES = "SELECT id, topic_id, data FROM messages WHERE typeof(data) = 'blob' ORDER BY id"
+_MESSAGES = (
+    "SELECT id, topic_id, data FROM messages "
+    "WHERE typeof(data) = 'blob' AND typeof(id) = 'integer' ORDER BY id"
+)
 
 
 class SqliteFile:
@@ -87,5 +90,5 @@ def _last(database: sqlite3.Connection) -> float:
     """Return the number of the last message; infinity where it is missing."""
     try:
         return float(database.execute("SELECT max(id) FROM messages").fetchone()[0] or 1)
-    except sqlite3.Error:
+    except (sqlite3.Error, ValueError):
         return float("inf")

@@ -15,6 +15,7 @@ import yaml
 from rosbags.rosbag1 import Reader, ReaderError
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.yaml_file import plain
 from arjuna_slam.logs.mcap_file import DAMAGE, McapFile
 from arjuna_slam.logs.messages import ROS1
 from arjuna_slam.logs.sqlite_file import SqliteFile
@@ -53,6 +54,8 @@ class _BagFile:
     def messages(self, topics: set[str]) -> Iterator[tuple[str, bytes, float]]:
         with Reader(self._path) as bag:
             wanted = [c for c in bag.connections if c.topic in topics]
+            if not wanted:  # none given would mean all
+                return
             for connection, stamp, data in bag.messages(wanted):
                 yield connection.topic, data, (stamp - bag.start_time) / max(bag.duration, 1)
 
@@ -121,7 +124,7 @@ class Storage:
 
 
 def _reason(error: BaseException) -> str:
-    return str(error) or type(error).__name__
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def _files(path: Path) -> list[Path]:
@@ -145,7 +148,7 @@ def _files(path: Path) -> list[Path]:
 
 def _listed(metadata: Path) -> list[Path]:
     try:
-        text = yaml.safe_load(metadata.read_text(encoding="utf-8"))
+        text = plain(metadata.read_text(encoding="utf-8"))
         names = text["rosbag2_bagfile_information"]["relative_file_paths"]
         return [metadata.parent / Path(name).name for name in names]
     except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError) as error:

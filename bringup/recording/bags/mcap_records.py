@@ -21,7 +21,7 @@ from arjuna_core.errors import InputFileError
 MAGIC = b"\x89MCAP0\r\n"
 DAMAGE = (
     *(McapError, zstandard.ZstdError, ValueError, RuntimeError, KeyError, struct.error),
-    *(EOFError, MemoryError),
+    *(EOFError, MemoryError, OverflowError),
 )
 _LONGEST = 1 << 30  # bytes of a record or chunk that are believed
 _HEAD = struct.Struct("<BQ")

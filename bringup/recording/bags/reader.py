@@ -9,6 +9,7 @@ from pathlib import Path
 import yaml
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.yaml_file import plain
 from bringup.recording.bags.mcap_bag import McapBag
 from bringup.recording.bags.metadata import FileEntry
 from bringup.recording.bags.sqlite_bag import SqliteBag
@@ -124,7 +125,7 @@ def _listed(folder: Path) -> list[Path]:
     if not metadata.exists():
         return []
     try:
-        text = yaml.safe_load(metadata.read_text(encoding="utf-8"))
+        text = plain(metadata.read_text(encoding="utf-8"))
         names = text["rosbag2_bagfile_information"]["relative_file_paths"]
         return [folder / Path(name).name for name in names]
     except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError) as error:

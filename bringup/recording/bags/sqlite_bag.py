@@ -7,12 +7,20 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import apsw
 from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag2 import Reader, ReaderError
 
 from arjuna_core.errors import InputFileError
 from bringup.recording.bags.metadata import FileEntry
 from bringup.recording.bags.topic import BagMessage, TopicInfo, TopicQos
+
+_DAMAGE = (ReaderError, apsw.Error, OSError, ValueError, TypeError, AssertionError)
+"""What rosbags raises where a file is damaged."""
+
+
+def _why(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 class SqliteBag:
@@ -44,8 +52,8 @@ class SqliteBag:
         try:
             reader = Reader(self.path)
             reader.open()
-        except (ReaderError, OSError, ValueError) as error:
-            raise InputFileError(self.path, f"is no recording of rosbag2: {error}") from error
+        except _DAMAGE as error:
+            raise InputFileError(self.path, f"is no recording of rosbag2: {_why(error)}") from error
         return _Opened(reader)
 
     def messages(
@@ -57,9 +65,14 @@ class SqliteBag:
             length = max(self.entry.end - self.entry.start, 1)
             if not wanted:  # none given would mean all
                 return
-            for each, time, data in reader.messages(wanted, start=start):
-                self.share = (time - self.entry.start) / length
-                yield BagMessage(self.topics[each.topic], time, bytes(data))
+            try:
+                for each, time, data in reader.messages(wanted, start=start):
+                    self.share = (time - self.entry.start) / length
+                    yield BagMessage(self.topics[each.topic], time, bytes(data))
+            except _DAMAGE as error:
+                note = f"{self.path.name}: damaged ({_why(error)}); read up to there"
+                if note not in self.problems:
+                    self.problems.append(note)
 
 
 class _Opened:

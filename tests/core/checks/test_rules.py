@@ -80,8 +80,11 @@ def test_scans_of_lidars_are_taken(good: Any) -> None:
         ({"angle_min": 1e9}, "3 beams from 1000000000.0 rad"),
         ({"range_max": 0.1}, "ranges from 0.1 to 0.1"),
         ({"range_min": -1.0}, "ranges from -1.0"),
-        ({"range_max": 1e30}, "range_max 1e"),
-        ({"time_increment": 100.0}, "100.0 s a beam"),
+        ({"range_max": 1e30}, "to 1e+30 m"),
+        ({"range_max": math.nan}, "to nan m"),
+        ({"angle_min": math.nan}, "from nan rad"),
+        ({"time_increment": 100.0}, "each 100.0 s on"),
+        ({"time_increment": math.nan}, "each nan s on"),
     ],
 )
 def test_scans_that_cannot_be_are_refused(changed: dict[str, Any], problem: str) -> None:

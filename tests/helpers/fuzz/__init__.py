@@ -1,0 +1,1 @@
+"""Files changed at random, and the readers that must bear them."""
