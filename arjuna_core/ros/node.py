@@ -18,6 +18,8 @@ from arjuna_core.ros.tf import TransformBuffer
 from arjuna_core.timing import Periodic
 
 T = TypeVar("T")
+_TRANSITION = 90.0  # [s] at most; the first ever compiles the algorithms
+_REQUEST = 30.0  # [s] at most; it may read a file
 
 
 class ManagedNode(Guarded, LifecycleNode):
@@ -169,6 +171,7 @@ class ManagedNode(Guarded, LifecycleNode):
             problem = self.problem_of(name, request)
             if problem is not None:
                 return answers.failed(request, response, problem, invalid=True)
+            self.process.on_long_step(_REQUEST)
             return callback(request, response)
 
         made = self.create_service(service_type, self.process.absolute(name), answer)
@@ -238,6 +241,7 @@ class ManagedNode(Guarded, LifecycleNode):
                 return TransitionCallbackReturn.FAILURE
             return TransitionCallbackReturn.SUCCESS
 
+        self.process.on_long_step(_TRANSITION)
         failed = TransitionCallbackReturn.ERROR
         return self.guarded(step.__name__, run, lambda reason: failed)()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Protocol
 
 from rclpy.experimental.events_executor import EventsExecutor
@@ -82,6 +82,7 @@ class Process:
 
     Attributes:
         guard: Where what a callback raises ends.
+        on_long_step: Called before a step that may rightly take long, with how long at most [s].
     """
 
     def __init__(
@@ -94,6 +95,7 @@ class Process:
     ) -> None:
         self.now = 0.0
         self.guard = Guard(lambda: self.now, strict)
+        self.on_long_step: Callable[[float], None] = lambda patience: None
         self.use_sim_time = use_sim_time
         self.namespace = namespace.strip("/")
         with _discovery(isolated):

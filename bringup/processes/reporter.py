@@ -1,4 +1,4 @@
-"""Tells the supervisor about a host's nodes: their states, and what they wait for."""
+"""Tells the supervisor about a host: that it lives, its nodes' states, what they wait for."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from arjuna_core.ros.process import Process
+from bringup.processes.heartbeat import PATIENCE, PERIOD
 from bringup.processes.status import event_line
 
 _PERIOD = 0.1
@@ -30,7 +31,13 @@ class Reporter:
         self._states: dict[str, str] = {}
         self._waiting: str | None = None
         self._manager_waits = "the start"
-        self._due = 0.0
+        self._due = self._alive_due = 0.0
+        process.on_long_step = self._expect_long
+
+    def _expect_long(self, patience: float) -> None:
+        """Say that the next sign of life may take a time [s]."""
+        self._alive_due = 0.0
+        self._write(event_line(alive=patience))
 
     def wait_for(self, what: str) -> None:
         """Say what the lifecycle manager waits for, nothing if empty; before a node holds it up."""
@@ -42,6 +49,9 @@ class Reporter:
         if now < self._due:
             return
         self._due = now + _PERIOD
+        if now >= self._alive_due:
+            self._alive_due = now + PERIOD
+            self._write(event_line(alive=PATIENCE))
         for node in self._nodes:
             name = self._process.plain_name(node)
             state = node.state_label

@@ -11,8 +11,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from bringup.processes.child import Child, ChildSpec, describe_exit
+from bringup.processes.heartbeat import Heartbeat, starved
 from bringup.processes.output import OWN, Output
 from bringup.processes.restart import RestartLimits, RestartPolicy
+from bringup.processes.status import read_event
 
 USAGE_EXIT = 2
 """The exit code of a process that refuses its input: to start it again changes nothing."""
@@ -20,6 +22,8 @@ QUIT_EXIT = 3
 """The exit code of a process that a client asked to quit, and all the others with it."""
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _TICK = 0.2
+_ABSENT = 1.0  # [s] between two looks: the supervisor itself was stopped, or the machine slept
+_LAST_WORDS = 1.0  # [s] for a process that hangs to say where
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,8 @@ class _Supervised:
         self.policy = RestartPolicy(limits)
         self.child: Child | None = None
         self.start_at: float | None = 0.0
+        self.heartbeat = Heartbeat()
+        self.kill_at: float | None = None
 
 
 class Supervisor:
@@ -72,6 +78,7 @@ class Supervisor:
         self._selector = selectors.DefaultSelector()
         self._signals = 0
         self._failed = False
+        self._looked = time.monotonic()
 
     def run(self) -> int:
         """Run until stopped; return 0 after a clean stop, 1 if a process could not be kept."""
@@ -81,6 +88,7 @@ class Supervisor:
                     self._start_due()
                     self._wait(_TICK)
                     self._reap()
+                    self._end_silent(time.monotonic())
             finally:
                 self._stop_all()
         return 1 if self._failed else 0
@@ -115,8 +123,9 @@ class Supervisor:
 
     def _start(self, place: _Supervised) -> None:
         name = place.spec.name
-        place.start_at = None
-        place.child = Child(place.spec, lambda line: self._output.line(name, line))
+        place.start_at = place.kill_at = None
+        place.heartbeat = Heartbeat()
+        place.child = Child(place.spec, lambda line: self._take(place, line))
         self._selector.register(place.child.output, selectors.EVENT_READ, place.child.read)
         self._output.state(name, "started")
 
@@ -126,6 +135,34 @@ class Supervisor:
             if not key.data():
                 self._selector.unregister(key.fd)
         self._output.tick()
+
+    def _take(self, place: _Supervised, line: str) -> None:
+        """Take a line of a process: a sign of life, or what there is to show."""
+        event = read_event(line)
+        if event is None or "alive" not in event:
+            self._output.line(place.spec.name, line)
+        elif place.child is not None:
+            patience = float(event["alive"])
+            place.heartbeat.hear(time.monotonic(), patience, starved(place.child.pid))
+
+    def _end_silent(self, now: float) -> None:
+        """End processes that are too long silent; they say where they hang, and start again."""
+        absent, self._looked = now - self._looked, now
+        for place in self._places:
+            if place.child is None:
+                continue
+            if absent > _ABSENT:
+                place.heartbeat.excuse(absent)
+            silent = place.heartbeat.silence(now, starved(place.child.pid))
+            if place.kill_at is not None and now >= place.kill_at:
+                place.child.send(signal.SIGKILL)
+            elif place.kill_at is None and silent is not None:
+                place.kill_at = now + _LAST_WORDS
+                name = place.spec.name
+                text = f"{name} has not answered for {silent:.1f} s: ended"
+                self._output.state(name, "hung", text)
+                place.child.send(signal.SIGABRT)  # Python then tells where it is
+                place.child.send(signal.SIGCONT)
 
     def _reap(self, restart: bool = True) -> None:
         for place in self._places:

@@ -34,6 +34,16 @@ OBEDIENT = READY.format("signal.signal(signal.SIGTERM, signal.SIG_DFL)")
 STUBBORN = READY.format(
     "[signal.signal(s, signal.SIG_IGN) for s in (signal.SIGINT, signal.SIGTERM)]"
 )
+ALIVE = "from bringup.processes.status import event_line; print(event_line(alive={0}));"
+STOPPED = (
+    ALIVE.format(0.3) + "import os, signal; print('pid', os.getpid(), flush=True);"
+    "os.kill(os.getpid(), signal.SIGSTOP)"
+)
+BUSY = (
+    "import faulthandler, os; faulthandler.enable();"
+    + ALIVE.format(0.3)
+    + "print('pid', os.getpid(), flush=True)\nwhile True: pass"
+)
 SINGLE_SHOT = "print('pid', __import__('os').getpid()); raise SystemExit({0})"
 
 
@@ -133,3 +143,23 @@ def test_the_others_go_on_without_a_process_that_is_not_needed() -> None:
         pids(orchestrator, 2)
         orchestrator.process.send_signal(signal.SIGINT)
         assert orchestrator.read_to_end() == 0
+
+
+@pytest.mark.parametrize("source", [STOPPED, BUSY], ids=["stopped", "busy"])
+def test_a_process_that_no_longer_answers_is_ended_and_started_again(source: str) -> None:
+    with supervise(source) as orchestrator:
+        first, second = pids(orchestrator, 2)
+        assert first != second
+        assert ended(first)
+        assert orchestrator.matching("c0 has not answered for")
+        assert orchestrator.matching("c0 died (SIGABRT)")
+        assert bool(orchestrator.matching("most recent call first")) == (source == BUSY)
+        orchestrator.process.send_signal(signal.SIGINT)
+        assert orchestrator.read_to_end() == 0
+
+
+def test_a_process_that_lives_is_left_alone() -> None:
+    lively = ALIVE.format(60.0) + OBEDIENT
+    with supervise(lively, STOPPED) as orchestrator:
+        pids(orchestrator, 3)  # the other one has started again
+        assert len(orchestrator.matching("[c0] pid")) == 1
