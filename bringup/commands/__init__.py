@@ -7,6 +7,9 @@ ArjunaError where an input cannot be used, and returns the exit code.
 from __future__ import annotations
 
 COMMANDS = {
+    "Learn": {
+        "lesson": "a page of the tutorial, command by command",
+    },
     "Run the robot": {
         "sim": "the simulated robot in its world, in real time",
         "slam": "mapping and localization of a running robot, or of a log",

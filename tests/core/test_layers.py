@@ -21,18 +21,8 @@ ORDER = {
         *("controllers", "smoothers", "planners", "costmap"),
     ),
     "bringup": (
-        *(
-            "",
-            "commands",
-            "campaign",
-            "doctor",
-            "demo",
-            "processes",
-            "offline",
-            "simulator",
-            "ros2",
-            "client",
-        ),
+        *("", "commands", "lessons", "campaign", "doctor", "demo", "processes", "offline"),
+        *("simulator", "ros2", "client"),
         *("viewing", "recording", "lockstep", "parameters", "stack", "progress", "terminal"),
     ),
 }
@@ -68,7 +58,7 @@ BRINGUP_WITHOUT_ROS = (
     *("doctor/checks/", "doctor/finding.py", "doctor/fit.py", "doctor/guides.py"),
     *("doctor/machine.py", "doctor/processes.py", "doctor/report.py", "doctor/snapshot.py"),
     *("doctor/table.py", "client/endpoint.py"),
-    *("parameters/listing.py", "viewing/frame_tree.py", "viewing/frame_picture.py"),
+    *("parameters/listing.py", "viewing/frame_tree.py", "viewing/frame_picture.py", "lessons/"),
 )
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "mujoco": ("arjuna_sim/physics/", "arjuna_sim/devices/", "arjuna_sim/simulator.py"),

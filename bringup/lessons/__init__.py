@@ -1,0 +1,1 @@
+"""The tutorial's pages, read and run command by command."""

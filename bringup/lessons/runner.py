@@ -1,0 +1,169 @@
+"""Runs a lesson's commands as its reader would, and leaves nothing running."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from types import TracebackType
+
+from arjuna_core.errors import ArjunaError
+from bringup.lessons.page import Command, Section
+
+_STACK = " nodes active after "  # what `sim`, `slam` and `nav` say last
+_UP_TIMEOUT, _END_TIMEOUT, _COMMAND_TIMEOUT = 90.0, 20.0, 900.0  # [s]
+_FIRST_WORD = 20.0  # [s] at most, before the time counts for which to watch
+_LOOK = 0.1  # from one look at the output to the next [s]
+
+
+class LessonError(ArjunaError):
+    """A command did not do what its page says."""
+
+
+class Running:
+    """A command's process; its output goes to a file, so that it waits for no reader.
+
+    Args:
+        command: The command.
+        folder: Where it runs.
+        show: Takes each piece of its output; of one that stays, until it is up.
+
+    Attributes:
+        printed: Its output so far.
+    """
+
+    def __init__(self, command: Command, folder: Path, show: Callable[[str], None]) -> None:
+        self._command, self._show = command, show
+        self.printed = ""
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115 - as long as the process
+        kept = None if command.by_hand else self._output
+        self._process = subprocess.Popen(  # noqa: S603 - python and ros2 only, of our pages
+            program(command.words),
+            cwd=folder,
+            stdin=None if command.by_hand else subprocess.DEVNULL,
+            stdout=kept,
+            stderr=kept,
+        )
+
+    def __enter__(self) -> Running:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End it as Ctrl-C does, or by force where it does not mind."""
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+            self._read(_END_TIMEOUT)
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        self._take()
+        self._output.close()
+
+    def wait_until_up(self) -> None:
+        """Wait until a stack has all its nodes, or another program says its first word.
+
+        Raises:
+            LessonError: It ends instead, or is not up in time.
+        """
+        is_stack = self._command.words[1:3] == ("-m", "bringup")
+        is_up = (lambda: _STACK in self.printed) if is_stack else (lambda: bool(self.printed))
+        if not self._read(_UP_TIMEOUT, is_up):
+            raise LessonError(f"'{self._command.text}' is not up:\n{self.printed}")
+        self._show = lambda text: None
+
+    def run(self) -> int:
+        """Wait for its end, or end it after the time that the page gives; return its exit code.
+
+        Raises:
+            LessonError: It does not end in time.
+        """
+        if self._command.by_hand:
+            return self._process.wait()
+        if self._command.seconds is not None:
+            self._read(_FIRST_WORD, lambda: bool(self.printed))
+            self._read(self._command.seconds)
+            self._process.send_signal(signal.SIGINT)
+            self._read(_END_TIMEOUT)
+            return 0
+        self._read(_COMMAND_TIMEOUT)
+        if self._process.poll() is None:
+            raise LessonError(f"'{self._command.text}' did not end in {_COMMAND_TIMEOUT:.0f} s")
+        return self._process.returncode
+
+    def _read(self, timeout: float, enough: Callable[[], bool] = lambda: False) -> bool:
+        """Take the output until it is enough, the process ends or the time is over [s]."""
+        deadline = time.monotonic() + timeout
+        while not enough() and self._process.poll() is None and time.monotonic() < deadline:
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_LOOK)
+            self._take()
+        return enough()
+
+    def _take(self) -> None:
+        """Take what was printed since the last time."""
+        size = os.fstat(self._output.fileno()).st_size
+        start = len(self.printed.encode())
+        new = os.pread(self._output.fileno(), size - start, start).decode("utf-8", "ignore")
+        self.printed += new
+        if new:
+            self._show(new)
+
+
+def program(words: tuple[str, ...]) -> list[str]:
+    """Return what to start for a command's words.
+
+    Raises:
+        LessonError: Its program is not one that lessons use.
+    """
+    if words[:1] == ("python",):
+        return [sys.executable, *words[1:]]
+    if words[:1] == ("ros2",):
+        return [sys.executable, "-m", "bringup.ros2.main", *words[1:]]
+    raise LessonError(f"'{' '.join(words)}' is not run; valid: python ..., ros2 ...")
+
+
+def run_section(
+    section: Section, folder: Path, show: Callable[[str], None], *, attended: bool
+) -> list[str]:
+    """Run a section's commands in order, those that stay beside the others.
+
+    Args:
+        section: The section.
+        folder: Where the page's relative paths begin.
+        show: Takes each command and what it prints.
+        attended: Whether somebody is there for what is done by hand, else left out.
+
+    Returns:
+        What was not as the page says, a line each.
+
+    Raises:
+        LessonError: A command does not come up, or does not end.
+    """
+    problems: list[str] = []
+    every: list[Running] = []
+    with ExitStack() as staying:
+        for command in section.commands:
+            if command.by_hand and not attended:
+                continue
+            show(f"\n$ {command.text}\n")
+            if command.stays:
+                every.append(staying.enter_context(Running(command, folder, show)))
+                every[-1].wait_until_up()
+                continue
+            with Running(command, folder, show) as running:
+                every.append(running)
+                if running.run() != 0:
+                    problems.append(f"'{command.text}' failed")
+    printed = "\n".join(running.printed for running in every)
+    return problems + [f"not printed: {line}" for line in section.missing(printed)]
