@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from bringup.commands import COMMANDS, FOLDERS
+from bringup.commands.examples import page as examples
 
 _FIRST = """Arjuna: a ROS 2 robot to map, localize and navigate with, simulated or real.
 
@@ -52,6 +53,9 @@ def _parser(chosen: str | None) -> argparse.ArgumentParser:
                 module = importlib.import_module(f"bringup.commands.{file}")
                 module.configure(command)
                 command.set_defaults(run=module.run)
+                command.formatter_class = argparse.RawDescriptionHelpFormatter
+                parts = (examples(parser.prog, name), command.epilog)
+                command.epilog = "\n\n".join(part for part in parts if part)
     return parser
 
 

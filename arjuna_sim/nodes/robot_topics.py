@@ -107,7 +107,8 @@ class RobotTopics:
         settings = standard(robot.settings) if plain else robot.settings
         self.settings = _with_frames(settings, robot)
         self.drive = standard_drive(robot.drive) if plain else robot.drive
-        if node.config.fused_odometry and self.settings.imu is not None:
+        is_wheels = not self.drive.from_world  # a file that asks for the world's odometry gets it
+        if node.config.fused_odometry and is_wheels and self.settings.imu is not None:
             self.drive = wheels_alone(self.drive)
         self._base = robot.urdf.root
         self._truth = node.config.publish_ground_truth

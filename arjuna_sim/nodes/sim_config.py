@@ -58,7 +58,7 @@ class SimConfig(SimulatorConfig):
     fused_odometry: bool = param(
         False,
         "Whether ekf_filter_node makes odometry of the wheels and the IMU: the wheels' own goes to"
-        " wheel_odom then, without a transform.",
+        " wheel_odom then, without a transform. Not where the robot's file asks for the world's.",
         read_only=True,
     )
     initial_pose: InitialPose = field(default_factory=InitialPose)

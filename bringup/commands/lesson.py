@@ -34,13 +34,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--yes", action="store_true", help="do not wait for Enter, leave out what needs hands"
     )
     parser.add_argument("--domain-id", type=domain_id, metavar="N", help="of ROS ($ROS_DOMAIN_ID)")
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.epilog = (
-        "examples:\n"
-        "  python -m bringup lesson 1            the first page, from its beginning\n"
-        "  python -m bringup lesson 3 --list     what the third page is about\n"
-        "  python -m bringup lesson 4 --part 2   its second section alone"
-    )
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from bringup import cli
 from bringup.cli_parser import parse
 from bringup.commands import COMMANDS
+from bringup.commands.examples import EXAMPLES
 
 NODE_COMMANDS = {"sim": [], "slam": [], "nav": ["--map", "m.yaml"], "demo": []}
 
@@ -63,6 +65,22 @@ def test_a_robot_is_chosen_by_namespace_and_domain(command: str) -> None:
     arguments = parse([name, "--namespace", "/robot1/", "--domain-id", "7", *rest])
     assert (arguments.namespace, arguments.domain_id) == ("robot1", 7)
     assert parse([name, *rest]).namespace == ""
+
+
+@pytest.mark.parametrize(
+    "line", [line for lines in EXAMPLES.values() for line in lines], ids=lambda line: line
+)
+def test_an_example_is_understood(line: str) -> None:
+    assert parse(shlex.split(line)).command == line.split()[0]
+
+
+def test_every_command_shows_examples(capsys: pytest.CaptureFixture[str]) -> None:
+    commands = {name for group in COMMANDS.values() for name in group}
+    assert set(EXAMPLES) <= commands
+    for name in EXAMPLES:
+        with pytest.raises(SystemExit, match="0"):
+            parse([name, "--help"])
+        assert f"bringup {EXAMPLES[name][0]}\n" in capsys.readouterr().out
 
 
 def test_the_demo_writes_to_out_demo_unless_told_otherwise() -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 
 from bringup.cli_parser import parse
+from bringup.commands import COMMANDS as COMMANDS_OF_OURS
 from bringup.commands.lesson import PAGES
 from bringup.lessons.page import Command, load_page
 from bringup.ros2.grammar import build_parser
@@ -17,6 +19,8 @@ ROOT = Path(__file__).resolve().parents[3]
 TUTORIAL = ROOT / "docs" / "tutorial"
 EACH = pytest.mark.parametrize("name", PAGES.values())
 FILES = re.compile(r"[\w./-]+\.(?:yaml|urdf|xacro|world|py)")
+INLINE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
+ALL = {name for group in COMMANDS_OF_OURS.values() for name in group}
 RUN = {("tf2_ros", "tf2_echo"), ("nav2_map_server", "map_saver_cli")}
 """What `ros2 run` is used for; its programs are listed in docs/ros2.md."""
 LINKS = re.compile(r"\]\(([^)#]+?)\)")
@@ -39,6 +43,15 @@ def test_every_command_is_understood(name: str) -> None:
             assert build_parser(COMMANDS).parse_args(words) is not None, command.text
         else:
             assert (program, Path(words[0]).suffix) == ("python", ".py"), command.text
+
+
+@EACH
+def test_what_its_words_propose_is_understood(name: str) -> None:
+    """Commands in running text; where a word in capitals stands for something, only the name."""
+    for text in INLINE.findall((TUTORIAL / f"{name}.md").read_text(encoding="utf-8")):
+        words = shlex.split(text.removeprefix("python -m bringup "))
+        if words[0] in ALL and len(words) > 1 and not any(word.isupper() for word in words):
+            assert parse(words).command == words[0], text
 
 
 @EACH

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
@@ -11,12 +13,14 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import header, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
 from arjuna_sim.nodes.ekf import EkfNode
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import TICK, RosBench
-from tests.nodes.sim.running import start
+from tests.nodes.sim.running import run, start, start_sim
+from tests.sim.builders import edited
 
 pytestmark = pytest.mark.ros
 
@@ -108,6 +112,17 @@ def test_simulator_leaves_odometry_to_the_filter(bench: RosBench) -> None:
     bench.process.drain()
     assert (len(wheels), len(odometry), len(transforms)) == (2, 1, 1)
     assert seconds(odometry[0].header.stamp) == seconds(wheels[1].header.stamp)
+
+
+def test_a_file_that_asks_for_the_worlds_odometry_gets_it(bench: RosBench, tmp_path: Path) -> None:
+    source, end = shipped_file("urdf/arjuna.urdf"), "</wheelSeparation>"
+    robot = edited(source, tmp_path, end, f"{end}<odometrySource>world</odometrySource>")
+    sim = start_sim(bench, fused_odometry=True, robot=str(robot))
+    start(bench, EkfNode(bench.process))
+    wheels, odometry = bench.collect(Odometry, "wheel_odom"), bench.collect(Odometry, "odom")
+    run(bench, sim, 50)
+    assert (len(wheels), len(odometry)) == (0, 50)
+    assert se2_from_pose(odometry[-1].pose.pose).distance(sim.simulator.truth().pose) < 1e-9
 
 
 def test_wheels_that_are_silent_for_the_timeout_end_the_odometry(bench: RosBench) -> None:
