@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
+from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.base import PlanResult
+from arjuna_nav.trees.exchange import Answer, Ask, Withdraw
 
 GLOBAL_COSTMAP = "global_costmap"
 LOCAL_COSTMAP = "local_costmap"
@@ -43,6 +46,8 @@ class NavigatorState:
         cleared: Costmaps that have been cleared.
         goals: New goals, to be gone to from now on.
         cancel: Whether to stop for good.
+        answers: Of what a behavior tree asked.
+        selected: What was chosen on the selectors' topics, for a behavior tree.
     """
 
     now: float
@@ -55,6 +60,8 @@ class NavigatorState:
     cleared: frozenset[str] = frozenset()
     goals: tuple[SE2, ...] | None = None
     cancel: bool = False
+    answers: Mapping[int, Answer] = field(default_factory=dict)
+    selected: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -123,7 +130,7 @@ class Finish:
     error_msg: str = ""
 
 
-Command = Stop | Clear | CheckPath | ComputePath | Follow | Recover | Finish
+Command = Stop | Clear | CheckPath | ComputePath | Follow | Recover | Finish | Ask | Withdraw
 
 
 @dataclass(frozen=True)
@@ -143,3 +150,30 @@ class Feedback:
     number_of_recoveries: int
     distance_remaining: float
     number_of_poses_remaining: int
+
+
+def progress(
+    state: NavigatorState,
+    start: float,
+    path: NDArray[np.float64] | None,
+    recoveries: int,
+    poses: int,
+) -> Feedback:
+    """Return how navigation goes.
+
+    Args:
+        state: What is known.
+        start: Time at which the goal came [s].
+        path: What is followed `(N, 3) float64`, None where there is no path yet.
+        recoveries: So far.
+        poses: Goals not yet passed.
+
+    Source: nav2_bt_navigator: the time left is distance by speed where the speed is above 0.01 m/s
+        and the distance above 0.1 m.
+    """
+    distance = 0.0
+    if path is not None and len(path) and state.T_map_base is not None:
+        distance = paths.remaining(path, state.T_map_base)
+    speed = abs(state.speed)
+    left = distance / speed if speed > 0.01 and distance > 0.1 else 0.0
+    return Feedback(state.now - start, left, recoveries, distance, poses)

@@ -38,6 +38,7 @@ from arjuna_nav.commands import (
     Recover,
     Recovery,
     Stop,
+    progress,
 )
 from arjuna_nav.controllers.base import ControlStatus
 from arjuna_nav.planners import path as paths
@@ -145,17 +146,8 @@ class Navigator:
         return commands
 
     def feedback(self, state: NavigatorState) -> Feedback:
-        """Return how it goes.
-
-        Source: nav2_bt_navigator: the time left is distance by speed where the speed is above
-            0.01 m/s and the distance above 0.1 m.
-        """
-        distance = 0.0
-        if self.path is not None and state.T_map_base is not None:
-            distance = paths.remaining(self.path, state.T_map_base)
-        speed = abs(state.speed)
-        left = distance / speed if speed > 0.01 and distance > 0.1 else 0.0
-        return Feedback(state.now - self.start, left, self.recoveries, distance, len(self.goals))
+        """Return how it goes."""
+        return progress(state, self.start, self.path, self.recoveries, len(self.goals))
 
     def _take_goals(self, goals: tuple[SE2, ...]) -> list[Command]:
         """Go somewhere else; the old path is followed until the new one is there."""

@@ -14,6 +14,7 @@ from nav2_msgs.action import (
     NavigateThroughPoses,
     NavigateToPose,
 )
+from nav2_msgs.msg import BehaviorTreeLog
 from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
@@ -28,13 +29,12 @@ from arjuna_nav.commands import Ending, Finish, NavigatorState
 from arjuna_nav.navigator import Navigator, NavigatorConfig
 from arjuna_nav.nodes.frames import pose_in, robot_pose
 from arjuna_nav.nodes.navigation_clients import NavigationClients
+from arjuna_nav.nodes.trees.clients import TreeClients
+from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
 from arjuna_nav.planners import PlanStatus
+from arjuna_nav.tree_navigator import TreeNavigator
+from arjuna_nav.trees.exchange import Ask, Withdraw
 
-_DEFAULT_TREES = (
-    "",
-    "navigate_to_pose_w_replanning_and_recovery.xml",
-    "navigate_through_poses_w_replanning_and_recovery.xml",
-)
 _FEEDBACK_PERIOD = 0.1  # ten a second are enough for a client; Nav2 sends one each tick [s]
 _ROUNDING = 1e-6  # of sums of ticks
 _INVALID = ComputePathToPose.Result.TF_ERROR
@@ -54,6 +54,15 @@ class BtNavigatorConfig(NavigatorConfig):
     wait_for_service_timeout: int = param(
         1000, "How long to wait for a costmap to be cleared.", unit="ms", minimum=0
     )
+    default_nav_to_pose_bt_xml: str = param(
+        "", "Behavior tree of goals that name none; empty: the navigator's own rules."
+    )
+    default_nav_through_poses_bt_xml: str = param("", "The same for goals through poses.")
+    bt_folder: str = param(".", "Folder of the behavior trees that goals may name.")
+    error_code_names: tuple[str, ...] = param(
+        ("compute_path_error_code", "follow_path_error_code"),
+        "Entries of a tree's blackboard that hold error codes; the lowest is a failed goal's.",
+    )
 
 
 class BtNavigatorNode(GoalNode):
@@ -65,12 +74,16 @@ class BtNavigatorNode(GoalNode):
     def configure(self) -> None:
         """Create the actions and their clients."""
         config = self.config
-        self._navigator: Navigator | None = None
+        self._navigator: Navigator | TreeNavigator | None = None
         self._kind = ""
         self._speed = self._begun = 0.0
         self._new_goals: tuple[SE2, ...] | None = None
         self._feedback_at = 0.0
         self._others = NavigationClients(self, config)
+        self._asked = TreeClients(self, config)
+        self._log_out = self.publisher(BehaviorTreeLog, "behavior_tree_log", qos.DEFAULT)
+        defaults = config.default_nav_to_pose_bt_xml, config.default_nav_through_poses_bt_xml
+        self._trees = TreeChoice(dict(zip(_ACTIONS, defaults, strict=True)), config.bt_folder)
         self._servers: dict[str, GoalServer] = {
             kind: self.keep(
                 GoalServer(
@@ -94,6 +107,7 @@ class BtNavigatorNode(GoalNode):
     def halt(self) -> None:
         """Stop the robot and stop navigating."""
         self._others.stop()
+        self._asked.stop()
         self._navigator = None
 
     def _on_odometry(self, message: Any) -> None:
@@ -104,8 +118,6 @@ class BtNavigatorNode(GoalNode):
 
     def _admit(self, kind: str, goal: Any) -> str | None:
         """Say why a goal is rejected."""
-        if goal.behavior_tree.rsplit("/", 1)[-1] not in _DEFAULT_TREES:
-            return f"behavior_tree '{goal.behavior_tree}' is not offered; valid: '' (the default)"
         if self._navigator is not None and kind != self._kind:
             return f"{self._kind} is running"
         return None
@@ -118,7 +130,11 @@ class BtNavigatorNode(GoalNode):
             if server.preempt_requested or (server.goal is not None and self._navigator is None)
         )
         preempts = server.preempt_requested
-        goals, refusal = self._goals(kind, server.newest)
+        goal: Any = server.newest
+        goals, refusal = self._goals(kind, goal)
+        problem = self._trees.choose(kind, goal.behavior_tree, preempts)
+        if refusal is None and problem:
+            refusal = _ACTIONS[kind].Result(error_msg=problem)
         if refusal is not None:
             self.get_logger().error(f"{kind}: goal aborted: {refusal.error_msg}")
             (server.abort_pending if preempts else server.abort)(refusal)
@@ -130,8 +146,15 @@ class BtNavigatorNode(GoalNode):
             server.accept_pending()
             self._new_goals = goals
         else:
-            self._navigator = Navigator(self.config, goals, self.now)
+            self._navigator = self._made_navigator(goals)
         self._tick()
+
+    def _made_navigator(self, goals: tuple[SE2, ...]) -> Navigator | TreeNavigator:
+        tree = self._trees.tree
+        if tree is None:
+            return Navigator(self.config, goals, self.now)
+        self._asked.listen(tree.topics)
+        return TreeNavigator(tree, self.config.error_code_names, goals, self.now)
 
     def _goals(self, kind: str, goal: Any) -> tuple[tuple[SE2, ...], Any | None]:
         """Return a goal's poses in the global frame, and the result that refuses it or None."""
@@ -160,14 +183,27 @@ class BtNavigatorNode(GoalNode):
             speed=self._speed,
             goals=self._new_goals,
             cancel=server.cancel_requested and not server.preempt_requested,
+            answers=self._asked.take_answers(),
+            selected=self._asked.selected,
             **self._others.take_outcomes(),
         )
         self._new_goals = None
-        for command in self._navigator.tick(state):
+        navigator = self._navigator
+        for command in navigator.tick(state):
+            if isinstance(command, (Ask, Withdraw)):
+                self._asked.carry_out(command)
+                continue
             self._others.carry_out(command)
             if isinstance(command, Finish):
                 self._finish(command)
+        self._tell_changes(navigator)
         self._give_feedback(state)
+
+    def _tell_changes(self, navigator: Navigator | TreeNavigator) -> None:
+        """Publish which nodes of a tree changed their status."""
+        changes = navigator.take_changes() if isinstance(navigator, TreeNavigator) else ()
+        if changes:
+            self._log_out.publish(log_msg(changes, self.now))
 
     def _give_feedback(self, state: NavigatorState) -> None:
         if self._navigator is None or self.now - self._feedback_at < _FEEDBACK_PERIOD - _ROUNDING:
@@ -189,6 +225,7 @@ class BtNavigatorNode(GoalNode):
 
     def _finish(self, finish: Finish) -> None:
         self._navigator = None
+        self._asked.stop()
         result = _ACTIONS[self._kind].Result(
             error_code=_code(self._kind, finish.error_code), error_msg=finish.error_msg
         )

@@ -86,18 +86,25 @@ _KNOWN = {
         cmd_vel_teleop odom_topic *.acceleration_limit *.deceleration_limit *.minimum_speed
     """,
     "bt_navigator": """
-        plugin_lib_names default_nav_to_pose_bt_xml default_nav_through_poses_bt_xml
-        default_bt_xml_filename default_server_timeout default_cancel_timeout always_reload_bt_xml
-        error_code_names error_code_name_prefixes navigators navigate_to_pose.*
+        plugin_lib_names default_bt_xml_filename default_server_timeout default_cancel_timeout
+        always_reload_bt_xml error_code_name_prefixes navigators navigate_to_pose.*
         navigate_through_poses.* *_blackboard_id enable_groot_monitoring groot_zmq_* filter_duration
         bt_search_directories odom_duration
     """,
     "waypoint_follower": """
-        global_frame_id input_at_waypoint.* photo_at_waypoint.* wait_at_waypoint.timeout
+        input_at_waypoint.* photo_at_waypoint.* wait_at_waypoint.timeout
         waypoint_task_executor_plugin=input_at_waypoint|photo_at_waypoint
     """,
     "velocity_smoother": """
         odom_duration stamp_smoothed_velocity_with_smoothing_time feedback=closed_loop
+    """,
+    "docking_server": """
+        initial_rotation backward_blind odom_topic odom_duration rotation_angular_tolerance
+        max_staging_time action_server_result_timeout controller.costmap_topic
+        controller.footprint_topic controller.transform_tolerance controller.simulation_step
+        controller.rotate_to_heading_* controller.rotate_to_dock* controller.deceleration_max
+        controller.angular_disengage_threshold controller.type *.dock_direction *.rotate_to_dock
+        *.detector_service_* *.subscribe_toggle
     """,
     "collision_monitor": """
         transform_tolerance base_shift_correction observation_sources *.type *.action_type
@@ -122,7 +129,7 @@ _KNOWN = {
 }
 _NODES = """
     *_rclcpp_node *_client lifecycle_manager* *lifecycle_manager *filter_info_server
-    *filter_mask_server *_mask_server docking_server route_server following_server
+    *filter_mask_server *_mask_server route_server following_server
     loopback_simulator recoveries_server collision_detector base_footprint_publisher
     joint_state_publisher* ros_gz_bridge gz_* gazebo* controller_manager diff_drive_controller
     twist_mux teleop_* rviz* navsat_transform* map_merging turtlebot3_* turtlebot4_* create3_*

@@ -150,18 +150,6 @@ def test_a_goal_on_a_topic_replaces_one_of_a_client(robot: PlayedRobot) -> None:
     assert robot.pose.distance(SE2(0.5, 0.5)) < TOLERANCE
 
 
-@pytest.mark.parametrize(
-    ("tree", "accepted"),
-    [
-        ("", True),
-        ("/opt/ros/jazzy/navigate_to_pose_w_replanning_and_recovery.xml", True),
-        ("my_tree.xml", False),
-    ],
-)
-def test_only_the_default_tree_is_offered(robot: PlayedRobot, tree: str, accepted: bool) -> None:
-    assert go(robot, GOAL, tree).accepted == accepted
-
-
 def test_poses_are_passed_in_turn(robot: PlayedRobot) -> None:
     stops = SE2(1.5, 1.0), SE2(0.0, 1.8), SE2(-1.2, 0.5, 2.0)
     goal = through(robot, *stops)

@@ -1,0 +1,113 @@
+"""Which file a goal's `behavior_tree` is, and how a tree's log looks as a message."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from nav2_msgs.msg import BehaviorTreeLog, BehaviorTreeStatusChange
+
+from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
+from arjuna_core.files.shipped import shipped_file
+from arjuna_core.ros.convert import time_msg
+from arjuna_nav.trees.exchange import StatusChange
+from arjuna_nav.trees.ports import TreeError
+from arjuna_nav.trees.tree import Tree
+from arjuna_nav.trees.xml_file import read_tree
+
+
+class TreeChoice:
+    """Which tree drives, by the goal or by a parameter.
+
+    Args:
+        defaults: By kind of goals, the tree of those that name none; empty: no tree.
+        folder: Of the trees that goals may name.
+
+    Attributes:
+        tree: The tree chosen; None: the navigator's own rules.
+
+    Raises:
+        TreeError: A default tree cannot be run.
+    """
+
+    def __init__(self, defaults: Mapping[str, str], folder: str) -> None:
+        self.tree: Tree | None = None
+        self._name = ""
+        self._defaults = dict(defaults)
+        self._folder = folder
+        for name in filter(None, self._defaults.values()):
+            _default_tree(name)
+
+    def choose(self, kind: str, asked: str, preempts: bool) -> str:
+        """Load the tree of a goal; say why that cannot be, or return nothing.
+
+        As Nav2's, a goal does not replace one that another tree drives.
+
+        Args:
+            kind: The kind of the goal.
+            asked: The tree that it names, if any.
+            preempts: Whether it is to replace the one that runs.
+        """
+        name = asked or self._defaults[kind]
+        if preempts:
+            same = name == self._name
+            return "" if same else f"'{self._name}' drives the goal that runs, not '{name}'"
+        try:
+            if asked:
+                self.tree = _asked_tree(asked, self._folder)
+            else:
+                self.tree = _default_tree(name) if name else None
+        except TreeError as error:
+            return str(error)
+        self._name = name
+        return ""
+
+
+def _asked_tree(name: str, folder: str) -> Tree:
+    """Return the tree that a goal names: a file in the folder, or a shipped one by its name.
+
+    Raises:
+        TreeError: There is no such file, or it holds no tree that can be run.
+    """
+    shipped = shipped_file("behavior_trees")
+    try:
+        path = path_in_folder(folder, name)
+        if path.is_file():
+            return read_tree(path)
+    except MapsFolderError:
+        pass  # a path on another machine may end in the name of a shipped tree
+    own = shipped / Path(name).name
+    if own.suffix == ".xml" and own.is_file():
+        return read_tree(own)
+    valid = ", ".join(sorted(each.name for each in shipped.glob("*.xml")))
+    raise TreeError(
+        f"there is no behavior tree '{name}' in the folder '{folder}' (parameter 'bt_folder'); "
+        f"valid: a file there, or {valid}"
+    )
+
+
+def _default_tree(name: str) -> Tree:
+    """Return the tree that a parameter names: any file, or a shipped one by its name.
+
+    Raises:
+        TreeError: There is no such file, or it holds no tree that can be run.
+    """
+    return read_tree(Path(name)) if Path(name).is_file() else _asked_tree(name, ".")
+
+
+def log_msg(changes: Sequence[StatusChange], now: float) -> Any:
+    """Return what changed in a tree as the message of behavior_tree_log."""
+    return BehaviorTreeLog(
+        timestamp=time_msg(now),
+        event_log=[
+            BehaviorTreeStatusChange(
+                timestamp=time_msg(change.now),
+                node_name=change.node,
+                uid=change.uid,
+                previous_status=change.before,
+                current_status=change.after,
+            )
+            for change in changes
+        ],
+    )

@@ -1,0 +1,89 @@
+"""What a tree asks of the robot's servers, and what they answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from arjuna_core.se2 import SE2
+
+
+@dataclass(frozen=True, eq=False)
+class Ask:
+    """Ask a server; its answer comes under the same key.
+
+    Attributes:
+        key: Unlike that of any other question of the tree.
+        kind: The action or service type, by nav2_msgs' name.
+        server: Its name.
+        fields: The request in plain values, by nav2_msgs' names: poses as SE2, paths
+            `(N, 3) float64`, durations [s].
+    """
+
+    key: int
+    kind: str
+    server: str
+    fields: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Withdraw:
+    """Cancel what was asked; no answer of it counts any more."""
+
+    key: int
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a server answered.
+
+    Attributes:
+        succeeded: Whether it did what was asked.
+        code: Its error code, 0 for none.
+        message: What went wrong.
+        values: What it found, by nav2_msgs' names.
+    """
+
+    succeeded: bool
+    code: int = 0
+    message: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class TreeState:
+    """What a tree is told at each tick.
+
+    Attributes:
+        now: Time [s].
+        pose: Of the robot in the global frame, None where it is not known.
+        speed: Forward [m/s].
+        answers: Of what was asked, once.
+        selected: What was chosen on the selectors' topics.
+    """
+
+    now: float
+    pose: SE2 | None = None
+    speed: float = 0.0
+    answers: Mapping[int, Answer] = field(default_factory=dict)
+    selected: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StatusChange:
+    """One node of a tree that changed its status, as nav2_msgs/BehaviorTreeStatusChange.
+
+    Attributes:
+        now: When [s].
+        node: The node's name.
+        uid: Its number in the tree, in the order of the file.
+        before: Its status before.
+        after: Its status now.
+    """
+
+    now: float
+    node: str
+    uid: int
+    before: str
+    after: str

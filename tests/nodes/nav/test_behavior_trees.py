@@ -1,0 +1,224 @@
+"""bt_navigator driven by behavior trees: Nav2's default ones, a user's own, and broken ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from nav2_msgs.action import NavigateThroughPoses
+from nav2_msgs.msg import BehaviorTreeLog
+
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL
+from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
+from tests.helpers.nav.navigator_goals import (
+    GOAL,
+    IN_BOX,
+    TOLERANCE,
+    assert_stopped_for_good,
+    drive,
+    go,
+    made,
+    stamped,
+)
+
+pytestmark = pytest.mark.ros
+TO_POSE = "navigate_to_pose_w_replanning_and_recovery.xml"
+THROUGH = "navigate_through_poses_w_replanning_and_recovery.xml"
+PLAN = '<ComputePathToPose goal="{goal}" path="{path}" planner_id="GridBased"/>'
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Iterator[PlayedRobot]:
+    robot = made(bt_folder=str(tmp_path))
+    yield robot
+    robot.close()
+
+
+def tree(folder: Path, inside: str, name: str = "mine.xml") -> str:
+    text = f'<root BTCPP_format="4"><BehaviorTree ID="Mine">{inside}</BehaviorTree></root>'
+    (folder / name).write_text(text, encoding="utf-8")
+    return name
+
+
+def through(robot: PlayedRobot, *poses: SE2) -> Goal:
+    request = NavigateThroughPoses.Goal(poses=[stamped(p) for p in poses], behavior_tree=THROUGH)
+    return robot.send(NavigateThroughPoses, "navigate_through_poses", request)
+
+
+def test_the_default_tree_drives_to_a_goal_and_tells_of_it(robot: PlayedRobot) -> None:
+    log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
+    goal = go(robot, GOAL, f"/opt/ros/jazzy/share/{TO_POSE}")
+    robot.run_until_done(goal, 30.0)
+    assert (goal.status, goal.result.error_code, goal.result.error_msg) == (SUCCEEDED, 0, "")
+    assert robot.pose.distance(GOAL) < TOLERANCE
+    assert_stopped_for_good(robot)
+    changes = [change for message in log for change in message.event_log]
+    assert ("FollowPath", "RUNNING", "SUCCESS") in {
+        (change.node_name, change.previous_status, change.current_status) for change in changes
+    }
+    assert changes[0].node_name == "NavigateRecovery"
+    assert goal.feedback[-1].distance_remaining < 0.4 < goal.feedback[10].distance_remaining
+
+
+def test_the_default_tree_replans_once_a_second(robot: PlayedRobot) -> None:
+    log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
+    go(robot, SE2(3.0, 1.0), TO_POSE)
+    robot.run(4.05)
+    planned = [
+        change
+        for message in log
+        for change in message.event_log
+        if change.current_status == "RUNNING" and change.uid == plan_uid(log)
+    ]
+    assert len(planned) in (4, 5)
+    assert robot.command.v > 0.2  # a new path is taken without a stop
+
+
+def plan_uid(log: list[Any]) -> int:
+    """Return the number of the node that plans: the innermost of that name."""
+    named = [c.uid for m in log for c in m.event_log if c.node_name == "ComputePathToPose"]
+    return int(max(named))
+
+
+def test_poses_are_passed_by_the_default_tree(robot: PlayedRobot) -> None:
+    goal = through(robot, SE2(1.5, 1.0), SE2(0.0, 1.8), SE2(-1.2, 0.5))
+    robot.run_until_done(goal, 60.0)
+    assert goal.status == SUCCEEDED
+    assert robot.pose.distance(SE2(-1.2, 0.5)) < TOLERANCE
+    left = [each.number_of_poses_remaining for each in goal.feedback]
+    assert (left[0], left[-1]) == (3, 1)
+
+
+def test_a_goal_that_cannot_be_reached_is_recovered_from_and_given_up(robot: PlayedRobot) -> None:
+    goal = go(robot, IN_BOX, TO_POSE)
+    robot.run_until_done(goal, 120.0)
+    assert goal.result.error_code in (206, 208)
+    if goal.result.error_code == 208:
+        assert goal.feedback[-1].number_of_recoveries >= 6
+    assert goal.result.error_msg
+    assert robot.command == STILL
+
+
+def test_a_goal_outside_the_map_is_given_up_at_once(robot: PlayedRobot) -> None:
+    goal = go(robot, SE2(40.0, 0.0), TO_POSE)
+    robot.run_until_done(goal, 5.0)
+    assert_failed(goal, 204)
+    assert "outside the costmap" in goal.result.error_msg
+
+
+@pytest.mark.parametrize("after", [0.0, 0.02, 3.0])
+def test_cancellation_stops_the_robot_at_once_and_for_good(
+    robot: PlayedRobot, after: float
+) -> None:
+    goal = go(robot, SE2(3.0, 1.0), TO_POSE)
+    robot.run(after)
+    goal.cancel()
+    assert goal.status == CANCELED
+    assert_stopped_for_good(robot)
+    again = go(robot, SE2(0.5, 0.0), TO_POSE)
+    robot.run_until_done(again, 30.0)
+    assert again.status == SUCCEEDED
+
+
+def test_a_newer_goal_replaces_the_running_one_of_the_same_tree(robot: PlayedRobot) -> None:
+    older = go(robot, SE2(3.0, 1.0), TO_POSE)
+    drive(robot)
+    robot.forget()
+    newer = go(robot, SE2(3.0, 1.4), TO_POSE)
+    robot.run(1.2)
+    assert_failed(older, 0)
+    assert min(command.v for command in robot.commands) > 0.1
+    other = go(robot, GOAL)  # by the navigator's own rules
+    assert_failed(other, 0)
+    assert TO_POSE in other.result.error_msg
+    robot.run_until_done(newer, 30.0)
+    assert newer.status == SUCCEEDED
+    assert robot.pose.distance(SE2(3.0, 1.4)) < TOLERANCE
+
+
+def test_a_goal_moved_at_the_last_moment_is_still_gone_to(robot: PlayedRobot) -> None:
+    """The path to the old goal may end before the next one is planned."""
+    go(robot, SE2(0.6, 0.0), TO_POSE)
+    while robot.pose.distance(SE2(0.6, 0.0)) > TOLERANCE + 0.05:
+        robot.run(0.02)
+    newer = go(robot, SE2(0.6, 1.2), TO_POSE)
+    robot.run_until_done(newer, 30.0)
+    assert newer.status == SUCCEEDED
+    assert robot.pose.distance(SE2(0.6, 1.2)) < TOLERANCE
+
+
+def test_a_tree_of_ones_own(robot: PlayedRobot, tmp_path: Path) -> None:
+    name = tree(
+        tmp_path,
+        f'<Sequence>{PLAN}<SmoothPath unsmoothed_path="{{path}}" smoothed_path="{{smooth}}"/>'
+        '<IsPathValid path="{smooth}"/><FollowPath path="{smooth}" controller_id="FollowPath"/>'
+        '<Spin spin_dist="0.5"/><Wait wait_duration="1.0"/>'
+        '<ClearCostmapAroundRobot service_name="local_costmap/clear_around_local_costmap"/>'
+        "</Sequence>",
+    )
+    goal = go(robot, GOAL, name)
+    robot.run_until_done(goal, 60.0)
+    assert goal.status == SUCCEEDED, goal.result.error_msg
+    assert robot.pose.distance(GOAL) < TOLERANCE
+    assert robot.pose.theta - GOAL.theta == pytest.approx(0.5, abs=0.25)
+    assert goal.feedback[-1].number_of_recoveries in (2, 3)  # the last is over at once
+
+
+@pytest.mark.parametrize(
+    ("inside", "says"),
+    [
+        ("<ComputePath/>", "there is no node 'ComputePath'; did you mean 'ComputePathToPose'?"),
+        ("<FollowPath path='{path}'/>", "{path} is not on the blackboard"),
+        ("<Spin server_name='whirl'/>", "the behavior tree failed"),
+        ("<AlwaysFailure/>", "the behavior tree failed"),
+    ],
+)
+def test_a_tree_that_is_wrong_ends_its_goal(
+    robot: PlayedRobot, tmp_path: Path, inside: str, says: str
+) -> None:
+    goal = go(robot, GOAL, tree(tmp_path, inside))
+    robot.run_until_done(goal, 5.0)
+    assert goal.result.error_code == 0
+    assert says in goal.result.error_msg
+    good = go(robot, SE2(0.4, 0.0))
+    robot.run_until_done(good, 30.0)
+    assert good.status == SUCCEEDED
+
+
+@pytest.mark.parametrize("name", ["none.xml", "../secret.xml", "/etc/passwd"])
+def test_a_tree_outside_the_folder_is_not_read(robot: PlayedRobot, name: str) -> None:
+    goal = go(robot, GOAL, name)
+    assert_failed(goal, 0)
+    assert f"there is no behavior tree '{name}'" in goal.result.error_msg
+    assert "bt_folder" in goal.result.error_msg
+
+
+def test_a_default_tree_drives_goals_that_name_none(tmp_path: Path) -> None:
+    name = tree(tmp_path, f'<Sequence>{PLAN}<FollowPath path="{{path}}"/></Sequence>')
+    robot = made(default_nav_to_pose_bt_xml=str(tmp_path / name))
+    log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
+    goal = go(robot, GOAL)
+    robot.run_until_done(goal, 30.0)
+    assert goal.status == SUCCEEDED
+    assert log[0].event_log[0].node_name == "Sequence"
+    robot.close()
+
+
+def test_a_default_tree_that_is_none_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(AssertionError, match="bt_navigator did not configure"):
+        made(default_nav_to_pose_bt_xml="nothing.xml")
+    assert "there is no behavior tree 'nothing.xml'" in capfd.readouterr().err
+
+
+def test_the_end_of_activity_stops_the_robot(robot: PlayedRobot) -> None:
+    goal = go(robot, SE2(3.0, 1.0), TO_POSE)
+    drive(robot)
+    robot.transition("bt_navigator", "deactivate")
+    assert_failed(goal, 0)
+    assert robot.command == STILL
