@@ -48,6 +48,7 @@ class NavigatorState:
         cancel: Whether to stop for good.
         answers: Of what a behavior tree asked.
         selected: What was chosen on the selectors' topics, for a behavior tree.
+        moved_goal: Where the topic goal_update moved the goal to, for a behavior tree.
     """
 
     now: float
@@ -62,6 +63,7 @@ class NavigatorState:
     cancel: bool = False
     answers: Mapping[int, Answer] = field(default_factory=dict)
     selected: Mapping[str, str] = field(default_factory=dict)
+    moved_goal: SE2 | None = None
 
 
 @dataclass(frozen=True)

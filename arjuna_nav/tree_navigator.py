@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 from arjuna_core.se2 import SE2
 from arjuna_nav.commands import Command, Ending, Feedback, Finish, NavigatorState, progress
-from arjuna_nav.trees.actions import RECOVERIES
+from arjuna_nav.trees.asking import RECOVERIES
 from arjuna_nav.trees.exchange import StatusChange, TreeState
-from arjuna_nav.trees.node import Status
+from arjuna_nav.trees.node import Status, Tree
 from arjuna_nav.trees.ports import TreeError
-from arjuna_nav.trees.tree import Tree
 
 
 class TreeNavigator:
@@ -40,7 +39,14 @@ class TreeNavigator:
 
     def tick(self, state: NavigatorState) -> list[Command]:
         """Return what to do now, in order; what is not named goes on as it is."""
-        told = TreeState(state.now, state.T_map_base, state.speed, state.answers, state.selected)
+        told = TreeState(
+            state.now,
+            state.T_map_base,
+            state.speed,
+            state.answers,
+            state.selected,
+            state.moved_goal,
+        )
         if state.cancel:
             return [*self._tree.halt(told), Finish(Ending.CANCELED)]
         if state.goals is not None:

@@ -185,6 +185,7 @@ class BtNavigatorNode(GoalNode):
             cancel=server.cancel_requested and not server.preempt_requested,
             answers=self._asked.take_answers(),
             selected=self._asked.selected,
+            moved_goal=self._asked.moved_goal,
             **self._others.take_outcomes(),
         )
         self._new_goals = None

@@ -1,4 +1,4 @@
-"""Nav2's actions that ask a server and wait for its answer.
+"""Nav2's actions: to plan, follow, smooth, dock, and the behaviors.
 
 Source: nav2_behavior_tree, plugins/action.
 """
@@ -8,91 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from arjuna_nav.trees.exchange import Answer, Withdraw
-from arjuna_nav.trees.node import Status, TreeNode
-from arjuna_nav.trees.ports import (
-    NUMBER,
-    PATH,
-    POSE,
-    POSES,
-    REQUIRED,
-    TEXT,
-    TRUTH,
-    WHOLE,
-    Port,
-)
-
-RECOVERIES = "number_recoveries"
-"""Entry of the blackboard that counts recoveries, as Nav2's."""
-SERVER_PORTS = {
-    "server_name": Port(TEXT, ""),
-    "server_timeout": Port(NUMBER, 0.0),
-    "error_code_id": Port(WHOLE, 0, output=True),
-    "error_msg": Port(TEXT, "", output=True),
-}
-
-
-class Asking(TreeNode):
-    """Asks a server once, and ends as its answer says; a halt withdraws what was asked."""
-
-    KIND: ClassVar[str]
-    SERVER: ClassVar[str] = ""
-    FIELDS: ClassVar[Mapping[str, str]] = {}
-    """Field of the request by port."""
-    IS_RECOVERY: ClassVar[bool] = False
-    _key: int | None = None
-
-    def tick(self) -> Status:
-        """Ask, or look for the answer."""
-        if self._key is None:
-            self.set_status(Status.RUNNING)
-            if self.counts_as_recovery():
-                board = self.running.root
-                board.set(RECOVERIES, (board.get(RECOVERIES) or 0) + 1)
-            self.ask()
-            return Status.RUNNING
-        answer = self.running.state.answers.get(self._key)
-        if answer is None:
-            self.while_running()
-            return Status.RUNNING
-        self._key = None
-        return self.take(answer)
-
-    def ask(self) -> None:
-        """Ask the server, in place of what was asked before."""
-        self._key = self.running.ask(self.KIND, self.server(), self.request())
-
-    def server(self) -> str:
-        """Return the server's name."""
-        return self.get("server_name") or self.SERVER
-
-    def request(self) -> dict[str, Any]:
-        """Return what is asked, by the names of the message's fields."""
-        values = {field: self.get(port) for port, field in self.FIELDS.items()}
-        return {field: value for field, value in values.items() if value is not None}
-
-    def while_running(self) -> None:
-        """Look whether something else is to be asked."""
-
-    def counts_as_recovery(self) -> bool:
-        """Tell whether this is one of the recoveries that feedback counts."""
-        return self.IS_RECOVERY
-
-    def take(self, answer: Answer) -> Status:
-        """Write what was found, and end."""
-        if "error_code_id" in self.PORTS:
-            self.put("error_code_id", 0 if answer.succeeded else answer.code)
-            self.put("error_msg", "" if answer.succeeded else answer.message)
-        for name, value in answer.values.items():
-            if name in self.PORTS:
-                self.put(name, value)
-        return Status.SUCCESS if answer.succeeded else Status.FAILURE
-
-    def on_halt(self) -> None:
-        """Withdraw what was asked."""
-        if self._key is not None:
-            self.running.commands.append(Withdraw(self._key))
-            self._key = None
+from arjuna_nav.trees.asking import SERVER_PORTS, Asking
+from arjuna_nav.trees.exchange import Answer
+from arjuna_nav.trees.node import Status
+from arjuna_nav.trees.ports import NUMBER, PATH, POSE, POSES, TEXT, TRUTH, WHOLE, Port
 
 
 class ComputePathToPose(Asking):
@@ -316,52 +235,3 @@ class UndockRobot(Asking):
         "dock_type": "dock_type",
         "max_undocking_time": "max_undocking_time",
     }
-
-
-SERVICE_PORTS = {"service_name": Port(TEXT, REQUIRED), "server_timeout": Port(NUMBER, 0.0)}
-
-
-class ClearEntireCostmap(Asking):
-    """Clears a costmap."""
-
-    KIND = "ClearEntireCostmap"
-    PORTS: ClassVar[dict[str, Port]] = dict(SERVICE_PORTS)
-    IS_RECOVERY = True
-
-    def server(self) -> str:
-        """Return the service's name."""
-        return str(self.get("service_name"))
-
-
-class ClearCostmapExceptRegion(ClearEntireCostmap):
-    """Clears a costmap but for what is near the robot."""
-
-    KIND = "ClearCostmapExceptRegion"
-    PORTS: ClassVar[dict[str, Port]] = {**SERVICE_PORTS, "reset_distance": Port(NUMBER, 1.0)}
-    FIELDS: ClassVar[Mapping[str, str]] = {"reset_distance": "reset_distance"}
-
-
-class ClearCostmapAroundRobot(ClearCostmapExceptRegion):
-    """Clears a costmap near the robot."""
-
-    KIND = "ClearCostmapAroundRobot"
-
-
-class ClearCostmapAroundPose(ClearCostmapExceptRegion):
-    """Clears a costmap near a pose."""
-
-    KIND = "ClearCostmapAroundPose"
-    PORTS: ClassVar[dict[str, Port]] = {**ClearCostmapExceptRegion.PORTS, "pose": Port(POSE)}
-    FIELDS: ClassVar[Mapping[str, str]] = {"reset_distance": "reset_distance", "pose": "pose"}
-
-
-class IsPathValid(Asking):
-    """Whether a path is free."""
-
-    KIND, SERVER = "IsPathValid", "is_path_valid"
-    PORTS: ClassVar[dict[str, Port]] = {"path": Port(PATH), "server_timeout": Port(NUMBER, 0.0)}
-    FIELDS: ClassVar[Mapping[str, str]] = {"path": "path"}
-
-    def server(self) -> str:
-        """Return the service's name."""
-        return self.SERVER

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from arjuna_nav.trees.node import Status, TreeNode
-from arjuna_nav.trees.ports import CODES, NUMBER, PATH, POSE, TEXT, WHOLE, Port
+from arjuna_nav.trees.ports import CODES, NUMBER, PATH, POSE, POSES, TEXT, WHOLE, Port
 
 
 class Condition(TreeNode):
@@ -42,12 +42,15 @@ class AlwaysFailure(Condition):
 class GoalUpdated(Condition):
     """Whether the goal has changed since it was asked before, in this branch of the tree."""
 
+    PORTS: ClassVar[dict[str, Port]] = {"goal": Port(POSE, None), "goals": Port(POSES, None)}
     _seen: Any = None
 
     def holds(self) -> bool:
         """Compare the goals with those seen before."""
         board = self.running.root
-        before, self._seen = self._seen, (board.get("goal"), board.get("goals"))
+        goal, goals = self.get("goal"), self.get("goals")
+        now = (goal or board.get("goal"), goals or board.get("goals"))
+        before, self._seen = self._seen, now
         return self.remembers() and self._seen != before
 
     def remembers(self) -> bool:
@@ -56,14 +59,14 @@ class GoalUpdated(Condition):
 
 
 class GlobalUpdatedGoal(GoalUpdated):
-    """Whether the goal has changed since it was asked before, wherever the tree was since."""
+    """Whether the goal has changed since it was asked before, wherever the tree was since.
 
-    _asked = False
+    The first time it is new.
+    """
 
     def remembers(self) -> bool:
-        """Tell whether it was asked before."""
-        before, self._asked = self._asked, True
-        return before
+        """Count the first time too."""
+        return True
 
 
 class GoalReached(Condition):
@@ -92,6 +95,22 @@ class InitialPoseReceived(Condition):
         return self.running.state.pose is not None
 
 
+class ArePosesNear(Condition):
+    """Whether two poses are near each other."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "ref_pose": Port(POSE),
+        "target_pose": Port(POSE),
+        "tolerance": Port(NUMBER, 0.5),
+        "global_frame": Port(TEXT, ""),
+    }
+
+    def holds(self) -> bool:
+        """Compare their places."""
+        near = self.get("ref_pose").distance(self.get("target_pose")) <= self.get("tolerance")
+        return bool(near)
+
+
 class TimeExpired(Condition):
     """Whether so much time has passed since it was so before."""
 
@@ -110,18 +129,23 @@ class TimeExpired(Condition):
         return True
 
 
-class PathExpiringTimer(TimeExpired):
-    """The same; a new path begins the time anew."""
+class PathExpiringTimer(Condition):
+    """Whether so much time has passed since it was so before; a new path begins it anew."""
 
     PORTS: ClassVar[dict[str, Port]] = {"seconds": Port(NUMBER, 1.0), "path": Port(PATH, None)}
+    _since = 0.0
     _path: Any = None
+    _begun = False
 
     def holds(self) -> bool:
         """Count from the first time, or from when the path changed."""
-        path = self.get("path")
-        if path is not self._path:
-            self._path, self._since = path, self.running.state.now
-        return super().holds()
+        path, now = self.get("path"), self.running.state.now
+        if not self._begun or path is not self._path:
+            self._begun, self._path, self._since = True, path, now
+        if now - self._since < self.get("seconds"):
+            return False
+        self._since = now
+        return True
 
 
 class DistanceTraveled(Condition):

@@ -1,13 +1,12 @@
-"""Nodes with one child: BehaviorTree.CPP's, and Nav2's own.
+"""BehaviorTree.CPP's nodes with one child.
 
-Source: BehaviorTree.CPP 4, decorators; nav2_behavior_tree, plugins/decorator.
+Source: BehaviorTree.CPP 4, decorators.
 """
 
 from __future__ import annotations
 
 from typing import ClassVar
 
-from arjuna_core.se2 import SE2
 from arjuna_nav.trees.node import Decorator, Status
 from arjuna_nav.trees.ports import NUMBER, WHOLE, Port
 
@@ -157,104 +156,3 @@ class Delay(_Timed):
         if status is not Status.RUNNING:
             self._since = None
         return status
-
-
-class _Gate(Decorator):
-    """Ticks the child at first, while it runs, and whenever it is due; runs in between."""
-
-    def tick(self) -> Status:
-        """Tick the child where it is due."""
-        first = self.status is Status.IDLE
-        if first:
-            self.restart()
-        self.set_status(Status.RUNNING)
-        if not (first or self.child.status is Status.RUNNING or self.is_due()):
-            return Status.RUNNING
-        status = self.child.execute()
-        if status is Status.SUCCESS:
-            self.restart()
-        return status
-
-    def restart(self) -> None:
-        """Begin to wait for the next time."""
-        raise NotImplementedError
-
-    def is_due(self) -> bool:
-        """Tell whether the child is to be ticked again."""
-        raise NotImplementedError
-
-
-class RateController(_Gate):
-    """Ticks the child at most so often."""
-
-    PORTS: ClassVar[dict[str, Port]] = {"hz": Port(NUMBER, 10.0)}
-    _since = 0.0
-
-    def restart(self) -> None:
-        """Count from now."""
-        self._since = self.running.state.now
-
-    def is_due(self) -> bool:
-        """Tell whether a period has passed."""
-        return (self.running.state.now - self._since) * float(self.get("hz")) >= 1.0
-
-
-class DistanceController(_Gate):
-    """Ticks the child each time the robot has gone so far."""
-
-    PORTS: ClassVar[dict[str, Port]] = {"distance": Port(NUMBER, 1.0)}
-    _start: SE2 | None = None
-
-    def restart(self) -> None:
-        """Measure from here."""
-        self._start = self.running.state.pose
-
-    def is_due(self) -> bool:
-        """Tell whether the robot has gone so far."""
-        pose, start = self.running.state.pose, self._start
-        return pose is not None and (
-            start is None or pose.distance(start) >= float(self.get("distance"))
-        )
-
-
-class SpeedController(_Gate):
-    """Ticks the child the more often the faster the robot drives."""
-
-    PORTS: ClassVar[dict[str, Port]] = {
-        "min_rate": Port(NUMBER, 0.1),
-        "max_rate": Port(NUMBER, 1.0),
-        "min_speed": Port(NUMBER, 0.0),
-        "max_speed": Port(NUMBER, 0.5),
-    }
-    _since = 0.0
-
-    def restart(self) -> None:
-        """Count from now."""
-        self._since = self.running.state.now
-
-    def is_due(self) -> bool:
-        """Tell whether a period has passed, by the speed."""
-        low, high = self.get("min_speed"), self.get("max_speed")
-        share = (abs(self.running.state.speed) - low) / max(high - low, 1e-9)
-        slow, fast = self.get("min_rate"), self.get("max_rate")
-        rate = slow + min(max(share, 0.0), 1.0) * (fast - slow)
-        return bool((self.running.state.now - self._since) * rate >= 1.0)
-
-
-class SingleTrigger(Decorator):
-    """Runs the child to its end once, and fails from then on."""
-
-    _used = False
-
-    def tick(self) -> Status:
-        """Tick the child the first time."""
-        if self._used:
-            return Status.FAILURE
-        self.set_status(Status.RUNNING)
-        status = self.child.execute()
-        self._used = status in _ENDED
-        return status
-
-    def on_halt(self) -> None:
-        """Let it run again."""
-        self._used = False

@@ -61,6 +61,7 @@ class TreeState:
         speed: Forward [m/s].
         answers: Of what was asked, once.
         selected: What was chosen on the selectors' topics.
+        moved_goal: The newest pose on the topic goal_update since the goal came.
     """
 
     now: float
@@ -68,6 +69,7 @@ class TreeState:
     speed: float = 0.0
     answers: Mapping[int, Answer] = field(default_factory=dict)
     selected: Mapping[str, str] = field(default_factory=dict)
+    moved_goal: SE2 | None = None
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What every node of a tree is: a status, ports, children, and how they are ticked and halted.
+"""Trees and what every node of one is: a status, ports, children; ticked and halted.
 
 Source: BehaviorTree.CPP 4, TreeNode, ControlNode and DecoratorNode.
 """
@@ -35,12 +35,14 @@ class Running:
         state: What is known in this tick.
         commands: What was asked in this tick.
         changes: Which nodes changed their status since they were last taken.
+        asking: The nodes that ask servers.
     """
 
     root: Blackboard = field(default_factory=Blackboard)
     state: TreeState = field(default_factory=lambda: TreeState(0.0))
     commands: list[Ask | Withdraw] = field(default_factory=list)
     changes: list[StatusChange] = field(default_factory=list)
+    asking: list[TreeNode] = field(default_factory=list)
     _next: int = _FIRST_KEY
 
     def ask(self, kind: str, server: str, fields: Mapping[str, Any]) -> int:
@@ -116,6 +118,10 @@ class TreeNode:
         else:
             self.set_status(Status.IDLE)
 
+    def topics(self) -> set[str]:
+        """Return the topics that the node and those below it must be told of."""
+        return set().union(*(child.topics() for child in self.children))
+
     def reset_children(self) -> None:
         """Make all children idle."""
         for child in self.children:
@@ -177,3 +183,51 @@ class Decorator(TreeNode):
         if self.child.status in (Status.SUCCESS, Status.FAILURE, Status.SKIPPED):
             self.child.reset()
         return status
+
+
+class Tree:
+    """One tree.
+
+    Args:
+        root: Its uppermost node.
+        running: What its nodes share.
+
+    Attributes:
+        topics: That the nodes must be told of.
+    """
+
+    def __init__(self, root: TreeNode, running: Running) -> None:
+        self._root = root
+        self._running = running
+        self.topics = root.topics()
+
+    @property
+    def blackboard(self) -> Blackboard:
+        """The entries of the whole tree."""
+        return self._running.root
+
+    def tick(self, state: TreeState) -> tuple[Status, list[Ask | Withdraw]]:
+        """Tick the tree once; return its status and what it asks.
+
+        Raises:
+            TreeError: A node lacks what it must be given.
+        """
+        self._running.state = state
+        self._running.commands.clear()
+        status = self._root.execute()
+        if status is not Status.RUNNING:
+            self._root.reset()
+        return status, list(self._running.commands)
+
+    def halt(self, state: TreeState) -> list[Ask | Withdraw]:
+        """Stop the tree; return what is withdrawn."""
+        self._running.state = state
+        self._running.commands.clear()
+        self._root.halt()
+        return list(self._running.commands)
+
+    def take_changes(self) -> tuple[StatusChange, ...]:
+        """Return which nodes changed their status since this was asked last."""
+        changes = tuple(self._running.changes)
+        self._running.changes.clear()
+        return changes

@@ -90,17 +90,16 @@ class _Selector(TreeNode):
 
     def tick(self) -> Status:
         """Write it."""
-        chosen = self.running.state.selected.get(self.topic, "")
+        chosen = self.running.state.selected.get(str(self.get("topic_name")), "")
         chosen = chosen or self.get(f"default_{self.WHAT}")
         if not chosen:
             return Status.FAILURE
         self.put(f"selected_{self.WHAT}", chosen)
         return Status.SUCCESS
 
-    @property
-    def topic(self) -> str:
-        """The topic's name."""
-        return str(self.get("topic_name"))
+    def topics(self) -> set[str]:
+        """Return the topic on which it is chosen."""
+        return {str(self.get("topic_name"))}
 
 
 def _ports(what: str) -> dict[str, Port]:
@@ -139,9 +138,3 @@ class ProgressCheckerSelector(_Selector):
     """Which progress checker judges progress."""
 
     WHAT, PORTS = "progress_checker", _ports("progress_checker")
-
-
-def topics(node: TreeNode) -> set[str]:
-    """Return the topics on which a tree's nodes let something be chosen."""
-    found = {node.topic} if isinstance(node, _Selector) else set()
-    return found.union(*(topics(child) for child in node.children))

@@ -18,7 +18,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("arjuna_core", "arjuna_sim", "arjuna_slam", "arjuna_nav", "bringup")
-DATA = ("urdf", "worlds", "maps", "params", "guides", "docs/tutorial")
+DATA = ("urdf", "worlds", "maps", "params", "guides", "docs/tutorial", "behavior_trees")
 DEADLINE = 120.0
 RUN_FOR_A_SECOND = """
 from bringup.lockstep import LockStep

@@ -6,11 +6,15 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import String
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
+from arjuna_core.se2 import SE2
+from arjuna_nav.nodes.frames import pose_in
 from arjuna_nav.nodes.trees.messages import (
     action_type,
     answer_of,
@@ -19,6 +23,7 @@ from arjuna_nav.nodes.trees.messages import (
     unknown_code,
 )
 from arjuna_nav.trees.exchange import Answer, Ask, Withdraw
+from arjuna_nav.trees.nav2_decorators import GOAL_UPDATE
 
 
 @dataclass
@@ -47,16 +52,27 @@ class TreeClients:
         self._answers: dict[int, Answer] = {}
         self._topics: set[str] = set()
         self.selected: dict[str, str] = {}
+        self.moved_goal: SE2 | None = None
 
     def listen(self, topics: set[str]) -> None:
-        """Listen to the topics on which something is chosen."""
+        """Listen to the topics that a tree must be told of; what moved an older goal is over."""
+        self.moved_goal = None
         for topic in sorted(topics - self._topics):
             self._topics.add(topic)
+            if topic == GOAL_UPDATE:
+                self._node.subscribe(PoseStamped, topic, self._on_moved_goal, qos.DEFAULT)
+                continue
             take = partial(self._select, topic)
             self._node.subscribe(String, topic, take, qos.LATCHED, while_inactive=True)
 
     def _select(self, topic: str, message: Any) -> None:
         self.selected[topic] = message.data
+
+    def _on_moved_goal(self, message: Any) -> None:
+        try:
+            self.moved_goal = pose_in(self._node, self._config.global_frame, message)
+        except TransformError as error:
+            self._node.get_logger().warning(f"{GOAL_UPDATE} ignored: {error}")
 
     def take_answers(self) -> dict[int, Answer]:
         """Return what was answered since the last call."""

@@ -12,8 +12,8 @@ from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import time_msg
 from arjuna_nav.trees.exchange import StatusChange
+from arjuna_nav.trees.node import Tree
 from arjuna_nav.trees.ports import TreeError
-from arjuna_nav.trees.tree import Tree
 from arjuna_nav.trees.xml_file import read_tree
 
 

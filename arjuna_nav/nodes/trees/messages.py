@@ -7,6 +7,7 @@ from typing import Any
 
 from geometry_msgs.msg import Point
 from nav2_msgs import action, srv
+from std_srvs.srv import Empty
 
 from arjuna_core.ros.convert import (
     duration_msg,
@@ -29,7 +30,7 @@ def action_type(kind: str) -> Any | None:
 
 def service_type(kind: str) -> Any:
     """Return a service type by its name."""
-    return getattr(srv, kind)
+    return Empty if kind == "Empty" else getattr(srv, kind)
 
 
 def request_msg(message: type[Any], values: Mapping[str, Any], frame: str, now: float) -> Any:

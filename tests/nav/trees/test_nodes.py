@@ -7,9 +7,8 @@ import pytest
 
 from arjuna_core.se2 import SE2
 from arjuna_nav.trees.exchange import Answer, Ask, TreeState
-from arjuna_nav.trees.node import Status
+from arjuna_nav.trees.node import Status, Tree
 from arjuna_nav.trees.ports import TreeError
-from arjuna_nav.trees.tree import Tree
 from arjuna_nav.trees.xml_file import build_tree
 
 RUNNING, SUCCESS, FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
@@ -167,7 +166,10 @@ def test_a_recovery_that_fails_gives_its_turn_to_the_next() -> None:
         (f'<Delay delay_msec="150">{OK}</Delay>', [RUNNING, RUNNING, SUCCESS]),
         (f"<RunOnce>{OK}</RunOnce>", [SUCCESS, SUCCESS]),
         (f"<Sequence><SingleTrigger>{OK}</SingleTrigger></Sequence>", [SUCCESS, FAILURE]),
-        ("<Inverter><GlobalUpdatedGoal/></Inverter>", [SUCCESS, SUCCESS]),
+        ("<Inverter><GlobalUpdatedGoal/></Inverter>", [FAILURE, SUCCESS]),
+        ('<Inverter><PathExpiringTimer seconds="0.15"/></Inverter>', [SUCCESS, SUCCESS, FAILURE]),
+        ('<IsPathValid path="{path}"/>', [FAILURE]),
+        (f"<GoalUpdatedController>{OK}</GoalUpdatedController>", [SUCCESS, SUCCESS]),
         (
             f'<ReactiveFallback><TimeExpired seconds="0.15"/>{SPIN}</ReactiveFallback>',
             [RUNNING, RUNNING, SUCCESS],
@@ -192,6 +194,41 @@ def test_a_distance_is_measured() -> None:
     play.pose = SE2(1.1)
     play.tick()
     assert "Wait" in play.open
+
+
+def test_what_is_cancelled_succeeds() -> None:
+    play = Play(
+        '<PipelineSequence><Fallback><Inverter><PathExpiringTimer seconds="0.15"/></Inverter>'
+        "<CancelControl/></Fallback>"
+        '<FollowPath path="{path}"/></PipelineSequence>',
+        path=PATH,
+    )
+    assert [play.tick() for _ in range(2)] == [RUNNING, RUNNING]
+    following = play.open["FollowPath"]
+    assert play.tick() is SUCCESS
+    assert play.withdrawn == [following]
+
+
+def test_a_goal_is_moved() -> None:
+    play = Play(
+        '<GoalUpdater input_goal="{goal}" output_goal="{moved}"><AlwaysSuccess/></GoalUpdater>',
+        goal=SE2(1.0),
+    )
+    assert play.tree.topics == {"goal_update"}
+    play.tick()
+    assert play.get("moved") == SE2(1.0)
+    play.tree.tick(TreeState(1.0, moved_goal=SE2(2.0)))
+    assert play.get("moved") == SE2(2.0)
+
+
+def test_a_path_that_grows_long_near_the_goal_is_noticed() -> None:
+    detour = np.array([[0.0, 0.0, 0.0], [1.0, 4.0, 0.0], [2.0, 0.0, 0.0]])
+    play = Play(f'<PathLongerOnApproach path="{{path}}">{WAIT}</PathLongerOnApproach>', path=PATH)
+    assert play.tick() is SUCCESS
+    play.tree.blackboard.set("path", detour)
+    assert play.tick() is RUNNING
+    assert play.tick(Wait=True) is SUCCESS
+    assert play.tick() is SUCCESS
 
 
 def test_goals_paths_and_choices_on_the_blackboard() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
+from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import NavigateThroughPoses
 from nav2_msgs.msg import BehaviorTreeLog
 
@@ -168,6 +169,50 @@ def test_a_tree_of_ones_own(robot: PlayedRobot, tmp_path: Path) -> None:
     assert robot.pose.distance(GOAL) < TOLERANCE
     assert robot.pose.theta - GOAL.theta == pytest.approx(0.5, abs=0.25)
     assert goal.feedback[-1].number_of_recoveries in (2, 3)  # the last is over at once
+
+
+def test_a_tree_that_replans_only_where_the_path_is_not_free(
+    robot: PlayedRobot, tmp_path: Path
+) -> None:
+    """The shape of Nav2's navigate_w_replanning_only_if_path_becomes_invalid."""
+    name = tree(
+        tmp_path,
+        '<PipelineSequence><RateController hz="2.0"><Fallback><ReactiveSequence>'
+        '<Inverter><PathExpiringTimer seconds="10" path="{path}"/></Inverter>'
+        '<Inverter><GlobalUpdatedGoal/></Inverter><IsPathValid path="{path}"/></ReactiveSequence>'
+        f'{PLAN}</Fallback></RateController><FollowPath path="{{path}}"/></PipelineSequence>',
+    )
+    log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
+    goal = go(robot, GOAL, name)
+    robot.run_until_done(goal, 30.0)
+    assert goal.status == SUCCEEDED
+    changes = [change for message in log for change in message.event_log]
+    begun = [c.node_name for c in changes if c.current_status == "RUNNING"]
+    assert begun.count("ComputePathToPose") == 1
+    assert begun.count("IsPathValid") > 3
+
+
+def test_a_goal_that_is_moved_is_followed(robot: PlayedRobot, tmp_path: Path) -> None:
+    """The shape of Nav2's follow_point: the tree never ends, the robot keeps its distance."""
+    name = tree(
+        tmp_path,
+        '<PipelineSequence><RateController hz="1.0"><Sequence>'
+        '<GoalUpdater input_goal="{goal}" output_goal="{moved}">'
+        '<ComputePathToPose goal="{moved}" path="{path}"/></GoalUpdater>'
+        '<TruncatePath distance="0.5" input_path="{path}" output_path="{short}"/></Sequence>'
+        '</RateController><KeepRunningUntilFailure><FollowPath path="{short}"/>'
+        "</KeepRunningUntilFailure></PipelineSequence>",
+    )
+    goal = go(robot, SE2(1.5, 0.0), name)
+    robot.run(8.0)
+    assert robot.pose.distance(SE2(1.0, 0.0)) < 0.3
+    robot.bench.publish(PoseStamped, "goal_update", stamped(SE2(1.5, 1.5)))
+    robot.run(10.0)
+    assert robot.pose.distance(SE2(1.5, 1.5)) < 0.8
+    assert not goal.done
+    goal.cancel()
+    assert goal.status == CANCELED
+    assert_stopped_for_good(robot)
 
 
 @pytest.mark.parametrize(
