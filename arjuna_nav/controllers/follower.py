@@ -176,7 +176,8 @@ class PathFollower:
             arriving = self._arrive(pose, velocity, costmap, now, distance)
             if arriving is not None:
                 self._failing_since = None
-                return FollowResult(FollowState.RUNNING, arriving, distance=distance)
+                left = pose.distance(self._end)
+                return FollowResult(FollowState.RUNNING, arriving, distance=left)
             if self._goal.reached(pose, self._end, velocity):
                 return FollowResult(FollowState.SUCCEEDED)
         wanted = min(self.desired_speed, self.speed_limit)
