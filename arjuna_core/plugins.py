@@ -27,12 +27,14 @@ class PluginTypes:
         types: `module:Class` of each of Nav2's class names.
         default: Nav2's name of the class where none is given.
         by_name: The same for plug-ins of certain names.
+        key: Which of a plug-in's parameters names its class.
     """
 
     what: str
     types: Mapping[str, str]
     default: str
     by_name: Mapping[str, str] = field(default_factory=dict)
+    key: str = "plugin"
 
     def resolve(self, name: str) -> Any:
         """Import the class of a name, `package::Class`, `package/Class` or `module:Class`.
@@ -53,7 +55,7 @@ class PluginTypes:
 
     def make(self, config: Any, *arguments: Any) -> Any:
         """Make a plug-in of its parameters, as `load` made them, and what its kind takes."""
-        return self.resolve(config.plugin)(config, *arguments)
+        return self.resolve(getattr(config, self.key))(config, *arguments)
 
     def config_of(self, name: str, values: Mapping[str, Any]) -> type[Any]:
         """Return the dataclass of a class's parameters, given their dotted values.
@@ -111,7 +113,7 @@ def _plugin_class(
     kind: PluginTypes, name: str, flat: dict[str, Any], where: str, problems: list[str]
 ) -> type[Any]:
     """Return the config class of one plug-in."""
-    key, prefix = f"{name}.plugin", f"{name}."
+    key, prefix = f"{name}.{kind.key}", f"{name}."
     default = kind.by_name.get(name, kind.default)
     given = canonical(str(flat.get(key, default)))
     below = {k.removeprefix(prefix): v for k, v in flat.items() if k.startswith(prefix)}
@@ -125,15 +127,15 @@ def _plugin_class(
         given, config = default, kind.config_of(default, {})
     if key in flat:
         flat[key] = given
-    made: type[Any] = _with_class_name(config, kind.what, given)
+    made: type[Any] = _with_class_name(config, kind.what, kind.key, given)
     return made
 
 
 @functools.cache
-def _with_class_name(config: Any, what: str, given: str) -> type[Any]:
-    """Return a plug-in's config class with a field `plugin` that holds its class's name."""
+def _with_class_name(config: Any, what: str, key: str, given: str) -> type[Any]:
+    """Return a plug-in's config class with a field that holds its class's name."""
     item = param(given, f"Class of the {what}, or module:Class.", choices=(given,), read_only=True)
-    return _subclass(config, [("plugin", str, item)])
+    return _subclass(config, [(key, str, item)])
 
 
 @functools.cache

@@ -19,7 +19,8 @@ from arjuna_core.ros.tf import TransformError
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
-from arjuna_nav.safety.collision_monitor import Action, CollisionMonitor, MonitorConfig, Verdict
+from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig, Verdict
+from arjuna_nav.safety.zones import Action
 
 _BLIND = "invalid source"
 

@@ -13,6 +13,7 @@ from arjuna_core.files.yaml_file import read_yaml
 Parameters = dict[str, dict[str, Any]]
 _KEY = "ros__parameters"
 EVERY_NODE = "/**"
+_CLASS = (".plugin", ".action_type")  # what a plug-in is of
 
 
 def load_parameters(paths: Iterable[str | Path]) -> Parameters:
@@ -97,8 +98,8 @@ def merged(*layers: Parameters) -> Parameters:
         for node, values in layer.items():
             known = result.setdefault(node, {})
             for key, value in values.items():
-                if key.endswith(".plugin") and known.get(key, value) != value:
-                    _drop(known, key.removesuffix("plugin"))
+                if key.endswith(_CLASS) and known.get(key, value) != value:
+                    _drop(known, key.rpartition(".")[0] + ".")
             known.update(values)
     return result
 

@@ -111,6 +111,8 @@ _KNOWN = {
         *.visualize *.polygon_pub_topic *.footprint_topic *.polygon_sub_topic *.sources_names
         *.polygon_subscribe_transient_local *.max_points *.holonomic *.velocity_polygons
         *.min_height *.max_height *.min_range *.use_global_height *.obstacles_angle *.topic
+        *.points *.radius *.min_points *.slowdown_ratio *.linear_limit *.angular_limit
+        *.time_before_collision *.simulation_time_step *.enabled
         *.sampling_distance *.source_timeout scan.enabled pointcloud.enabled range.enabled
     """,
     "local_costmap/local_costmap": _COSTMAP,

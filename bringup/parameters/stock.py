@@ -86,8 +86,25 @@ def _as_ours(name: str, given: dict[str, Any], below: dict[str, Any]) -> dict[st
         if key.endswith("plugin") and isinstance(value, str):
             value = canonical(value) if ours == key else [value]
         values[ours] = value
+    if name == "collision_monitor":
+        values = _zones_as_ours(values)
     values.pop("use_sim_time", None)
     return layers_as_ours(values, below) if name in COSTMAPS else values
+
+
+def _zones_as_ours(values: dict[str, Any]) -> dict[str, Any]:
+    """Return a collision monitor's values with zones as Nav2 has them since Iron."""
+    found: dict[str, Any] = {}
+    for key, value in values.items():
+        zone, _, last = key.rpartition(".")
+        if last == "max_points" and isinstance(value, int):
+            found[f"{zone}.min_points"] = value + 1
+        elif last == "points" and isinstance(value, list):
+            pairs = zip(value[::2], value[1::2], strict=False)
+            found[key] = str([list(pair) for pair in pairs])
+        else:
+            found[key] = value
+    return found
 
 
 def _over(below: Parameters, name: str, values: dict[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.safety.collision_monitor import Action, CollisionMonitor, MonitorConfig, Verdict
+from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig, Verdict
+from arjuna_nav.safety.zones import Action
 
 ROBOT = Footprint.circle(0.25)
 BOX = "[[0.5, 0.3], [0.5, -0.3], [-0.3, -0.3], [-0.3, 0.3]]"
@@ -44,7 +45,7 @@ def test_the_speed_falls_with_the_time_before_a_collision(gap: float, seconds: f
 
 def test_a_turn_is_slowed_where_a_corner_would_hit() -> None:
     long = Footprint.polygon(np.array([[0.4, 0.1], [0.4, -0.1], [-0.4, -0.1], [-0.4, 0.1]]))
-    monitor = CollisionMonitor(MonitorConfig())
+    monitor = CollisionMonitor(load(MonitorConfig, {}))
     beside = cluster(0.25, 0.25)
     assert monitor.judge(Velocity(0.0, 1.0), beside, long).action is Action.APPROACH
     assert monitor.judge(Velocity(0.0, -0.1), beside, long).action is Action.DO_NOTHING
@@ -97,4 +98,35 @@ def test_a_robot_that_stands_is_left_alone() -> None:
 
 def test_points_that_are_no_zone_are_refused() -> None:
     with pytest.raises(ConfigError, match="at least three corners"):
-        load(MonitorConfig, {"PolygonStop.points": "[[0.0, 1.0], [1.0, 0.0]]"})
+        load(
+            MonitorConfig,
+            {"polygons": ["PolygonStop"], "PolygonStop.points": "[[0.0, 1.0], [1.0, 0.0]]"},
+        )
+
+
+def test_zones_have_any_names_and_several_may_do_the_same() -> None:
+    zones = {
+        "polygons": ["Near", "Far", "PolygonSlow"],
+        "Near": {"action_type": "stop", "type": "circle", "radius": 0.4},
+        "Far": {"action_type": "slowdown", "type": "polygon", "points": BOX, "slowdown_ratio": 0.3},
+        "PolygonSlow": {"radius": 1.0, "slowdown_ratio": 0.6},
+    }
+    for x, zone, left in ((0.35, "Near", 0.0), (0.45, "Far", 0.12), (0.9, "PolygonSlow", 0.24)):
+        verdict = judge(FORWARD, cluster(x, 0.0), **zones)
+        assert verdict.zone == zone
+        assert verdict.velocity.v == pytest.approx(left)
+
+
+@pytest.mark.parametrize(
+    ("zone", "message"),
+    [
+        ({"action_type": "halt"}, "no zone 'halt'; valid: approach, limit, slowdown, stop"),
+        ({"type": "velocity_polygon"}, "'Near.type' is 'velocity_polygon'; valid: , polygon, circ"),
+        ({"type": "polygon"}, "a zone of type polygon needs points"),
+    ],
+)
+def test_a_zone_that_does_not_exist_is_refused_not_left_out(
+    zone: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ConfigError, match=message):
+        load(MonitorConfig, {"polygons": ["Near"], "Near": zone})

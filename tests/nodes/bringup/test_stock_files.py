@@ -76,6 +76,21 @@ local_costmap: {local_costmap: {ros__parameters: {plugins: [seen, grown],
     assert values["inflation_layer.inflation_radius"] == 0.4
 
 
+def test_older_zones_are_taken_for_what_they_were(tmp_path: Path) -> None:
+    text = """
+collision_monitor: {ros__parameters: {polygons: [Stop, Approach], observation_sources: [scan],
+  Stop: {type: polygon, points: [0.3, 0.3, 0.3, -0.3, 0.0, -0.3, 0.0, 0.3], action_type: stop,
+    max_points: 3, visualize: true, polygon_pub_topic: stop},
+  Approach: {type: polygon, action_type: approach, time_before_collision: 2.0, max_points: 5,
+    footprint_topic: /local_costmap/published_footprint}, scan: {type: scan, topic: /front}}}
+"""
+    assert problems_in(written(tmp_path, text)) == []
+    values = understood(tmp_path, text).parameters["collision_monitor"]
+    assert values["Stop.points"] == "[[0.3, 0.3], [0.3, -0.3], [0.0, -0.3], [0.0, 0.3]]"
+    assert (values["Stop.min_points"], values["Approach.min_points"]) == (4, 6)
+    assert values["scan_topic"] == "/front"
+
+
 def misspelt(document: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
     """Return a file in which each node has one key with two letters changed places."""
     wrong = []

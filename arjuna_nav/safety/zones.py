@@ -1,0 +1,222 @@
+"""Zones round the robot: what part of a velocity each allows."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
+from arjuna_core.plugins import PluginTypes
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
+from arjuna_nav.costmap.footprint import Footprint
+
+
+class Action(enum.IntEnum):
+    """What is done to a velocity; the values are nav2_msgs/msg/CollisionMonitorState's."""
+
+    DO_NOTHING = 0
+    STOP = 1
+    SLOWDOWN = 2
+    APPROACH = 3
+    LIMIT = 4
+
+
+class Zone(Protocol):
+    """A zone, made of its `Config`.
+
+    Attributes:
+        action: What it does.
+    """
+
+    action: ClassVar[Action]
+
+    def allowed(
+        self, velocity: Velocity, points: NDArray[np.float64], footprint: Footprint
+    ) -> float:
+        """Return the part of a velocity that it allows, 0 to 1.
+
+        Args:
+            velocity: What is asked for.
+            points: What is seen, `(N, 2) float64` in the base frame [m].
+            footprint: The robot.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class ZoneConfig:
+    """One zone round the robot, by Nav2's names.
+
+    Raises:
+        ConfigError: Its points are no corners, or a polygon has none.
+    """
+
+    enabled: bool = param(True, "Whether the zone counts.")
+    type: str = param(
+        "", "Its form; empty for what points or radius say.", choices=("", "polygon", "circle")
+    )
+    points: str = param("[]", "Corners [[x, y], ...]; empty for a circle.", unit="m")
+    radius: float = param(0.5, "Radius of the circle.", unit="m", minimum=0.01)
+    min_points: int = param(4, "Points within that make it count.", minimum=1)
+
+    def __post_init__(self) -> None:
+        if self.outline().circular and self.type == "polygon":
+            raise ConfigError("a zone of type polygon needs points [[x, y], ...]")
+
+    def outline(self) -> Footprint:
+        """Return the zone's outline in the base frame."""
+        points = "[]" if self.type == "circle" else self.points
+        return Footprint.parse(points, self.radius, 0.0)
+
+
+class _Entered:
+    """A zone that counts once enough points lie within it."""
+
+    def __init__(self, config: Any) -> None:
+        self._config = config
+        self._outline = config.outline()
+
+    def allowed(
+        self, velocity: Velocity, points: NDArray[np.float64], footprint: Footprint
+    ) -> float:
+        """Return the part of a velocity that is allowed."""
+        entered = _count(points, self._outline) >= self._config.min_points
+        return self._left(velocity) if entered else 1.0
+
+    def _left(self, velocity: Velocity) -> float:
+        """Return the part that is left once it counts."""
+        raise NotImplementedError
+
+
+class StopZone(_Entered):
+    """Stops the robot."""
+
+    Config: ClassVar[type[Any]] = ZoneConfig
+    action = Action.STOP
+
+    def _left(self, velocity: Velocity) -> float:
+        return 0.0
+
+
+@dataclass(frozen=True)
+class SlowConfig(ZoneConfig):
+    """A zone that slows down."""
+
+    slowdown_ratio: float = param(0.5, "Part of the speed left.", minimum=0.0, maximum=1.0)
+
+
+class SlowZone(_Entered):
+    """Slows the robot down by a part."""
+
+    Config: ClassVar[type[Any]] = SlowConfig
+    action = Action.SLOWDOWN
+
+    def _left(self, velocity: Velocity) -> float:
+        return float(self._config.slowdown_ratio)
+
+
+@dataclass(frozen=True)
+class LimitConfig(ZoneConfig):
+    """A zone that limits the speed."""
+
+    linear_limit: float = param(0.5, "Greatest speed.", unit="m/s", minimum=0.0)
+    angular_limit: float = param(0.5, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
+
+
+class LimitZone(_Entered):
+    """Slows the robot down to its limits."""
+
+    Config: ClassVar[type[Any]] = LimitConfig
+    action = Action.LIMIT
+
+    def _left(self, velocity: Velocity) -> float:
+        return min(
+            _ratio(self._config.linear_limit, velocity.v),
+            _ratio(self._config.angular_limit, velocity.w),
+        )
+
+
+@dataclass(frozen=True)
+class ApproachConfig:
+    """The footprint's own zone: keeps a time before any collision."""
+
+    enabled: bool = param(True, "Whether the zone counts.")
+    min_points: int = param(6, "Points within that make it count.", minimum=1)
+    time_before_collision: float = param(1.2, "Time kept.", unit="s", minimum=0.01)
+    simulation_time_step: float = param(0.1, "Step of looking ahead.", unit="s", minimum=0.01)
+
+
+class ApproachZone:
+    """Slows the robot down so that a collision stays a time away."""
+
+    Config: ClassVar[type[Any]] = ApproachConfig
+    action = Action.APPROACH
+
+    def __init__(self, config: ApproachConfig) -> None:
+        self._config = config
+
+    def allowed(
+        self, velocity: Velocity, points: NDArray[np.float64], footprint: Footprint
+    ) -> float:
+        """Return how long nothing is met, as a part of the time to be kept.
+
+        The time is that of the last free step, where Nav2 takes the first that collides: so the
+        robot stands before an obstacle rather than creep into it.
+        """
+        zone = self._config
+        duration, step = zone.time_before_collision, zone.simulation_time_step
+        reach = footprint.circumscribed_radius + abs(velocity.v) * duration
+        near = points[np.hypot(*points.T) <= reach]
+        if len(near) < zone.min_points or velocity == Velocity():
+            return 1.0
+        twist = np.array([velocity.v, 0.0, velocity.w])
+        for k in range(math.ceil(duration / step)):
+            seen = SE2.exp(twist * (k * step)).inverse().apply(near)
+            if _count(seen, footprint) >= zone.min_points:
+                return max(k - 1, 0) * step / duration
+        return 1.0
+
+
+ZONES = PluginTypes(
+    "zone",
+    {
+        "stop": f"{__name__}:StopZone",
+        "slowdown": f"{__name__}:SlowZone",
+        "limit": f"{__name__}:LimitZone",
+        "approach": f"{__name__}:ApproachZone",
+    },
+    "stop",
+    {"PolygonSlow": "slowdown", "PolygonLimit": "limit", "FootprintApproach": "approach"},
+    "action_type",
+)
+"""Zones by what they do, Nav2's `action_type`; Nav2's usual names need not say it."""
+
+
+def _ratio(limit: float, value: float) -> float:
+    return limit / abs(value) if abs(value) > limit else 1.0
+
+
+def _count(points: NDArray[np.float64], outline: Footprint) -> int:
+    """Return how many points lie within an outline."""
+    if outline.circular:
+        return int((np.hypot(*points.T) <= outline.circumscribed_radius).sum())
+    return int(_inside(points, outline.points).sum())
+
+
+def _inside(points: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which points a ray from crosses the outline an odd number of times."""
+    x, y = points[:, :1], points[:, 1:]
+    x0, y0 = corners.T
+    x1, y1 = np.roll(corners, -1, axis=0).T
+    spans = (y0 <= y) != (y1 <= y)
+    slope = np.divide(x1 - x0, y1 - y0, out=np.zeros_like(x0), where=y1 != y0)
+    crossed = spans & (x < x0 + (y - y0) * slope)
+    odd: NDArray[np.bool_] = crossed.sum(axis=1) % 2 == 1
+    return odd
