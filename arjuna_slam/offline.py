@@ -105,6 +105,6 @@ def run(slam: Slam, log: Iterable[tuple[Scan, SE2]]) -> list[tuple[float, SE2]]:
         update = slam.process(replace(scan, stamp=last), T_odom_base)
         if update is not None:
             hung.append((scan.stamp, update.node, update.T_node_base))
-    slam.optimize()
+    slam.finish()
     hung.sort(key=lambda entry: entry[0])
     return [(stamp, slam.graph.pose(node) @ pose) for stamp, node, pose in hung]

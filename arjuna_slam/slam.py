@@ -12,6 +12,7 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.graph.back_end import BackEnd
 from arjuna_slam.graph.loops import LoopCloser
+from arjuna_slam.graph.places import Places
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.mapping.keyframes import Keyframes
 from arjuna_slam.mapping.lifelong import forget_submap
@@ -47,10 +48,11 @@ class Slam(PoseTracker):
         self._tracker = Tracker(config, self._matcher)
         self._local = LocalMap(config)
         self._closer = LoopCloser(config, self._matcher)
+        self._places = Places(config, self._matcher, config.max_laser_range)
         self._begin_graph()
         self._resumed: tuple[ReferenceMap, Start] | None = None
         self._odometry = LastOdometry()
-        self._T_anchor_base = self._T_odom_keyframe = IDENTITY
+        self._T_anchor_base = self._T_anchor_keyframe = self._T_odom_keyframe = IDENTITY
         self._travel = 0.0
 
     def _begin_graph(self, undone: int = 0) -> None:
@@ -83,6 +85,8 @@ class Slam(PoseTracker):
         self._odometry.advance(scan.stamp, T_odom_base)
         closures = self._add_keyframe(scan, surface, match) if due else 0
         self._back_end.advance()
+        if not self._back_end.running:
+            self._look_for_places()
         return self._update(match, due, closures)
 
     def trajectory(self) -> list[tuple[float, SE2]]:
@@ -107,6 +111,23 @@ class Slam(PoseTracker):
                 closed += 1
         self.optimize()
         return closed
+
+    def _look_for_places(self) -> bool:
+        """Do a piece of the work that waits; return whether there was any."""
+        if not self._config.do_loop_closing:
+            return False
+        found = self._places.step(self.graph, self._local.finished, self.keyframes.scans)
+        if found:
+            self._back_end.add([closure.edge for closure in found])
+        return found is not None
+
+    def finish(self) -> None:
+        """Do all the work that waits, and optimise the graph to the end."""
+        self.optimize()
+        while self._look_for_places():
+            while self._back_end.running:
+                self._back_end.advance()
+        self.optimize()
 
     def optimize(self) -> None:
         """Optimise the graph now."""
@@ -161,7 +182,7 @@ class Slam(PoseTracker):
             T_i_j = self.graph.pose(nearest).inverse() @ found.T_field_base
             information = found.information if matched else _VAGUE
             self.graph.add_edge(Edge(nearest, node, T_i_j, information, EdgeKind.MATCH))
-        self._T_anchor_base = self._local.insert(node, surface, IDENTITY)
+        self._T_anchor_base = self._T_anchor_keyframe = self._local.insert(node, surface, IDENTITY)
         self._closer.close(self.graph, node, self._travel, surface, [])
         covariance = np.zeros((3, 3)) if nearest is None else found.covariance
         return self._update(Match(found.status, IDENTITY, covariance, found.response), True, 0)
@@ -199,11 +220,17 @@ class Slam(PoseTracker):
         information = self._information(delta)
         self.graph.add_edge(Edge(previous, node, delta, information, EdgeKind.ODOMETRY))
         if match.status is MatchStatus.MATCHED and self._config.use_scan_matching:
-            for anchor, pose in self._local.poses(match.T_field_base):
-                self.graph.add_edge(Edge(anchor, node, pose, match.information, EdgeKind.MATCH))
+            for submap, pose in self._local.poses(match.T_field_base):
+                past, T_past_node, blur = submap.hang(pose)
+                T_past_field = T_past_node @ match.T_field_base.inverse()
+                known = invert(match.covariance_in(T_past_field) + blur)
+                prior = self._information(T_past_node)
+                self.graph.add_edge(Edge(past, node, T_past_node, known, EdgeKind.MATCH, prior))
         self._T_odom_keyframe = self._odometry.T_odom_base
         edges = self._closer.close(self.graph, node, self._travel, surface, self._local.finished)
-        self._T_anchor_base = self._local.insert(node, surface, match.T_field_base)
+        unseen = match.unseen(information)
+        self._T_anchor_base = self._local.insert(node, surface, match.T_field_base, unseen)
+        self._T_anchor_keyframe = self._T_anchor_base
         self._back_end.add(edges)
         if self._config.lifelong:
             self._forget()
@@ -222,6 +249,7 @@ class Slam(PoseTracker):
         self._begin_graph(self._back_end.undone)
         self.keyframes.adopt(pruned)
         self._closer.resume(pruned.travel, index)
+        self._places.restart()
 
     def _update(self, match: Match, keyframe: bool, closures: int) -> SlamUpdate:
         anchor = self._local.reference.anchor
@@ -236,5 +264,5 @@ class Slam(PoseTracker):
             closures,
             match.status,
             node,
-            self.graph.pose(node).inverse() @ T_map_base,
+            self._T_anchor_keyframe.inverse() @ self._T_anchor_base,
         )

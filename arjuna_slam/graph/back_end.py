@@ -1,7 +1,10 @@
 """The back end: when the graph is optimised, how much of it at a time, and what is taken back.
 
 No scan waits for the optimiser to end: a call does a bounded number of steps and the next call goes
-on from there, so that the same scans always give the same graph.
+on from there, so that the same scans always give the same graph. Where a closure is far off, the
+robust kernel begins so wide that it is believed, and tightens from one optimisation to the next.
+
+Source: Yang et al., Graduated non-convexity for robust spatial perception, 2020.
 """
 
 from __future__ import annotations
@@ -9,10 +12,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from arjuna_core.config import param
+from arjuna_core.se2 import SE2
 from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
 from arjuna_slam.graph.pose_graph import Edge, PoseGraph
 
+_LOOSE_MAX, _TIGHTER = 1e3, 4.0  # how wide the robust kernel begins, and how it tightens
 _STEPS = 2  # in one call, so that no scan waits
 _ONLINE_TOLERANCE, _FINAL_TOLERANCE = 1e-3, 1e-6
 
@@ -66,19 +74,30 @@ class BackEnd:
         self._since = 0
         self._fresh = 0
         self._running = False
+        self._looseness = 1.0
+        self._poses: NDArray[np.float64] | None = None
         self.undone = undone
+
+    @property
+    def running(self) -> bool:
+        """Whether an optimisation goes on."""
+        return self._running
 
     def add(self, edges: list[Edge]) -> None:
         """Add a keyframe's loop edges."""
+        urgent = False
         for edge in edges:
             self._graph.add_edge(edge)
             error = self._graph.residual(edge)
-            far = math.hypot(error[0], error[1]) > self._config.optimize_urgent_distance
-            self._running |= far or abs(error[2]) > self._config.optimize_urgent_angle
+            urgent |= math.hypot(error[0], error[1]) > self._config.optimize_urgent_distance
+            urgent |= abs(error[2]) > self._config.optimize_urgent_angle
+            deviations = math.sqrt(max(0.0, float(error @ edge.information @ error)))
+            loose = deviations / self._config.loop_robust_scale
+            self._looseness = min(max(self._looseness, loose), _LOOSE_MAX)
         self._fresh += len(edges)
         self._since += 1
         period = self._config.optimize_every + self._config.optimize_growth * len(self._graph)
-        self._running |= self._fresh > 0 and self._since >= period
+        self._running |= urgent or (self._fresh > 0 and self._since >= period)
 
     def advance(self) -> None:
         """Do the next few steps of an optimisation that runs."""
@@ -98,12 +117,16 @@ class BackEnd:
         """Return whether the optimisation is over; take back closures that disagree with it."""
         graph = self._graph
         result = optimize(
-            graph.poses, graph.table, robust_scale=self._config.loop_robust_scale,
-            iterations=steps, tolerance=tolerance,
+            self._moved(), graph.table, iterations=steps, tolerance=tolerance,
+            robust_scale=self._config.loop_robust_scale * self._looseness,
         )  # fmt: skip
-        graph.poses = result.poses
+        self._poses = result.poses
         if result.status is OptimizerStatus.MAX_ITERATIONS and steps == _STEPS:
             return False
+        if self._looseness > 1.0:
+            self._looseness = max(1.0, self._looseness / _TIGHTER)
+            return False
+        graph.poses, self._poses = result.poses, None
         tried = graph.table.j < len(graph) - self._config.loop_trial_keyframes
         wrong = graph.table.loop & tried & (result.weights < self._config.loop_minimum_weight)
         if not wrong.any():
@@ -111,3 +134,16 @@ class BackEnd:
         self.undone += int(wrong.sum())
         graph.remove_edges(wrong)
         return False
+
+    def _moved(self) -> NDArray[np.float64]:
+        """Return the poses of an optimisation that goes on, newer nodes beside the last in it.
+
+        The graph moves once, when the optimisation is over: on the way a pose may lie anywhere.
+        """
+        graph = self._graph
+        if self._poses is None:
+            return graph.poses
+        last = len(self._poses) - 1
+        change = SE2.from_array(self._poses[last]) @ graph.pose(last).inverse()
+        newer = [(change @ graph.pose(k)).array() for k in range(last + 1, len(graph))]
+        return np.concatenate((self._poses, np.array(newer).reshape(-1, 3)))

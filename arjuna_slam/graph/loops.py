@@ -5,81 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.drift import Drift
+from arjuna_slam.graph.loop_config import LoopConfig, Submap
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.graph.uncertainty import plausible, relative_covariances, spread
 from arjuna_slam.matching.correlative import Window
-from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher
+from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
 
 _CANDIDATES_MAX = 2  # submaps tried for a keyframe, to bound its time
+_JUST_LEFT = 8.0  # way within which a place is joined by matches anyway [m]
 _BY_HAND = Window(0.75, 0.35, 3)  # a hand in RViz is no better
-
-
-@dataclass(frozen=True)
-class LoopConfig:
-    """Parameters of loop closure; slam_toolbox's names."""
-
-    do_loop_closing: bool = param(True, "Whether to close loops.")
-    loop_search_maximum_distance: float = param(
-        3.0, "Distance to a past keyframe within which its submap is tried.", unit="m", minimum=0.0
-    )
-    loop_search_space_dimension: float = param(
-        8.0, "Width of the greatest search window.", unit="m", minimum=0.1, maximum=100.0
-    )
-    loop_search_angle: float = param(
-        0.35,
-        "Half the angle of the greatest search window.",
-        unit="rad",
-        minimum=0.01,
-        maximum=3.15,
-    )
-    loop_match_minimum_response_coarse: float = param(
-        0.35, "Mean likelihood that the search must reach.", minimum=0.0, maximum=1.0
-    )
-    loop_match_minimum_response_fine: float = param(
-        0.45, "Share of points on the submap's surfaces after refinement.", minimum=0.0, maximum=1.0
-    )
-    loop_drift_per_metre: float = param(
-        0.03, "How much the search window grows with travel since the place was left.",
-        minimum=0.0, maximum=1.0,
-    )  # fmt: skip
-    loop_retry_distance: float = param(
-        0.5, "Travel within which a failed search is not repeated.", unit="m", minimum=0.0
-    )
-    loop_sure_distance: float = param(
-        0.15, "Correction in position below which a match needs no witness.", unit="m", minimum=0.0
-    )
-    loop_sure_angle: float = param(
-        0.05, "Correction in heading below which a match needs no witness.", unit="rad", minimum=0.0
-    )
-    loop_witness_distance: float = param(
-        2.0, "Travel within which another match may bear a correction out.", unit="m", minimum=0.0
-    )
-    loop_agree_distance: float = param(
-        0.1, "Position within which two matches agree.", unit="m", minimum=0.0
-    )
-    loop_agree_angle: float = param(
-        0.03, "Heading within which two matches agree.", unit="rad", minimum=0.0
-    )
-
-
-class Submap(Protocol):
-    """What a loop is closed with: a run of keyframes and their field in the first one's frame."""
-
-    field: Field
-    nodes: list[int]
-
-    @property
-    def anchor(self) -> int:
-        """The node whose frame the field is in."""
 
 
 @dataclass(frozen=True)
@@ -100,14 +40,14 @@ class LoopCloser:
     def __init__(self, config: LoopConfig, matcher: ScanMatcher) -> None:
         self._config = config
         self._matcher = matcher
-        self._drift = Drift()
+        self._travel: list[float] = []
         self._tried: dict[int, float] = {}
         self._witnesses: list[_Witness] = []
 
     @property
     def travel(self) -> tuple[float, ...]:
         """Distance travelled when each keyframe was taken [m]."""
-        return tuple(self._drift.travel)
+        return tuple(self._travel)
 
     def resume(self, travel: NDArray[np.float64], index: NDArray[np.int64] | None = None) -> None:
         """Take over other keyframes.
@@ -117,7 +57,7 @@ class LoopCloser:
             index: Where they are what is left of those before, the new number of each of those,
                 -1 for those gone; None where they are another session's.
         """
-        self._drift.resume(travel)
+        self._travel = travel.tolist()
         left = {} if index is None else {k: int(index[k]) for k in self._tried if index[k] >= 0}
         self._tried = {left[k]: tried for k, tried in self._tried.items() if k in left}
         self._witnesses.clear()
@@ -139,22 +79,23 @@ class LoopCloser:
             surface: What it saw.
             submaps: The finished submaps.
         """
-        self._drift.travel.append(travel)
+        self._travel.append(travel)
         if not self._config.do_loop_closing:
             return []
         edges: list[Edge] = []
-        for anchor, submap, nearest in self._candidates(graph, node, submaps):
+        for submap, window, past, covariance in self._candidates(graph, node, submaps):
+            anchor = submap.anchor
             if travel - self._tried.get(anchor, -math.inf) < self._config.loop_retry_distance:
                 continue
             prior = graph.pose(anchor).inverse() @ graph.pose(node)
-            match = self._match(submap, surface, prior, self._error(node, nearest))
-            if match.status is not MatchStatus.MATCHED:
+            match = self._match(submap, surface, prior, window)
+            expected = graph.pose(node).inverse() @ graph.pose(past)
+            found = match.T_field_base.inverse() @ submap.poses[submap.nodes.index(past)]
+            fits = plausible(expected, found, covariance)
+            if match.status is not MatchStatus.MATCHED or not fits:
                 self._tried[anchor] = travel
                 continue
-            believed = self._believe(graph, anchor, node, match, prior)
-            if believed:
-                self._drift.close(node, nearest)
-            edges.extend(believed)
+            edges.extend(self._believe(graph, submap, node, match, prior))
         return edges
 
     def close_by_hand(
@@ -179,44 +120,50 @@ class LoopCloser:
             least = self._config.loop_match_minimum_response_coarse
             match = self._matcher.match(submap.field, surface, prior, _BY_HAND, least)
             if match.status is MatchStatus.MATCHED and (best is None or match.response > best[0]):
-                information = match.information
-                edge = Edge(submap.anchor, node, match.T_field_base, information, EdgeKind.LOOP)
-                best = match.response, edge
+                best = match.response, _edge(submap, node, match)
         return None if best is None else best[1]
 
     def _candidates(
         self, graph: PoseGraph, node: int, submaps: Sequence[Submap]
-    ) -> list[tuple[int, Submap, int]]:
-        """Return the nearest submaps with a keyframe within reach, each with that keyframe."""
+    ) -> list[tuple[Submap, Window, int, NDArray[np.float64]]]:
+        """Return the nearest submaps with a keyframe within reach.
+
+        Each has where to search, and its nearest keyframe with the covariance in the node's frame.
+        """
         if not submaps:
             return []
         here = graph.poses[node, :2]
         distance = np.hypot(*(graph.poses[:node, :2] - here).T)
         config = self._config
-        reach = config.loop_search_maximum_distance
-        widest = max(reach, 0.5 * config.loop_search_space_dimension)
+        widest = config.loop_search_maximum_distance + config.loop_scan_window
         near = np.flatnonzero(distance < widest)
         first, last = np.array([(submap.nodes[0], submap.nodes[-1]) for submap in submaps]).T
         seen = np.searchsorted(near, last, "right") > np.searchsorted(near, first)
-        found: list[tuple[float, int, int]] = []
+        if not seen.any():
+            return []
+        covariances = relative_covariances(graph, node)
+        found: list[tuple[float, int, Window, int]] = []
         for k in np.flatnonzero(seen).tolist():
             d = distance[submaps[k].nodes]
             best = int(d.argmin())
-            nearest = submaps[k].nodes[best]
-            if d[best] < reach or d[best] < min(widest, self._error(node, nearest)):
-                found.append((float(d[best]), k, nearest))
-        found.sort()
-        return [(submaps[k].anchor, submaps[k], n) for _, k, n in found[:_CANDIDATES_MAX]]
+            past = submaps[k].nodes[best]
+            xy, theta = spread(covariances[past])
+            wide = config.loop_search_deviations * xy
+            within = config.loop_search_maximum_distance + wide
+            left = self._travel[node] - self._travel[past] > _JUST_LEFT
+            if left and wide <= config.loop_scan_window and d[best] < within:
+                found.append((float(d[best]), k, self._window(wide, theta), past))
+        found.sort(key=lambda entry: entry[:2])
+        return [(submaps[k], w, p, covariances[p]) for _, k, w, p in found[:_CANDIDATES_MAX]]
 
-    def _error(self, node: int, past: int) -> float:
-        """Return how far off a keyframe may be as seen from a past one [m]; in radians as well."""
-        return self._config.loop_drift_per_metre * self._drift.between(node, past)
-
-    def _match(self, submap: Submap, surface: Surface, prior: SE2, error: float) -> Match:
+    def _window(self, wide: float, theta: float) -> Window:
         config = self._config
-        half = min(0.3 + error, 0.5 * config.loop_search_space_dimension)
-        angle = min(0.1 + error, config.loop_search_angle)
-        window = Window(half, angle, 2 if half < 0.5 else 4)
+        half = min(0.3 + wide, 0.5 * config.loop_search_space_dimension)
+        angle = min(0.1 + config.loop_search_deviations * theta, config.loop_search_angle)
+        return Window(half, angle, 2 if half < 0.5 else 4)
+
+    def _match(self, submap: Submap, surface: Surface, prior: SE2, window: Window) -> Match:
+        config = self._config
         match = self._matcher.match(
             submap.field, surface, prior, window, config.loop_match_minimum_response_coarse
         )
@@ -226,17 +173,17 @@ class LoopCloser:
         return match
 
     def _believe(
-        self, graph: PoseGraph, anchor: int, node: int, match: Match, prior: SE2
+        self, graph: PoseGraph, submap: Submap, node: int, match: Match, prior: SE2
     ) -> list[Edge]:
         """Return the edges to add: at once if the correction is small, else once two agree."""
-        edge = Edge(anchor, node, match.T_field_base, match.information, EdgeKind.LOOP)
+        edge = _edge(submap, node, match)
         change, c = prior.inverse() @ match.T_field_base, self._config
         near = math.hypot(change.x, change.y) < c.loop_sure_distance
         if near and abs(change.theta) < c.loop_sure_angle:
             return [edge]
-        travel, reach = self._drift.travel[node], c.loop_witness_distance
+        travel, reach = self._travel[node], c.loop_witness_distance
         self._witnesses = [w for w in self._witnesses if travel - w.travel < reach]
-        correction = graph.pose(anchor) @ match.T_field_base @ graph.pose(node).inverse()
+        correction = graph.pose(submap.anchor) @ match.T_field_base @ graph.pose(node).inverse()
         here = graph.poses[node : node + 1, :2]
         for witness in self._witnesses:
             gap = witness.correction.apply(here) - correction.apply(here)
@@ -247,3 +194,11 @@ class LoopCloser:
                 return [witness.edge, edge]
         self._witnesses.append(_Witness(travel, correction, edge))
         return []
+
+
+def _edge(submap: Submap, node: int, match: Match) -> Edge:
+    """Return the edge that a match makes, with the keyframe that saw most of what was matched."""
+    past, T_anchor_past = submap.nearest(match.T_field_base)
+    T_past_anchor = T_anchor_past.inverse()
+    information = invert(match.covariance_in(T_past_anchor))
+    return Edge(past, node, T_past_anchor @ match.T_field_base, information, EdgeKind.LOOP)

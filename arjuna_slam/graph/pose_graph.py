@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
+from arjuna_slam.matching.scan_matcher import invert
+
+_VAGUE = 1e-9 * np.eye(3)  # what an edge that says nothing of a direction knows of it
 
 
 class EdgeKind(enum.Enum):
@@ -30,6 +33,8 @@ class Edge:
         T_i_j: The measurement.
         information: Of `x, y, theta` in the frame of `i`, `(3, 3) float64`.
         kind: Where it comes from.
+        prior: Information on the same pose from edges beside it, which bounds how far the chain
+            over it may be off, `(3, 3) float64`; None for none.
     """
 
     i: int
@@ -37,6 +42,7 @@ class Edge:
     T_i_j: SE2
     information: NDArray[np.float64]
     kind: EdgeKind
+    prior: NDArray[np.float64] | None = None
 
 
 class EdgeTable:
@@ -47,6 +53,7 @@ class EdgeTable:
         self._nodes = np.empty((64, 2), np.int64)
         self._measured = np.empty((64, 3))
         self._information = np.empty((64, 3, 3))
+        self._covariance = np.empty((64, 3, 3))
         self._loop = np.empty(64, np.bool_)
 
     def __len__(self) -> int:
@@ -69,11 +76,14 @@ class EdgeTable:
             self._information = np.concatenate(
                 (self._information, np.empty_like(self._information))
             )
+            self._covariance = np.concatenate((self._covariance, np.empty_like(self._covariance)))
             self._loop = np.concatenate((self._loop, np.empty_like(self._loop)))
         k = self._count
         self._nodes[k] = edge.i, edge.j
         self._measured[k] = edge.T_i_j.x, edge.T_i_j.y, edge.T_i_j.theta
         self._information[k] = edge.information
+        beside = _VAGUE if edge.prior is None else edge.prior
+        self._covariance[k] = invert(edge.information + beside)
         self._loop[k] = edge.kind is EdgeKind.LOOP
         self._count += 1
 
@@ -96,6 +106,11 @@ class EdgeTable:
     def information(self) -> NDArray[np.float64]:
         """Information of each edge, `(E, 3, 3) float64`."""
         return self._information[: self._count]
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """Covariance of each edge, `(E, 3, 3) float64`."""
+        return self._covariance[: self._count]
 
     @property
     def loop(self) -> NDArray[np.bool_]:

@@ -13,6 +13,11 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.surface import Surface
 
+_NONE = np.zeros((3, 3))
+_POST_DISTANCE = (
+    4.0  # way after which keyframes hang on a nearer one: they share less with the last
+)
+
 
 @dataclass(frozen=True)
 class SubmapConfig:
@@ -20,6 +25,9 @@ class SubmapConfig:
 
     max_laser_range: float = param(20.0, "Longest range used.", unit="m", minimum=0.1)
     submap_size: int = param(40, "Keyframes in a submap.", minimum=2, maximum=10000)
+    submap_length: float = param(
+        12.0, "Way on which a submap's keyframes lie at most.", unit="m", minimum=0.1, maximum=1e4
+    )
     field_resolution: float = param(
         0.05, "Edge of a cell of the matching field.", unit="m", minimum=0.005, maximum=0.5
     )
@@ -44,20 +52,68 @@ class Submap:
         field: The reference that scans are matched against, in the anchor's frame.
         T_previous_anchor: The anchor in the frame of the submap before, as matched.
         nodes: The keyframes in it; the first is the anchor.
+        poses: Their poses in the anchor's frame, as they were added.
+        way: How far the robot went from the first to the last [m].
     """
 
     field: Field
     T_previous_anchor: SE2 = IDENTITY
     nodes: list[int] = dataclasses.field(default_factory=list)
+    poses: list[SE2] = dataclasses.field(default_factory=list)
+    way: float = 0.0
+    _blur: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
+    _post: int = 0
+    _post_way: float = 0.0
 
     @property
     def anchor(self) -> int:
         """The node whose frame the field is in."""
         return self.nodes[0]
 
-    def insert(self, node: int, surface: Surface, T_anchor_base: SE2) -> None:
-        """Add a keyframe's surface at its pose in the anchor's frame."""
+    def hang(self, T_anchor_base: SE2) -> tuple[int, SE2, NDArray[np.float64]]:
+        """Return the keyframe that a new one hangs on: the two share most of what they see.
+
+        Args:
+            T_anchor_base: Pose of the new one.
+
+        Returns:
+            The keyframe; the new one's pose in its frame; in its axes the covariance of what no
+            match has seen on the way between, `(3, 3) float64`.
+        """
+        T_post_anchor = self.poses[self._post].inverse()
+        turn = SE2(0.0, 0.0, T_post_anchor.theta).matrix()
+        return self.nodes[self._post], T_post_anchor @ T_anchor_base, turn @ self._blur @ turn.T
+
+    def nearest(self, T_anchor_base: SE2) -> tuple[int, SE2]:
+        """Return the keyframe nearest to a pose in the anchor's frame, and its pose."""
+        k = min(range(len(self.poses)), key=lambda k: self.poses[k].distance(T_anchor_base))
+        return self.nodes[k], self.poses[k]
+
+    def renumber(self, index: NDArray[np.int64]) -> None:
+        """Follow keyframes that were forgotten; see `LocalMap.renumber`."""
+        kept = [k for k, node in enumerate(self.nodes) if index[node] >= 0]
+        self._post = max((new for new, k in enumerate(kept) if k <= self._post), default=0)
+        self.nodes = [int(index[self.nodes[k]]) for k in kept]
+        self.poses = [self.poses[k] for k in kept]
+
+    def insert(
+        self, node: int, surface: Surface, T_anchor_base: SE2, unseen: NDArray[np.float64] = _NONE
+    ) -> None:
+        """Add a keyframe's surface at its pose in the anchor's frame.
+
+        Args:
+            node: The keyframe.
+            surface: What it saw.
+            T_anchor_base: Its pose.
+            unseen: Covariance of what no match has seen of the step to it, in the anchor's axes.
+        """
+        self._blur = self._blur + unseen
+        self.way += self.poses[-1].distance(T_anchor_base) if self.poses else 0.0
         self.nodes.append(node)
+        self.poses.append(T_anchor_base)
+        if self.way - self._post_way >= _POST_DISTANCE:
+            self._post, self._post_way = len(self.nodes) - 1, self.way
+            self._blur = np.zeros((3, 3))
         points, normals = surface.dense(self.field.resolution)
         rotation = SE2(0.0, 0.0, T_anchor_base.theta)
         self.field.add(T_anchor_base.apply(points), rotation.apply(normals))
@@ -97,30 +153,38 @@ class LocalMap:
         submap.field.trim()
         self.finished.append(submap)
 
-    def insert(self, node: int, surface: Surface, T_anchor_base: SE2) -> SE2:
+    def insert(
+        self, node: int, surface: Surface, T_anchor_base: SE2, unseen: NDArray[np.float64] = _NONE
+    ) -> SE2:
         """Add a keyframe; start a submap when the newest is half full, finish the full one.
 
         Args:
             node: The keyframe.
             surface: What it saw.
             T_anchor_base: Its pose in the reference's frame.
+            unseen: Covariance of what no match has seen of the step to it, in the reference's axes.
 
         Returns:
             The pose in the frame of the reference that holds from now on.
         """
-        if not self.active or len(self.active[-1].nodes) >= self._config.submap_size // 2:
+        if not self.active or self._full(self.active[-1], 0.5):
             start = T_anchor_base if self.active else IDENTITY
             self.active.append(Submap(self._config.field(), start))
         pose = T_anchor_base
         for k, submap in enumerate(self.active):
             if k > 0:
                 pose = submap.T_previous_anchor.inverse() @ pose
-            submap.insert(node, surface, pose)
-        if len(self.reference.nodes) < self._config.submap_size:
+            turn = SE2(0.0, 0.0, pose.theta - T_anchor_base.theta).matrix()
+            submap.insert(node, surface, pose, turn @ unseen @ turn.T)
+        if len(self.active) < 2 or not self._full(self.reference, 1.0):
             return T_anchor_base
         self.finished.append(self.active.pop(0))
         self.finished[-1].field.trim()
         return self.reference.T_previous_anchor.inverse() @ T_anchor_base
+
+    def _full(self, submap: Submap, share: float) -> bool:
+        count, length = self._config.submap_size, self._config.submap_length
+        return len(submap.nodes) >= int(share * count) or submap.way >= share * length
 
     def renumber(self, index: NDArray[np.int64]) -> None:
         """Follow keyframes that were forgotten; finished submaps go with their anchor.
@@ -130,13 +194,13 @@ class LocalMap:
         """
         self.finished = [submap for submap in self.finished if index[submap.anchor] >= 0]
         for submap in self.finished + self.active:
-            submap.nodes = [int(index[node]) for node in submap.nodes if index[node] >= 0]
+            submap.renumber(index)
 
-    def poses(self, T_anchor_base: SE2) -> list[tuple[int, SE2]]:
-        """Return the anchor of each active submap and the pose in its frame."""
+    def poses(self, T_anchor_base: SE2) -> list[tuple[Submap, SE2]]:
+        """Return each active submap and the pose in its frame."""
         pose, result = T_anchor_base, []
         for k, submap in enumerate(self.active):
             if k > 0:
                 pose = submap.T_previous_anchor.inverse() @ pose
-            result.append((submap.anchor, pose))
+            result.append((submap, pose))
         return result

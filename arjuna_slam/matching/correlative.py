@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.se2 import SE2, wrap
+from arjuna_core.se2 import SE2
 from arjuna_slam.matching.field import Field
 
 _ANGLE_STEP_MIN = math.radians(0.25)
@@ -44,7 +44,12 @@ class Window:
 
 
 def search(
-    field: Field, points: NDArray[np.float64], prior: SE2, window: Window, least: float
+    field: Field,
+    points: NDArray[np.float64],
+    prior: SE2,
+    window: Window,
+    least: float,
+    apart: tuple[SE2, float] | None = None,
 ) -> tuple[SE2, float] | None:
     """Return the pose of the greatest response and the response.
 
@@ -54,6 +59,8 @@ def search(
         prior: Centre of the window, robot in field.
         window: Its size.
         least: Response (0..1, the mean likelihood times the penalties) a pose must exceed.
+        apart: A pose, and how far in x or y from it another must be at least [m]; any such is
+            returned then, since it is asked whether there is one.
 
     Returns:
         The pose and its response, or None where no pose of the window exceeds `least`.
@@ -77,9 +84,10 @@ def search(
             window.floor_theta,
         ]
     )
+    without = _left_out(apart, prior, field.resolution)
     k, row, column, response = _branch_and_bound(
         field.score, pyramid, levels, points / field.resolution, xy, thetas, half_cells, penalty,
-        least,
+        without, least,
     )  # fmt: skip
     if k < 0:
         return None
@@ -87,44 +95,14 @@ def search(
     return SE2(x, prior.y + row * field.resolution, float(thetas[k])), response
 
 
-def score(
-    field: Field, points: NDArray[np.float64], prior: SE2, pose: SE2, window: Window
-) -> float:
-    """Return the response that `search` would give a pose.
-
-    Args:
-        field: The reference.
-        points: `(N, 2) float64` in the robot's base frame [m].
-        prior: Centre of the window, robot in field.
-        pose: The pose, robot in field.
-        window: Its penalties.
-    """
-    likelihood = _mean_score(field.score, points, pose.array(), field.origin, field.resolution)
-    gap = (pose.x - prior.x) ** 2 + (pose.y - prior.y) ** 2
-    distance = max(1.0 - 0.2 * gap / window.distance_penalty, window.floor_xy)
-    turn = float(wrap(pose.theta - prior.theta))
-    angle = max(1.0 - 0.2 * turn * turn / window.angle_penalty, window.floor_theta)
-    return likelihood * distance * angle
-
-
-@njit(cache=True)
-def _mean_score(
-    values: NDArray[np.uint8],
-    points: NDArray[np.float64],
-    pose: NDArray[np.float64],
-    origin: NDArray[np.float64],
-    resolution: float,
-) -> float:
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    total = 0
-    for i in range(len(points)):
-        x = pose[0] + c * points[i, 0] - s * points[i, 1]
-        y = pose[1] + s * points[i, 0] + c * points[i, 1]
-        column = math.floor((x - origin[0]) / resolution)
-        row = math.floor((y - origin[1]) / resolution)
-        if 0 <= row < values.shape[0] and 0 <= column < values.shape[1]:
-            total += values[row, column]
-    return total / (255.0 * len(points))
+def _left_out(apart: tuple[SE2, float] | None, prior: SE2, resolution: float) -> NDArray[np.int64]:
+    """Return first and last row and column of the offsets left out, `(4,) int64`."""
+    if apart is None:
+        return np.array([0, -1, 0, -1])
+    gap = np.array([apart[0].y - prior.y, apart[0].x - prior.x]).repeat(2)
+    box = np.round(gap / resolution) + round(apart[1] / resolution) * np.array([-1, 1, -1, 1])
+    cells: NDArray[np.int64] = box.astype(np.int64)
+    return cells
 
 
 @njit(cache=True)
@@ -174,6 +152,13 @@ def _penalty(row: int, column: int, size: int, turn: float, p: NDArray[np.float6
 
 
 @njit(cache=True)
+def _excluded(row: int, column: int, size: int, without: NDArray[np.int64]) -> bool:
+    """Tell whether a whole block of offsets lies in the box of offsets left out, its rim in it."""
+    inside = row >= without[0] and row + size - 1 <= without[1]
+    return bool(inside and column >= without[2] and column + size - 1 <= without[3])
+
+
+@njit(cache=True)
 def _offsets(
     points: NDArray[np.float64], xy: NDArray[np.float64], thetas: NDArray[np.float64]
 ) -> NDArray[np.int32]:
@@ -197,6 +182,7 @@ def _descend(
     bound: float,
     turn: float,
     penalty: NDArray[np.float64],
+    without: NDArray[np.int64],
     best: float,
 ) -> tuple[bool, int, int, float]:
     """Search one block of offsets (row, column, level), depth first, the most promising first."""
@@ -218,6 +204,8 @@ def _descend(
         child, first = 1 << (h - 1), top
         for q in range(4):
             r, c = row + (q // 2) * child, column + (q % 2) * child
+            if _excluded(r, c, child, without):
+                continue
             factor = _penalty(r, c, child, turn, penalty)
             value = factor * _bound(
                 score, pyramid, levels, h - 1, cells, r, c, best / max(factor, 1e-9)
@@ -245,9 +233,13 @@ def _branch_and_bound(
     thetas: NDArray[np.float64],
     half: int,
     penalty: NDArray[np.float64],
+    without: NDArray[np.int64],
     least: float,
 ) -> tuple[int, int, int, float]:
-    """Return angle index (-1 for none), row, column and response of the best offset."""
+    """Return angle index (-1 for none), row, column and response of the best offset.
+
+    Where offsets are left out, the first block with a good one outside is enough.
+    """
     depth, n_theta = len(levels) - 1, len(thetas)
     size = 1 << depth
     blocks = (2 * half) // size + 1
@@ -268,8 +260,19 @@ def _branch_and_bound(
         k, b = t // (blocks * blocks), t % (blocks * blocks)
         block = (-half + (b // blocks) * size, -half + (b % blocks) * size, depth)
         found, row, column, response = _descend(
-            score, pyramid, levels, cells[k], block, tops[t], thetas[k] - middle, penalty, best
+            score,
+            pyramid,
+            levels,
+            cells[k],
+            block,
+            tops[t],
+            thetas[k] - middle,
+            penalty,
+            without,
+            best,
         )
         if found:
             best_k, best_row, best_column, best = k, row, column, response
+            if without[0] <= without[1]:
+                break
     return best_k, best_row, best_column, best

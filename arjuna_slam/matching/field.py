@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 _MARGIN_CELLS = 40
 _PLANES_MIN = 4096
+_CROSSED_MIN, _AGREED_MIN = 0.5, 0.7  # weight and share of it in one direction, to be a surface
 _LEVEL_MIN = 2  # of 255: likelihood from which a point counts in a cell
 
 
@@ -83,6 +84,20 @@ class Field:
         if self._pyramid is None or len(self._pyramid[1]) != depth + 1:
             self._pyramid = _build_pyramid(self.score, depth)
         return self._pyramid
+
+    def halved(self) -> Field:
+        """Return a field of cells twice as wide that bounds this one's scores; without surface."""
+        coarse = Field(2.0 * self.resolution, self.sigma)
+        coarse.origin, coarse.score = self.origin, _halve(self.score)
+        return coarse
+
+    def surface(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return points on the surface, one a cell that it crosses, and their normals.
+
+        Returns:
+            `(N, 2) float64` points in the field's frame [m] and `(N, 2) float64` unit normals.
+        """
+        return _crossings(self.index, self.planes, self.resolution, self.origin)
 
     def trim(self) -> None:
         """Give back the memory around what was added."""
@@ -199,6 +214,31 @@ def _stamp_point(
             planes[k, 2] += w * ny
             planes[k, 3] += w * (nx * dx + ny * dy)
     return count
+
+
+@njit(cache=True)
+def _crossings(
+    index: NDArray[np.int32],
+    planes: NDArray[np.float32],
+    resolution: float,
+    origin: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    points, normals = np.empty((len(planes), 2)), np.empty((len(planes), 2))
+    count = 0
+    for r in range(index.shape[0]):
+        for c in range(index.shape[1]):
+            w, nx, ny, d = planes[index[r, c]]
+            length = math.hypot(nx, ny)
+            if index[r, c] == 0 or w < _CROSSED_MIN or length < _AGREED_MIN * w:
+                continue
+            nx, ny, d = nx / length, ny / length, d / length
+            if max(abs(d * nx), abs(d * ny)) > 0.5 * resolution:
+                continue
+            points[count, 0] = origin[0] + (c + 0.5) * resolution + d * nx
+            points[count, 1] = origin[1] + (r + 0.5) * resolution + d * ny
+            normals[count, 0], normals[count, 1] = nx, ny
+            count += 1
+    return points[:count].copy(), normals[:count].copy()
 
 
 def _build_pyramid(

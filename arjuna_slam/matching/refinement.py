@@ -25,6 +25,8 @@ Reference = tuple[NDArray[Any], NDArray[np.float32] | None, float, NDArray[np.fl
 _SUPPORT_MIN, _SUPPORT_FULL = 0.02, 0.2  # how much reference is around a point
 _ALIGNED_MIN, _ALIGNED_FULL = 0.3, 0.7  # how well its normals agree; a thin wall's cancel
 _FACING_MIN, _FACING_FULL = 0.3, 0.7  # cosine between the point's normal and the reference's
+_ASKEW = math.cos(0.3)  # between a wall's direction and what a normal's noise may make of it
+_DEGENERATE = 0.1  # share of the best seen direction below which another is looked at closely
 _WHOLE_STEPS = 10  # after so many, steps are halved, so that a cycle comes to rest
 _STEP_DONE = 1e-4  # [m, rad]
 _STEP_CLOSE = 3e-3  # [m, rad]; a cycle no larger than this counts as converged
@@ -111,8 +113,13 @@ def _linearize(
     normals: NDArray[np.float64] | None,
     pose: NDArray[np.float64],
     scale: float,
+    u: float,
+    v: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
-    """Return the normal equations, the sum of weights and that of weighted squares [m^2]."""
+    """Return the normal equations, the sum of weights and that of weighted squares [m^2].
+
+    Normals near the direction `(u, v)` are taken for it; `(0, 0)` for none.
+    """
     xx = xy = xt = yy = yt = tt = gx = gy = gt = total = square = 0.0
     c, s = math.cos(pose[2]), math.sin(pose[2])
     for i in range(len(points)):
@@ -132,6 +139,9 @@ def _linearize(
             along = nx * normals[i, 0] + ny * normals[i, 1]
             facing = c * along + s * (ny * normals[i, 0] - nx * normals[i, 1])
             w *= _ramp(facing, _FACING_MIN, _FACING_FULL)
+        along = nx * u + ny * v
+        if abs(along) > _ASKEW:
+            nx, ny = math.copysign(u, along), math.copysign(v, along)
         nt = ny * rx - nx * ry
         wx, wy, wt = w * nx, w * ny, w * nt
         xx += wx * nx
@@ -147,6 +157,41 @@ def _linearize(
         square += w * d * d
     h = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
     return h, np.array([gx, gy, gt]), total, square
+
+
+@njit(cache=True)
+def observed(
+    reference: Reference,
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    scale: float,
+) -> NDArray[np.float64]:
+    """Return how much each direction is seen, `(3, 3) float64`, noise of the normals left out.
+
+    Along a corridor the normals of its walls, each some degrees off, add up to a certainty that is
+    none: what lies within `_ASKEW` of the walls' common direction counts as lying in it.
+
+    Args:
+        reference: The field's.
+        points: `(N, 2) float64` in the robot's base frame [m].
+        normals: Theirs, `(N, 2) float64`, zero where unknown.
+        pose: Robot in the field's frame, `(3,) float64`.
+        scale: Of the Geman-McClure weight [m].
+
+    Source: the idea of Zhang, Kaess and Singh, On degeneracy of optimization-based state
+    estimation problems, 2016.
+    """
+    values, planes, resolution, origin = reference
+    h = _linearize(values, planes, resolution, origin, points, normals, pose, scale, 0.0, 0.0)[0]
+    half = 0.5 * (h[0, 0] - h[1, 1])
+    spread = math.hypot(half, h[0, 1])
+    mean = 0.5 * (h[0, 0] + h[1, 1])
+    if mean - spread > _DEGENERATE * (mean + spread):
+        return h
+    angle = 0.5 * math.atan2(h[0, 1], half)
+    u, v = math.cos(angle), math.sin(angle)
+    return _linearize(values, planes, resolution, origin, points, normals, pose, scale, u, v)[0]
 
 
 @njit(cache=True)
@@ -182,7 +227,7 @@ def refine(
     step, done = math.inf, 0
     while done < len(scales) and (step >= _STEP_DONE or scales[done] != scales[done - 1]):
         h, g, total, square = _linearize(
-            values, planes, resolution, origin, points, normals, pose, scales[done]
+            values, planes, resolution, origin, points, normals, pose, scales[done], 0.0, 0.0
         )
         h /= deviation * deviation
         error = pose - prior

@@ -11,14 +11,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.se2 import SE2
-from arjuna_slam.matching.correlative import Window, score, search
+from arjuna_core.se2 import SE2, wrap
+from arjuna_slam.matching.correlative import Window, search
 from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.refinement import refine, solve
+from arjuna_slam.matching.refinement import observed, refine, solve
 from arjuna_slam.matching.surface import Surface
 
 _SEARCH_POINTS_MAX = 360
 _UNKNOWN_INFORMATION = np.diag([1.0, 1.0, 1.0])  # 1 m, 1 rad: what a direction never seen is worth
+_HARDLY_SEEN = 0.05  # deviation from which a direction counts as not seen [m]
 _BETTER = 0.02  # what a searched pose's response must gain on the tracked one
 _FLAT = np.zeros((3, 3))
 
@@ -64,6 +65,27 @@ class Match:
         """The inverse of the covariance, `(3, 3) float64`."""
         return invert(self.covariance)
 
+    def covariance_in(self, T_other_field: SE2) -> NDArray[np.float64]:
+        """Return the covariance in the axes of another frame, `(3, 3) float64`."""
+        turn = SE2(0.0, 0.0, T_other_field.theta).matrix()
+        turned: NDArray[np.float64] = turn @ self.covariance @ turn.T
+        return turned
+
+    def unseen(self, prior: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the covariance of the direction that is hardly seen, `(3, 3) float64`; or zero.
+
+        Args:
+            prior: Information on the step to the scan, in the field's axes.
+        """
+        known = prior if self.status is not MatchStatus.MATCHED else prior + self.information
+        covariance = invert(known)
+        values, axes = np.linalg.eigh(covariance[:2, :2])
+        result = np.zeros((3, 3))
+        for value, axis in zip(values, axes.T, strict=True):
+            if value > _HARDLY_SEEN**2:
+                result[:2, :2] += value * np.outer(axis, axis)
+        return result
+
 
 @dataclass(frozen=True)
 class MatcherConfig:
@@ -101,6 +123,46 @@ class MatcherConfig:
     match_heading_floor: float = param(
         0.002, "Least deviation of a match in heading.", unit="rad", minimum=1e-5, maximum=1.0
     )
+
+
+def score(
+    field: Field, points: NDArray[np.float64], prior: SE2, pose: SE2, window: Window
+) -> float:
+    """Return the response that `search` would give a pose.
+
+    Args:
+        field: The reference.
+        points: `(N, 2) float64` in the robot's base frame [m].
+        prior: Centre of the window, robot in field.
+        pose: The pose, robot in field.
+        window: Its penalties.
+    """
+    likelihood = _mean_score(field.score, points, pose.array(), field.origin, field.resolution)
+    gap = (pose.x - prior.x) ** 2 + (pose.y - prior.y) ** 2
+    distance = max(1.0 - 0.2 * gap / window.distance_penalty, window.floor_xy)
+    turn = float(wrap(pose.theta - prior.theta))
+    angle = max(1.0 - 0.2 * turn * turn / window.angle_penalty, window.floor_theta)
+    return likelihood * distance * angle
+
+
+@njit(cache=True)
+def _mean_score(
+    values: NDArray[np.uint8],
+    points: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    resolution: float,
+) -> float:
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    total = 0
+    for i in range(len(points)):
+        x = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y = pose[1] + s * points[i, 0] + c * points[i, 1]
+        column = math.floor((x - origin[0]) / resolution)
+        row = math.floor((y - origin[1]) / resolution)
+        if 0 <= row < values.shape[0] and 0 <= column < values.shape[1]:
+            total += values[row, column]
+    return total / (255.0 * len(points))
 
 
 class ScanMatcher:
@@ -182,8 +244,9 @@ class ScanMatcher:
         information: NDArray[np.float64],
     ) -> Match:
         config = self._config
-        pose, h, total, square, steps = refine(
-            (field.index, field.planes, field.resolution, field.origin),
+        reference = field.index, field.planes, field.resolution, field.origin
+        pose, _, total, square, steps = refine(
+            reference,
             surface.points, surface.normals,
             start.array(), prior.array(), information + 1e-6 * _UNKNOWN_INFORMATION,
             self._scales, config.range_deviation,
@@ -193,9 +256,10 @@ class ScanMatcher:
             return self._failed(MatchStatus.LOW_RESPONSE, prior, response)
         if steps < 0:
             return self._failed(MatchStatus.NOT_CONVERGED, prior, response)
-        return Match(
-            MatchStatus.MATCHED, SE2.from_array(pose), self._covariance(h, square), response
-        )
+        seen = observed(reference, surface.points, surface.normals, pose, float(self._scales[-1]))
+        information = seen / config.range_deviation**2
+        covariance = self._covariance(information, square)
+        return Match(MatchStatus.MATCHED, SE2.from_array(pose), covariance, response)
 
     def _covariance(self, h: NDArray[np.float64], square: float) -> NDArray[np.float64]:
         """Return the inverse of the information, scaled up where the points fit worse than told."""

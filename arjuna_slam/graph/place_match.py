@@ -1,0 +1,190 @@
+"""Where one submap lies in another, what is not known of it, and what speaks against it.
+
+A scan in a corridor fits anywhere along it, and in the next corridor too. So whole submaps are
+compared; the direction in which they fit as well elsewhere in the window is not known; and where
+the beams of one go through what the other has seen, they are not the same place.
+
+Source: Hess et al., Real-time loop closure in 2D LIDAR SLAM, 2016, section V (search); Olson,
+Robust and efficient robotic mapping, 2008, chapter 3 (ambiguity).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_slam.graph.loop_config import LoopConfig, Submap
+from arjuna_slam.graph.uncertainty import plausible
+from arjuna_slam.matching.contradiction import seen_and_contradicted
+from arjuna_slam.matching.correlative import Window, search
+from arjuna_slam.matching.field import Field
+from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
+from arjuna_slam.matching.surface import Surface
+
+_POINTS = 240  # of a submap that is looked for
+_SCANS = 12  # of a submap that are asked for contradiction
+_COARSE = 0.45  # mean likelihood that a place must reach in the coarse search
+_FINE = Window(0.2, 0.02, 2)
+_APART = 0.8  # another peak is one that lies so far from the best [m]
+_RIVAL = 0.9  # share of the best response from which another peak counts
+_BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # covariance of what a submap's own bend adds
+_UNKNOWN = 1e-4  # information left along a direction in which another place fits as well
+_PIECE = 1.2  # m^2 rad of a window that are searched at a time
+_PIECE_ANGLE_MIN = 0.03
+
+
+@dataclass(frozen=True)
+class Search:
+    """Where a submap is looked for.
+
+    Attributes:
+        prior: The submap in the past one's frame, as the graph has it.
+        covariance: Of the past one in the submap's frame, as the graph bounds it.
+        xy: Half the window [m].
+        theta: Half its angle [rad].
+    """
+
+    prior: SE2
+    covariance: NDArray[np.float64]
+    xy: float
+    theta: float
+
+    @property
+    def ambiguous(self) -> bool:
+        """Whether the window has room for another place that looks the same."""
+        return self.xy >= 2.0 * _APART
+
+    def pieces(self, depth: int) -> list[tuple[SE2, Window]]:
+        """Return the window in pieces that take a bounded time, from the middle outwards."""
+        angle = min(self.theta, max(_PIECE_ANGLE_MIN, _PIECE / self.xy**2))
+        count = int(np.ceil(self.theta / angle))
+        middles = np.arange(1 - count, count, 2) * (self.theta / count)
+        middles = middles[np.argsort(np.abs(middles), kind="stable")]
+        x, y, theta = self.prior.x, self.prior.y, self.prior.theta
+        window = Window(self.xy, self.theta / count, depth)
+        return [(SE2(x, y, theta + middle), window) for middle in middles.tolist()]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a submap lies in a past one.
+
+    Attributes:
+        T_past_query: Its pose.
+        covariance: Of it, in the past one's axes, `(3, 3) float64`.
+        sure: Whether it fits nowhere else in the window.
+    """
+
+    T_past_query: SE2
+    covariance: NDArray[np.float64]
+    sure: bool
+
+
+class PlaceMatcher:
+    """Compares submaps.
+
+    Args:
+        config: The parameters.
+        matcher: The scan matcher.
+        range_max: Longest range used [m].
+    """
+
+    def __init__(self, config: LoopConfig, matcher: ScanMatcher, range_max: float) -> None:
+        self._config = config
+        self._matcher = matcher
+        self._range_max = range_max
+
+    def find(
+        self, query: Submap, past: Submap, window: Search, scans: Sequence[Scan]
+    ) -> Generator[None, None, Place | None]:
+        """Look for a submap in a past one; each step of the generator takes a bounded time.
+
+        Args:
+            query: The submap.
+            past: The past one.
+            window: Where to look.
+            scans: The scan at each node.
+
+        Returns:
+            The place, or None where there is none or something speaks against it.
+        """
+        points, normals = query.field.surface()
+        if len(points) < _POINTS // 4:
+            return None
+        surface = Surface(points, normals, np.zeros(len(points), np.bool_))
+        coarse, some = past.field.halved(), points[:: -(-len(points) // _POINTS)]
+        best = yield from _best(coarse, some, window, _COARSE, None)
+        match = None if best is None else self._refine(past, surface, best[0])
+        if best is None or match is None:
+            return None
+        found = match.T_field_base
+        if not plausible(window.prior.inverse(), found.inverse(), window.covariance):
+            return None
+        if self._contradicted(query, past, points, found, scans):
+            return None
+        yield
+        least = max(_COARSE, _RIVAL * best[1])
+        rival = yield from _best(coarse, some, window, least, (best[0], _APART))
+        information = invert(match.covariance + _BENT)
+        if rival is not None:
+            information = _along_unknown(information, rival[0], found)
+        return Place(found, invert(information), rival is None)
+
+    def _refine(self, past: Submap, surface: Surface, start: SE2) -> Match | None:
+        match = self._matcher.match(past.field, surface, start, _FINE, 0.0)
+        good = match.response >= self._config.loop_place_response
+        return match if good and match.status is MatchStatus.MATCHED else None
+
+    def _contradicted(
+        self,
+        query: Submap,
+        past: Submap,
+        points: NDArray[np.float64],
+        T_past_query: SE2,
+        scans: Sequence[Scan],
+    ) -> bool:
+        """Tell whether the beams of either go through what the other has seen."""
+        theirs = past.field.surface()[0]
+        sides = ((points, past, T_past_query.inverse()), (theirs, query, T_past_query))
+        for seen_points, submap, change in sides:
+            every = max(1, len(submap.nodes) // _SCANS)
+            at = zip(submap.nodes[::every], submap.poses[::every], strict=True)
+            views = [(scans[node], change @ pose) for node, pose in at]
+            seen, against = seen_and_contradicted(seen_points, views, self._range_max)
+            if against > self._config.loop_contradiction * seen:
+                return True
+        return False
+
+
+def _best(
+    coarse: Field,
+    points: NDArray[np.float64],
+    window: Search,
+    least: float,
+    apart: tuple[SE2, float] | None,
+) -> Generator[None, None, tuple[SE2, float] | None]:
+    """Search a window piece by piece; with `apart`, for any pose so far from one."""
+    depth = int(np.clip(np.log2(max(window.xy / coarse.resolution, 1.0)), 2, 5))
+    best = None
+    for prior, piece in window.pieces(depth):
+        found = search(coarse, points, prior, piece, least, apart)
+        if found is not None:
+            best, least = found, found[1]
+            if apart is not None:
+                break
+        yield
+    return best
+
+
+def _along_unknown(information: NDArray[np.float64], rival: SE2, best: SE2) -> NDArray[np.float64]:
+    """Take out what is said along the direction in which another place fits as well."""
+    way = np.array([rival.x - best.x, rival.y - best.y, 0.0])
+    way /= np.linalg.norm(way)
+    pull = information @ way
+    left: NDArray[np.float64] = information - np.outer(pull, pull) / (way @ pull)
+    return left + _UNKNOWN * np.eye(3)

@@ -1,0 +1,175 @@
+"""Loops that drift has opened wide: every finished submap against every past one it may lie on.
+
+The graph says how far drift may have come, so that is how wide a search is. All of it is a queue of
+small pieces of work in a fixed order: one at a scan, the rest when a log ends. What is found is
+held until several closures agree, and all is looked at anew once they have bent the graph.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_slam.graph.hypotheses import Closure, Hypotheses, chained
+from arjuna_slam.graph.loop_config import LoopConfig, Submap
+from arjuna_slam.graph.place_match import Place, PlaceMatcher, Search
+from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.graph.uncertainty import relative_covariances, spread
+from arjuna_slam.matching.scan_matcher import ScanMatcher, invert
+
+_OVERLAP = 3.0  # how near two submaps' ways must come [m]
+_CANDIDATES_MAX = 8  # of a submap at a time
+_KNOWN = 0.3  # deviation below which submaps that a closure joins are not compared [m]
+_BENDS = 0.5  # correction from which on all is looked at anew [m]
+_SURE, _UNSURE = 1.0, 0.5  # weight of a closure, and of one that fits elsewhere as well
+_BELIEVED = 2.0  # weights of closures that agree
+
+
+@dataclass(frozen=True)
+class _Task:
+    query: int
+    past: int
+    covariance: NDArray[np.float64]
+
+
+class Places:
+    """Closes wide loops, a piece of work at a time.
+
+    Args:
+        config: The parameters.
+        matcher: The scan matcher.
+        range_max: Longest range used [m].
+    """
+
+    def __init__(self, config: LoopConfig, matcher: ScanMatcher, range_max: float) -> None:
+        self._config = config
+        self._matcher = PlaceMatcher(config, matcher, range_max)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all; the submaps may be others now."""
+        self._work: Generator[None, None, list[Closure]] | None = None
+        self._tasks: deque[_Task] = deque()
+        self._next = 0
+        self._tried: dict[tuple[int, int], tuple[SE2, float]] = {}
+        self._closed: set[tuple[int, int]] = set()
+        self._hypotheses = Hypotheses()
+
+    def step(
+        self, graph: PoseGraph, submaps: Sequence[Submap], scans: Sequence[Scan]
+    ) -> list[Closure] | None:
+        """Do the next piece of work.
+
+        Args:
+            graph: The graph; it is not changed.
+            submaps: The finished submaps.
+            scans: The scan at each node.
+
+        Returns:
+            Closures to be believed, or None where there is nothing to do.
+        """
+        if self._work is None and self._tasks:
+            self._work = self._try(self._tasks.popleft(), graph, submaps, scans)
+        if self._work is not None:
+            try:
+                next(self._work)
+            except StopIteration as done:
+                self._work = None
+                found: list[Closure] = done.value
+                return found
+            return []
+        if self._next < len(submaps):
+            self._look_around(self._next, graph, submaps)
+            self._next += 1
+            return []
+        return None
+
+    def _look_around(self, query: int, graph: PoseGraph, submaps: Sequence[Submap]) -> None:
+        """Note the past submaps that one may lie on, the nearest first."""
+        covariances = relative_covariances(graph, submaps[query].anchor)
+        gaps, joined = _gaps(graph, submaps[query].nodes), _joined(graph, submaps[query].nodes)
+        found: list[tuple[float, _Task]] = []
+        for past in range(query - 1):
+            task = _Task(query, past, covariances[submaps[past].anchor])
+            known = spread(task.covariance)[0] < _KNOWN and joined[submaps[past].nodes].any()
+            if known or (query, past) in self._closed:
+                continue
+            gap = float(gaps[submaps[past].nodes].min())
+            window = self._window(task, graph, submaps)
+            if gap < _OVERLAP + window.xy and not self._in_vain(task, window):
+                found.append((gap, task))
+        found.sort(key=lambda entry: (entry[0], entry[1].past))
+        self._tasks.extend(task for _, task in found[:_CANDIDATES_MAX])
+
+    def _window(self, task: _Task, graph: PoseGraph, submaps: Sequence[Submap]) -> Search:
+        c, (xy, theta) = self._config, spread(task.covariance)
+        past, query = (graph.pose(submaps[k].anchor) for k in (task.past, task.query))
+        half = min(0.2 + c.loop_search_deviations * xy, 0.5 * c.loop_search_space_dimension)
+        angle = min(0.03 + c.loop_search_deviations * theta, c.loop_search_angle)
+        return Search(past.inverse() @ query, task.covariance, half, angle)
+
+    def _in_vain(self, task: _Task, window: Search) -> bool:
+        """Tell whether nearly all of a window has been searched already."""
+        tried = self._tried.get((task.query, task.past))
+        return tried is not None and tried[0].distance(window.prior) + 0.5 * window.xy < tried[1]
+
+    def _try(
+        self, task: _Task, graph: PoseGraph, submaps: Sequence[Submap], scans: Sequence[Scan]
+    ) -> Generator[None, None, list[Closure]]:
+        """Compare two submaps; return the closures that are believed then."""
+        query, past = submaps[task.query], submaps[task.past]
+        window = self._window(task, graph, submaps)
+        self._tried[task.query, task.past] = window.prior, window.xy
+        place = yield from self._matcher.find(query, past, window, scans)
+        if place is None:
+            return []
+        weight = _SURE if place.sure else _UNSURE
+        closure = Closure(task.query, task.past, _edge(query, past, place), weight)
+        enough = _BELIEVED if window.ambiguous else _UNSURE
+        believed = self._hypotheses.add(graph, closure, enough)
+        self._closed.update((one.query, one.past) for one in believed)
+        if any(np.hypot(*graph.residual(one.edge)[:2]) > _BENDS for one in believed):
+            self._next = 0
+        return believed
+
+
+def _joined(graph: PoseGraph, nodes: list[int]) -> NDArray[np.bool_]:
+    """Return which nodes a loop edge joins to some, `(N,) bool`."""
+    table = graph.table
+    own = np.zeros(len(graph), np.bool_)
+    own[nodes] = True
+    joined = np.zeros(len(graph), np.bool_)
+    joined[table.i[table.loop & own[table.j]]] = True
+    joined[table.j[table.loop & own[table.i]]] = True
+    return joined
+
+
+def _gaps(graph: PoseGraph, nodes: list[int]) -> NDArray[np.float64]:
+    """Return how far each node is from the nearest of some, `(N,) float64` [m]."""
+    own = graph.poses[nodes[:: max(1, len(nodes) // 6)], :2]
+    gaps: NDArray[np.float64] = np.hypot(
+        *(graph.poses[:, None, :2] - own[None]).transpose(2, 0, 1)
+    ).min(axis=1)
+    return gaps
+
+
+def _edge(query: Submap, past: Submap, place: Place) -> Edge:
+    """Return the edge between the two keyframes that lie nearest to each other."""
+    T = place.T_past_query
+    at = [T @ pose for pose in query.poses]
+    _, j, i = min(
+        (pose.distance(other), b, a)
+        for b, pose in enumerate(at)
+        for a, other in enumerate(past.poses)
+    )
+    T_i_past, zero = past.poses[i].inverse(), np.zeros((3, 3))
+    covariance = chained(T_i_past, zero, T, place.covariance)
+    covariance = chained(T_i_past @ T, covariance, query.poses[j], zero)
+    T_i_j = T_i_past @ at[j]
+    return Edge(past.nodes[i], query.nodes[j], T_i_j, invert(covariance), EdgeKind.LOOP)

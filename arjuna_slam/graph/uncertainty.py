@@ -1,0 +1,149 @@
+"""How far two nodes of a pose graph may be off from each other: what bounds a search for a loop.
+
+The covariance along the surest chain of edges between two nodes bounds their relative covariance in
+the graph from above, at the cost of one shortest-path search for all nodes.
+
+Source: Bosse et al., Simultaneous localization and map building in large-scale cyclic environments
+using the Atlas framework, 2004, section 3.3 (Dijkstra's projection).
+"""
+
+from __future__ import annotations
+
+import heapq
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2, wrap
+from arjuna_slam.graph.pose_graph import PoseGraph
+
+_LEVER = 5.0  # what an error in heading is worth in position, when chains are compared [m]
+_SHARE = 0.25  # of the chain's covariance: its edges claim less than they know, by `bench loops`
+_PLAUSIBLE = 16.0  # squared deviations of a correction from the graph
+_SLACK = np.diag([0.1**2, 0.1**2, 0.02**2])  # on top of what the graph does not know
+_UNKNOWN = 1e6  # variance of what no chain reaches
+
+
+def relative_covariances(graph: PoseGraph, node: int) -> NDArray[np.float64]:
+    """Return a bound on the covariance of every node's pose in the frame of one.
+
+    Args:
+        graph: The graph.
+        node: The node.
+
+    Returns:
+        Of x, y, theta, `(N, 3, 3) float64` [m^2, m rad, rad^2].
+    """
+    table = graph.table
+    return _SHARE * _propagate(
+        graph.poses, np.ascontiguousarray(table.i), np.ascontiguousarray(table.j),
+        table.covariance, node,
+    )  # fmt: skip
+
+
+def spread(covariance: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the greatest deviation in position [m] and that in heading [rad]."""
+    half = 0.5 * (covariance[0, 0] - covariance[1, 1])
+    mean = 0.5 * (covariance[0, 0] + covariance[1, 1])
+    return float(np.sqrt(mean + np.hypot(half, covariance[0, 1]))), float(np.sqrt(covariance[2, 2]))
+
+
+def plausible(expected: SE2, found: SE2, covariance: NDArray[np.float64]) -> bool:
+    """Tell whether a correction lies within what the graph does not know, in each direction.
+
+    Args:
+        expected: A node's pose in another's frame, as the graph has it.
+        found: As matched.
+        covariance: As `relative_covariances` bounds it, `(3, 3) float64`.
+    """
+    error = found.array() - expected.array()
+    error[2] = wrap(float(error[2]))
+    return bool(error @ np.linalg.solve(covariance + _SLACK, error) < _PLAUSIBLE)
+
+
+@njit(cache=True)
+def _propagate(
+    poses: NDArray[np.float64],
+    i: NDArray[np.int64],
+    j: NDArray[np.int64],
+    covariance: NDArray[np.float64],
+    node: int,
+) -> NDArray[np.float64]:
+    starts, links = _links(len(poses), i, j)
+    result = np.zeros((len(poses), 3, 3))
+    for k in range(len(poses)):
+        result[k, 0, 0] = result[k, 1, 1] = result[k, 2, 2] = _UNKNOWN
+    result[node] = 0.0
+    done = np.zeros(len(poses), np.bool_)
+    best = np.full(len(poses), np.inf)
+    best[node] = 0.0
+    heap = [(0.0, node)]
+    c, s = np.cos(poses[node, 2]), np.sin(poses[node, 2])
+    while heap:
+        _, here = heapq.heappop(heap)
+        if done[here]:
+            continue
+        done[here] = True
+        for link in range(starts[here], starts[here + 1]):
+            e = links[link]
+            there = j[e] if i[e] == here else i[e]
+            if done[there]:
+                continue
+            length = best[here] + (
+                covariance[e, 0, 0] + covariance[e, 1, 1] + _LEVER**2 * covariance[e, 2, 2]
+            )
+            if length < best[there]:
+                best[there] = length
+                _chain(poses, here, there, i[e], covariance[e], c, s, result)
+                heapq.heappush(heap, (length, there))
+    return result
+
+
+@njit(cache=True)
+def _links(
+    count: int, i: NDArray[np.int64], j: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the edges at each node: where they start, and which they are."""
+    starts = np.zeros(count + 1, np.int64)
+    for e in range(len(i)):
+        starts[i[e] + 1] += 1
+        starts[j[e] + 1] += 1
+    starts = np.cumsum(starts)
+    fill = starts[:-1].copy()
+    links = np.empty(2 * len(i), np.int64)
+    for e in range(len(i)):
+        links[fill[i[e]]] = e
+        fill[i[e]] += 1
+        links[fill[j[e]]] = e
+        fill[j[e]] += 1
+    return starts, links
+
+
+@njit(cache=True)
+def _chain(
+    poses: NDArray[np.float64],
+    here: int,
+    there: int,
+    first: int,
+    edge: NDArray[np.float64],
+    c: float,
+    s: float,
+    result: NDArray[np.float64],
+) -> None:
+    """Set the covariance of a node from that of the one before it and of the edge between.
+
+    An error of the heading before moves the node across the way to it; the edge's own lies in the
+    axes of its first node, whose heading it moves where that is the new one.
+    """
+    wx, wy = poses[there, 0] - poses[here, 0], poses[there, 1] - poses[here, 1]
+    dx, dy = c * wx + s * wy, c * wy - s * wx
+    lever = np.eye(3)
+    lever[0, 2], lever[1, 2] = -dy, dx
+    turn = np.zeros((3, 3))
+    angle = poses[first, 2]
+    ec, es = np.cos(angle) * c + np.sin(angle) * s, np.sin(angle) * c - np.cos(angle) * s
+    turn[0, 0], turn[0, 1], turn[1, 0], turn[1, 1], turn[2, 2] = ec, -es, es, ec, 1.0
+    if first == there:
+        turn[0, 2], turn[1, 2] = -dy, dx
+    result[there] = lever @ result[here] @ lever.T + turn @ edge @ turn.T

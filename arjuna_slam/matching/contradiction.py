@@ -1,0 +1,73 @@
+"""Contradiction: whether beams have gone through what another scan says is there.
+
+Two corridors look alike along their walls; what tells them apart is that one goes on where the
+other ends. A likelihood does not see that, since it counts no free space.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+
+_THROUGH, _ON = 0.4, 0.2  # a beam so much longer than the way to a point goes through it [m]
+_SHARE = 0.7  # of a point's beams that must go through it
+
+
+def seen_and_contradicted(
+    points: NDArray[np.float64], scans: Iterable[tuple[Scan, SE2]], range_max: float
+) -> tuple[int, int]:
+    """Return how many points scans see, and how many of those their beams go through.
+
+    Args:
+        points: `(N, 2) float64` in a frame [m].
+        scans: Scans, each with its robot's pose in that frame.
+        range_max: Longest range used [m].
+    """
+    on, through = np.zeros(len(points), np.int64), np.zeros(len(points), np.int64)
+    for scan, pose in scans:
+        sensor = pose @ scan.T_base_sensor
+        _count(
+            np.asarray(scan.ranges, dtype=np.float64), scan.angle_min, scan.angle_increment,
+            scan.range_min, min(scan.range_max, range_max), sensor.array(), points, on, through,
+        )  # fmt: skip
+    seen = on + through > 0
+    against = through > _SHARE * (on + through)
+    return int(seen.sum()), int((seen & against).sum())
+
+
+@njit(cache=True)
+def _count(
+    ranges: NDArray[np.float64],
+    first: float,
+    increment: float,
+    range_min: float,
+    range_max: float,
+    sensor: NDArray[np.float64],
+    points: NDArray[np.float64],
+    on: NDArray[np.int64],
+    through: NDArray[np.int64],
+) -> None:
+    for k in range(len(points)):
+        dx, dy = points[k, 0] - sensor[0], points[k, 1] - sensor[1]
+        way = math.hypot(dx, dy)
+        if way >= range_max or way < range_min:
+            continue
+        turn = math.copysign(1.0, increment) * (math.atan2(dy, dx) - sensor[2] - first)
+        beam = round((turn % (2.0 * math.pi)) / abs(increment))
+        if beam < 1 or beam + 1 >= len(ranges):
+            continue
+        shortest = min(ranges[beam - 1], ranges[beam], ranges[beam + 1])
+        longest = max(ranges[beam - 1], ranges[beam], ranges[beam + 1])
+        if not longest < range_max or not shortest >= range_min:
+            continue
+        if shortest > way + _THROUGH:
+            through[k] += 1
+        elif shortest - _ON < way < longest + _ON:
+            on[k] += 1

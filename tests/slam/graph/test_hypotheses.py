@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from arjuna_core.se2 import SE2
+from arjuna_slam.graph.hypotheses import Closure, Hypotheses
+from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+
+CERTAIN = np.diag([1e4, 1e4, 1e6])
+OFF = SE2(1.5, -0.4, 0.02)  # where drift has put the second lap
+
+
+def laps(count: int = 40) -> PoseGraph:
+    """Two laps of a ring of 40 m radius; the second as drift has it."""
+    graph = PoseGraph()
+    for k in range(2 * count):
+        angle = 2.0 * math.pi * k / count
+        pose = SE2(40.0 * math.sin(angle), -40.0 * math.cos(angle), angle)
+        graph.add_node(OFF @ pose if k >= count else pose)
+    for k in range(2 * count - 1):
+        T = graph.pose(k).inverse() @ graph.pose(k + 1)
+        graph.add_edge(Edge(k, k + 1, T, CERTAIN, EdgeKind.ODOMETRY))
+    return graph
+
+
+def closure(graph: PoseGraph, place: int, off: SE2 | None = None, weight: float = 1.0) -> Closure:
+    """The second lap's node at a place on the first's, or off it."""
+    edge = Edge(place, place + 40, off or SE2(), CERTAIN, EdgeKind.LOOP)
+    return Closure(20 + place // 2, place // 2, edge, weight)
+
+
+def test_one_closure_is_not_believed() -> None:
+    graph = laps()
+    assert Hypotheses().add(graph, closure(graph, 4), 2.0) == []
+
+
+def test_closures_that_agree_are_believed_together() -> None:
+    graph, held = laps(), Hypotheses()
+    first, second = closure(graph, 4), closure(graph, 8)
+    assert held.add(graph, first, 2.0) == []
+    assert held.add(graph, second, 2.0) == [second, first]
+
+
+def test_submaps_that_overlap_count_once() -> None:
+    graph, held = laps(), Hypotheses()
+    held.add(graph, closure(graph, 4), 2.0)
+    assert held.add(graph, closure(graph, 6), 2.0) == []
+
+
+def test_a_closure_that_disagrees_is_left_out() -> None:
+    graph, held = laps(), Hypotheses()
+    wrong = closure(graph, 6, SE2(5.0, 0.0, 0.0))
+    for one in (closure(graph, 4), wrong, closure(graph, 8)):
+        assert held.add(graph, one, 3.0) == []
+    believed = held.add(graph, closure(graph, 12), 3.0)
+    assert len(believed) == 3
+    assert wrong not in believed
+
+
+def test_what_may_as_well_be_elsewhere_counts_half() -> None:
+    graph, held = laps(), Hypotheses()
+    held.add(graph, closure(graph, 4, weight=0.5), 2.0)
+    assert held.add(graph, closure(graph, 8, weight=0.5), 2.0) == []

@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
+from arjuna_slam.graph.uncertainty import relative_covariances, spread
+
+STEP = np.diag([1e4, 1e4, 1e6])  # 1 cm and 1 mrad
+
+
+def straight(
+    count: int, information: NDArray[np.float64] = STEP, heading: float = 0.7
+) -> PoseGraph:
+    """A node each metre."""
+    graph = PoseGraph()
+    for k in range(count):
+        graph.add_node(SE2(k * math.cos(heading), k * math.sin(heading), heading))
+    for k in range(count - 1):
+        graph.add_edge(Edge(k, k + 1, SE2(1.0), information, EdgeKind.ODOMETRY))
+    return graph
+
+
+def test_a_chain_grows_as_a_random_walk() -> None:
+    near, far = (spread(relative_covariances(straight(101), 100)[k]) for k in (91, 0))
+    assert far[1] == pytest.approx(near[1] * math.sqrt(100 / 9))
+    assert far[0] > 10.0 * near[0]
+
+
+def test_a_loop_is_a_short_cut() -> None:
+    graph = straight(101)
+    before = spread(relative_covariances(graph, 100)[5])
+    graph.add_edge(Edge(3, 98, SE2(95.0), STEP, EdgeKind.LOOP))
+    after = spread(relative_covariances(graph, 100)[5])
+    assert after[1] == pytest.approx(before[1] * math.sqrt(5 / 95), rel=1e-6)
+
+
+def test_an_edge_counts_as_much_from_its_other_end() -> None:
+    graph = straight(2, np.diag([4.0, 1e4, 1e6]))
+    there, back = (relative_covariances(graph, k)[1 - k] for k in (0, 1))
+    assert there[0, 0] == pytest.approx(back[0, 0])
+    assert there[2, 2] == pytest.approx(back[2, 2])
+
+
+def test_what_a_corridor_does_not_show_adds_up_along_it() -> None:
+    graph = straight(11, np.diag([1.0, 1e4, 1e6]))
+    covariance = relative_covariances(graph, 10)[0]
+    assert covariance[0, 0] > 300.0 * covariance[1, 1]
+
+
+def test_the_bound_is_that_of_samples() -> None:
+    """Chains of steps that err as their edges say spread as far as the bound's share of it."""
+    rng, ends = np.random.default_rng(0), []
+    for _ in range(4000):
+        pose = SE2()
+        for x, y, theta in rng.normal((1.0, 0.0, 0.0), (0.01, 0.01, 0.001), (20, 3)):
+            pose = pose @ SE2(x, y, theta)
+        ends.append(pose.array())
+    sampled = np.cov(np.array(ends).T)
+    bound = relative_covariances(straight(21), 0)[20]
+    np.testing.assert_allclose(np.diag(bound) / np.diag(sampled), 0.25, rtol=0.1)
