@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.planners.query import oriented
+from arjuna_nav.planners.relaxation import touches
 
 
 class SmoothStatus(enum.IntEnum):
@@ -50,3 +53,31 @@ class Smoother(Protocol):
     def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
         """Smooth a path `(N, 3)` of the costmap's frame; both ends stay."""
         ...
+
+
+def in_passes(
+    path: NDArray[np.float64],
+    costmap: Costmap,
+    passes: int,
+    once: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+) -> SmoothResult:
+    """Smooth a path; a pass that would touch an obstacle is undone and ends it.
+
+    Args:
+        path: `(N, 3) float64`; both ends stay.
+        costmap: Of the path's frame.
+        passes: How many.
+        once: Smooths points `(N, 2)` once.
+    """
+    if path.ndim != 2 or path.shape[1] != 3 or not len(path):
+        message = f"a path must be (N, 3) with N > 0, got {path.shape}"
+        return SmoothResult(SmoothStatus.INVALID_PATH, path, message)
+    points: NDArray[np.float64] = np.ascontiguousarray(path[:, :2])
+    for _ in range(passes):
+        smoothed = once(points)
+        if touches(smoothed, costmap):
+            status = SmoothStatus.FAILED_TO_SMOOTH_PATH
+            message = "smoothing would touch an obstacle; the path is as it was before"
+            return SmoothResult(status, oriented(points, float(path[-1, 2])), message)
+        points = smoothed
+    return SmoothResult(SmoothStatus.SUCCEEDED, oriented(points, float(path[-1, 2])))

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_nav.costmap.costmap import Costmap
-from arjuna_nav.planners.query import oriented
-from arjuna_nav.planners.relaxation import relax, touches
-from arjuna_nav.smoothers.base import SmoothResult, SmoothStatus
+from arjuna_nav.planners.relaxation import relax
+from arjuna_nav.smoothers.base import SmoothResult, in_passes
 
 
 @dataclass(frozen=True)
@@ -44,17 +43,6 @@ class SimpleSmoother:
     def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
         """Smooth a path; a pass that would touch an obstacle is undone and ends it."""
         config = self._config
-        if path.ndim != 2 or path.shape[1] != 3 or not len(path):
-            message = f"a path must be (N, 3) with N > 0, got {path.shape}"
-            return SmoothResult(SmoothStatus.INVALID_PATH, path, message)
-        points = np.ascontiguousarray(path[:, :2])
-        for _ in range(1 + config.refinement_num * config.do_refinement):
-            smoothed = relax(
-                points, config.w_data, config.w_smooth, config.tolerance, config.max_its
-            )
-            if touches(smoothed, costmap):
-                status = SmoothStatus.FAILED_TO_SMOOTH_PATH
-                message = "smoothing would touch an obstacle; the path is as it was before"
-                return SmoothResult(status, oriented(points, float(path[-1, 2])), message)
-            points = smoothed
-        return SmoothResult(SmoothStatus.SUCCEEDED, oriented(points, float(path[-1, 2])))
+        weights = config.w_data, config.w_smooth, config.tolerance, config.max_its
+        passes = 1 + config.refinement_num * config.do_refinement
+        return in_passes(path, costmap, passes, lambda points: relax(points, *weights))
