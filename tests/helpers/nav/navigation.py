@@ -81,6 +81,7 @@ class PlayedRobot:
     Args:
         parameters: Parameters that differ from the shipped ones, by node.
         start: Where it starts, in map.
+        shipped: Whether the shipped parameters lie below those given.
 
     Attributes:
         world: What the lidar sees.
@@ -92,7 +93,12 @@ class PlayedRobot:
         grips: Whether the wheels move the robot.
     """
 
-    def __init__(self, parameters: Parameters | None = None, start: SE2 = IDENTITY) -> None:
+    def __init__(
+        self,
+        parameters: Parameters | None = None,
+        start: SE2 = IDENTITY,
+        shipped: bool = True,
+    ) -> None:
         self.bench = RosBench()
         self.world = room()
         self.pose = start
@@ -100,7 +106,7 @@ class PlayedRobot:
         self.commands: list[Velocity] = []
         self.localized = self.sees = self.grips = True
         self.nodes: dict[str, Any] = {}
-        self._parameters = merged(shipped_parameters(), parameters or {})
+        self._parameters = merged(shipped_parameters() if shipped else {}, parameters or {})
         self._clients: dict[str, Any] = {}
         self._ticks = 0
         self.bench.node.create_subscription(Twist, "cmd_vel", self._on_command, qos.DEFAULT)
