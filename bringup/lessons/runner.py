@@ -16,6 +16,7 @@ from types import TracebackType
 from arjuna_core.errors import ArjunaError
 from bringup.lessons.page import Command, Section
 
+_STACKS = [("-m", "bringup", name) for name in ("sim", "slam", "nav", "robot")]
 _STACK = " nodes active after "  # what `sim`, `slam` and `nav` say last
 _UP_TIMEOUT, _END_TIMEOUT, _COMMAND_TIMEOUT = 90.0, 20.0, 900.0  # [s]
 _FIRST_WORD = 20.0  # [s] at most, before the time counts for which to watch
@@ -76,7 +77,7 @@ class Running:
         Raises:
             LessonError: It ends instead, or is not up in time.
         """
-        is_stack = self._command.words[1:3] == ("-m", "bringup")
+        is_stack = self._command.words[1:4] in _STACKS
         is_up = (lambda: _STACK in self.printed) if is_stack else (lambda: bool(self.printed))
         if not self._read(_UP_TIMEOUT, is_up):
             raise LessonError(f"'{self._command.text}' is not up:\n{self.printed}")
