@@ -123,6 +123,12 @@ class Simulator:
                 readings.append(self._sensors.imu(self.stage.data, now))
         return readings
 
+    def adjust(self, config: SimulatorConfig) -> None:
+        """Take new limits of the drive and noises of the odometry, while it runs."""
+        self.config = config
+        self._drive.config = limited(config.drive, self.robot.drive)
+        self._odometry.config = config.odometry
+
     def truth(self) -> Truth:
         """Return where the robot is now."""
         return self._motion.truth()

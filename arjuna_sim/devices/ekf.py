@@ -6,6 +6,7 @@ Wheels that slip measure turning badly and distance well; a gyro turns without s
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_sim.devices.odometry import OdometryEstimate
 
 _X, _Y, _THETA, _V, _W, _BIAS = range(6)
+_TOLD = 3.0  # least bias that is taken off a moving robot's gyro, by its standard deviation
+_QUIET = 2.0  # greatest variance of a gyro at rest, by its noise's
 _STRAIGHT = 1e-9  # [rad] below it sin(x) / x is 1 in double precision
 
 
@@ -61,6 +64,13 @@ class FusedOdometryConfig:
         minimum=0.0,
         maximum=10.0,
     )
+    rest_time: float = param(
+        0.5,
+        "The robot is at rest once the wheels have stood so long and the gyro only had noise.",
+        unit="s",
+        minimum=0.1,
+        maximum=10.0,
+    )
     bias_noise: float = param(
         0.01, "Standard deviation of the gyro's bias at the start.", unit="rad/s", minimum=0.0
     )
@@ -81,8 +91,9 @@ class FusedEstimate(OdometryEstimate):
 class FusedOdometry:
     """An extended Kalman filter over pose, speed, turn rate and the gyro's bias.
 
-    Speed and turn rate are driven by white accelerations. While the wheels stand, what the gyro
-    says is its bias, which is learnt then alone and else only considered.
+    Speed and turn rate are driven by white accelerations. At rest what the gyro says is its bias,
+    which is learnt then alone and else only considered. A robot whose wheels stand may still slide
+    or rock: it is at rest when the gyro has varied no more than its noise for a while.
 
     Source: Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 3.3; considered states:
     Schmidt, Application of state-space methods to navigation problems, 1966.
@@ -97,6 +108,9 @@ class FusedOdometry:
         self._covariance = np.zeros((6, 6))
         self._covariance[_BIAS, _BIAS] = config.bias_noise**2
         self._stands = False  # by the wheels
+        self._at_rest = False  # by wheels and gyro
+        self._time = 0.0  # since the start [s]
+        self._rates: deque[tuple[float, float]] = deque()  # times and rates since the wheels stand
         self._gyro_came = False  # a gyro has come since the wheels
 
     @property
@@ -111,6 +125,7 @@ class FusedOdometry:
         """Go on by a time [s] along the arc of the present speed and turn rate."""
         if dt <= 0.0:
             return
+        self._time += dt
         _, _, theta, v, w, _ = self._state.tolist()
         path, turn = v * dt, w * dt
         middle = theta + turn / 2
@@ -148,14 +163,36 @@ class FusedOdometry:
         if not self._gyro_came:
             self._measure(_W, 0.0, w, config.rest_noise**2 + (config.wheel_turn_noise * w) ** 2)
         self._stands, self._gyro_came = max(abs(v), abs(w)) < config.rest_speed, False
+        if not self._stands:
+            self._rates.clear()
+            self._at_rest = False
 
     def gyro(self, rate: float, variance: float = 0.0) -> None:
         """Take a turn rate [rad/s] of the gyro, of a variance [rad^2/s^2] if it tells one."""
         noise = variance if variance > 0.0 else self.config.gyro_noise**2
-        if self._stands and abs(rate - float(self._state[_BIAS])) < self.config.sliding_rate:
+        self._at_rest = self._stands and self._rests(rate, noise)
+        if self._at_rest:
             self._measure(_W, 0.0, 0.0, self.config.rest_noise**2)
-        self._measure(_W, 1.0, rate, noise)
+        self._measure(_W, 1.0, rate + self._unsure_bias(), noise)
         self._gyro_came = True
+
+    def _unsure_bias(self) -> float:
+        """Return the bias where it is not told from none yet, and the robot moves: it stays out."""
+        bias, sigma = float(self._state[_BIAS]), math.sqrt(self._covariance[_BIAS, _BIAS])
+        return bias if not self._at_rest and abs(bias) < _TOLD * sigma else 0.0
+
+    def _rests(self, rate: float, noise: float) -> bool:
+        """Take a gyro's rate [rad/s] while the wheels stand; tell whether the robot does, too."""
+        rates, period = self._rates, self.config.rest_time
+        rates.append((self._time, rate))
+        while len(rates) > 2 and rates[1][0] <= self._time - period:
+            rates.popleft()
+        if len(rates) < 3 or self._time - rates[0][0] < period:
+            return False
+        mean = sum(value for _, value in rates) / len(rates)
+        spread = sum((value - mean) ** 2 for _, value in rates) / (len(rates) - 1)
+        is_bias = abs(mean - float(self._state[_BIAS])) < self.config.sliding_rate
+        return is_bias and spread < _QUIET * noise
 
     def _measure(self, index: int, bias: float, value: float, variance: float) -> None:
         """Correct by one number that measures a state, plus the gyro's bias if told so."""
@@ -163,7 +200,9 @@ class FusedOdometry:
         row[index], row[_BIAS] = 1.0, bias
         along = self._covariance @ row
         gain = along / (float(row @ along) + variance)
-        if not self._stands:
+        if self._at_rest:
+            gain[:_V] = 0.0  # one rest tells too little of the bias to turn the past by it
+        else:
             gain[_BIAS] = 0.0  # a push or a bump is no bias; Joseph's form takes any gain
         self._state = self._state + gain * (value - float(row @ self._state))
         self._state[_THETA] = wrap(float(self._state[_THETA]))

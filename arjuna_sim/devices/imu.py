@@ -22,18 +22,24 @@ class ImuConfig:
     """Errors of a low-cost MEMS unit."""
 
     gyro_noise: float = param(
-        0.002, "Standard deviation of a turn rate.", unit="rad/s", minimum=0.0
+        0.002, "Standard deviation of a turn rate.", unit="rad/s", minimum=0.0, read_only=True
     )
     gyro_bias_walk: float = param(
-        1e-5, "Growth of the gyros' bias.", unit="rad/s/sqrt(s)", minimum=0.0
+        1e-5, "Growth of the gyros' bias.", unit="rad/s/sqrt(s)", minimum=0.0, read_only=True
     )
     accel_noise: float = param(
-        0.02, "Standard deviation of an acceleration.", unit="m/s^2", minimum=0.0
+        0.02, "Standard deviation of an acceleration.", unit="m/s^2", minimum=0.0, read_only=True
     )
     accel_bias_walk: float = param(
-        1e-4, "Growth of the accelerometers' bias.", unit="m/s^2/sqrt(s)", minimum=0.0
+        1e-4,
+        "Growth of the accelerometers' bias.",
+        unit="m/s^2/sqrt(s)",
+        minimum=0.0,
+        read_only=True,
     )
-    tilt_noise: float = param(0.002, "Standard deviation of roll and pitch.", unit="rad", minimum=0)
+    tilt_noise: float = param(
+        0.002, "Standard deviation of roll and pitch.", unit="rad", minimum=0.0, read_only=True
+    )
 
 
 @dataclass(frozen=True)

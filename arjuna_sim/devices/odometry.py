@@ -65,7 +65,7 @@ class Odometry:
     def __init__(
         self, config: OdometryConfig, kinematics: Kinematics, rng: np.random.Generator
     ) -> None:
-        self._config = config
+        self.config = config
         self._rng = rng
         self._kinematics = kinematics
         self._angle_per_tick = 2.0 * math.pi / config.ticks_per_revolution
@@ -101,7 +101,7 @@ class Odometry:
         )
 
     def _to_ticks(self, wheels: tuple[float, float]) -> tuple[int, int]:
-        noise = self._config.encoder_noise
+        noise = self.config.encoder_noise
         errors = noise * self._rng.standard_normal(2) if noise > 0.0 else (0.0, 0.0)
         left, right = (
             round(angle / self._angle_per_tick + error)
@@ -111,7 +111,7 @@ class Odometry:
 
     def _grow(self, path: float, turn: float) -> tuple[float, float]:
         """Propagate the covariance by the motion's Jacobians, at the middle heading."""
-        config = self._config
+        config = self.config
         variance_path = config.linear_noise**2 * abs(path)
         variance_turn = config.angular_noise**2 * abs(turn) + config.drift_noise**2 * abs(path)
         heading = self._pose.theta + turn / 2

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import param
+from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, transform_msg
 from arjuna_core.ros.node import ManagedNode
@@ -17,6 +19,7 @@ from arjuna_sim.devices.ekf import FusedEstimate, FusedOdometry, FusedOdometryCo
 from arjuna_sim.nodes.messages import odometry_msg
 
 WHEEL_ODOMETRY = "wheel_odom"
+_UNIT = 0.01  # how far off a quaternion's length may be
 _YAW_RATE = 8  # place of its variance in an IMU's covariance
 
 
@@ -25,7 +28,9 @@ class EkfConfig(FusedOdometryConfig):
     """Parameters of the node `ekf_filter_node`, over those of the filter."""
 
     odom0: str = param(WHEEL_ODOMETRY, "Topic of the wheels' odometry.", read_only=True)
-    imu0: str = param("imu/data", "Topic of the IMU, whose z axis points up.", read_only=True)
+    imu0: str = param(
+        "imu/data", "Topic of the IMU; one that sits askew tells its orientation.", read_only=True
+    )
     odom_topic: str = param("odom", "Topic of the fused odometry.", read_only=True)
     sensor_timeout: float = param(
         0.5,
@@ -84,7 +89,7 @@ class EkfNode(ManagedNode):
             self._take_wheels()
         self._go_on(now)
         variance = float(message.angular_velocity_covariance[_YAW_RATE])
-        self._filter.gyro(message.angular_velocity.z, variance)
+        self._filter.gyro(_yaw_rate(message), variance)
         self._publish(self._filter.estimate)
 
     def _take_wheels(self) -> None:
@@ -107,3 +112,13 @@ class EkfNode(ManagedNode):
             T = transform_msg(estimate.T_odom_base, frame, child, now)
             self._tf_out.publish(TFMessage(transforms=[T]))
         self._odom_out.publish(odometry_msg(estimate, frame, child, now))
+
+
+def _yaw_rate(message: Any) -> float:
+    """Return an IMU's turn rate about the vertical [rad/s], its z axis if it knows no tilt."""
+    rates, q = message.angular_velocity, message.orientation
+    length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
+    if message.orientation_covariance[0] < 0.0 or abs(length - 1.0) > _UNIT:
+        return float(rates.z)
+    up = np.array(Pose3(quaternion=(q.w, q.x, q.y, q.z)).rotation()[2])
+    return float(up @ (rates.x, rates.y, rates.z))

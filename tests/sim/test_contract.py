@@ -24,12 +24,12 @@ WORLDS = sorted(
 )
 
 
-def _drive(robot: Path, world: Path, seed: int) -> tuple[bytes, float]:
-    """Drive for 2 s; return all that was sensed, and how far the robot came [m]."""
+def _drive(robot: Path, world: Path, seed: int) -> tuple[bytes, float, bool]:
+    """Drive for 2 s; return all that was sensed, how far the robot came [m], and if noise came."""
     rng = np.random.default_rng(seed)
     sim = Simulator(load_robot(robot), load_world(world), SimulatorConfig(), rng)
     assert sim.obstacles_at(sim.spawn) == ()
-    parts = []
+    parts, is_noisy = [], False
     for _ in range(round(2.0 / sim.config.tick)):
         seen = sim.step(Velocity(0.2, 0.4))
         numbers = [*seen.odometry.T_odom_base.array(), *seen.truth.pose.array(), seen.truth.z]
@@ -37,19 +37,22 @@ def _drive(robot: Path, world: Path, seed: int) -> tuple[bytes, float]:
         parts += [np.array(numbers), seen.joints.positions, seen.joints.velocities]
         if seen.imu is not None:
             parts += [seen.imu.angular_velocity, seen.imu.linear_acceleration]
+            is_noisy = True
         if seen.scan is not None:
             parts.append(seen.scan.ranges)
+            is_noisy = is_noisy or bool(np.isfinite(seen.scan.ranges).any())
     assert np.isfinite(np.concatenate(parts[1::3])).any()
-    return b"".join(part.tobytes() for part in parts), sim.spawn.distance(seen.truth.pose)
+    sensed = b"".join(part.tobytes() for part in parts)
+    return sensed, sim.spawn.distance(seen.truth.pose), is_noisy
 
 
 @pytest.mark.parametrize("world", WORLDS, ids=lambda path: path.name)
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda path: path.name)
 def test_robot_drives_in_world_and_repeats_itself(robot: Path, world: Path) -> None:
-    sensed, path = _drive(robot, world, 5)
+    sensed, path, is_noisy = _drive(robot, world, 5)
     assert 0.25 < path < 0.45
     assert sensed == _drive(robot, world, 5)[0]
-    assert sensed != _drive(robot, world, 6)[0]
+    assert (sensed != _drive(robot, world, 6)[0]) == is_noisy
 
 
 def test_there_are_robots_and_worlds() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -110,6 +111,14 @@ def test_robot_stops_after_the_command_timeout() -> None:
 
 def test_command_beyond_the_limits_is_clipped() -> None:
     assert run(simulator(), 2.0, Velocity(9.0, 0.0)).truth.v == pytest.approx(1.0, abs=0.02)
+
+
+def test_limits_of_the_drive_change_while_it_runs() -> None:
+    sim = simulator()
+    run(sim, 1.0, Velocity(1.0, 0.0))
+    drive = dataclasses.replace(sim.config.drive, max_linear_velocity=0.2)
+    sim.adjust(dataclasses.replace(sim.config, drive=drive))
+    assert run(sim, 1.0, Velocity(1.0, 0.0)).truth.v == pytest.approx(0.2, abs=0.01)
 
 
 def test_command_that_is_not_finite_is_refused() -> None:

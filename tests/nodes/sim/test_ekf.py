@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
@@ -14,6 +16,7 @@ from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import header, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
 from arjuna_sim.nodes.ekf import EkfNode
@@ -55,6 +58,23 @@ def test_gyro_overrules_wheels_and_both_outputs_agree(bench: RosBench) -> None:
     assert tf.transform.translation.x == pytest.approx(pose.x)
     assert last.twist.twist.angular.z == pytest.approx(0.6, abs=0.01)
     assert last.pose.covariance[35] > 0.0
+
+
+@pytest.mark.parametrize("rpy", [(math.pi, 0.0, 0.3), (0.0, 0.5, -1.0), (-math.pi / 2, 0.0, 0.0)])
+def test_imu_may_sit_askew_or_upside_down(bench: RosBench, rpy: tuple[float, float, float]) -> None:
+    start(bench, EkfNode(bench.process))
+    odometry = bench.collect(Odometry, "odom")
+    mount = Pose3.from_rpy((0.0, 0.0, 0.0), rpy)
+    rates = mount.inverse().apply(np.array([[0.0, 0.0, 0.6]]))[0].tolist()
+    for i in range(1, 101):
+        message = Imu(header=header("imu_link", i * TICK))
+        turn = message.angular_velocity
+        turn.x, turn.y, turn.z = rates
+        q = message.orientation
+        q.w, q.x, q.y, q.z = mount.quaternion
+        bench.publish(Odometry, "wheel_odom", _wheels(i * TICK, 0.5, 1.0))
+        bench.publish(Imu, "imu/data", message)
+    assert odometry[-1].twist.twist.angular.z == pytest.approx(0.6, abs=0.01)
 
 
 def test_wheels_alone_make_odometry_a_message_late(bench: RosBench) -> None:

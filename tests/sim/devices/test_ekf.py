@@ -63,6 +63,44 @@ def test_a_robot_that_is_turned_by_hand_does_not_spoil_the_bias() -> None:
     assert turned.T_odom_base.theta == pytest.approx(1.0, abs=0.05)
 
 
+def test_a_robot_that_still_rocks_when_its_wheels_stand_teaches_no_bias() -> None:
+    filter_ = FusedOdometry(FusedOdometryConfig())
+    turned = 0.0
+    for i in range(200):  # it begins below the rate at which a robot is carried
+        rate = 0.04 * math.exp(-5.0 * i * DT)
+        turned += rate * DT
+        estimate = _run(filter_, DT, 0.0, 0.0, rate)
+    assert estimate.bias == pytest.approx(0.0, abs=2e-3)
+    assert estimate.T_odom_base.theta == pytest.approx(turned, abs=0.01)
+
+
+@pytest.mark.parametrize("bias", [0.0, 0.01])
+def test_a_square_is_never_worse_than_by_the_gyro_alone(bias: float) -> None:
+    """20 m of straights, turns and rests: the mean error over seeds, with a margin for luck."""
+    errors = np.array([_square(bias, 1.0, seed) for seed in range(5)])
+    fused, gyro = np.sqrt((errors**2).mean(axis=0))
+    assert fused < 1.2 * gyro + math.radians(0.05)
+
+
+def _square(bias: float, rest: float, seed: int) -> tuple[float, float]:
+    """Return the heading's error [rad] by the filter and by the gyro's sum."""
+    filter_, rng = FusedOdometry(FusedOdometryConfig()), np.random.default_rng(seed)
+    truth = by_gyro = 0.0
+    turn = math.pi / 2 / 0.8
+    for v, w, seconds in ((0.0, 0.0, rest), *_legs(rest, turn) * 4):
+        for _ in range(round(seconds / DT)):
+            rate = w + bias + 0.002 * rng.standard_normal()
+            truth, by_gyro = truth + w * DT, by_gyro + rate * DT
+            filter_.predict(DT)
+            filter_.wheels(v, 1.05 * w)
+            filter_.gyro(rate, 0.002**2)
+    return wrap(filter_.estimate.T_odom_base.theta - truth), wrap(by_gyro - truth)
+
+
+def _legs(rest: float, turn: float) -> tuple[tuple[float, float, float], ...]:
+    return ((0.5, 0.0, 10.0), (0.0, 0.0, rest), (0.0, 0.8, turn), (0.0, 0.0, rest))
+
+
 def test_wheels_serve_alone_where_no_gyro_comes() -> None:
     filter_ = FusedOdometry(FusedOdometryConfig())
     for _ in range(100):
