@@ -18,6 +18,7 @@ _DEPTH = 0.05  # of the slab behind a face: stops what is slower than 12 m/s at 
 _FLAT = 1e-3  # MuJoCo refuses meshes without volume [m]
 _FILLED = 0.97  # a body that fills so much of its hull counts as convex
 _COARSER = 1.25
+_WHOLE_MAX = 50_000  # faces beyond which no connected bodies are looked for: it takes seconds
 _PARTS_MAX = 1_000_000  # that faces are cut into
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 """Corners of a cube about the origin, edges 2, `(8, 3) int64`."""
@@ -48,8 +49,9 @@ def hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
     points = np.unique(points, axis=0)
     middle = points.mean(axis=0)
     # The axes along which the points spread, the narrowest last (principal component analysis).
-    axes = np.linalg.svd(points - middle, full_matrices=True)[2] if len(points) > 1 else np.eye(3)
-    local = (points - middle) @ axes.T
+    away = points - middle
+    axes = np.linalg.eigh(away.T @ away)[1].T[::-1]
+    local = away @ axes.T
     span = local.max(axis=0) - local.min(axis=0)
     try:
         if len(points) >= 4 and span[2] >= _FLAT:
@@ -79,6 +81,8 @@ def pieces(triangles: NDArray[np.float64], most: int = PIECES_MAX) -> Pieces:
         most: How many pieces there may be.
     """
     found: list[NDArray[np.float64]] = []
+    if len(triangles) > _WHOLE_MAX:
+        return _of_cells(triangles, most)
     bodies = _bodies(triangles)
     for body in bodies if len(bodies) <= most else ():
         corners = hull(body.reshape(-1, 3))

@@ -18,8 +18,8 @@ from arjuna_sim.files.meshes.collada import read_collada
 MESH_SUFFIXES = (".dae", ".obj", ".stl")
 _BYTES_MAX = 60_000_000
 _TEXT_MAX = 20_000_000
-_FACES_MAX = 200_000  # MuJoCo's bound on the faces of a mesh
-_LINES_MAX = 3 * _FACES_MAX
+_FACES_MAX = 1_000_000
+_LINES_MAX = 600_000
 _STL_HEADER, _STL_FACE = 84, 50
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import time
 from pathlib import Path
 
 import numpy as np
@@ -123,6 +124,16 @@ def test_mesh_of_too_many_faces_is_touched_within_a_bound(most: int) -> None:
     assert np.all([h.find_simplex(points, tol=1e-6) >= 0 for h in hulls], axis=0).sum() == 0
     covered = np.any([h.find_simplex(points, tol=1e-6) >= 0 for h in hulls], axis=0)
     assert covered.all()  # no face can be passed through
+
+
+def test_large_mesh_is_split_in_a_moment_and_little_memory() -> None:
+    corners = np.random.default_rng(0).random((60_000, 1, 3)) * (20, 20, 3)
+    faces = corners + 0.05 * np.random.default_rng(1).random((60_000, 3, 3))
+    start = time.process_time()
+    found = pieces(faces, 500)
+    assert len(found.corners) <= 500
+    assert time.process_time() - start < 10.0
+    assert len(hull(faces.reshape(-1, 3))) > 8  # of many points, as of few
 
 
 @pytest.mark.parametrize("flat", ["level", "tilted", "line", "point", "tiny"])
