@@ -155,7 +155,10 @@ class GoalServer:
         """Return a result that says why a goal failed, with the action's code for the unknown."""
         result = self._action_type.Result
         code = getattr(result, "UNKNOWN", self._unknown)
-        return result(error_code=code, error_msg=reason)
+        answer = result(error_code=code, error_msg=reason)
+        if hasattr(answer, "success"):
+            answer.success = False  # it is true in a fresh result of docking
+        return answer
 
     def _invalid(self, problem: str) -> Any:
         """Return a result that says what cannot be used of a goal, with the action's code."""

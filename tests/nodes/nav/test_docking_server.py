@@ -110,7 +110,7 @@ def broken() -> PoseStamped:
     [
         ("attic", None, "", 901, "there is no dock 'attic'; valid: home"),
         ("", pose_stamped(HOME, "map", 0.0), "hook", 902, "no dock type 'hook'; valid: simple_"),
-        ("", broken(), "simple_charging_dock", 902, "invalid pose"),
+        ("", broken(), "simple_charging_dock", 999, "is no rotation"),
     ],
 )
 def test_what_is_no_dock_is_refused(
