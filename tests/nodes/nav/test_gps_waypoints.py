@@ -103,8 +103,14 @@ def test_without_fix_or_datum_it_says_what_is_missing(made: Callable[..., Played
     ("pose", "says"),
     [
         (geo_pose(HERE, 0.0), ""),
-        (GeoPose(position=GeoPointMsg(latitude=100.0)), "waypoint 1 of 2: latitude 100 is no place"),
-        (GeoPose(position=GeoPointMsg(longitude=math.nan)), "gps_poses[1]: position.longitude is nan"),
+        (
+            GeoPose(position=GeoPointMsg(latitude=100.0)),
+            "waypoint 1 of 2: latitude 100 is no place",
+        ),
+        (
+            GeoPose(position=GeoPointMsg(longitude=math.nan)),
+            "gps_poses[1]: position.longitude is nan",
+        ),
         (GeoPose(orientation=Quaternion(w=0.0)), "gps_poses[1]: orientation: quaternion"),
     ],
 )
