@@ -1,0 +1,129 @@
+"""Claims: where a topic fails the robot stands or goes on rightly, and is whole again after."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from nav2_msgs.action import NavigateToPose
+from rclpy.action import ActionClient
+from std_msgs.msg import String
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.ros.health.faults import Fault, Faults
+from arjuna_core.se2 import SE2
+from bringup.client.goals import Goals
+from tests.helpers.ros import RosBench
+from tests.system.test_navigation import on_map, truth
+
+if TYPE_CHECKING:
+    from bringup.lockstep import LockStep
+
+pytestmark = [pytest.mark.ros, pytest.mark.system]
+DEAD = Fault(drop=1.0)
+FAR = SE2(1.5, 1.0, 0.5)
+BLIND = {
+    "a dead lidar": ("/scan", DEAD, 1.25),  # the costmap's age, then the controller's patience
+    "a frozen lidar": ("/scan", Fault(frozen=True), 1.25),
+    "no transforms": ("/tf", DEAD, 0.65),
+    "no commands": ("/cmd_vel", DEAD, 0.65),
+}
+"""Topic, fault, and the time from it to the last motion, braking included [s]."""
+BORNE = {
+    "half the scans": ("/scan", Fault(drop=0.5)),
+    "half the transforms": ("/tf", Fault(drop=0.5)),
+    "half the commands": ("/cmd_vel", Fault(drop=0.5)),
+    "late scans out of order": ("/scan", Fault(delay=0.05, jitter=0.15)),
+    "all odometry twice": ("/odom", Fault(duplicate=1.0)),
+    "no odometry": ("/odom", DEAD),
+    "late commands": ("/cmd_vel", Fault(delay=0.1)),
+}
+STILL = 0.001  # a tick [m]
+Stack = Callable[..., "LockStep"]
+
+
+class Drive:
+    """A robot on its way to a goal, at full speed."""
+
+    def __init__(self, robot: LockStep) -> None:
+        self.robot = robot
+        nodes = [*robot.process.nodes, robot.process.node]
+        self.faults = Faults(nodes, np.random.default_rng(1), lambda: robot.now)
+        self.moved: list[tuple[float, float]] = []
+        self._last = truth(robot)
+        robot.on_tick = self._tick
+        client = ActionClient(robot.client, NavigateToPose, "navigate_to_pose")
+        robot.run_until(client.server_is_ready, 5.0, "navigation")
+        goal = NavigateToPose.Goal(pose=pose_stamped(FAR, "map", 0.0))
+        sent = client.send_goal_async(goal)
+        robot.run_until(sent.done, 5.0, "an answer")
+        self.result = sent.result().get_result_async()
+        robot.run(2.0)
+
+    def _tick(self) -> None:
+        self.faults.run_due()
+        pose = truth(self.robot)
+        self.moved.append((self.robot.now, pose.distance(self._last)))
+        self._last = pose
+
+
+@pytest.mark.parametrize("kind", BLIND)
+def test_a_robot_that_is_blind_stands_and_drives_when_it_is_over(stack: Stack, kind: str) -> None:
+    drive = Drive(on_map(stack))
+    robot = drive.robot
+    assert drive.moved[-1][1] > STILL
+    begun = robot.now
+    topic, fault, stands_within = BLIND[kind]
+    drive.faults.put(topic, fault)
+    robot.run(3.0)
+    assert max(now for now, way in drive.moved if way > STILL) - begun < stands_within
+    drive.faults.clear()
+    robot.run(1.0)
+    assert robot.sim.contacts.log.total == 0
+    assert Goals(robot).navigate(FAR, 60.0).succeeded
+
+
+@pytest.mark.parametrize("kind", BORNE)
+def test_a_robot_that_hears_enough_reaches_its_goal(stack: Stack, kind: str) -> None:
+    drive = Drive(on_map(stack))
+    drive.faults.put(*BORNE[kind])
+    drive.robot.run_until(drive.result.done, 60.0, "the goal")
+    assert drive.result.result().result.error_code == 0
+    assert truth(drive.robot).distance(FAR) < 0.3
+    assert drive.robot.sim.contacts.log.total == 0
+
+
+def test_a_fault_of_a_topic_that_nobody_publishes_is_refused(stack: Stack) -> None:
+    robot = stack()
+    faults = Faults(robot.process.nodes, np.random.default_rng(0), lambda: robot.now)
+    with pytest.raises(ValueError, match=r"nobody publishes '/scna'; valid: .*/scan"):
+        faults.put("/scna", DEAD)
+
+
+def test_late_messages_come_in_their_time_and_health_returns() -> None:
+    bench = RosBench()
+    heard = bench.collect(String, "word")
+    publisher = bench.node.create_publisher(String, "word", qos.DEFAULT)
+    faults = Faults([bench.node], np.random.default_rng(0), lambda: bench.process.now)
+    try:
+        faults.put("/word", Fault(delay=0.1, duplicate=1.0))
+        publisher.publish(String(data="late"))
+        bench.advance(0.08)
+        faults.run_due()
+        bench.process.drain()
+        assert heard == []
+        bench.advance(0.04)
+        faults.run_due()
+        bench.process.drain()
+        assert [message.data for message in heard] == ["late", "late"]
+        faults.clear()
+        bench.publish(String, "word", String(data="well"))
+        assert [message.data for message in heard] == ["late", "late", "well"]
+    finally:
+        bench.close()
