@@ -106,15 +106,15 @@ def test_scenarios_of_movingai_are_solved(tmp_path: Path, monkeypatch: pytest.Mo
 
 @pytest.mark.ros
 @pytest.mark.system
-def test_a_jackal_crosses_a_world_and_is_stopped_by_what_it_touches(tmp_path: Path) -> None:
+def test_a_jackal_crosses_a_world_but_none_without_a_way(tmp_path: Path) -> None:
     pytest.importorskip("rclpy", reason="no ROS here")
     free = barn_world(tmp_path / "free", [(-2.0, 6.0)])
     result = run(barn, "--worlds", str(free))
     assert (result["success"], result["touches"], result["runs"]) == (1.0, 0, 1)
     assert result["score"] > 0.4
-    x, y = START.x, START.y + 0.26 + 0.075
-    touching = barn_world(tmp_path / "touching", [(x, y)])
-    result = run(barn, "--worlds", str(touching))
+    angles = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False).tolist()
+    ring = [(START.x + 0.8 * math.cos(a), START.y + 0.8 * math.sin(a)) for a in angles]
+    result = run(barn, "--worlds", str(barn_world(tmp_path / "closed", ring)))
     assert (result["success"], result["score"]) == (0.0, 0.0)
 
 
