@@ -73,6 +73,13 @@ def test_a_promise_is_kept_by_its_line(tmp_path: Path, printed: str, missing: li
     assert load_page(_page(tmp_path)).sections[0].missing(printed) == missing
 
 
+def test_of_four_dots_the_first_is_the_numbers_own(tmp_path: Path) -> None:
+    text = PAGE.replace("average rate: 10...\n", "error: 0....m\n").replace("done  (all)\n", "")
+    (section,) = load_page(_page(tmp_path, text)).sections
+    assert section.missing("error: 0.20m") == []
+    assert section.missing("error: 10 m") == ["error: 0....m"]
+
+
 @pytest.mark.parametrize(
     ("text", "problem"), [("# A\n\n## B\n\nwords\n", "holds no command"), (None, "cannot be read")]
 )
