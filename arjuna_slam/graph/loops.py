@@ -139,20 +139,21 @@ class LoopCloser:
         near = np.flatnonzero(distance < widest)
         first, last = np.array([(submap.nodes[0], submap.nodes[-1]) for submap in submaps]).T
         seen = np.searchsorted(near, last, "right") > np.searchsorted(near, first)
-        if not seen.any():
-            return []
-        covariances = relative_covariances(graph, node)
-        found: list[tuple[float, int, Window, int]] = []
+        places = []
         for k in np.flatnonzero(seen).tolist():
-            d = distance[submaps[k].nodes]
-            best = int(d.argmin())
-            past = submaps[k].nodes[best]
+            past = submaps[k].nodes[int(distance[submaps[k].nodes].argmin())]
+            if self._travel[node] - self._travel[past] > _JUST_LEFT and distance[past] < widest:
+                places.append((k, past))
+        if not places:
+            return []
+        covariances = relative_covariances(graph, node, np.array([p for _, p in places], np.intp))
+        found: list[tuple[float, int, Window, int]] = []
+        for k, past in places:
             xy, theta = spread(covariances[past])
             wide = config.loop_search_deviations * xy
             within = config.loop_search_maximum_distance + wide
-            left = self._travel[node] - self._travel[past] > _JUST_LEFT
-            if left and wide <= config.loop_scan_window and d[best] < within:
-                found.append((float(d[best]), k, self._window(wide, theta), past))
+            if wide <= config.loop_scan_window and distance[past] < within:
+                found.append((float(distance[past]), k, self._window(wide, theta), past))
         found.sort(key=lambda entry: entry[:2])
         return [(submaps[k], w, p, covariances[p]) for _, k, w, p in found[:_CANDIDATES_MAX]]
 

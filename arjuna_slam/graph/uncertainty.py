@@ -25,20 +25,27 @@ _SLACK = np.diag([0.1**2, 0.1**2, 0.02**2])  # on top of what the graph does not
 _UNKNOWN = 1e6  # variance of what no chain reaches
 
 
-def relative_covariances(graph: PoseGraph, node: int) -> NDArray[np.float64]:
-    """Return a bound on the covariance of every node's pose in the frame of one.
+def relative_covariances(
+    graph: PoseGraph, node: int, wanted: NDArray[np.intp] | None = None
+) -> NDArray[np.float64]:
+    """Return a bound on the covariance of nodes' poses in the frame of one.
 
     Args:
         graph: The graph.
         node: The node.
+        wanted: The nodes whose covariance is asked for, `(K,)`; that of others may stay unknown,
+            which spares the search among them. All if None.
 
     Returns:
         Of x, y, theta, `(N, 3, 3) float64` [m^2, m rad, rad^2].
     """
     table = graph.table
+    open_ = np.full(len(graph.poses), wanted is None)
+    if wanted is not None:
+        open_[wanted] = True
     return _SHARE * _propagate(
         graph.poses, np.ascontiguousarray(table.i), np.ascontiguousarray(table.j),
-        table.covariance, node,
+        table.covariance, node, open_,
     )  # fmt: skip
 
 
@@ -69,8 +76,10 @@ def _propagate(
     j: NDArray[np.int64],
     covariance: NDArray[np.float64],
     node: int,
+    open_: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
     starts, links = _links(len(poses), i, j)
+    left, before = open_.sum(), np.full(len(poses), -1)
     result = np.zeros((len(poses), 3, 3))
     for k in range(len(poses)):
         result[k, 0, 0] = result[k, 1, 1] = result[k, 2, 2] = _UNKNOWN
@@ -85,6 +94,13 @@ def _propagate(
         if done[here]:
             continue
         done[here] = True
+        e = before[here]
+        if e >= 0:
+            last = j[e] if i[e] == here else i[e]
+            _chain(poses, last, here, i[e], covariance[e], c, s, result)
+        left -= open_[here]
+        if left == 0:
+            break
         for link in range(starts[here], starts[here + 1]):
             e = links[link]
             there = j[e] if i[e] == here else i[e]
@@ -94,8 +110,7 @@ def _propagate(
                 covariance[e, 0, 0] + covariance[e, 1, 1] + _LEVER**2 * covariance[e, 2, 2]
             )
             if length < best[there]:
-                best[there] = length
-                _chain(poses, here, there, i[e], covariance[e], c, s, result)
+                best[there], before[there] = length, e
                 heapq.heappush(heap, (length, there))
     return result
 

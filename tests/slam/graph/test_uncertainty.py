@@ -63,3 +63,12 @@ def test_the_bound_is_that_of_samples() -> None:
     sampled = np.cov(np.array(ends).T)
     bound = relative_covariances(straight(21), 0)[20]
     np.testing.assert_allclose(np.diag(bound) / np.diag(sampled), 0.25, rtol=0.1)
+
+
+def test_what_is_asked_for_alone_is_as_among_all() -> None:
+    graph = straight(101)
+    graph.add_edge(Edge(3, 60, SE2(57.0), STEP, EdgeKind.LOOP))
+    wanted = np.array([98, 62, 4])
+    some, every = (relative_covariances(graph, 100, which) for which in (wanted, None))
+    assert np.array_equal(some[wanted], every[wanted])
+    assert some[0, 0, 0] > 1e3 > every[0, 0, 0]
