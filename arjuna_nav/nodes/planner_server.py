@@ -69,7 +69,8 @@ class PlannerServerNode(GoalNode):
 
     def on_config(self, config: PlannerServerConfig) -> None:
         """Plan by the new parameters from now on."""
-        self._planners.clear()
+        if hasattr(self, "_planners"):
+            self._planners.clear()
 
     def _planner(self, name: str) -> Planner:
         """Return a planner, the first where none is named, for the robot's present outline."""

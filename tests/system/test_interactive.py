@@ -65,7 +65,7 @@ def test_without_a_simulator_it_says_what_it_waits_for_and_keeps_that_in_its_log
 ) -> None:
     with Lines("-m", "bringup", "slam", "--namespace", "robot1") as bringup:
         (line,) = bringup.wait_for("waiting for slam: /robot1/clock: is ")
-        assert "(ROS_DOMAIN_ID=91, --namespace robot1 here)" in line
+        assert "(ROS_DOMAIN_ID=91, --namespace robot1 here;" in line
         bringup.process.send_signal(signal.SIGINT)
         assert bringup.read_to_end() == 0
     (log,) = (tmp_path / ".arjuna" / "log").glob("*-slam/log.txt")

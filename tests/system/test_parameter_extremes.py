@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 NO_NUMBERS = (math.nan, math.inf, -math.inf, 1e308, -1e308)
 NO_COUNTS = (2**63 - 1, -(2**63))
-STALLED = 1.0
+STALLED = 3.0
 """How much of a core's time one tick may take [s]."""
 STACKS = {"nav": (LOCALIZATION_GROUP, NAVIGATION_GROUP), "slam": (SLAM_GROUP,)}
 

@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 from tf2_ros import Buffer, TransformListener
 
-from bringup.ros2.client import Client
+from bringup.ros2.client import SILENT, Client
 from bringup.ros2.errors import Ros2Error
 
 Frames = dict[str, dict[str, Any]]
@@ -31,14 +31,20 @@ def main(words: list[str]) -> int:
         buffer = Buffer(node=client.node)
         TransformListener(buffer, client.node)
         client.spin(lambda: False, arguments.wait_time)
+        client.spin(lambda: bool(_frames(buffer)), SILENT)
         name = arguments.output or time.strftime("frames_%Y-%m-%d_%H.%M.%S")
         log.info(f"Exporting graph in {name}.pdf file...")
-    frames: Frames = yaml.safe_load(buffer.all_frames_as_yaml())
+    frames = _frames(buffer)
     if not frames:
         raise Ros2Error("no tf data received; is anything published on /tf or /tf_static?")
     Path(f"{name}.gv").write_text(dot(frames), encoding="utf-8")
     draw(frames, Path(f"{name}.pdf"))
     return 0
+
+
+def _frames(buffer: Buffer) -> Frames:
+    found: Frames = yaml.safe_load(buffer.all_frames_as_yaml()) or {}
+    return found
 
 
 def label(frame: dict[str, Any]) -> list[str]:

@@ -21,7 +21,7 @@ def test_calibrate_writes_parameters_a_snippet_and_a_picture(tmp_path: Path) -> 
     assert "within 2% and 4%: yes" in report
     values = for_node(load_parameters([out / "calibration.yaml"]), "sim")
     config = load(SimulatorConfig, values, "sim")
-    assert config.drive.effective_track_width == pytest.approx(0.609, rel=0.01)
+    assert config.drive.effective_track_width == pytest.approx(0.603, rel=0.01)
     assert config.odometry.angular_noise > 0.0
     assert "<effectiveTrackWidth>0.6" in (out / "calibration.urdf.xml").read_text()
     assert (out / "calibration.png").read_bytes().startswith(b"\x89PNG")

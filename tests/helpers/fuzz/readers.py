@@ -76,7 +76,8 @@ def _image(image_format: str) -> Callable[[Path], Path]:
 
 def _parameters(folder: Path) -> Path:
     path = folder / "nav.yaml"
-    path.write_bytes(shipped_file("params/arjuna_nav.yaml").read_bytes()[:3000])
+    lines = shipped_file("params/arjuna_nav.yaml").read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[:80]))
     return path
 
 
