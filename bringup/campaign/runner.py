@@ -133,17 +133,25 @@ def run_all(
                 run = waiting.pop(0)
                 going.append(_Started(campaign, run, folder / run.name, program))
             stop.wait(_POLL)
-            for started in list(going):
-                end = started.ended()
-                if end is not None:
-                    going.remove(started)
-                    write_outcome(folder / end.name, end)
-                    found[end.name] = end
-                    ended(end)
+            for end in _ended(going, folder):
+                found[end.name] = end
+                ended(end)
     finally:
         for started in going:
             started.stop()
     return [outcome for outcome in found.values() if outcome is not None]
+
+
+def _ended(going: list[_Started], folder: Path) -> list[Outcome]:
+    """Take out the runs that have ended and write down their outcomes."""
+    outcomes = []
+    for started in list(going):
+        end = started.ended()
+        if end is not None:
+            going.remove(started)
+            write_outcome(folder / end.name, end)
+            outcomes.append(end)
+    return outcomes
 
 
 def _claim(folder: Path, campaign: Campaign) -> None:
