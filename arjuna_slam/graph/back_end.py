@@ -89,8 +89,11 @@ class BackEnd:
         for edge in edges:
             self._graph.add_edge(edge)
             error = self._graph.residual(edge)
-            urgent |= math.hypot(error[0], error[1]) > self._config.optimize_urgent_distance
-            urgent |= abs(error[2]) > self._config.optimize_urgent_angle
+            far = math.hypot(error[0], error[1]) > self._config.optimize_urgent_distance
+            far |= abs(error[2]) > self._config.optimize_urgent_angle
+            urgent |= far
+            if not far:
+                continue  # near the optimum the kernel is convex as it is
             deviations = math.sqrt(max(0.0, float(error @ edge.information @ error)))
             loose = deviations / self._config.loop_robust_scale
             self._looseness = min(max(self._looseness, loose), _LOOSE_MAX)
