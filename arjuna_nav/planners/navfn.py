@@ -21,7 +21,6 @@ from arjuna_nav.planners.query import ask
 from arjuna_nav.planners.way_out import WayOut
 
 _SLACK, _SLACK_ASTAR = 0.005, 0.0  # of ways that are looked at, over the best estimate
-_ESCAPE = 20.0 * NEUTRAL  # cost of a cell where the robot may not be: the nearest way out wins
 
 
 @dataclass(frozen=True)
@@ -95,8 +94,7 @@ class NavFn:
         A wave through a corridor is believed unless it came to the goal not at all, or at a price
         that says that the estimate took a door for wider than it is.
         """
-        exits = out.exits.astype(np.float64)
-        seeds: NDArray[np.float64] = np.column_stack((exits, _ESCAPE * out.distances))
+        seeds = out.seeds(NEUTRAL)
         nearest = int(out.exits[0, 0]), int(out.exits[0, 1])
         if math.isfinite(costs[data[goal]]):
             slack = _SLACK_ASTAR if self._config.use_astar else _SLACK

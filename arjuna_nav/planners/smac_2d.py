@@ -20,8 +20,6 @@ from arjuna_nav.planners.potential import traversal_costs
 from arjuna_nav.planners.query import ask, oriented
 from arjuna_nav.planners.relaxation import relax, touches
 
-_ESCAPE = 20.0  # cost of a cell where the robot may not be: the nearest way out wins
-
 
 @dataclass(frozen=True)
 class SmootherConfig:
@@ -82,8 +80,7 @@ class Smac2D:
         )
         if isinstance(query, PlanResult):
             return query
-        exits, far = query.out.exits, query.out.distances
-        seeds: NDArray[np.float64] = np.column_stack((exits.astype(np.float64), _ESCAPE * far))
+        seeds = query.out.seeds(1.0)
         limit = config.max_iterations if config.max_iterations > 0 else costmap.data.size
         values, before, spent = _a_star(costmap.data, self._costs(), seeds, query.goal_cell, limit)
         end = query.reachable_end(values)

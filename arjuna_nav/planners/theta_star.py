@@ -21,7 +21,6 @@ from arjuna_nav.planners.corridor import SHIFT, corridor
 from arjuna_nav.planners.potential import traversal_costs
 from arjuna_nav.planners.query import Query, ask
 
-_ESCAPE = 20.0  # cost of a cell where the robot may not be: the nearest way out wins
 _SLACK = 0.02  # of ways that are looked at on large maps, over the best estimate
 _EVERYWHERE = np.empty((0, 0), np.bool_)
 
@@ -84,8 +83,7 @@ class ThetaStar:
     def _search(self, query: Query) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
         """Search about the estimated way where the map is large, else everywhere."""
         config, data, goal = self._config, query.costmap.data, query.goal_cell
-        exits, far = query.out.exits, query.out.distances
-        seeds: NDArray[np.float64] = np.column_stack((exits.astype(np.float64), _ESCAPE * far))
+        exits, seeds = query.out.exits, query.out.seeds(1.0)
         costs = _weights(config)
         near = traversal_costs(config.allow_unknown)
         found = None

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arjuna_nav.costmap.costmap import LETHAL
 
+_ESCAPE = 20.0  # times a free cell's cost, where the robot may not be: the nearest way out wins
 _NEIGHBOURS = tuple((r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if (r, c) != (0, 0))
 
 
@@ -61,6 +62,14 @@ class WayOut:
                     heapq.heappush(queue, (far, other))
         self.exits = np.array(exits, dtype=np.int64).reshape(-1, 2)
         self.distances = np.array(distances, dtype=np.float64)
+
+    def seeds(self, cost: float) -> NDArray[np.float64]:
+        """Return where a search begins, `(N, 3)`: row, column and what it costs to come there.
+
+        Args:
+            cost: Of a free cell.
+        """
+        return np.column_stack((self.exits.astype(np.float64), _ESCAPE * cost * self.distances))
 
     def to(self, cell: tuple[int, int]) -> NDArray[np.float64]:
         """Return the way to an exit, `(N, 2) float64` of `(row, column)`, the start left out."""

@@ -17,12 +17,12 @@ from bringup.campaign.runner import run_all
 
 # folder, --seed N: seed 2 fails, 3 breaks, 4 hangs
 _PROGRAM = """
-import json, pathlib, sys, time
+import json, pathlib, sys, threading
 folder, _, seed = sys.argv[1:]
 if seed == "3":
     sys.exit("no such thing")
 if seed == "4":
-    time.sleep(60)
+    threading.Event().wait(60)
 touches = 1 if seed == "2" else 0
 (pathlib.Path(folder) / "r.json").write_text(json.dumps(
     {"reached": True, "drive": {"touches": touches, "time_s": 10.0 + int(seed)}, "log": [1, 2]}))
