@@ -13,7 +13,7 @@ CONTROLLERS = PluginTypes(
         _PURE_PURSUIT: f"{_HERE}.regulated_pure_pursuit:RegulatedPurePursuit",
         "nav2_mppi_controller::MPPIController": f"{_HERE}.mppi.controller:Mppi",
         "dwb_core::DWBLocalPlanner": f"{_HERE}.dwb.controller:Dwb",
-        "nav2_graceful_controller::GracefulController": f"{_HERE}.graceful:Graceful",
+        "nav2_graceful_controller::GracefulController": f"{_HERE}.graceful.controller:Graceful",
         "nav2_rotation_shim_controller::RotationShimController": (
             f"{_HERE}.rotation_shim:RotationShim"
         ),

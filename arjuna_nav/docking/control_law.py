@@ -1,8 +1,4 @@
-"""The graceful control law: a smooth curve that ends at a pose with its heading.
-
-Source: Park and Kuipers, A smooth control law for graceful motion of differential wheeled mobile
-    robots in 2D environment, ICRA 2011; parameters by the names of Nav2's docking server.
-"""
+"""The graceful control law with the parameters of Nav2's docking server, either way round."""
 
 from __future__ import annotations
 
@@ -13,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.se2 import SE2, wrap
+from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-
-_NEAREST = 1e-3  # below it the curvature says nothing [m]
+from arjuna_nav.controllers.graceful import control_law
 
 
 @dataclass(frozen=True)
@@ -43,18 +38,13 @@ def steer(config: ControlLawConfig, T_base_target: SE2, backward: bool = False) 
         T_base_target: The pose to end at, in the robot's base.
         backward: Whether to drive backwards.
     """
-    r = max(math.hypot(T_base_target.x, T_base_target.y), _NEAREST)
-    sight = math.atan2(-T_base_target.y, T_base_target.x) + (math.pi if backward else 0.0)
-    phi, delta = wrap(T_base_target.theta + sight), wrap(sight)
-    k_phi = config.k_phi
-    error = config.k_delta * (delta - math.atan(-k_phi * phi))
-    feedback = (1.0 + k_phi / (1.0 + (k_phi * phi) ** 2)) * math.sin(delta)
-    curvature = -(error + feedback) / r * (-1.0 if backward else 1.0)
-    v = config.v_linear_max / (1.0 + config.beta * abs(curvature) ** config.lambda_)
-    v = min(v, config.v_linear_max * r / config.slowdown_radius)
-    v = min(max(v, config.v_linear_min), config.v_linear_max) * (-1.0 if backward else 1.0)
-    w = min(max(curvature * v, -config.v_angular_max), config.v_angular_max)
-    return Velocity(w / curvature if curvature else v, w)
+    x, y = T_base_target.x, T_base_target.y
+    side = -1.0 if backward else 1.0  # backwards it is the law of a robot that faces about
+    law = np.array([config.k_phi, config.k_delta, config.beta, config.lambda_])
+    near = config.v_linear_max * math.hypot(x, y) / config.slowdown_radius
+    limits = np.array([config.v_linear_min, config.v_linear_max, near, config.v_angular_max])
+    v, w = control_law.steer(side * x, side * y, T_base_target.theta, law, limits)
+    return Velocity(side * v, w)
 
 
 def foreseen(

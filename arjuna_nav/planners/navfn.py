@@ -65,15 +65,7 @@ class NavFn:
         """
         config = self._config
         costs = traversal_costs(config.allow_unknown)
-        query = ask(
-            costmap,
-            start,
-            goal,
-            costs,
-            config.allow_unknown,
-            config.tolerance,
-            config.escape_radius,
-        )
+        query = ask(config, costmap, start, goal)
         if isinstance(query, PlanResult):
             return query
         potential = self._potential(costmap.data, costs, query.out, query.goal_cell)

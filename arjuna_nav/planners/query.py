@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.potential import traversal_costs
 from arjuna_nav.planners.way_out import WayOut
 
 Cell = tuple[int, int]
@@ -83,25 +85,30 @@ class Query:
         return PlanResult(PlanStatus.SUCCEEDED, path)
 
 
-def ask(
-    costmap: Costmap,
-    start: SE2,
-    goal: SE2,
-    costs: NDArray[np.float32],
-    allow_unknown: bool,
-    tolerance: float,
-    escape_radius: float,
-) -> Query | PlanResult:
+class Reach(Protocol):
+    """What planners on a grid have in common of their parameters."""
+
+    @property
+    def allow_unknown(self) -> bool:
+        """Whether paths may cross unknown space."""
+
+    @property
+    def tolerance(self) -> float:
+        """How far from a blocked goal the path may end [m]."""
+
+    @property
+    def escape_radius(self) -> float:
+        """How far a start too near to an obstacle is led out of it [m]."""
+
+
+def ask(reach: Reach, costmap: Costmap, start: SE2, goal: SE2) -> Query | PlanResult:
     """Return a query, or why there can be no answer.
 
     Args:
+        reach: Where the path may go and end.
         costmap: The costs.
         start: Where the robot is.
         goal: Where it is to be.
-        costs: `(256,)` what it costs to cross a cell by its value, inf where a robot may not be.
-        allow_unknown: Whether paths may cross unknown space.
-        tolerance: How far from a blocked goal the path may end [m].
-        escape_radius: How far a start too near to an obstacle is led out of it [m].
     """
     frame = costmap.frame
     start_cell, goal_cell = frame.to_cell(start.x, start.y), frame.to_cell(goal.x, goal.y)
@@ -111,12 +118,13 @@ def ask(
     ):
         if not frame.contains(*cell):
             return PlanResult.failed(status, f"{_place(name, pose)} lies outside the costmap")
-    out = WayOut(costmap.data, costs, start_cell, escape_radius / frame.resolution)
+    costs = traversal_costs(reach.allow_unknown)
+    out = WayOut(costmap.data, costs, start_cell, reach.escape_radius / frame.resolution)
     if not len(out.exits):
         cost = costmap.cost_at(start.x, start.y)
         message = f"{_place('start', start)} has cost {cost} and no way out"
         return PlanResult.failed(PlanStatus.START_OCCUPIED, message)
-    return Query(costmap, start, goal, goal_cell, out, allow_unknown, tolerance)
+    return Query(costmap, start, goal, goal_cell, out, reach.allow_unknown, reach.tolerance)
 
 
 def _place(name: str, pose: SE2) -> str:

@@ -16,7 +16,6 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
-from arjuna_nav.planners.potential import traversal_costs
 from arjuna_nav.planners.query import ask, oriented
 from arjuna_nav.planners.relaxation import relax, touches
 
@@ -69,15 +68,7 @@ class Smac2D:
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame; see `NavFn.plan` for both ends."""
         config = self._config
-        query = ask(
-            costmap,
-            start,
-            goal,
-            traversal_costs(config.allow_unknown),
-            config.allow_unknown,
-            config.tolerance,
-            config.escape_radius,
-        )
+        query = ask(config, costmap, start, goal)
         if isinstance(query, PlanResult):
             return query
         seeds = query.out.seeds(1.0)

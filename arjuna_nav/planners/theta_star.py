@@ -63,15 +63,7 @@ class ThetaStar:
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame; see `NavFn.plan` for both ends."""
         config = self._config
-        query = ask(
-            costmap,
-            start,
-            goal,
-            traversal_costs(config.allow_unknown),
-            config.allow_unknown,
-            config.tolerance,
-            config.escape_radius,
-        )
+        query = ask(config, costmap, start, goal)
         if isinstance(query, PlanResult):
             return query
         values, parents = self._search(query)

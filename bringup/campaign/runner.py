@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from arjuna_core.files.atomic import write_atomically
@@ -126,20 +126,34 @@ def run_all(
     for outcome in filter(None, found.values()):
         ended(outcome)
     waiting = [run for run in runs if found[run.name] is None]
+
+    def start(run: Run) -> _Started:
+        return _Started(campaign, run, folder / run.name, program)
+
+    for outcome in _outcomes(waiting, start, folder, jobs, stop):
+        found[outcome.name] = outcome
+        ended(outcome)
+    return [outcome for outcome in found.values() if outcome is not None]
+
+
+def _outcomes(
+    waiting: list[Run],
+    start: Callable[[Run], _Started],
+    folder: Path,
+    jobs: int,
+    stop: threading.Event,
+) -> Iterator[Outcome]:
+    """Yield how each run ended, as it does; those that are broken off are stopped."""
     going: list[_Started] = []
     try:
         while (waiting or going) and not stop.is_set():
             while waiting and len(going) < jobs:
-                run = waiting.pop(0)
-                going.append(_Started(campaign, run, folder / run.name, program))
+                going.append(start(waiting.pop(0)))
             stop.wait(_POLL)
-            for end in _ended(going, folder):
-                found[end.name] = end
-                ended(end)
+            yield from _ended(going, folder)
     finally:
         for started in going:
             started.stop()
-    return [outcome for outcome in found.values() if outcome is not None]
 
 
 def _ended(going: list[_Started], folder: Path) -> list[Outcome]:

@@ -45,15 +45,7 @@ class Hybrid:
         radius is led out of there first, in a straight line from cell to cell.
         """
         config = self._config
-        query = ask(
-            costmap,
-            start,
-            goal,
-            traversal_costs(config.allow_unknown),
-            config.allow_unknown,
-            config.tolerance,
-            config.escape_radius,
-        )
+        query = ask(config, costmap, start, goal)
         if isinstance(query, PlanResult):
             return query
         end = self._end(query)

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
+from arjuna_nav.controllers.graceful.control_law import approach
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.controllers.tracked_path import TrackedPath
 from arjuna_nav.controllers.turning import Turning
@@ -21,9 +21,6 @@ from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
-
-_STEPS = 200  # of a simulated approach at most
-_NEAR = 0.01  # an approach ends here [m]
 
 
 @dataclass(frozen=True)
@@ -170,8 +167,8 @@ class Graceful:
             v_max * min(left / config.slowdown_radius, 1.0), min(config.v_linear_min, v_max)
         )
         law = np.array([config.k_phi, config.k_delta, config.beta, config.lambda_])
-        limits = np.array([min(config.v_linear_min, v_max), v_max, config.v_angular_max])
-        poses, v, w = _simulate(seen.array(), law, limits, costmap.frame.resolution)
+        limits = np.array([min(config.v_linear_min, v_max), v_max, v_max, config.v_angular_max])
+        poses, v, w = approach(seen.array(), law, limits, costmap.frame.resolution)
         c, s = math.cos(pose.theta), math.sin(pose.theta)
         x, y = poses[:, 0].copy(), poses[:, 1].copy()
         poses[:, 0], poses[:, 1] = pose.x + c * x - s * y, pose.y + s * x + c * y
@@ -190,59 +187,3 @@ class Graceful:
         self._last_w = 0.0
         message = f"turning at ({pose.x:.2f}, {pose.y:.2f}) would collide"
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
-
-
-@njit(cache=True)
-def _simulate(
-    target: NDArray[np.float64],
-    law: NDArray[np.float64],
-    limits: NDArray[np.float64],
-    spacing: float,
-) -> tuple[NDArray[np.float64], float, float]:
-    """Return the poses on the way to a target seen from the robot, and the first velocity."""
-    poses = np.zeros((_STEPS, 3))
-    first_v = first_w = 0.0
-    count = 1
-    for k in range(1, _STEPS):
-        x, y, theta = poses[k - 1]
-        v, w = _steer(x, y, theta, target, law, limits)
-        if k == 1:
-            first_v, first_w = v, w
-        dt = spacing / max(v, 1e-3)
-        poses[k, 0] = x + v * dt * math.cos(theta + 0.5 * w * dt)
-        poses[k, 1] = y + v * dt * math.sin(theta + 0.5 * w * dt)
-        poses[k, 2] = theta + w * dt
-        count = k + 1
-        if math.hypot(target[0] - poses[k, 0], target[1] - poses[k, 1]) < spacing + _NEAR:
-            break
-    return poses[:count], first_v, first_w
-
-
-@njit(cache=True)
-def _steer(
-    x: float,
-    y: float,
-    theta: float,
-    target: NDArray[np.float64],
-    law: NDArray[np.float64],
-    limits: NDArray[np.float64],
-) -> tuple[float, float]:
-    """Return the velocity that the control law asks for."""
-    k_phi, k_delta, beta, power = law
-    dx, dy = target[0] - x, target[1] - y
-    r, sight = max(math.hypot(dx, dy), 1e-3), math.atan2(dy, dx)
-    phi = _wrapped(target[2] - sight)
-    delta = _wrapped(theta - sight)
-    bend = (1.0 + k_phi / (1.0 + (k_phi * phi) ** 2)) * math.sin(delta)
-    curvature = -(k_delta * (delta - math.atan(-k_phi * phi)) + bend) / r
-    v = limits[1] / (1.0 + beta * abs(curvature) ** power)
-    v = max(v, limits[0])
-    w = min(max(v * curvature, -limits[2]), limits[2])
-    if abs(curvature) > 1e-6:
-        v = min(v, abs(w / curvature))
-    return v, w
-
-
-@njit(cache=True)
-def _wrapped(angle: float) -> float:
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
