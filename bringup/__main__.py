@@ -6,13 +6,18 @@ import sys
 
 from bringup.cli_parser import parse
 
+_INTERRUPTED = 130  # as a shell tells of it
+
 
 def main() -> int:
     """Run a command and return its exit code; what it needs is imported only then."""
     arguments = parse()
-    from bringup.cli import run
+    try:
+        from bringup.cli import run
 
-    return run(arguments)
+        return run(arguments)
+    except KeyboardInterrupt:  # while it imports; commands that run have handlers of their own
+        return _INTERRUPTED
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-_HOST = "bringup.processes.host"
+_HOST = "bringup.host"
 _DOMAIN = "ROS_DOMAIN_ID"
 _TICK = os.sysconf("SC_CLK_TCK")  # [1/s]
 

@@ -155,7 +155,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 after a clean stop, 2 where an input is refused, 3 where a client asked to quit.
     """
     groups = {group.name: group for group in ALL_GROUPS}
-    parser = argparse.ArgumentParser(prog="python -m bringup.processes.host", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m bringup.host", description=__doc__)
     parser.add_argument("group", choices=sorted(groups))
     parser.add_argument("--namespace", default="", help="the robot's")
     parser.add_argument("--parameters", type=json.loads, default={}, help="JSON: node: name: value")
@@ -167,7 +167,3 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _REFUSED
     _stoppable(host).run()
     return QUIT_EXIT if host.quit else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

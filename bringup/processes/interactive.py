@@ -65,7 +65,7 @@ def record_command(folder: Path, namespace: str) -> list[str]:
 
 def host_command(group: str, parameters: str, arguments: argparse.Namespace) -> list[str]:
     """Return the command of the process that runs a group of nodes."""
-    host = [sys.executable, "-m", "bringup.processes.host", group, "--parameters", parameters]
+    host = [sys.executable, "-m", "bringup.host", group, "--parameters", parameters]
     if arguments.namespace:
         host += ["--namespace", arguments.namespace]
     ros = ["--ros-args", "--disable-external-lib-logs", "--log-level", arguments.log_level]

@@ -41,6 +41,14 @@ def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
         assert ended(second)
 
 
+def test_stopped_while_it_starts_it_ends_without_a_traceback() -> None:
+    with Lines("-m", "bringup", "nav", "--slam") as bringup:
+        bringup.wait_for("imports its nodes")
+        bringup.process.send_signal(signal.SIGINT)
+        assert bringup.read_to_end() == 0
+        assert not bringup.matching("Traceback")
+
+
 def test_a_killed_bringup_leaves_no_node_behind() -> None:
     with Lines("-m", "bringup", "sim") as bringup:
         bringup.wait_for(ACTIVE)

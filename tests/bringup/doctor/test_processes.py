@@ -17,7 +17,7 @@ def _process(proc: Path, pid: int, command: str, environment: str = "") -> None:
 
 
 def test_hosts_are_found_with_group_and_domain(tmp_path: Path) -> None:
-    host = "python -m bringup.processes.host"
+    host = "python -m bringup.host"
     _process(tmp_path, 12, f"{host} slam --parameters {{}}", "HOME=/\0ROS_DOMAIN_ID=7\0")
     _process(tmp_path, 3, f"{host} sim", "HOME=/\0")
     _process(tmp_path, 4, "python -m bringup sim")
