@@ -14,10 +14,10 @@ from bringup.viewing.frame_tree import Frame
 
 
 class FrameListener:
-    """Takes what comes on /tf and /tf_static from now on; another publisher's twin shows too.
+    """Takes what comes on tf and tf_static from now on; another publisher's twin shows too.
 
     Args:
-        session: The connection to the robot.
+        session: The connection to the robot, in its namespace.
     """
 
     def __init__(self, session: Session) -> None:
@@ -26,8 +26,8 @@ class FrameListener:
         self._parents: dict[str, dict[str, None]] = {}
         self._stamps: dict[str, list[float]] = {}
         self._static: dict[str, bool] = {}
-        self._listen("/tf", qos.TF, False)
-        self._listen("/tf_static", qos.TF_STATIC_SUBSCRIPTION, True)
+        self._listen("tf", qos.TF, False)
+        self._listen("tf_static", qos.TF_STATIC_SUBSCRIPTION, True)
 
     def _listen(self, topic: str, profile: QoSProfile, static: bool) -> None:
         def take(message: Any) -> None:

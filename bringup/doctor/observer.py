@@ -57,12 +57,7 @@ class Observer:
         self._keep(Odometry, "ground_truth/odom", qos.SENSOR_SUBSCRIPTION)
         listen = session.client.create_subscription
         listen(Log, "/rosout", self._on_log, LOG)
-        listen(
-            ClockMsg,
-            "/clock",
-            lambda message: self._times.append(seconds(message.clock)),
-            qos.CLOCK,
-        )
+        listen(ClockMsg, "clock", self._on_clock, qos.CLOCK)
 
     def _keep(self, message_type: Any, topic: str, profile: QoSProfile) -> None:
         self._session.client.create_subscription(
@@ -73,13 +68,17 @@ class Observer:
         if message.level >= Log.WARN:
             self._log.append((message.name, message.msg))
 
+    def _on_clock(self, message: Any) -> None:
+        self._times.append(seconds(message.clock))
+
     def snapshot(self, duration: float) -> Snapshot:
         """Listen for a duration [s] after discovery, and return what there is."""
         run = self._session.run_until
         discover(self._session, hosts_of(self._session))
         counter = Counter(self._session)
+        namespace = self._session.client.get_namespace()
         for topic in LEAST:
-            counter.listen(topic)
+            counter.listen(namespace.rstrip("/") + topic)
         run(lambda: False, _MATCH, required=False)
         self._times.clear()
         counter.restart()
@@ -87,7 +86,7 @@ class Observer:
         run(lambda: False, duration, required=False)
         passed = self._session.now - start
         times, counts = self._times[:], counter.counts()
-        return Snapshot(
+        found = Snapshot(
             machine=read_machine(),
             domain=int(self._session.client.context.get_domain_id()),
             duration=passed,
@@ -99,6 +98,7 @@ class Observer:
             frames=self._frames.frames(self._times[-1] if self._times else time.time()),
             robot=self._robot(),
         )
+        return found.below(namespace)
 
     def _robot(self) -> Robot:
         pose, truth = self._last.get("amcl_pose"), self._last.get("ground_truth/odom")

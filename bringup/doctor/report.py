@@ -19,7 +19,10 @@ def page(snapshot: Snapshot, findings: dict[str, list[Finding]]) -> str:
     """Return the findings as one screen: a line each, with its cure."""
     count = len(snapshot.nodes)
     graph = f"{count} nodes" if count else "no robot runs"
-    lines = [f"domain {snapshot.domain}, {graph}, listened for {snapshot.duration:.1f} s"]
+    where = f"domain {snapshot.domain}"
+    if snapshot.namespace != "/":
+        where += f", {snapshot.namespace}"
+    lines = [f"{where}, {graph}, listened for {snapshot.duration:.1f} s"]
     well = [name for name, found in findings.items() if not found]
     lines.append(f"ok        {', '.join(well)}")
     for name, found in findings.items():

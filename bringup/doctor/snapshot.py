@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from bringup.client.endpoint import Endpoint
 from bringup.viewing.frame_tree import Frame
@@ -96,6 +97,7 @@ class Snapshot:
     Attributes:
         machine: The machine.
         domain: The ROS domain that was looked into.
+        namespace: The robot's, "/" for none; names of nodes and topics are without it.
         duration: How long was listened [s].
         nodes: Full names of the nodes, one for each, so that twins show.
         endpoints: Publishers and subscriptions.
@@ -108,6 +110,7 @@ class Snapshot:
 
     machine: Machine = Machine()
     domain: int = 0
+    namespace: str = "/"
     duration: float = 3.0
     nodes: tuple[str, ...] = ()
     endpoints: tuple[Endpoint, ...] = ()
@@ -128,6 +131,27 @@ class Snapshot:
     def runs(self, *names: str) -> bool:
         """Tell whether a node of one of these names, in any namespace, is there."""
         return any(node.rpartition("/")[2] in names for node in self.nodes)
+
+    def below(self, namespace: str) -> Snapshot:
+        """Return what is of one robot, its names without its namespace."""
+        start = f"{namespace.rstrip('/')}/"
+        plain = len(start) - 1
+
+        def cut(names: dict[str, Any]) -> dict[str, Any]:
+            return {name[plain:]: each for name, each in names.items() if name.startswith(start)}
+
+        return replace(
+            self,
+            namespace=namespace,
+            nodes=tuple(name[plain:] for name in self.nodes if name.startswith(start)),
+            endpoints=tuple(
+                replace(end, node=end.node[plain:], topic=end.topic[plain:])
+                for end in self.endpoints
+                if end.node.startswith(start) and end.topic.startswith(start)
+            ),
+            states=cut(self.states),
+            counts=cut(self.counts),
+        )
 
     @property
     def pace(self) -> float:

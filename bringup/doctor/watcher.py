@@ -37,15 +37,17 @@ class Watcher:
     def rows(self, period: float) -> list[Row]:
         """Watch for a period [s] and return a row for each node."""
         session = self._session
-        names, ends = nodes(session), endpoints(session)
+        start = f"{session.client.get_namespace().rstrip('/')}/"
+        names = [name for name in nodes(session) if name.startswith(start)]
+        ends = endpoints(session)
         topics = {name: main_topic(name, ends) for name in names}
         for topic in filter(None, topics.values()):
             self._counter.listen(topic)
         self._counter.restart()
-        domain, start = session.client.context.get_domain_id(), session.now
+        domain, begin = session.client.context.get_domain_id(), session.now
         before = [host for host in host_processes() if host.domain == domain]
         session.run_until(lambda: False, period, required=False)
-        passed = session.now - start
+        passed = session.now - begin
         rates = {topic: count / passed for topic, count in self._counter.counts().items()}
         shares = cpu_shares(before, host_processes(), passed)
         states = lifecycle_states(session, _STATES)

@@ -90,5 +90,5 @@ def _below(frames: Frames, name: str, indent: str) -> Iterator[str]:
         label = f"{indent}{'└─ ' if last else '├─ '}{child}"
         frame = frames[child]
         twins = f"  also under {', '.join(frame.parents[:-1])}" if frame.parents[1:] else ""
-        yield f"{label:<40}{frame.facts}{twins}"
+        yield f"{label:<39} {frame.facts}{twins}"
         yield from _below(frames, child, indent + ("   " if last else "│  "))

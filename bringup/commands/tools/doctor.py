@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 
 from bringup.doctor.guides import page as guides_page
-from bringup.parameters.options import positive
+from bringup.parameters.options import add_robot_choice, positive
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    add_robot_choice(parser)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = guides_page()
     parser.add_argument("--json", action="store_true", help="findings and facts as JSON")
@@ -31,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.doctor.report import as_json, diagnose, page
     from bringup.terminal import show
 
-    with closing(Connection("arjuna_doctor")) as session:
+    with closing(Connection("arjuna_doctor", arguments.namespace)) as session:
         snapshot = Observer(session).snapshot(arguments.duration)
     findings = diagnose(snapshot)
     show((as_json if arguments.json else page)(snapshot, findings))

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bringup.parameters.options import positive
+from bringup.parameters.options import add_robot_choice, positive
 
 if TYPE_CHECKING:
     from bringup.viewing.frame_tree import Frames
@@ -16,6 +16,7 @@ _WAIT = 5.0  # [s] for the first frame
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    add_robot_choice(parser)
     parser.add_argument(
         "--picture", type=Path, metavar="FILE", help="draw it too, as .png, .pdf or .svg"
     )
@@ -37,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.terminal import show
     from bringup.viewing.frame_tree import tree_text
 
-    with closing(Connection("arjuna_tf")) as session:
+    with closing(Connection("arjuna_tf", arguments.namespace)) as session:
         listener = FrameListener(session)
         session.run_until(lambda: listener.heard, _WAIT, required=False)
         session.run_until(lambda: False, arguments.duration, required=False)

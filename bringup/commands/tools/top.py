@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters.options import positive
+from bringup.parameters.options import add_robot_choice, positive
 
 _CLEAR = "\033[2J\033[H"
 _WIDE = 160  # [characters] of a file or pipe
@@ -12,6 +12,7 @@ _WIDE = 160  # [characters] of a file or pipe
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    add_robot_choice(parser)
     parser.add_argument(
         "--period", type=positive, default=2.0, metavar="S", help="from one table to the next [s]"
     )
@@ -30,7 +31,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.terminal import show
 
     left, found = arguments.count, []
-    with closing(Connection("arjuna_top")) as session:
+    with closing(Connection("arjuna_top", arguments.namespace)) as session:
         watcher = Watcher(session)
         while left is None or left > 0:
             found = watcher.rows(arguments.period)

@@ -6,6 +6,7 @@ from collections import Counter
 
 from bringup.doctor.finding import Finding
 from bringup.doctor.snapshot import Snapshot
+from bringup.doctor.table import groups_by_node
 
 _RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
 _DOMAINS = range(102)  # beyond, ports collide with those that Linux gives out: ROS 2's docs
@@ -20,6 +21,7 @@ def check(snapshot: Snapshot) -> list[Finding]:
         *_domain(environment.get("ROS_DOMAIN_ID", "0")),
         *_middleware(environment.get("RMW_IMPLEMENTATION", _OURS)),
         *_elsewhere(snapshot),
+        *_below(snapshot),
         *_twins(snapshot.nodes),
     ]
 
@@ -62,6 +64,17 @@ def _elsewhere(snapshot: Snapshot) -> list[Finding]:
     here = f"none here, in domain {snapshot.domain}"
     cure = f"export ROS_DOMAIN_ID={others[0]}"
     return [Finding(f"a robot runs in ROS domain {others[0]}, {here}", cure)]
+
+
+def _below(snapshot: Snapshot) -> list[Finding]:
+    """Name the robots below a namespace where none is without."""
+    hosts = {name for name in groups_by_node() if name.endswith("_host")}
+    places = [node.rpartition("/") for node in snapshot.nodes]
+    robots = sorted({namespace for namespace, _, name in places if name in hosts})
+    if not robots or "" in robots:
+        return []
+    what = f"robots run below {', '.join(robots)}, none without a namespace"
+    return [Finding(what, f"python -m bringup doctor --namespace {robots[0].strip('/')}")]
 
 
 def _twins(nodes: tuple[str, ...]) -> list[Finding]:

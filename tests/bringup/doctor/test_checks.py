@@ -121,6 +121,11 @@ BROKEN = {
         "discovery",
         "2 nodes are called /amcl",
     ),
+    "a robot with a namespace": (
+        replace(HEALTHY, nodes=("/robot1/sim", "/robot1/sim_host")),
+        "discovery",
+        "robots run below /robot1, none without",
+    ),
     "no clock": (_without(ENDPOINTS[0]), "clock", "nobody publishes /clock, and /navigation_host"),
     "two clocks": (
         _with(_end("/play", "/clock", True, "rosgraph_msgs/msg/Clock")),
@@ -215,6 +220,25 @@ def test_a_set_up_broken_on_purpose_is_named_by_its_check(case: str) -> None:
 
 def test_a_healthy_robot_has_no_findings() -> None:
     assert {name: found for name, found in diagnose(HEALTHY).items() if found} == {}
+
+
+def test_a_robot_below_a_namespace_is_seen_as_one_without() -> None:
+    other = _end("/robot2/sim", "/robot2/scan", True)
+    seen = replace(
+        HEALTHY,
+        nodes=(*(f"/robot1{node}" for node in HEALTHY.nodes), "/robot2/sim", "/robot10/amcl"),
+        endpoints=(
+            other,
+            *(
+                replace(end, node=f"/robot1{end.node}", topic=f"/robot1{end.topic}")
+                for end in HEALTHY.endpoints
+            ),
+        ),
+        states={f"/robot1{name}": state for name, state in HEALTHY.states.items()},
+        counts={f"/robot1{topic}": count for topic, count in HEALTHY.counts.items()},
+    )
+    assert seen.below("/robot1") == replace(HEALTHY, namespace="/robot1")
+    assert HEALTHY.below("/") == HEALTHY
 
 
 def test_a_map_in_the_making_need_not_fit() -> None:
