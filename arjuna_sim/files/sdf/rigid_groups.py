@@ -111,24 +111,23 @@ def _joined(
     pairs = [_ends(j, index) for j in joints if loose or j.kind == "fixed"]
     edges = [pair for pair in pairs if pair is not None and min(pair) >= 0]
     jointed = {i for j in joints for i in _ends(j, index) or ()}
-    edges += _overlaps(links, jointed)
-    rows, columns = np.array(edges, np.int64).reshape(-1, 2).T
+    fixed = np.array(edges, np.int64).reshape(-1, 2)
+    rows, columns = np.vstack((fixed, _overlaps(links, jointed))).T
     graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(links), len(links)))
     return np.asarray(connected_components(graph, directed=False)[1], np.int64)
 
 
-def _overlaps(links: list[SdfLink], jointed: set[int]) -> list[tuple[int, int]]:
-    """Return the pairs of links without joints whose bounding boxes overlap."""
+def _overlaps(links: list[SdfLink], jointed: set[int]) -> NDArray[np.int64]:
+    """Return the pairs of links without joints whose bounding boxes overlap, `(N, 2)`."""
     loose = [i for i, link in enumerate(links) if i not in jointed and link.solid]
     loose = [i for i in loose if not _stands(links[i])]
-    boxes = [bounds(links[i].solid) for i in loose]
-    return [
-        (loose[a], loose[b])
-        for a in range(len(loose))
-        for b in range(a)
-        if (boxes[a][0] < boxes[b][1] - _TOUCHING).all()
-        and (boxes[b][0] < boxes[a][1] - _TOUCHING).all()
-    ]
+    boxes = np.array([bounds(links[i].solid) for i in loose]).reshape(-1, 2, 3)
+    low, high = boxes[:, 0], boxes[:, 1] - _TOUCHING
+    pairs = [np.empty((0, 2), np.int64)]
+    for i in range(len(loose)):
+        others = np.flatnonzero(((low[i] < high[:i]) & (low[:i] < high[i])).all(axis=1))
+        pairs.append(np.column_stack((np.full(len(others), i), others)))
+    return np.array(loose, np.int64)[np.vstack(pairs)]
 
 
 def _hung(
