@@ -18,8 +18,8 @@ setup:  ## install everything into .venv (skips what is done)
 demo: setup  ## drive through a world, map it and navigate: writes out/demo
 	@$(VENV) -m bringup demo --out out/demo
 
-test: setup  ## run the tests in random order
-	$(VENV) -m pytest -q $(PYTEST_ARGS)
+test: setup  ## run the tests in random order, on all cores
+	$(VENV) -m pytest -q -n auto --maxprocesses=4 --dist=loadgroup $(PYTEST_ARGS)
 
 check: setup  ## style, types and the packages' layers
 	$(VENV) -m ruff check .

@@ -1,4 +1,4 @@
-"""Fixtures: a whole robot in lock-step."""
+"""Fixtures: a whole robot in lock-step; and what may run beside what."""
 
 from __future__ import annotations
 
@@ -11,6 +11,15 @@ import pytest
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep
     from bringup.stack import Group
+
+_REAL_TIME = ("tests/system/", "tests/nodes/bringup/ros2/")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run what runs in real time on one core: beside each other they would be late."""
+    for item in items:
+        if item.nodeid.startswith(_REAL_TIME):
+            item.add_marker(pytest.mark.xdist_group("real time"))
 
 
 @pytest.fixture
