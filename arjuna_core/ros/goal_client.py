@@ -9,6 +9,7 @@ from typing import Any
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 
+from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.retirement import retire
 
@@ -53,10 +54,16 @@ class GoalClient:
     def __init__(self, node: ManagedNode, action_type: Any, name: str) -> None:
         self.name = name
         self._node = node
-        self._client = _SettlingActionClient(node, action_type, name)
-        self._handle: Any | None = None
-        self._sequence = 0
-        self._cancel_when_accepted = False
+        self._client = _SettlingActionClient(
+            node,
+            action_type,
+            name,
+            goal_service_qos_profile=qos.SERVICES,
+            result_service_qos_profile=qos.SERVICES,
+            cancel_service_qos_profile=qos.SERVICES,
+        )
+        self._running: dict[int, Any] = {}
+        self._sequence = self._cancelled_up_to = 0
         self._destroyed = False
 
     @property
@@ -73,16 +80,14 @@ class GoalClient:
         """Send a goal; an earlier goal's outcome is no longer reported."""
         self._sequence += 1
         sequence = self._sequence
-        self._cancel_when_accepted = False
-        self._handle = None
 
         def feedback(message: Any) -> None:
             if on_feedback is not None and sequence == self._sequence:
                 on_feedback(message.feedback)
 
         def outcome(value: GoalOutcome) -> None:
+            self._running.pop(sequence, None)
             if sequence == self._sequence:
-                self._handle = None
                 on_outcome(value)
 
         future = self._client.send_goal_async(goal, feedback_callback=self._guarded(feedback))
@@ -103,10 +108,9 @@ class GoalClient:
         if not handle.accepted:
             outcome(GoalOutcome(False, GoalStatus.STATUS_UNKNOWN, None))
             return
-        if sequence == self._sequence:
-            self._handle = handle
-            if self._cancel_when_accepted:
-                handle.cancel_goal_async()
+        self._running[sequence] = handle
+        if sequence <= self._cancelled_up_to:
+            handle.cancel_goal_async()
         future = handle.get_result_async()
         future.add_done_callback(
             self._guarded(
@@ -115,11 +119,18 @@ class GoalClient:
         )
 
     def cancel(self) -> None:
-        """Ask the server to cancel the running goal; its outcome is still reported."""
-        if self._handle is not None:
-            self._handle.cancel_goal_async()
-        else:
-            self._cancel_when_accepted = True
+        """Ask the server to cancel what runs; the newest goal's outcome is still reported."""
+        self._cancel_up_to(self._sequence)
+
+    def cancel_replaced(self) -> None:
+        """Cancel what the newest goal was to replace, and could not where the server refused it."""
+        self._cancel_up_to(self._sequence - 1)
+
+    def _cancel_up_to(self, sequence: int) -> None:
+        self._cancelled_up_to = sequence
+        for number, handle in self._running.items():
+            if number <= sequence:
+                handle.cancel_goal_async()
 
     def destroy(self) -> None:
         """Leave the graph; no outcome is reported any more."""

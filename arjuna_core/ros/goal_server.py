@@ -8,9 +8,13 @@ from typing import Any
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 
+from arjuna_core.ros import qos
 from arjuna_core.ros.health.answers import invalid_code
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.retirement import retire
+
+_OFF_THE_TICKS = 1e-6
+"""rcl's expiry never ends in lock-step where a result is exactly as old as it may be [s]."""
 
 
 class _DeferredActionServer(ActionServer):
@@ -58,6 +62,7 @@ class GoalServer:
         on_cancel: Called after a cancellation was accepted, to act on it at once.
         unknown: Error code of an unknown failure, where the action itself names none.
         invalid: Error code of a goal that cannot be used, where none of the action's is for that.
+        result_timeout: How long a result is kept for a client that has not asked for it yet [s].
     """
 
     def __init__(
@@ -70,6 +75,7 @@ class GoalServer:
         on_cancel: Callable[[], None] | None = None,
         unknown: int = 0,
         invalid: int = 0,
+        result_timeout: float = 10.0,
     ) -> None:
         self._node = node
         self._name = name
@@ -90,6 +96,10 @@ class GoalServer:
             goal_callback=node.guarded(name, self._on_request, self._refused),
             handle_accepted_callback=node.guarded(name, self._on_accepted, self._failed),
             cancel_callback=self._on_cancel_request,
+            goal_service_qos_profile=qos.SERVICES,
+            result_service_qos_profile=qos.SERVICES,
+            cancel_service_qos_profile=qos.SERVICES,
+            result_timeout=result_timeout + _OFF_THE_TICKS,
         )
 
     @property
@@ -123,10 +133,17 @@ class GoalServer:
         return GoalResponse.ACCEPT
 
     def _on_cancel_request(self, handle: ServerGoalHandle) -> CancelResponse:
-        if self._on_cancel is not None:  # after this callback, when the goal's state says so
-            cancelled = self._node.guarded(self._name, self._on_cancel, self._failed)
-            self._node.process.executor.create_task(cancelled)
+        cancelled = self._node.guarded(self._name, self._after_cancel_request, self._failed)
+        self._node.process.executor.create_task(cancelled)  # when the goal's state says so
         return CancelResponse.ACCEPT
+
+    def _after_cancel_request(self) -> None:
+        """End the pending goal if it was cancelled; the running one is its node's to end."""
+        if self._pending is not None and self._pending.is_cancel_requested:
+            handle, self._pending = self._pending, None
+            self._end(handle, self._action_type.Result(), "canceled")
+        if self._on_cancel is not None:
+            self._on_cancel()
 
     def _on_accepted(self, handle: ServerGoalHandle) -> None:
         handle.execute()
@@ -226,6 +243,7 @@ class GoalServer:
         self._server.finish(handle, result)
 
     def destroy(self) -> None:
-        """Leave the graph; no goal is accepted any more."""
+        """End what is left and leave the graph; no goal is accepted any more."""
         self._destroyed = True
+        self.abort_all("the node was shut down")
         self._server.destroy()

@@ -13,3 +13,4 @@ TF = QoSProfile(depth=100)
 TF_STATIC = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TF_STATIC_SUBSCRIPTION = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+SERVICES = QoSProfile(depth=1000)  # of more than rclpy's 10 at once the rest would be lost

@@ -9,7 +9,6 @@ from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import (
-    ComputePathThroughPoses,
     ComputePathToPose,
     NavigateThroughPoses,
     NavigateToPose,
@@ -23,20 +22,19 @@ from arjuna_core.ros.convert import duration_msg, pose_stamped
 from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.goal_server import GoalServer
-from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.commands import Ending, Finish, NavigatorState
 from arjuna_nav.navigator import Navigator, NavigatorConfig
-from arjuna_nav.nodes.frames import pose_in, robot_pose
+from arjuna_nav.nodes.goals.admission import Admission, RefusedGoalError, error_code
 from arjuna_nav.nodes.navigation_clients import NavigationClients
 from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
-from arjuna_nav.planners import PlanStatus
 from arjuna_nav.tree_navigator import TreeNavigator
 from arjuna_nav.trees.exchange import Ask, Withdraw
 
 _FEEDBACK_PERIOD = 0.1  # ten a second are enough for a client; Nav2 sends one each tick [s]
 _ROUNDING = 1e-6  # of sums of ticks
+_RESULT_TIMEOUT = 900.0  # as bt_navigator's action_server_result_timeout [s]
 _INVALID = ComputePathToPose.Result.TF_ERROR
 """The planner's code of a goal that cannot be used; navigation's actions name none."""
 _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
@@ -92,17 +90,19 @@ class BtNavigatorNode(GoalNode):
                     kind,
                     self._on_goal,
                     partial(self._admit, kind),
-                    self._tick,
+                    self._work,
                     invalid=_INVALID,
+                    result_timeout=_RESULT_TIMEOUT,
                 )
             )
             for kind, action in _ACTIONS.items()
         }
+        self._admission = Admission(self, self._others, self._trees, self._consider)
         self._own = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         for topic in ("goal_pose", "/move_base_simple/goal"):
             self.subscribe(PoseStamped, topic, self._on_goal_pose, qos.DEFAULT)
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
-        self.every(config.bt_loop_duration / 1000.0, self._tick)
+        self.every(config.bt_loop_duration / 1000.0, self._work)
 
     def halt(self) -> None:
         """Stop the robot and stop navigating."""
@@ -118,30 +118,41 @@ class BtNavigatorNode(GoalNode):
 
     def _admit(self, kind: str, goal: Any) -> str | None:
         """Say why a goal is rejected."""
-        if self._navigator is not None and kind != self._kind:
-            return f"{self._kind} is running"
-        return None
+        other = self._busy_with()
+        return None if other in (None, kind) else f"{other} is running"
+
+    def _busy_with(self) -> str | None:
+        """Return the action that has a goal, if one has."""
+        return next((k for k, server in self._servers.items() if server.newest is not None), None)
 
     def _on_goal(self) -> None:
-        """Start navigating, or go on to the newer goal; one that makes no sense changes nothing."""
-        kind, server = next(
-            (kind, server)
-            for kind, server in self._servers.items()
-            if server.preempt_requested or (server.goal is not None and self._navigator is None)
-        )
+        self._admission.begin()
+        self._consider()
+
+    def _consider(self) -> None:
+        """Begin with the goal that waits, refuse it alone, or let it wait on."""
+        kind = self._busy_with()
+        if kind is None:
+            return
+        server = self._servers[kind]
+        if self._navigator is not None and not server.preempt_requested:
+            return
+        if self._navigator is None and server.preempt_requested:
+            server.accept_pending()
         preempts = server.preempt_requested
-        goal: Any = server.newest
-        goals, refusal = self._goals(kind, goal)
-        problem = self._trees.choose(kind, goal.behavior_tree, preempts)
-        if refusal is None and problem:
-            refusal = _ACTIONS[kind].Result(error_msg=problem)
-        if refusal is not None:
-            self.get_logger().error(f"{kind}: goal aborted: {refusal.error_msg}")
-            (server.abort_pending if preempts else server.abort)(refusal)
+        if not preempts and server.cancel_requested:
+            server.cancel(_ACTIONS[kind].Result())
+            return
+        try:
+            goals = self._admission.goals(kind, server.newest, preempts)
+        except RefusedGoalError as refused:
+            self.get_logger().error(f"{kind}: goal aborted: {refused}")
+            (server.abort_pending if preempts else server.abort)(refused.result(_ACTIONS[kind]))
+            return
+        if goals is None:
             return
         self.get_logger().info(f"{kind}: {_described(goals)} received")
-        self._begun = self.now
-        self._kind = kind
+        self._begun, self._kind = self.now, kind
         if preempts:
             server.accept_pending()
             self._new_goals = goals
@@ -156,21 +167,9 @@ class BtNavigatorNode(GoalNode):
         self._asked.listen(tree.topics)
         return TreeNavigator(tree, self.config.error_code_names, goals, self.now)
 
-    def _goals(self, kind: str, goal: Any) -> tuple[tuple[SE2, ...], Any | None]:
-        """Return a goal's poses in the global frame, and the result that refuses it or None."""
-        config, result = self.config, _ACTIONS[kind].Result
-        poses = [goal.pose] if kind == "navigate_to_pose" else goal.poses
-        if not poses:
-            code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
-            message = "0 poses were given, at least 1 is needed"
-            return (), result(error_code=code, error_msg=message)
-        try:
-            frames = config.global_frame, config.robot_base_frame
-            robot_pose(self, *frames, config.transform_tolerance)
-            return tuple(pose_in(self, config.global_frame, pose) for pose in poses), None
-        except TransformError as error:
-            code = _code(kind, PlanStatus.TF_ERROR)
-            return (), result(error_code=code, error_msg=str(error))
+    def _work(self) -> None:
+        self._consider()
+        self._tick()
 
     def _tick(self) -> None:
         if self._navigator is None:
@@ -182,7 +181,7 @@ class BtNavigatorNode(GoalNode):
             T_map_base=self.transforms.try_lookup(*frames),
             speed=self._speed,
             goals=self._new_goals,
-            cancel=server.cancel_requested and not server.preempt_requested,
+            cancel=server.cancel_requested,
             answers=self._asked.take_answers(),
             selected=self._asked.selected,
             moved_goal=self._asked.moved_goal,
@@ -228,7 +227,7 @@ class BtNavigatorNode(GoalNode):
         self._navigator = None
         self._asked.stop()
         result = _ACTIONS[self._kind].Result(
-            error_code=_code(self._kind, finish.error_code), error_msg=finish.error_msg
+            error_code=error_code(self._kind, finish.error_code), error_msg=finish.error_msg
         )
         server, took = self._servers[self._kind], f"after {self.now - self._begun:.1f} s"
         if finish.ending is Ending.CANCELED:
@@ -247,9 +246,3 @@ def _described(goals: Sequence[SE2]) -> str:
     x, y, yaw = goals[-1].x, goals[-1].y, goals[-1].theta
     several = f"{len(goals)} poses up to " if len(goals) > 1 else ""
     return f"goal {several}({x:.2f}, {y:.2f}, {yaw:.2f})"
-
-
-def _code(kind: str, code: int) -> int:
-    """Return an error code; planning's count from 300 where it is through poses."""
-    through = kind == "navigate_through_poses" and code in list(PlanStatus) and code
-    return code + 100 if through else code

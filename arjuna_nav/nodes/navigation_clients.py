@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -59,6 +60,11 @@ class NavigationClients:
         self._config = config
         self._plan = self._action(ComputePathToPose, "compute_path_to_pose")
         self._plan_through = self._action(ComputePathThroughPoses, "compute_path_through_poses")
+        self._trials = (
+            self._action(ComputePathToPose, "compute_path_to_pose"),
+            self._action(ComputePathThroughPoses, "compute_path_through_poses"),
+        )
+        self._trial: PlanResult | Outcome | GoalClient | None = None
         self._follow = self._action(FollowPath, "follow_path")
         self._recoveries = {
             Recovery.SPIN: self._action(Spin, "spin"),
@@ -137,14 +143,40 @@ class NavigationClients:
             self._lose(key, client)
 
     def _send_plan(self, goals: tuple[SE2, ...]) -> None:
-        frame, now = self._config.global_frame, self._node.now
+        client = self._plan if len(goals) == 1 else self._plan_through
+        self._send("plan", client, self._plan_goal(goals))
+
+    def _plan_goal(self, goals: tuple[SE2, ...]) -> Any:
+        frame, now, planner = self._config.global_frame, self._node.now, self._chosen["planner"]
         poses = [pose_stamped(goal, frame, now) for goal in goals]
         if len(poses) == 1:
-            goal = ComputePathToPose.Goal(goal=poses[0], planner_id=self._chosen["planner"])
-            self._send("plan", self._plan, goal)
-        else:
-            goal = ComputePathThroughPoses.Goal(goals=poses, planner_id=self._chosen["planner"])
-            self._send("plan", self._plan_through, goal)
+            return ComputePathToPose.Goal(goal=poses[0], planner_id=planner)
+        return ComputePathThroughPoses.Goal(goals=poses, planner_id=planner)
+
+    def forget_trial(self) -> None:
+        """Let the next trial be one of other goals."""
+        self._trial = None
+
+    def trial(self, goals: tuple[SE2, ...], on_plan: Callable[[], None]) -> PlanResult | None:
+        """Return a plan that is only looked at, None until it has come.
+
+        Args:
+            goals: Where to; the same until `forget_trial`.
+            on_plan: Called once it has come.
+        """
+        client = self._trials[len(goals) > 1]
+        if self._trial is None and client.ready:
+            self._trial = client
+
+            def take(value: GoalOutcome) -> None:
+                if self._trial is client:
+                    self._trial = self._outcome("plan", client.name, value)
+                    on_plan()
+
+            client.send(self._plan_goal(goals), take)
+        if isinstance(self._trial, PlanResult):
+            return self._trial
+        return None if client.ready else PlanResult.failed(PlanStatus.UNKNOWN, "no planner")
 
     def _recovery_goal(self, recovery: Recovery) -> Any:
         config, allowance = self._config, duration_msg(_ALLOWANCE)

@@ -10,6 +10,7 @@ from nav2_msgs.action import FollowGPSWaypoints, FollowWaypoints, NavigateToPose
 from nav2_msgs.msg import MissedWaypoint
 
 from arjuna_core.config import param
+from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_node import GoalNode
@@ -17,9 +18,14 @@ from arjuna_core.ros.goal_server import GoalServer
 from arjuna_nav.nodes.gps.anchor import GpsAnchor, GpsConfig, GpsError
 
 _PLUGIN = "nav2_waypoint_follower::WaitAtWaypoint"
+_RESULT_TIMEOUT = 900.0  # as waypoint_follower's action_server_result_timeout [s]
 _UNKNOWN = FollowWaypoints.Result.UNKNOWN
 _GPS = "follow_gps_waypoints"
 _ACTIONS = {"follow_waypoints": FollowWaypoints, _GPS: FollowGPSWaypoints}
+
+
+class WaypointError(ArjunaError):
+    """A list of waypoints cannot be driven."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +72,16 @@ class WaypointFollowerNode(GoalNode):
 
     def _offer(self, kind: str) -> GoalServer:
         on_goal, on_cancel = partial(self._on_goal, kind), self._check_cancelled
-        server = GoalServer(self, _ACTIONS[kind], kind, on_goal, on_cancel=on_cancel)
-        self.keep(server)
+        server: GoalServer = self.keep(
+            GoalServer(
+                self,
+                _ACTIONS[kind],
+                kind,
+                on_goal,
+                on_cancel=on_cancel,
+                result_timeout=_RESULT_TIMEOUT,
+            )
+        )
         return server
 
     @property
@@ -81,33 +95,44 @@ class WaypointFollowerNode(GoalNode):
             self._navigator.cancel()
 
     def _on_goal(self, kind: str) -> None:
-        """Begin with a list; what was driven to for another one is dropped."""
-        preempts = self._servers[kind].preempt_requested
-        replaces = kind != self._kind and self._server.goal is not None
-        if replaces:
+        """Begin with a list; what was driven to for another one is dropped.
+
+        A list that cannot be driven is aborted alone: the one that runs goes on.
+        """
+        server = self._servers[kind]
+        goal: Any = server.newest
+        try:
+            poses = self._poses_of(kind, goal)
+        except WaypointError as error:
+            self._refuse(server, str(error))
+            return
+        if kind != self._kind and self._server.goal is not None:
             self._fail(f"replaced by {kind} at {self.now:.2f} s")
         self._kind = kind
-        goal: Any = self._server.accept_pending() if preempts else self._server.goal
-        self._index, self._loops_left = goal.goal_index, goal.number_of_loops
+        if server.preempt_requested:
+            server.accept_pending()
+        self._poses, self._index, self._loops_left = poses, goal.goal_index, goal.number_of_loops
         self._missed, self._go_on_at = [], None
-        refusal = self._take_poses(goal)
-        if refusal is None:
-            self._drive()
-            return
-        if preempts or replaces:
-            self._navigator.cancel()
-        self._fail(refusal)
+        self._drive()
 
-    def _take_poses(self, goal: Any) -> str | None:
-        """Take the poses of a list; say why it cannot be driven, or return None."""
-        try:
-            self._poses = self._gps_poses(goal) if self._kind == _GPS else list(goal.poses)
-        except GpsError as error:
-            self._poses = []
-            return str(error)
-        if self._index < len(self._poses):
-            return None
-        return f"there is no waypoint {self._index}: {len(self._poses)} poses were given"
+    def _refuse(self, server: GoalServer, message: str) -> None:
+        self.get_logger().error(f"a list of waypoints is refused: {message}")
+        (server.abort_pending if server.preempt_requested else server.abort)(
+            server.explained(message)
+        )
+
+    def _poses_of(self, kind: str, goal: Any) -> list[Any]:
+        """Return the poses of a list.
+
+        Raises:
+            WaypointError: It cannot be driven.
+        """
+        poses = self._gps_poses(goal) if kind == _GPS else list(goal.poses)
+        if goal.goal_index < len(poses):
+            return poses
+        raise WaypointError(
+            f"there is no waypoint {goal.goal_index}: {len(poses)} poses were given"
+        )
 
     def _gps_poses(self, goal: Any) -> list[Any]:
         frame = self.config.global_frame_id
@@ -116,7 +141,7 @@ class WaypointFollowerNode(GoalNode):
             try:
                 poses.append(pose_stamped(self._gps.pose(each), frame, self.now))
             except GpsError as error:
-                raise GpsError(f"waypoint {k} of {len(goal.gps_poses)}: {error}") from error
+                raise WaypointError(f"waypoint {k} of {len(goal.gps_poses)}: {error}") from error
         return poses
 
     def _drive(self) -> None:
@@ -134,6 +159,7 @@ class WaypointFollowerNode(GoalNode):
     def _on_outcome(self, outcome: GoalOutcome) -> None:
         if self._server.goal is None:
             return
+        self._navigator.cancel_replaced()
         if outcome.succeeded:
             task = self.config.wait_at_waypoint
             pause = task.waypoint_pause_duration / 1000.0 if task.enabled else 0.0

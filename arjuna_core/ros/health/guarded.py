@@ -8,6 +8,7 @@ from typing import Any
 
 from rclpy.node import Node
 
+from arjuna_core.ros import qos
 from arjuna_core.ros.health import answers
 from arjuna_core.ros.health.guard import Failure, Guard
 
@@ -63,7 +64,8 @@ class Guarded:
     def create_service(
         self, kind: Any, name: str, callback: Any, *options: Any, **named: Any
     ) -> Any:
-        """Create a service that answers also where its callback fails."""
+        """Create a service that answers also where its callback fails, and many at once."""
+        named.setdefault("qos_profile", qos.SERVICES)
         answering = self.answering(name, callback)
         return super().create_service(kind, name, answering, *options, **named)  # type: ignore[misc]
 

@@ -15,6 +15,7 @@ from geometry_msgs.msg import Twist
 from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import Wait
 from rcl_interfaces.srv import SetParameters
+from rclpy.action import ActionClient
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
@@ -175,6 +176,57 @@ def test_a_newer_goal_preempts(bench: RosBench, node: EchoNode) -> None:
     node.server.succeed(Wait.Result())
     bench.process.drain()
     assert second.outcomes[0].succeeded
+
+
+def test_a_goal_that_waits_is_cancelled_alone(bench: RosBench, node: EchoNode) -> None:
+    first, second = Client(bench, node), Client(bench, node)
+    first.send()
+    second.send()
+    second.client.cancel()
+    bench.process.drain()
+    assert second.outcomes[0].status == GoalStatus.STATUS_CANCELED
+    assert node.server.goal is not None
+    assert not node.server.cancel_requested
+    node.server.succeed(Wait.Result())
+    bench.process.drain()
+    assert first.outcomes[0].succeeded
+
+
+def test_cancelling_ends_what_the_newest_goal_did_not_replace(
+    bench: RosBench, node: EchoNode
+) -> None:
+    client = Client(bench, node)
+    client.send()
+    client.send()
+    node.server.abort_pending(Wait.Result())
+    bench.process.drain()
+    assert not node.server.cancel_requested
+    client.client.cancel_replaced()
+    bench.process.drain()
+    assert node.server.cancel_requested
+
+
+def test_of_many_goals_at_once_each_gets_a_result(bench: RosBench, node: EchoNode) -> None:
+    deep = {f"{k}_service_qos_profile": qos.SERVICES for k in ("goal", "result", "cancel")}
+    client = ActionClient(bench.node, Wait, "wait", **deep)
+    bench.process.drain()
+    sent = [client.send_goal_async(Wait.Goal()) for _ in range(100)]
+    bench.process.drain()
+    results = [each.result().get_result_async() for each in sent]
+    bench.process.drain()
+    node.server.abort_all()
+    bench.process.drain()
+    assert [each.result().status for each in results] == [GoalStatus.STATUS_ABORTED] * 100
+
+
+def test_old_results_are_forgotten_where_time_stands_still(bench: RosBench, node: EchoNode) -> None:
+    client = Client(bench, node)
+    for _ in range(30):
+        client.send()
+        node.server.succeed(Wait.Result())
+        bench.advance(1.0)
+    assert len(client.outcomes) == 30
+    assert len(node.server._server._goal_handles) < 25
 
 
 def test_an_inactive_node_rejects_goals(bench: RosBench, node: EchoNode) -> None:

@@ -13,7 +13,7 @@ from geometry_msgs.msg import PoseStamped
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
-from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, assert_failed
+from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, PlayedRobot, assert_failed
 from tests.helpers.nav.navigator_goals import (
     GOAL,
     IN_BOX,
@@ -57,11 +57,29 @@ def test_what_no_recovery_mends_fails_at_once(
     assert_stopped_for_good(robot)
 
 
-def test_a_bad_goal_leaves_the_running_one_alone(robot: PlayedRobot) -> None:
+@pytest.mark.parametrize(
+    ("goal", "code"),
+    [(SE2(9.0, 0.0), 204), (IN_BOX, 206), (stamped(GOAL, "moon"), 202), (broken(), 202)],
+)
+def test_a_bad_goal_leaves_the_running_one_alone(
+    robot: PlayedRobot, goal: SE2 | PoseStamped, code: int
+) -> None:
     good = go(robot, GOAL)
+    drive(robot)
+    robot.forget()
+    bad = go(robot, goal)
+    robot.run(0.5)
+    assert_failed(bad, code)
+    assert min(command.v for command in robot.commands) > 0.1
+    robot.run_until_done(good, 30.0)
+    assert good.status == SUCCEEDED
+
+
+def test_a_bad_goal_through_poses_leaves_the_running_one_alone(robot: PlayedRobot) -> None:
+    good = through(robot, GOAL)
     robot.run(1.0)
-    bad = go(robot, stamped(GOAL, "moon"))
-    assert_failed(bad, 202)
+    bad = through(robot, SE2(0.0, 1.0), IN_BOX)
+    assert_failed(bad, 306)
     robot.run_until_done(good, 30.0)
     assert good.status == SUCCEEDED
 
@@ -146,8 +164,34 @@ def test_a_robot_that_does_not_know_its_place_refuses(robot: PlayedRobot) -> Non
     robot.localized = False
     robot.run(1.0)
     goal = go(robot, GOAL)
+    robot.run_until_done(goal, 0.5)
     assert_failed(goal, 202)
-    assert "1.0" in goal.result.error_msg
+    assert "1.3" in goal.result.error_msg
+    assert "(waited for 0.3" in goal.result.error_msg
+
+
+def test_a_place_that_is_known_a_little_later_is_waited_for(robot: PlayedRobot) -> None:
+    robot.localized = False
+    robot.run(1.0)
+    goal = go(robot, GOAL)
+    robot.run(0.2)
+    robot.localized = True
+    robot.run_until_done(goal, 30.0)
+    assert goal.status == SUCCEEDED
+
+
+def test_a_goal_that_waits_for_the_robots_place_is_replaced_and_cancelled(
+    robot: PlayedRobot,
+) -> None:
+    robot.localized = False
+    robot.run(1.0)
+    older, newer = go(robot, GOAL), go(robot, GOAL)
+    assert_failed(older, 0)
+    assert not through(robot, GOAL).accepted
+    newer.cancel()
+    robot.run(0.1)
+    assert newer.status == CANCELED
+    assert_stopped_for_good(robot)
 
 
 def test_a_place_that_is_lost_under_way_stops_the_robot(robot: PlayedRobot) -> None:
@@ -192,5 +236,6 @@ def test_poses_that_cannot_be_passed_fail_with_codes_of_their_own(robot: PlayedR
         robot.run_until_done(goal, 0.5)
         assert_failed(goal, code)
     goal = through(robot, GOAL, frame="moon")
+    robot.run_until_done(goal, 0.5)
     assert_failed(goal, 302)
     assert robot.command == STILL

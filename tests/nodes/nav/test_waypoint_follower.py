@@ -16,7 +16,6 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
 from tests.helpers.nav.navigation import (
-    ABORTED,
     CANCELED,
     SUCCEEDED,
     Goal,
@@ -145,7 +144,7 @@ def test_a_newer_list_replaces_the_running_one_without_a_stop(robot: PlayedRobot
 @pytest.mark.parametrize(
     ("poses", "index", "says"), [((), 0, "0 poses"), (SQUARE, 3, "no waypoint 3")]
 )
-def test_a_list_without_its_waypoint_is_an_error(
+def test_a_list_without_its_waypoint_is_an_error_and_leaves_the_running_one_alone(
     robot: PlayedRobot, poses: tuple[SE2, ...], index: int, says: str
 ) -> None:
     running = follow(robot, SE2(3.0, 1.0))
@@ -153,7 +152,17 @@ def test_a_list_without_its_waypoint_is_an_error(
     goal = follow(robot, *poses, goal_index=index)
     assert_failed(goal, UNKNOWN)
     assert says in goal.result.error_msg
-    assert running.status == ABORTED
+    robot.run(0.5)
+    assert not running.done
+    assert robot.command.v > 0.2
+
+
+def test_a_list_that_leads_nowhere_ends_also_what_it_was_to_replace(robot: PlayedRobot) -> None:
+    running = follow(robot, SE2(3.0, 1.0))
+    robot.run(3.0)
+    goal = follow(robot, SE2(90.0, 0.0))
+    assert_failed(running, UNKNOWN)
+    assert_failed(goal, UNKNOWN)
     assert robot.command == STILL
 
 

@@ -1,0 +1,120 @@
+"""What is looked at before a goal is driven to, so that a bad one harms no other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nav2_msgs.action import ComputePathThroughPoses
+
+from arjuna_core.errors import ArjunaError
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
+from arjuna_core.se2 import SE2
+from arjuna_nav.navigator import PLAN_ERRORS_TO_RETRY
+from arjuna_nav.nodes.frames import pose_in, robot_pose
+from arjuna_nav.nodes.navigation_clients import NavigationClients
+from arjuna_nav.nodes.trees.loading import TreeChoice
+from arjuna_nav.planners import PlanStatus
+
+
+class RefusedGoalError(ArjunaError):
+    """A goal cannot be driven to.
+
+    Args:
+        code: The action's error code.
+        reason: What cannot be.
+    """
+
+    def __init__(self, code: int, reason: str) -> None:
+        super().__init__(reason)
+        self._code = code
+
+    def result(self, action: Any) -> Any:
+        """Return the action's result that says so."""
+        return action.Result(error_code=self._code, error_msg=str(self))
+
+
+class Admission:
+    """Lets a goal wait until it may be driven to.
+
+    Transforms that have not come yet are waited for, up to `transform_tolerance`. A goal that is
+    to replace another is planned for first: where no recovery could mend that there is no way to
+    it, it alone is refused and the robot drives on, where Nav2 ends both.
+
+    Args:
+        node: bt_navigator; made in its `configure`.
+        clients: Where plans come from.
+        trees: The behavior trees.
+        on_change: Called where it is time to ask again.
+    """
+
+    def __init__(
+        self,
+        node: ManagedNode,
+        clients: NavigationClients,
+        trees: TreeChoice,
+        on_change: Callable[[], None],
+    ) -> None:
+        self._node = node
+        self._clients = clients
+        self._trees = trees
+        self._on_change = on_change
+        self._came = 0.0
+
+    def begin(self) -> None:
+        """Take note that a new goal has come."""
+        self._came = self._node.now
+        self._clients.forget_trial()
+
+    def goals(self, kind: str, goal: Any, preempts: bool) -> tuple[SE2, ...] | None:
+        """Return the poses of the newest goal in the global frame, None while it must wait.
+
+        Args:
+            kind: Its action.
+            goal: Its request.
+            preempts: Whether it is to replace the one that runs.
+
+        Raises:
+            RefusedGoalError: It cannot be driven to.
+        """
+        poses = [goal.pose] if kind == "navigate_to_pose" else goal.poses
+        if not poses:
+            code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
+            raise RefusedGoalError(code, "0 poses were given, at least 1 is needed")
+        goals = self._placed(kind, poses)
+        if goals is None:
+            return None
+        problem = self._trees.choose(kind, goal.behavior_tree, preempts)
+        if problem:
+            raise RefusedGoalError(0, problem)
+        return goals if not preempts or self._has_way(kind, goals) else None
+
+    def _placed(self, kind: str, poses: list[Any]) -> tuple[SE2, ...] | None:
+        """Return poses in the global frame, None while that or the robot's place may still come."""
+        config = self._node.config
+        frame, tolerance = config.global_frame, config.transform_tolerance
+        try:
+            robot_pose(self._node, frame, config.robot_base_frame, tolerance)
+            return tuple(pose_in(self._node, frame, pose) for pose in poses)
+        except TransformError as error:
+            waited = self._node.now - self._came
+            if waited < tolerance:
+                return None
+            problem = f"{error} (waited for {waited:.2f} s)"
+            raise RefusedGoalError(error_code(kind, PlanStatus.TF_ERROR), problem) from error
+
+    def _has_way(self, kind: str, goals: tuple[SE2, ...]) -> bool:
+        """Tell whether the goals may be driven to; false while the plan has not come."""
+        plan = self._clients.trial(goals, self._on_change)
+        if plan is None:
+            return False
+        if plan.status in PLAN_ERRORS_TO_RETRY | {PlanStatus.SUCCEEDED}:
+            return True
+        raise RefusedGoalError(error_code(kind, plan.status), plan.message)
+
+
+def error_code(kind: str, code: int) -> int:
+    """Return an error code; planning's count from 300 where it is through poses."""
+    through = kind == "navigate_through_poses" and code in list(PlanStatus) and code
+    return code + 100 if through else code
