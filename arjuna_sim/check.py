@@ -18,7 +18,7 @@ from arjuna_sim.files.urdf.guess import save_guess
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import read_bytes
-from arjuna_sim.model.notes import Note
+from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import (
     AltimeterSettings,
@@ -36,6 +36,7 @@ from arjuna_sim.model.settings import (
 )
 from arjuna_sim.model.shapes import Part
 from arjuna_sim.model.world import World
+from arjuna_sim.physics.footing import footing_notes
 from arjuna_sim.physics.scene import build_scene
 from arjuna_sim.physics.servo import ServoConfig
 
@@ -130,13 +131,19 @@ def _check_robot(
     )
     lines = [f"{path}: loads", *_robot_lines(robot)]
     lines.append(f"  stands with '{robot.urdf.root}' {scene.ride_height:.4g} m above the ground")
+    if math.isfinite(scene.steady):
+        lines.append(f"  neither slips nor tips up to {scene.steady:.3g} m/s^2")
     if guess is not None:
         if not robot.drive.wheels or robot.settings.drive is not None:
             problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"
             raise InputFileError(path, f"{problem}, so there is no guess to save")
         save_guess(guess, path, robot.urdf.name, robot.drive)
         lines.append(f"  guess saved as {guess}, which loads in the robot's place")
-    return Found(tuple(lines), robot.notes)
+    return Found(tuple(lines), robot.notes + _footing(scene.steady))
+
+
+def _footing(steady: float) -> tuple[Note, ...]:
+    return tuple(Note(NoteKind.CHANGED, text) for text in footing_notes(steady))
 
 
 def _robot_lines(robot: Robot) -> Iterator[str]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.camera import Camera, CameraError, Shot
-from arjuna_sim.devices.drive import Drive, Velocity, kinematics_of, limited
+from arjuna_sim.devices.drive import Drive, DriveConfig, Velocity, kinematics_of, limited
 from arjuna_sim.devices.further_sensors import FurtherSensors, Reading
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry
@@ -22,6 +22,7 @@ from arjuna_sim.model.settings import CameraSettings, SensorSettings
 from arjuna_sim.model.surfaces import surfaces
 from arjuna_sim.model.world import World
 from arjuna_sim.observation import Observation
+from arjuna_sim.physics.footing import footing_notes
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.physics.robot_motion import RobotMotion, Truth
 from arjuna_sim.physics.stage import Stage
@@ -62,7 +63,7 @@ class Simulator:
         self._choose_spawn()
         self.stage.on_rebuild = lambda: self._sensors.rebind(self.stage.scene.model)
         self._kinematics = kinematics_of(self.robot.drive, config.drive)
-        self._drive = Drive(limited(config.drive, self.robot.drive), self._kinematics)
+        self._drive = Drive(self._limits(config), self._kinematics)
         self._cameras: dict[str, Camera] = {}
         self._seeds = rng.bit_generator.random_raw(4)
         self.reset()
@@ -81,7 +82,7 @@ class Simulator:
     def notes(self) -> tuple[str, ...]:
         """What the robot's and the world's file say and the simulation leaves out."""
         read = tuple(note.text for note in self.robot.notes + self.world.notes)
-        return read + self._spawn_notes
+        return read + footing_notes(self.stage.scene.steady) + self._spawn_notes
 
     def step(self, command: Velocity | None = None) -> Observation:
         """Advance one tick.
@@ -126,8 +127,11 @@ class Simulator:
     def adjust(self, config: SimulatorConfig) -> None:
         """Take new limits of the drive and noises of the odometry, while it runs."""
         self.config = config
-        self._drive.config = limited(config.drive, self.robot.drive)
+        self._drive.config = self._limits(config)
         self._odometry.config = config.odometry
+
+    def _limits(self, config: SimulatorConfig) -> DriveConfig:
+        return limited(config.drive, self.robot.drive, self.stage.scene.steady)
 
     def truth(self) -> Truth:
         """Return where the robot is now."""

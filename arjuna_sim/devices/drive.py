@@ -106,13 +106,19 @@ def kinematics_of(settings: DriveSettings, config: DriveConfig) -> Kinematics:
     )
 
 
-def limited(config: DriveConfig, settings: DriveSettings) -> DriveConfig:
+def limited(config: DriveConfig, settings: DriveSettings, steady: float = math.inf) -> DriveConfig:
     """Return the limits, lowered to those that the robot's file names.
 
     What the wheels can do at the ground bounds the turning: twice that over the track.
+
+    Args:
+        config: The limits.
+        settings: What the robot's file says.
+        steady: Greatest acceleration at which the robot neither slips nor tips [m/s^2].
     """
     turn = 2.0 / settings.separation if settings.separation > 0.0 else math.inf
-    speed, acceleration = settings.max_velocity or math.inf, settings.max_acceleration or math.inf
+    speed = settings.max_velocity or math.inf
+    acceleration = min(settings.max_acceleration or math.inf, steady)
     return replace(
         config,
         max_linear_velocity=min(config.max_linear_velocity, speed),

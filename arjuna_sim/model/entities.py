@@ -139,7 +139,7 @@ def entity_of_model(world: World, name: str) -> Entity:
     parts: dict[bool, list[Part]] = {True: [], False: []}
     for body in bodies:
         pose = T_world_model.inverse() @ body.part.pose
-        parts[body.collides].append(Part(body.part.shape, pose, body.part.rgba))
+        parts[body.collides].append(dataclasses.replace(body.part, pose=pose))
     about = f"a model of the world '{world.name}'"
     return Entity(name, tuple(parts[True]), tuple(parts[False]), T_world_model, description=about)
 

@@ -135,11 +135,13 @@ class Part:
         shape: The shape.
         pose: Its pose in its link or world.
         rgba: Its colour, 0..1.
+        friction: Coefficient of dry friction; None where its file names none.
     """
 
     shape: Shape
     pose: Pose3 = ORIGIN
     rgba: tuple[float, ...] = GREY
+    friction: float | None = None
 
 
 def corners(shape: Shape) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.shapes import Kind, corners
 from arjuna_sim.model.urdf import Urdf
 
+_ROUND = 0.05  # how far the middle of a wheel's shapes may be off its axis, by its radius
 _ACROSS = 0.5  # least part of a wheel's axis along y: within 60 degrees of it
 _ROUNDS, _STICKS = 100, 1e-6  # of the search for how wheels slip, and what is no slip [m/s]
 
@@ -38,11 +39,31 @@ def wheel_sign(urdf: Urdf, joint: str) -> float:
 
 def center(urdf: Urdf, joint: str) -> NDArray[np.float64]:
     """Return where a wheel's shapes are centred in the root's frame, `(3,) float64` [m]."""
-    child = urdf.joints[joint].child
-    T_root_link, points = urdf.T_root(child), _points(urdf, urdf.joints[joint])
-    middle = np.zeros(3) if len(points) == 0 else (points.min(axis=0) + points.max(axis=0)) / 2
+    T_root_link, unit = urdf.T_root(urdf.joints[joint].child), np.array(urdf.joints[joint].axis)
+    middle = _middle(urdf, joint)
+    if is_round(urdf, joint):  # corners of a mesh are not quite on a circle
+        middle = unit * float(middle @ unit)
     placed: NDArray[np.float64] = T_root_link.apply(middle[None])[0]
     return placed
+
+
+def eccentricity(urdf: Urdf, joint: str) -> float:
+    """Return how far the middle of a wheel's shapes is from the axis on which it turns [m]."""
+    middle, unit = _middle(urdf, joint), np.array(urdf.joints[joint].axis)
+    return float(np.linalg.norm(middle - unit * float(middle @ unit)))
+
+
+def _middle(urdf: Urdf, joint: str) -> NDArray[np.float64]:
+    points = _points(urdf, urdf.joints[joint])
+    if len(points) == 0:
+        return np.zeros(3)
+    middle: NDArray[np.float64] = (points.min(axis=0) + points.max(axis=0)) / 2
+    return middle
+
+
+def is_round(urdf: Urdf, joint: str) -> bool:
+    """Tell whether a wheel turns about its middle."""
+    return eccentricity(urdf, joint) <= _ROUND * radius_of(urdf, joint)
 
 
 def radius_of(urdf: Urdf, joint: str) -> float:

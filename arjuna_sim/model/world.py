@@ -120,6 +120,7 @@ class World:
         hinges: By name, those of them that swing on the world.
         floating: Names of those of them that gravity leaves alone.
         earth: Where it is, for GPS and compass.
+        gravity: Which way it pulls and how strongly [m/s^2].
     """
 
     path: Path
@@ -131,6 +132,7 @@ class World:
     hinges: Mapping[str, Hinge] = field(default_factory=dict)
     floating: frozenset[str] = frozenset()
     earth: Earth = Earth()
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
 
 
 def ground() -> list[Body]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import mujoco
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.convex_pieces import PIECES_MAX
 from arjuna_sim.model.shapes import Group, Kind, Part
+from arjuna_sim.physics.grip import name_friction
 
 _LEVEL, _BASE = 1e-3, 1.0  # least height of a terrain, and how deep it is below its lowest [m]
 
@@ -72,7 +74,7 @@ def _add_terrain(spec: Any, body: Any, part: Part, group: Group) -> Any:
             size=[x / 2, y / 2, max(high - low, _LEVEL), _BASE],
             userdata=stretched.ravel(),
         )
-    placed = Part(part.shape, part.pose @ Pose3((0.0, 0.0, low)), part.rgba)
+    placed = dataclasses.replace(part, pose=part.pose @ Pose3((0.0, 0.0, low)))
     geom = _new_geom(body, placed, group)
     geom.type, geom.hfieldname = mujoco.mjtGeom.mjGEOM_HFIELD, name
     return geom
@@ -84,6 +86,8 @@ def _new_geom(body: Any, part: Part, group: Group) -> Any:
     # Robot against world only: neither collides with itself.
     geom.contype = int(group in (Group.WORLD_COLLISION, Group.WORLD_CONTACT))
     geom.conaffinity = int(group is Group.ROBOT_COLLISION)
+    if part.friction is not None:
+        name_friction(geom, part.friction)
     return geom
 
 

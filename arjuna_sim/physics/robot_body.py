@@ -109,13 +109,9 @@ def _add_parts(spec: Any, body: Any, robot: Robot, name: str, T_body_link: Pose3
         placed = Part(part.shape, T_body_link @ part.pose, colour)
         add_part(spec, body, placed, Group.ROBOT_VISUAL)
     for i, part in enumerate(() if _is_wheel(robot, name) else link.collisions):
-        placed = Part(part.shape, T_body_link @ part.pose, part.rgba)
-        geom = add_part(spec, body, placed, Group.ROBOT_COLLISION)[0]
-        geom.name = f"{name}//{i}"
         friction = robot.settings.friction.get(name)
-        if friction is not None:
-            geom.friction[0] = friction
-            geom.priority = 1  # the link's friction holds, whatever the ground's
+        placed = Part(part.shape, T_body_link @ part.pose, part.rgba, friction)
+        add_part(spec, body, placed, Group.ROBOT_COLLISION)[0].name = f"{name}//{i}"
 
 
 def _is_wheel(robot: Robot, link: str) -> bool:

@@ -45,6 +45,7 @@ class Scene:
         is_obstacle: For each geom whether it has such a name, `(G,) bool`.
         is_robot: For each geom whether it is a collision shape of the robot, `(G,) bool`.
         ride_height: Height of the robot's root above the ground when it stands [m].
+        steady: Greatest acceleration at which it stands on all its feet and grips [m/s^2].
         servos: The wheels' motors.
     """
 
@@ -61,6 +62,7 @@ class Scene:
     is_obstacle: NDArray[np.bool_]
     is_robot: NDArray[np.bool_]
     ride_height: float
+    steady: float
     servos: Servos
 
 
@@ -86,6 +88,7 @@ def build_scene(
     """
     spec = mujoco.MjSpec()
     _set_physics(spec, timestep)
+    spec.option.gravity = world.gravity
     models = add_world(spec, world)
     sag = sag_of(robot, timestep)
     add_robot(spec, robot, servo, sag)
@@ -104,8 +107,8 @@ def build_scene(
             raise RobotError(robot.urdf.path, reason) from error
         raise WorldError(world.path, reason) from error
     model.tree_sleep_policy[:] = int(mujoco.mjtSleepPolicy.mjSLEEP_NEVER)
-    ride_height = tune_tyres(model, robot, sag)
-    return _index(model, robot, models, owners, tune_servos(model, robot, servo), ride_height)
+    standing = tune_tyres(model, robot, sag)
+    return _index(model, robot, models, owners, tune_servos(model, robot, servo), standing)
 
 
 def _memory(geoms: int) -> int:
@@ -153,7 +156,7 @@ def _index(
     models: list[str],
     owners: list[str],
     servos: Servos,
-    ride_height: float,
+    standing: tuple[float, float],
 ) -> Scene:
     """Find things; geoms are in the order of their bodies: the world, the robot, the entities."""
 
@@ -179,6 +182,6 @@ def _index(
         tuple(names),
         np.array([name != "" for name in names]),
         model.geom_group == Group.ROBOT_COLLISION.value,
-        ride_height,
+        *standing,
         servos,
     )

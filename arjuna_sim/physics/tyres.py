@@ -22,18 +22,21 @@ from numpy.typing import NDArray
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.shapes import Group
 from arjuna_sim.model.wheels import center, radius_of, width_of
+from arjuna_sim.physics.footing import Feet, Weight, steady_acceleration
+from arjuna_sim.physics.grip import name_friction, rank_friction
 
 STICTION = 1e6
 """Damping along the ground, by the normal damping (MuJoCo's `impratio`)."""
 _GRAVITY = 9.81
-_SAG = 0.025  # of a tyre under its load, by the wheel's radius
+_SAG = 0.008  # of a tyre under its load, by the wheel's radius
 _SLOWEST = 4.0  # least sag, by the fall in one time step: no oscillation is faster than the steps
-_DAMPING = 0.03  # of a robot that bounces on its tyres, by the critical one
-_CASTER_DAMPING = 0.7  # what hardly rubs may be damped well
+_DAMPING = 0.005  # of a robot that bounces on its tyres, by the critical one
+_CASTER_DAMPING, _RUB = 0.7, 0.03  # the same of casters, at most, and by their friction
 _ARREST = 50.0  # rate at which friction takes away a sliding speed at most [1/s]
 _ARREST_STEP = 0.5  # the same for a long step, by the step
 _RIM = 2.0  # how much smaller than the wheel its rim is, by the sag
-_CASTER = 1.0
+_LEVEL = 0.1  # greatest part of a roller's axis along z
+_FLAT = 1e-3  # of a mesh's underside [m]
 _TOUCHES = 0.008  # how far off the ground a caster may be [m]
 _LEAST, _MOST = 1e-4, 0.9999  # of MuJoCo's impedance
 
@@ -68,11 +71,10 @@ def add_tyre(body: Any, robot: Robot, joint: str, sag: float) -> None:
         geom = body.add_geom(type=kind, size=size, pos=place, quat=along, mass=0.0)
         geom.name = f"{link}//{name}"
         geom.group, geom.conaffinity, geom.contype = Group.ROBOT_COLLISION.value, 1, 0
-        geom.friction[0] = robot.settings.friction.get(link, geom.friction[0])
-        geom.priority = 1  # the wheel's friction holds, whatever the ground's
+        name_friction(geom, robot.settings.friction.get(link, geom.friction[0]))
 
 
-def tune_tyres(model: Any, robot: Robot, sag: float) -> float:
+def tune_tyres(model: Any, robot: Robot, sag: float) -> tuple[float, float]:
     """Set how stiff and how damped the robot's contacts with the ground are.
 
     Args:
@@ -81,22 +83,75 @@ def tune_tyres(model: Any, robot: Robot, sag: float) -> float:
         sag: Of a tyre under its load [m].
 
     Returns:
-        The height of the root above the ground when the robot stands [m].
+        The height of the root above the ground when the robot stands [m], and the greatest
+        acceleration at which it stands on all its feet and grips [m/s^2].
     """
-    lowest = _lowest_points(model)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    lowest = _lowest_points(model, data)
     links = (robot.urdf.joints[name].child for name in robot.wheel_joints)
     bodies = {model.body(f"body:{link}").id for link in links}
     round_ones = model.geom_type == mujoco.mjtGeom.mjGEOM_ELLIPSOID
     wheels = {g for g in lowest if round_ones[g] and model.geom_bodyid[g] in bodies}
     ground = min((lowest[geom] for geom in wheels), default=0.0)
+    near = {g for g in lowest if wheels and lowest[g] < ground + _TOUCHES}
+    casters = {g for g in near if model.geom_bodyid[g] not in bodies}
     load = robot.urdf.mass / max(1, len(wheels))
-    for geom, low in lowest.items():
-        if geom in wheels:
-            _set_contact(model, geom, load, sag, _DAMPING)
-        elif wheels and model.geom_bodyid[geom] not in bodies and low < ground + _TOUCHES:
-            _set_contact(model, geom, load, _CASTER * sag, _CASTER_DAMPING)
+    for geom in wheels:
+        _set_contact(model, geom, load, sag, _DAMPING)
+    for geom in casters:
+        _crown(model, data, geom)
+        rubbing = max(float(model.geom_friction[geom, 0]), 1e-3)
+        _set_contact(model, geom, load, sag, min(_CASTER_DAMPING, _RUB / rubbing))
+    rank_friction(model, sorted(wheels))
     sunk = [low + sag * (geom in wheels) for geom, low in lowest.items()]
-    return -min(sunk, default=0.0)
+    geoms = sorted(wheels) + sorted(casters)
+    gaps = [(lowest[geom] - ground) / sag for geom in geoms]
+    feet = _feet(model, data, geoms, gaps, len(wheels))
+    weight = _weight(model, data, robot, ground)
+    return -min(sunk, default=0.0), steady_acceleration(feet, weight)
+
+
+def _crown(model: Any, data: Any, geom: int) -> None:
+    """Make a roller an ellipsoid: MuJoCo lets cylinders run against an edge as against a wall."""
+    cylinder, ellipsoid = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_ELLIPSOID
+    if model.geom_type[geom] == cylinder and abs(data.geom_xmat[geom][8]) < _LEVEL:
+        radius, half, _ = model.geom_size[geom]
+        model.geom_type[geom], model.geom_size[geom] = ellipsoid, (radius, radius, half)
+
+
+def _feet(model: Any, data: Any, geoms: list[int], gaps: list[float], wheels: int) -> Feet:
+    places = [_lowest_place(model, data, geom) for geom in geoms]
+    return Feet(
+        np.array(places).reshape(-1, 2),
+        np.array(gaps),
+        model.geom_friction[geoms, 0].copy(),
+        np.arange(len(geoms)) < wheels,
+    )
+
+
+def _lowest_place(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
+    """Return where a geom touches level ground, seen from above, `(2,) float64` [m]."""
+    place = data.geom_xpos[geom]
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+        points = place + _mesh_points(model, geom) @ data.geom_xmat[geom].reshape(3, 3).T
+        place = points[points[:, 2] < points[:, 2].min() + _FLAT].mean(axis=0)
+    touching: NDArray[np.float64] = place[:2].copy()
+    return touching
+
+
+def _weight(model: Any, data: Any, robot: Robot, ground: float) -> Weight:
+    body = model.body(f"body:{robot.urdf.root}").id
+    rates = [model.joint(name).dofadr[0] for name in robot.wheel_joints]
+    inertia, radius = float(model.dof_M0[rates].sum()), robot.drive.radius
+    return Weight(
+        float(model.body_subtreemass[body]),
+        data.subtree_com[body] - np.array([0.0, 0.0, ground]),
+        inertia / radius,
+        len(rates) * robot.drive.torque / radius,
+        inertia / radius**2,
+    )
 
 
 def _set_contact(model: Any, geom: int, load: float, sag: float, share: float) -> None:
@@ -116,10 +171,8 @@ def _set_contact(model: Any, geom: int, load: float, sag: float, share: float) -
     model.geom_solref[geom] = (-k * impedance, -b * impedance)
 
 
-def _lowest_points(model: Any) -> dict[int, float]:
+def _lowest_points(model: Any, data: Any) -> dict[int, float]:
     """Return how low each collision shape of the robot reaches from its root [m]."""
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
     geoms = np.flatnonzero(model.geom_group == Group.ROBOT_COLLISION.value).tolist()
     return {
         geom: float(data.geom_xpos[geom][2]) + _lowest(model, geom, data.geom_xmat[geom][6:9])
@@ -138,6 +191,12 @@ def _lowest(model: Any, geom: int, down: NDArray[np.float64]) -> float:
         return -float(size[0] * np.hypot(down[0], down[1]) + size[1] * abs(down[2]))
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         return -float(np.abs(down) @ size)
+    return float((_mesh_points(model, geom) @ down).min())
+
+
+def _mesh_points(model: Any, geom: int) -> NDArray[np.float64]:
+    """Return the corners of a mesh in its geom's frame, `(N, 3)` [m]."""
     mesh = model.geom_dataid[geom]
     first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-    return float((model.mesh_vert[first : first + count] @ down).min())
+    points: NDArray[np.float64] = model.mesh_vert[first : first + count]
+    return points

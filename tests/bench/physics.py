@@ -27,7 +27,15 @@ _SETTLE, _REST = 1.0, 2.0  # [s]
 _SPEED, _TURN = 0.3, 0.8
 _SILLS = np.arange(0.1, 1.01, 0.1)  # heights by the wheels' radius
 _DEPTH = 1.0  # of a sill, by the wheels' radius
-_KEYS = ("parked_mm", "slope_mm", "drive_error", "turn_error_deg", "overspeed", "sill_m")
+_KEYS = (
+    "parked_mm",
+    "slope_mm",
+    "drive_error",
+    "turn_error_deg",
+    "overspeed",
+    "sill_m",
+    "sill_stops",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,8 +60,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     Returns:
         `parked_mm`: farthest from where it stood in 60 s on level ground, `slope_mm`: on 10
         degrees, `drive_error` of 1 m by its share, `turn_error_deg` of 90 degrees, `overspeed`:
-        peak over command, `sill_m`: the highest sill that it crossed; by the robots' names where
-        they are generated.
+        peak over command, `sill_m`: the highest sill that it crossed, `sill_stops`: what of it met
+        the next one; by the robots' names where they are generated.
     """
     step = arguments.timestep
     config = SimulatorConfig() if step is None else SimulatorConfig(physics_timestep=step)
@@ -65,7 +73,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return _measure(robot, config, robot.urdf.name)
 
 
-def _measure(robot: Robot, config: SimulatorConfig, name: str) -> dict[str, float]:
+def _measure(robot: Robot, config: SimulatorConfig, name: str) -> dict[str, Any]:
     drive_error, over_straight = _drive(robot, config)
     turn_error, over_turn = _turn(robot, config)
     values = (
@@ -74,12 +82,12 @@ def _measure(robot: Robot, config: SimulatorConfig, name: str) -> dict[str, floa
         drive_error,
         turn_error,
         max(over_straight, over_turn),
-        _sill(robot, config),
+        *_sill(robot, config),
     )
-    parked, on_slope, drive, turn, over, height = values
+    parked, on_slope, drive, turn, over, height, stops = values
     print(
         f"{parked:10.3f}{on_slope:10.3f}{100 * drive:7.2f}%{turn:8.2f}{over:7.3f}"
-        f"{1e3 * height:5.0f} mm  {name}",
+        f"{1e3 * height:5.0f} mm  {name}{stops and f' (stopped by {stops})'}",
         flush=True,
     )
     return dict(zip(_KEYS, values, strict=True))
@@ -125,19 +133,21 @@ def _follow(sim: Simulator, command: Velocity, seconds: float, speed: Any) -> fl
     return peak
 
 
-def _sill(robot: Robot, config: SimulatorConfig) -> float:
-    """Return the highest sill that the robot crosses, up to its wheels' radius [m]."""
+def _sill(robot: Robot, config: SimulatorConfig) -> tuple[float, str]:
+    """Return the highest sill that the robot crosses [m], and the links that the next one stops."""
     if not robot.drive.wheels:
-        return 0.0
+        return 0.0, ""
     radius, highest = robot.drive.radius, 0.0
     for height in (_SILLS * radius).tolist():
-        if not _crosses(robot, config, height):
-            break
+        stops = _stops_at(robot, config, height)
+        if stops is not None:
+            return highest, stops
         highest = height
-    return highest
+    return highest, ""
 
 
-def _crosses(robot: Robot, config: SimulatorConfig, height: float) -> bool:
+def _stops_at(robot: Robot, config: SimulatorConfig, height: float) -> str | None:
+    """Return the links that a sill stops; None where the robot crosses it upright."""
     reach, depth = _reach(robot), _DEPTH * robot.drive.radius
     edge, goal = 2.0 * reach, 4.0 * reach + depth
     sim = _simulator(robot, sill(height, edge, depth), config)
@@ -145,8 +155,12 @@ def _crosses(robot: Robot, config: SimulatorConfig, height: float) -> bool:
     for _ in range(round((2.0 * goal / command.v + 2.0) / config.tick)):
         truth = sim.step(command).truth
         if truth.pose.x > goal:
-            return max(abs(truth.roll), abs(truth.pitch)) < 1.0
-    return False
+            upright = max(abs(truth.roll), abs(truth.pitch)) < 1.0
+            return None if upright else "a fall"
+    scene, pairs = sim.stage.scene, sim.stage.data.contact.geom
+    met = [geom for pair in pairs if scene.is_obstacle[pair].any() for geom in pair]
+    names = {scene.model.geom(int(geom)).name.split("//")[0] for geom in met}
+    return ", ".join(sorted(names - {""})) or "nothing: it has no grip"
 
 
 def _reach(robot: Robot) -> float:

@@ -30,12 +30,15 @@ class Chassis:
     Attributes:
         mass: In all [kg].
         radius: Of the wheels [m].
-        axles: With two wheels each; one axle has a caster behind it.
+        axles: With two wheels each; one axle has a caster behind it, or one at each end.
         wheel_share: Mass of one wheel, by the whole.
         wheel_spin: Inertia of a wheel about its axis, by that of a disc.
         body_turn: Inertia of the body, by that of its box.
         friction: Of the wheels.
         grip: Torque of all wheels together, by the weight times the radius.
+        casters: How many there are of one axle.
+        rubs: Friction of a caster, where its file names one.
+        limp: How far the wheels' axles are off their middles, by the radius.
     """
 
     mass: float = 7.0
@@ -46,6 +49,9 @@ class Chassis:
     body_turn: float = 1.0
     friction: float = 1.0
     grip: float = 2.0
+    casters: int = 1
+    rubs: float | None = None
+    limp: float = 0.0
 
     @property
     def name(self) -> str:
@@ -84,7 +90,7 @@ class Chassis:
             f"<gazebo><plugin name='drive' filename='libgazebo_ros_diff_drive.so'>{left}{right}"
             f"<max_wheel_torque>{torque}</max_wheel_torque></plugin></gazebo>"
         )
-        caster = self._caster() if self.axles == 1 else ""
+        caster = "".join(map(self._caster, range(self.casters))) if self.axles == 1 else ""
         return f"<robot name='generated'>{self._body()}{wheels}{caster}{plugin}</robot>".encode()
 
     def _axles(self) -> list[float]:
@@ -95,7 +101,7 @@ class Chassis:
         r = self.radius
         length, width, height = self.wheelbase + 4.0 * r, 3.6 * r, 2.0 * r
         mass = self.mass * (1.0 - 2 * self.axles * self.wheel_share)
-        x = -0.4 * r if self.axles == 1 else 0.0
+        x = -0.4 * r if self.axles == 1 and self.casters == 1 else 0.0
         inertia = [
             mass / 12.0 * self.body_turn * (a * a + b * b)
             for a, b in ((width, height), (length, height), (length, width))
@@ -112,7 +118,8 @@ class Chassis:
         across = max(mass * r * r / 4.0, 0.51 * spin)
         return (
             f"<link name='wheel_{name}'><inertial><mass value='{mass}'/>"
-            f"{_inertia(across, across, spin)}</inertial><collision><geometry>"
+            f"{_inertia(across, across, spin)}</inertial><collision>"
+            f"<origin xyz='{self.limp * r} 0 0'/><geometry>"
             f"<cylinder radius='{r}' length='{0.8 * r}'/></geometry></collision></link>"
             f"<joint name='{name}' type='continuous'><parent link='base'/>"
             f"<child link='wheel_{name}'/><origin xyz='{x} {y} 0' rpy='{-math.pi / 2} 0 0'/>"
@@ -120,13 +127,14 @@ class Chassis:
             f"<mu1>{self.friction}</mu1><mu2>{self.friction}</mu2></gazebo>"
         )
 
-    def _caster(self) -> str:
-        r = self.radius
+    def _caster(self, i: int) -> str:
+        r, rubs = self.radius, "" if self.rubs is None else f"<mu1>{self.rubs}</mu1>"
         return (
-            "<link name='caster'><collision><geometry>"
+            f"<link name='caster{i}'><collision><geometry>"
             f"<sphere radius='{0.5 * r}'/></geometry></collision></link>"
-            "<joint name='caster_joint' type='fixed'><parent link='base'/><child link='caster'/>"
-            f"<origin xyz='{-2.0 * r} 0 {-0.5 * r}'/></joint>"
+            f"<joint name='caster{i}_joint' type='fixed'><parent link='base'/>"
+            f"<child link='caster{i}'/><origin xyz='{(4 * i - 2) * r} 0 {-0.5 * r}'/></joint>"
+            f"<gazebo reference='caster{i}'>{rubs}</gazebo>"
         )
 
 
@@ -152,12 +160,13 @@ def chassis(count: int, seed: int = 0) -> Iterator[Chassis]:
         )
 
 
-def slope(degrees: float) -> World:
-    """Return a plane that falls towards -x: a robot at the origin faces uphill."""
+def slope(degrees: float, friction: float | None = None) -> World:
+    """Return a plane that falls towards -x, of a friction: a robot at the origin faces uphill."""
     angle = math.radians(degrees)
     place = (_THICK / 2 * math.sin(angle), 0.0, -_THICK / 2 * math.cos(angle))
     T = Pose3.from_rpy(place, (0.0, -angle, 0.0))
-    return _world(Body("slope", Part(Shape(Kind.BOX, (_SIDE, _SIDE, _THICK)), T), True))
+    part = Part(Shape(Kind.BOX, (_SIDE, _SIDE, _THICK)), T, friction=friction)
+    return _world(Body("slope", part, True))
 
 
 def sill(height: float, x: float, depth: float) -> World:

@@ -10,6 +10,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.sdf.frames import MERGE, Scope
 from arjuna_sim.files.sdf.geometry_tags import read_colour, read_shape
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
+from arjuna_sim.files.sdf.surface_tags import read_friction
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.shapes import Part
@@ -174,7 +175,7 @@ def _part(
         return None
     shape, T_own = read
     pose = T_world @ scope.pose(element, place, T_link) @ T_own
-    return Part(shape, pose, read_colour(xml, element, place))
+    return Part(shape, pose, read_colour(xml, element, place), read_friction(xml, element, place))
 
 
 def _joint(xml: XmlFile, joint: Element, scope: Scope, T_world: Pose3, prefix: str) -> SdfJoint:

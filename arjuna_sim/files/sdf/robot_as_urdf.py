@@ -18,6 +18,7 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.sdf.frames import MERGE, Scope, raw_pose
 from arjuna_sim.files.sdf.geometry_tags import read_colour
 from arjuna_sim.files.sdf.includes import Includes
+from arjuna_sim.files.sdf.surface_tags import read_friction
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 
@@ -131,9 +132,10 @@ def _link(model: _Model, element: Element, turning: dict[str, Pose3], told: _Tol
         for part in element.findall(tag):
             T = T_own @ T_link.inverse() @ scope.pose(part, f"{place} {tag}", T_link)
             _part(xml, part, T, link, f"{place} {tag}")
-    mu = element.findtext("collision/surface/friction/ode/mu")
-    if mu is not None:
-        SubElement(gazebo, "mu1").text = mu
+    for collision in element.findall("collision"):
+        mu = read_friction(xml, collision, f"{place} collision")
+        if mu is not None and gazebo.find("mu1") is None:
+            SubElement(gazebo, "mu1").text = repr(mu)
     for sensor in element.findall("sensor"):
         own = copy.deepcopy(sensor)
         for pose in own.findall("pose"):

@@ -13,6 +13,7 @@ from arjuna_sim.files.sdf.frames import Scope, raw_pose
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
 from arjuna_sim.files.sdf.model_tags import PARTS_MAX, ModelReader, parts_of
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
+from arjuna_sim.files.sdf.surface_tags import read_gravity
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import Actor
 from arjuna_sim.model.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
@@ -48,7 +49,7 @@ def read_world(xml: XmlFile) -> World:
     reader.read(world)
     for plugin in world.iter("plugin"):
         xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
-    bodies = reader.bodies
+    bodies, earth, gravity = reader.bodies, read_earth(xml, world), read_gravity(xml, world)
     flat = (Kind.PLANE, Kind.TERRAIN)
     if not any(body.part.shape.kind in flat and body.collides for body in bodies):
         xml.note("has no ground plane: one is put at height 0")
@@ -62,7 +63,8 @@ def read_world(xml: XmlFile) -> World:
         reader.masses,
         reader.hinges,
         frozenset(reader.floating),
-        read_earth(xml, world),
+        earth,
+        gravity,
     )
 
 

@@ -87,8 +87,7 @@ def friction_of(
     ground = min((lowest[name] for name in wheels if name in lowest), default=-np.inf)
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
     for name, low in lowest.items():
-        is_free = name not in friction or not drive.plugin  # a guess needs something that rolls
-        if name in carried and is_free and low < ground + _TOUCHES:
+        if name in carried and name not in friction and low < ground + _TOUCHES:
             friction[name] = CASTER_FRICTION
             if not _is_ball(urdf, name):
                 xml.note(f"link '{name}': slides along on the ground, as a caster")

@@ -19,7 +19,7 @@ from arjuna_sim.files.urdf.stand_up import stand_up
 from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
 from arjuna_sim.files.xml_file import XmlFile, read_bytes
 from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.wheels import wheel_sign
+from arjuna_sim.model.wheels import eccentricity, is_round, wheel_sign
 
 _ROOT = re.compile(rb"<\s*(sdf|robot)\b")
 
@@ -78,6 +78,9 @@ def read_robot(xml: XmlFile) -> Robot:
         if urdf.joints[name].kind != "continuous":
             raise xml.fail(f"joint '{name}'", "drives a wheel, so its type must be 'continuous'")
         wheel_sign(urdf, name)
+        if not is_round(urdf, name):
+            off = eccentricity(urdf, name)
+            xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
     settings = dataclasses.replace(settings, friction=friction_of(xml, urdf, settings, drive))
     urdf = complete_masses(xml, urdf)
     return Robot(urdf, settings, drive, tuple(xml.notes))

@@ -115,8 +115,10 @@ def test_two_models_of_a_name_are_told_apart(tmp_path: Path) -> None:
 def test_model_that_is_not_static_is_pushed_away(tmp_path: Path) -> None:
     light = _model("box", _box("0.3 0.3 0.3", mass="0.5"), "<pose>1 0 0.15 0 0 0</pose>", False)
     sim = simulator(_world(tmp_path, light))
-    last = run(sim, 8.0, Velocity(0.3, 0.0))
-    assert last.contacts == ("box",)
+    run(sim, 7.8, Velocity(0.3, 0.0))
+    seen = [sim.step(Velocity(0.3, 0.0)) for _ in range(10)]
+    assert {each.contacts for each in seen} >= {("box",)}  # it slides along, by small hops
+    last = seen[-1]
     assert last.truth.pose.x > 1.5
     moved = sim.stage.motion("box").pose.position
     assert moved[0] == pytest.approx(last.truth.pose.x + 0.225 + 0.15, abs=0.03)

@@ -1,0 +1,108 @@
+"""Footing: how hard a robot may pull away and brake before a wheel slips or leaves the ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+_GRAVITY = 9.81
+_SHARE = 0.8  # of what wheels could grip and motors could do, which leaves some to steer with
+_LIFTS = 1.0  # a foot that carries next to nothing may leave the ground [m/s^2]
+_TINY = 1e-12
+LEAST = 0.5
+"""Acceleration that any robot is asked for [m/s^2]."""
+_SPREAD = 1e-3  # of feet along the robot, from which they hold it upright [m]
+
+
+@dataclass(frozen=True)
+class Feet:
+    """Where a robot touches level ground.
+
+    Attributes:
+        places: From above, in the root's frame, `(N, 2) float64` [m].
+        gaps: Between the ground and each when the lowest touches it, by what a wheel sinks in under
+            its load, `(N,) float64`.
+        friction: Of each, `(N,) float64`.
+        drives: Whether each is a driven wheel, `(N,) bool`.
+    """
+
+    places: NDArray[np.float64]
+    gaps: NDArray[np.float64]
+    friction: NDArray[np.float64]
+    drives: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Weight:
+    """What a robot's feet carry.
+
+    Attributes:
+        mass: [kg].
+        middle: Centre of mass, in the root's frame and above the ground, `(3,) float64` [m].
+        spin: Inertia of the wheels over their radius, `I / r` of all together [kg m].
+        force: Greatest force of all motors at the ground [N].
+        rolling: Mass that the wheels' turning adds, `I / r^2` of all together [kg].
+    """
+
+    mass: float
+    middle: NDArray[np.float64]
+    spin: float
+    force: float
+    rolling: float
+
+
+def steady_acceleration(feet: Feet, weight: Weight) -> float:
+    """Return the greatest acceleration at which all stay on the ground and none slips [m/s^2].
+
+    The feet share the weight as equal springs do. Whoever accelerates leans on the rear ones by
+    the height of the weight, and by the torque that the wheels take to spin up.
+
+    Returns:
+        The acceleration, at least `LEAST`; infinity where the feet do not hold the robot upright,
+        as of one that balances.
+    """
+    if not feet.drives.any():
+        return np.inf
+    feet, loads = _standing(feet, weight)
+    if not feet.drives.any() or np.ptp(feet.places[:, 0]) < _SPREAD:
+        return np.inf
+    lean = _shares(feet) @ np.array([0.0, -(weight.mass * weight.middle[2] + weight.spin), 0.0])
+    lifting = max(_LIFTS, float((loads / np.maximum(np.abs(lean), _TINY)).min()))
+    held = feet.friction * loads
+    gripping = float(held[feet.drives].sum() - held[~feet.drives].sum()) / weight.mass
+    turning = weight.force / (weight.mass + weight.rolling)
+    return max(LEAST, min(lifting, _SHARE * gripping, _SHARE * turning))
+
+
+def _standing(feet: Feet, weight: Weight) -> tuple[Feet, NDArray[np.float64]]:
+    """Return the feet that carry something at rest, and what each carries, `(N,) float64` [N]."""
+    x, y, _ = weight.middle.tolist()
+    unit = weight.mass * _GRAVITY / max(1, int(feet.drives.sum()))  # sinks a foot in by one
+    while True:
+        shares, levers = _shares(feet), _levers(feet)
+        warped = feet.gaps - levers @ (shares.T @ feet.gaps)  # which the others make up for
+        loads = shares @ (weight.mass * _GRAVITY * np.array([1.0, x, y])) - unit * warped
+        keep = loads > loads.min()
+        if loads.min() > 0.0 or not keep.any():
+            return feet, loads
+        feet = Feet(feet.places[keep], feet.gaps[keep], feet.friction[keep], feet.drives[keep])
+
+
+def _levers(feet: Feet) -> NDArray[np.float64]:
+    """Return what height, tilt and roll do to each foot, `(N, 3) float64`."""
+    return np.column_stack((np.ones(len(feet.places)), feet.places))
+
+
+def _shares(feet: Feet) -> NDArray[np.float64]:
+    """Return what a force and its moments load each foot with, `(N, 3) float64`."""
+    shares: NDArray[np.float64] = np.linalg.pinv(_levers(feet)).T
+    return shares
+
+
+def footing_notes(steady: float) -> tuple[str, ...]:
+    """Say of a robot that it hardly pulls away, by its greatest steady acceleration [m/s^2]."""
+    if steady > LEAST:
+        return ()
+    return ("hardly drives: its wheels grip, or its motors pull, little more than the rest rubs",)
