@@ -45,8 +45,11 @@ def main() -> int:
 
 def for_linux(text: str) -> str:
     """Drop what a universal resolution says of other systems and interpreters."""
-    lines = [line for line in text.splitlines() if "win32" not in line]
-    other = r" (;|and) platform_(python_impl\w+ != 'PyPy'|machine != 'aarch64')"
+    lines = [line for line in text.splitlines() if "sys_platform == 'win32'" not in line]
+    other = (
+        r" (;|and) (platform_(python_impl\w+ != 'PyPy'|machine != 'aarch64')"
+        r"|\(?platform_machine == [^)]*'x86_64'[^)]*\)?)"
+    )
     kept = [re.sub(other, "", line) for line in lines]
     return "\n".join(kept).replace("python_full_version", "python_version") + "\n"
 

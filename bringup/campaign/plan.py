@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -91,10 +91,24 @@ def load_campaign(path: Path) -> Campaign:
     Raises:
         CampaignError: The file cannot be read, or a key or value is not valid; all are named.
     """
-    content = read_yaml(path, CampaignError)
+    return campaign_of(path, read_yaml(path, CampaignError))
+
+
+def campaign_of(path: Path, content: Any, others: Sequence[str] = ()) -> Campaign:
+    """Return the campaign that a file's content describes.
+
+    Args:
+        path: The file.
+        content: What it holds.
+        others: Keys beside a campaign's own, which mean something to the caller.
+
+    Raises:
+        CampaignError: A key or value is not valid; all are named.
+    """
+    valid = (*_KEYS, *others)
     if not isinstance(content, dict):
-        raise CampaignError(path, f"is no mapping; valid keys: {', '.join(_KEYS)}")
-    problems = [f"'{key}': {nearest(str(key), _KEYS)}" for key in content if key not in _KEYS]
+        raise CampaignError(path, f"is no mapping; valid keys: {', '.join(valid)}")
+    problems = [f"'{key}': {nearest(str(key), valid)}" for key in content if key not in valid]
     problems += [f"'{key}' is missing" for key in ("command", "result", "success")
                  if key not in content]  # fmt: skip
     if problems:
@@ -106,10 +120,9 @@ def load_campaign(path: Path) -> Campaign:
 
 
 def _campaign(path: Path, content: dict[str, Any]) -> Campaign:
-    factors = content.get("factors", {})
     timeout = content.get("timeout", Campaign.timeout)
-    if not isinstance(factors, dict) or not isinstance(content["success"], dict):
-        raise ValueError("'factors' and 'success' are mappings")
+    if not isinstance(content["success"], dict):
+        raise ValueError("'success' is a mapping of a result's keys")
     if not isinstance(timeout, int | float) or not timeout > 0:
         raise ValueError("'timeout' is a number of seconds above 0")
     command = tuple(shlex.split(str(content["command"])))
@@ -119,11 +132,22 @@ def _campaign(path: Path, content: dict[str, Any]) -> Campaign:
         path.stem,
         command,
         str(content["result"]),
-        {str(name): _levels(str(name), values) for name, values in factors.items()},
+        factors_of(content.get("factors", {})),
         content["success"],
         tuple(map(str, content.get("measures", ()))),
         float(timeout),
     )
+
+
+def factors_of(given: Any) -> dict[str, tuple[Level, ...]]:
+    """Return factors by name from what a file holds.
+
+    Raises:
+        ValueError: It is no mapping, or a factor's levels are not valid.
+    """
+    if not isinstance(given, dict):
+        raise ValueError("'factors' is a mapping of names to levels")
+    return {str(name): _levels(str(name), values) for name, values in given.items()}
 
 
 def _levels(name: str, values: Any) -> tuple[Level, ...]:

@@ -49,6 +49,7 @@ COMMANDS = {
         "calibrate": "find a robot's effective track width and wheel radius by driving it",
         "bench": "measure a part of the robot",
         "campaign": "one command many times, and what the runs say together",
+        "tune": "parameters searched by machine, trial by trial",
     },
 }
 """What each command does, under the headings of the first page, in its order."""

@@ -50,15 +50,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run(campaign: Campaign, folder: Path, jobs: int) -> int:
-    import signal
-    import threading
-
     from bringup.campaign.plan import CampaignError, runs_of
     from bringup.campaign.report import PAGE, share_text, write_page, write_table
-    from bringup.campaign.runner import run_all
+    from bringup.campaign.runner import run_all, stopped_by_signals
     from bringup.terminal import show
 
-    runs, ended, stop = runs_of(campaign), 0, threading.Event()
+    runs, ended, stop = runs_of(campaign), 0, stopped_by_signals()
 
     def tell(outcome: Outcome) -> None:
         nonlocal ended
@@ -66,8 +63,6 @@ def _run(campaign: Campaign, folder: Path, jobs: int) -> int:
         verdict = "ok" if outcome.success else f"FAILED: {outcome.reason}"
         show(f"{ended:5} of {len(runs)}  {outcome.name:40} {outcome.wall_s:7.1f} s  {verdict}")
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
     try:
         outcomes = run_all(campaign, runs, folder.resolve(), jobs, tell, stop)
         if outcomes:

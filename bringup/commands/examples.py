@@ -47,6 +47,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "replay": ("replay out/bag", "replay out/bag --picture drive.png --at 12"),
     "calibrate": ("calibrate --robot my.urdf --out out/calibration",),
     "bench": ("bench slam",),
+    "campaign": ("campaign campaigns/goals.yaml", "campaign --compare out/one out/other"),
+    "tune": (
+        "tune campaigns/tuning/race_track.yaml",
+        "tune campaigns/tuning/race_track.yaml --trials 100",
+    ),
 }
 """What to type after `python -m bringup`, by the command."""
 

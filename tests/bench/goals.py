@@ -66,8 +66,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     Returns:
         `succeeded` of `count`, `touches`, `arrival_p95_m` and `arrival_p95_rad` by the truth,
-        `believed_p95_m` by the robot's own word, `path_ratio` to the shortest way and
-        `speed_ratio` to the desired speed, of the goals reached.
+        `believed_p95_m` by the robot's own word, `path_ratio` to the shortest way,
+        `speed_ratio` to the desired speed and `time_per_metre_s` of the shortest way, of the
+        goals reached.
     """
     from rclpy.logging import LoggingSeverity, set_logger_level
 
@@ -114,7 +115,8 @@ def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
     robot.run(_REST)
     if drive.touched:
         print(f"     touched {', '.join(drive.touched)}")
-    believed = robot.process.transforms.try_lookup("map", "base_footprint") or SE2(math.inf)
+    base = robot.sim.simulator.robot.urdf.root
+    believed = robot.process.transforms.try_lookup("map", base) or SE2(math.inf)
     return Arrival(
         end.succeeded,
         drive.truth.distance(goal),
@@ -143,6 +145,8 @@ def _figures(arrivals: list[Arrival], speed: float) -> dict[str, Any]:
         return float(np.percentile(values, 95)) if values else math.nan
 
     length = sum(one.length for one in reached)
+    shortest = max(sum(one.shortest for one in reached), 1e-9)
+    time = sum(one.time for one in reached)
     result = {
         "succeeded": len(reached),
         "count": len(arrivals),
@@ -150,8 +154,9 @@ def _figures(arrivals: list[Arrival], speed: float) -> dict[str, Any]:
         "arrival_p95_m": p95([one.off_m for one in reached]),
         "arrival_p95_rad": p95([one.off_rad for one in reached]),
         "believed_p95_m": p95([one.believed_m for one in reached]),
-        "path_ratio": length / max(sum(one.shortest for one in reached), 1e-9),
-        "speed_ratio": length / max(sum(one.time for one in reached), 1e-9) / speed,
+        "path_ratio": length / shortest,
+        "speed_ratio": length / max(time, 1e-9) / speed,
+        "time_per_metre_s": time / shortest if reached else math.nan,
     }
     for name, value in result.items():
         print(f"{name:16}{value:10.4g}")

@@ -47,7 +47,7 @@ def test_every_combination_is_run_in_the_file_s_order(tmp_path: Path) -> None:
         ("{folder}/r.json", "r.json", "write {folder} for it"),
         ("{first: 3, count: 2}", "{first: 3, count: 0}", "'first' and 'count' are whole numbers"),
         ("{first: 3, count: 2}", "7", "factor 'seed' is none of"),
-        ("{succeeded: 20}", "20", "'factors' and 'success' are mappings"),
+        ("{succeeded: 20}", "20", "'success' is a mapping"),
         ("result: r.json", "result: r.json\ntimeout: -1", "'timeout' is a number of seconds"),
         (GOOD, "[1, 2]", "is no mapping; valid keys: command"),
         (GOOD, "[[[[", "is no YAML"),

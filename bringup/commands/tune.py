@@ -1,0 +1,84 @@
+"""`tune`: parameters searched by machine, trial by trial, each judged by runs of a campaign."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from bringup.tuning.plan import Tuning
+    from bringup.tuning.study import Study, Tried
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        "file", type=Path, metavar="FILE", help="such as campaigns/tuning/race_track.yaml"
+    )
+    parser.add_argument(
+        "--trials", type=int, metavar="N", help="how many in all, those of earlier times too"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="where all goes (out/tuning/ and its name)"
+    )
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="runs at a time (cores)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run a tuning, going on where it was broken off; return 0 where all its trials were run."""
+    from arjuna_core.errors import ArjunaError
+    from bringup.tuning.known import known_parameters
+    from bringup.tuning.plan import load_tuning
+
+    if arguments.jobs < 1 or (arguments.trials is not None and arguments.trials < 1):
+        raise ArjunaError("--jobs and --trials are at least 1")
+    tuning = load_tuning(arguments.file, known_parameters)
+    if arguments.trials is not None:
+        tuning = dataclasses.replace(tuning, trials=arguments.trials)
+    return _run(tuning, arguments.out or Path("out/tuning") / tuning.campaign.name, arguments.jobs)
+
+
+def _run(tuning: Tuning, folder: Path, jobs: int) -> int:
+    from bringup.campaign.plan import CampaignError
+    from bringup.campaign.runner import stopped_by_signals
+    from bringup.terminal import show
+    from bringup.tuning.picture import PICTURE, write_picture
+    from bringup.tuning.tuner import BEST, Tuner
+
+    try:
+        tuner = Tuner(tuning, folder.resolve(), jobs, stopped_by_signals())
+
+        def tell(one: Tried) -> None:
+            best = tuner.study.ranked()[0]
+            mark = "  best so far" if one == best else ""
+            show(f"{one.number + 1:5} of {tuning.trials}  {tuner.verdict(one)}{mark}")
+
+        complete = tuner.run(tell)
+        if tuner.study.tried():
+            write_picture(folder, tuning, tuner.study)
+            for line in [*_table(tuning, tuner.study), *(tuner.confirm() if complete else [])]:
+                show(line)
+            show(f"best parameters: {folder / BEST}; what mattered: {folder / PICTURE}")
+    except OSError as error:
+        raise CampaignError(folder, f"cannot be written: {error.strerror}") from error
+    return 0 if complete else 1
+
+
+def _table(tuning: Tuning, study: Study) -> list[str]:
+    """Return lines with each parameter's value now, that of the best, and how much it mattered."""
+    best, shares = study.ranked()[0], study.importance()
+    lines = [f"\n{'':64}{'now':>10}{'best':>10}  mattered"]
+    for one in tuning.dimensions:
+        both = [_text(value) for value in (one.now, best.values[one.name])]
+        share = f"{100.0 * shares[one.name]:5.0f} %" if shares else "     ?"
+        lines.append(f"{one.name:64}{both[0]:>10}{both[1]:>10}  {share}")
+    return lines
+
+
+def _text(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,1 @@
+"""Parameters tuned by machine: a search space, its trials, and what mattered."""

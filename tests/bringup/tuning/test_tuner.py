@@ -1,0 +1,176 @@
+"""Studies of a stand-in for the robot: they find its best values, and go on where broken off."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from arjuna_core.param import ParamInfo
+from bringup.campaign.outcome import Outcome
+from bringup.campaign.plan import CampaignError
+from bringup.tuning.picture import PICTURE, write_picture
+from bringup.tuning.plan import Tuning, load_tuning
+from bringup.tuning.space import Known, Value
+from bringup.tuning.study import FILE, Study, Tried
+from bringup.tuning.tuner import BEST, Tuner
+
+_FILE = """
+command: drive {folder}
+result: r.json
+success: {reached: true}
+factors:
+  seed: [0, 1]
+minimize: time
+parameters:
+  driver:
+    speed: {low: 0.1, high: 2.0}
+    idle: {low: 0.0, high: 1.0}
+    model: [beam, field]
+confirm:
+  seed: {first: 10, count: 2}
+"""
+_NOW: dict[str, Value] = {"driver: speed": 0.5, "driver: idle": 0.5, "driver: model": "field"}
+# It drives faster with more speed, and misses its goal above 1.5 m/s; `idle` does nothing.
+_PROGRAM = """
+import json, pathlib, sys
+import yaml
+folder = pathlib.Path(sys.argv[2])
+files = [sys.argv[i + 1] for i, word in enumerate(sys.argv) if word == "--params"]
+values = yaml.safe_load(open(files[-1]))["driver"]["ros__parameters"]
+result = {"reached": values["speed"] <= 1.5, "time": 10.0 / values["speed"]}
+(folder / "r.json").write_text(json.dumps(result))
+"""
+
+
+def _known(files: object) -> Known:
+    return {
+        "driver": {
+            "speed": (0.5, ParamInfo("Speed.", "m/s", 0.0, 5.0)),
+            "idle": (0.5, ParamInfo("Nothing.")),
+            "model": ("field", ParamInfo("Which.", choices=("beam", "field"))),
+        }
+    }
+
+
+def _tuning(folder: Path, trials: int = 4, text: str = _FILE) -> Tuning:
+    folder.mkdir(exist_ok=True)
+    path = folder / "made.yaml"
+    path.write_text(text, encoding="utf-8")
+    return dataclasses.replace(load_tuning(path, _known), trials=trials)
+
+
+def _outcomes(values: Mapping[str, Any]) -> list[Outcome]:
+    """Return what the stand-in would find, without a process."""
+    speed = float(values["driver: speed"])
+    reached = speed <= 1.5
+    figures = {"time": 10.0 / speed} if speed > 0.3 else {}
+    return [Outcome("0", {}, reached, "" if reached else "missed", 1.0, figures)]
+
+
+def _studied(tuning: Tuning, folder: Path, trials: int) -> Study:
+    study = Study(tuning, folder)
+    for _ in range(len(study.tried()), trials):
+        values = study.proposal()
+        study.add(values, _outcomes(values))
+    return study
+
+
+def test_it_finds_the_fastest_that_succeeds_and_what_mattered(tmp_path: Path) -> None:
+    study = _studied(_tuning(tmp_path), tmp_path, 40)
+    first, best = study.tried()[0], study.ranked()[0]
+    assert first.values == _NOW
+    assert best.failed == 0
+    assert 1.2 < float(best.values["driver: speed"]) <= 1.5
+    shares = study.importance()
+    assert next(iter(shares)) == "driver: speed"
+    assert sum(shares.values()) == pytest.approx(1.0)
+
+
+def test_failed_runs_and_missing_figures_rank_last(tmp_path: Path) -> None:
+    study = Study(_tuning(tmp_path), tmp_path)
+    for speed in (0.5, 1.9, 0.2, 1.0):
+        values = {**_NOW, "driver: speed": speed}
+        study.add(values, _outcomes(values))
+    assert [one.number for one in study.ranked()] == [3, 0, 2, 1]
+    assert study.tried()[2].figure == float("inf")
+    assert study.importance() == {}
+
+
+def test_a_study_gone_on_with_is_the_one_that_was_never_broken_off(tmp_path: Path) -> None:
+    whole = _studied(_tuning(tmp_path), tmp_path, 14).tried()
+    (tmp_path / FILE).unlink()
+    for trials in (5, 12, 14):
+        parts = _studied(_tuning(tmp_path), tmp_path, trials).tried()
+    assert parts == whole
+
+
+def test_a_folder_is_of_one_tuning(tmp_path: Path) -> None:
+    _studied(_tuning(tmp_path), tmp_path, 1)
+    with pytest.raises(CampaignError, match="has the trials of another tuning"):
+        Study(_tuning(tmp_path, text=_FILE.replace("high: 2.0", "high: 3.0")), tmp_path)
+    (tmp_path / FILE).write_text("no study\n", encoding="utf-8")
+    with pytest.raises(CampaignError, match="is no study"):
+        Study(_tuning(tmp_path), tmp_path)
+
+
+def _tuner(tuning: Tuning, folder: Path, stop: threading.Event | None = None) -> Tuner:
+    return Tuner(tuning, folder, 2, stop or threading.Event(), (sys.executable, "-c", _PROGRAM))
+
+
+def test_trials_are_run_told_and_gone_on_with(tmp_path: Path) -> None:
+    told: list[Tried] = []
+    assert _tuner(_tuning(tmp_path, 2), tmp_path).run(told.append)
+    assert (told[0].number, told[0].failed) == (0, 0)
+    assert told[0].figure == pytest.approx(20.0)
+    assert (tmp_path / "trials" / "0001" / "1_1" / "outcome.json").exists()
+    best = (tmp_path / BEST).read_text(encoding="utf-8")
+    assert best.startswith("# made: trial ")
+    again: list[Tried] = []
+    tuner = _tuner(_tuning(tmp_path, 3), tmp_path)
+    assert tuner.run(again.append)
+    assert again[:2] == told
+    assert len(again) == 3
+    write_picture(tmp_path, _tuning(tmp_path), tuner.study)
+    assert (tmp_path / PICTURE).read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_winner_is_compared_on_runs_that_did_not_choose_it(tmp_path: Path) -> None:
+    tuner = _tuner(_tuning(tmp_path), tmp_path)
+    tuner.study.add(_NOW, _outcomes(_NOW))
+    assert tuner.confirm() == []
+    better = {**_NOW, "driver: speed": 1.0}
+    tuner.study.add(better, _outcomes(better))
+    lines = tuner.confirm()
+    assert any(line.split()[:3] == ["time", "20", "10"] for line in lines)
+    assert {one.name for one in (tmp_path / "confirm" / "now").glob("*_*")} == {"0_10", "1_11"}
+
+
+def test_one_broken_off_is_no_trial(tmp_path: Path) -> None:
+    stop = threading.Event()
+    stop.set()
+    tuner = _tuner(_tuning(tmp_path), tmp_path, stop)
+    assert not tuner.run(lambda one: None)
+    assert tuner.study.tried() == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("minimize: time", "", "name one figure of the result"),
+        ("minimize: time", "minimize: time\nmaximize: time", "name one figure of the result"),
+        ("minimize: time", "minimise: time", "'minimise': did you mean 'minimize'"),
+        ("minimize: time", "minimize: time\ntrials: 0", "'trials' is a whole number above 0"),
+        ("minimize: time", "minimize: time\nparams: 3", "'params' is a list"),
+        ("speed:", "sped:", "unknown parameter 'sped'"),
+        ("{first: 10, count: 2}", "3", "'confirm': factor 'seed' is none of"),
+    ],
+)
+def test_mistakes_of_the_file_are_named(old: str, new: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(CampaignError, match=message):
+        _tuning(tmp_path, text=_FILE.replace(old, new))

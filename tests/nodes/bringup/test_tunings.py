@@ -1,0 +1,23 @@
+"""The shipped tunings name parameters that there are, in ranges that hold the values of now."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from arjuna_core.files.shipped import shipped_file
+from bringup.tuning.known import known_parameters
+from bringup.tuning.plan import load_tuning
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.mark.parametrize("path", sorted(shipped_file("campaigns/tuning").glob("*.yaml")), ids=str)
+def test_a_shipped_tuning_loads(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(shipped_file("guides").parent)
+    tuning = load_tuning(path, known_parameters)
+    assert tuning.dimensions
+    assert all(Path(file).exists() for file in tuning.params)
