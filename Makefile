@@ -5,7 +5,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 # These two belong to another environment, where one is active.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONHOME
 
-.PHONY: help setup demo test check wheel lock clean
+.PHONY: help setup demo test check docs wheel lock clean
 .DEFAULT_GOAL := help
 
 help:  ## list the targets
@@ -27,11 +27,14 @@ check: setup  ## style, types and the packages' layers
 	$(VENV) -m mypy
 	$(VENV) -m pytest -q tests/core/test_layers.py
 
+docs:  ## the documentation as a site in out/docs, its links checked (needs the network once)
+	@$(PYTHON) -m scripts.docs_site
+
 wheel: setup  ## both wheels into dist/
 	@rm -rf build && mkdir -p dist && cp .setup/wheels/*/*.whl dist/
 	$(VENV) -m pip -q wheel --no-deps --no-build-isolation -w dist .
 
-lock:  ## make requirements.lock again from requirements.in (needs the network)
+lock:  ## make the lock files again from their .in files (needs the network)
 	$(PYTHON) -m scripts.lock
 
 clean:  ## remove all that make made

@@ -34,6 +34,14 @@ def parse(argv: Sequence[str] | None = None) -> argparse.Namespace:
     return parser.parse_args(words)
 
 
+def parser_of(command: str) -> argparse.ArgumentParser:
+    """Return the parser of one command's own options."""
+    groups = _parser(command)._subparsers
+    assert groups is not None
+    chosen: argparse.ArgumentParser = groups._group_actions[0].choices[command]  # type: ignore[index]
+    return chosen
+
+
 def _parser(chosen: str | None) -> argparse.ArgumentParser:
     """Return the parser of all commands, with the options of the chosen one."""
     parser = argparse.ArgumentParser(

@@ -1,4 +1,4 @@
-"""`make lock`: requirements.lock from requirements.in, with uv in an environment of its own."""
+"""`make lock`: the lock files from their `.in` files, with uv in an environment of its own."""
 
 from __future__ import annotations
 
@@ -9,38 +9,35 @@ from scripts.setup_env import LOCK, ROOT, STATE
 from scripts.steps import Step, StepError, run
 
 HEADER = """\
-# Every package that `make setup` installs, exact, for Linux x86-64 and Python 3.10 to 3.13.
-# Made from requirements.in by `make lock`; do not edit by hand.
+# Every package that `make {target}` installs, exact, for Linux x86-64 and Python 3.10 to 3.13.
+# Made from {source} by `make lock`; do not edit by hand.
 """
 OPTIONS = ["--universal", "--python-version", "3.10", "--no-header", "--no-annotate", "--upgrade"]
+LOCKS = {"setup": LOCK, "docs": ROOT / "requirements-docs.lock"}
+"""The lock files, by the target that installs what stands in them."""
 
 
 def main() -> int:
-    """Write the lock file anew; return the exit code."""
+    """Write the lock files anew; return the exit code."""
     STATE.mkdir(exist_ok=True)
-    tool, log, result = STATE / "uv", STATE / "lock.log", STATE / "lock.txt"
-    source = str(ROOT / "requirements.in")
-    commands = {
-        "environment for uv": [sys.executable, "-m", "venv", "--clear", str(tool)],
-        "uv": [str(tool / "bin" / "pip"), "install", "uv"],
-        "resolving": [
-            str(tool / "bin" / "uv"),
-            "pip",
-            "compile",
-            *OPTIONS,
-            source,
-            "-o",
-            str(result),
-        ],
-    }
+    tool, log = STATE / "uv", STATE / "lock.log"
     try:
-        for title, command in commands.items():
-            run(Step(title, command, log))
+        run(Step("environment for uv", [sys.executable, "-m", "venv", "--clear", str(tool)], log))
+        run(Step("uv", [str(tool / "bin" / "pip"), "install", "uv"], log))
+        for target, lock in LOCKS.items():
+            source, result = lock.with_suffix(".in"), STATE / "lock.txt"
+            command = [str(tool / "bin" / "uv"), "pip", "compile", *OPTIONS, str(source)]
+            run(Step(f"resolving {source.name}", [*command, "-o", str(result)], log))
+            lock.write_text(header(target) + for_linux(result.read_text()))
     except StepError as error:
         sys.stderr.write(f"error: {error}\n")
         return 1
-    LOCK.write_text(HEADER + for_linux(result.read_text()))
     return 0
+
+
+def header(target: str) -> str:
+    """Return the first lines of the lock file that a target installs from."""
+    return HEADER.format(target=target, source=LOCKS[target].with_suffix(".in").name)
 
 
 def for_linux(text: str) -> str:
@@ -51,7 +48,8 @@ def for_linux(text: str) -> str:
         r"|\(?platform_machine == [^)]*'x86_64'[^)]*\)?)"
     )
     kept = [re.sub(other, "", line) for line in lines]
-    return "\n".join(kept).replace("python_full_version", "python_version") + "\n"
+    minor = r"python_full_version( [<>=!]+ '\d+\.\d+(\.\*)?')"
+    return re.sub(minor, r"python_version\1", "\n".join(kept)) + "\n"
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import yaml
@@ -12,6 +13,23 @@ from arjuna_core.config import ParamInfo, flatten, infos, load
 from bringup.parameters.files import Parameters
 
 _WIDTH = 44  # [characters] of name and value before the comment
+
+
+@dataclass(frozen=True)
+class Described:
+    """One parameter of a node.
+
+    Attributes:
+        key: Its dotted name.
+        value: The value it has.
+        default: Its default.
+        info: What is known of it.
+    """
+
+    key: str
+    value: Any
+    default: Any
+    info: ParamInfo
 
 
 def values_of(cls: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
@@ -35,30 +53,43 @@ def dump(nodes: Iterable[tuple[str, type[Any], Mapping[str, Any]]]) -> str:
     return "\n".join(lines)
 
 
-def _rows(cls: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
+def described(cls: type[Any], values: Mapping[str, Any]) -> Iterator[Described]:
+    """Return every parameter of a node with this config, given the values that differ.
+
+    Raises:
+        ConfigError: A value is not valid.
+    """
     config = load(cls, values)
     known, defaults = infos(type(config)), flatten(type(config)())
     for key, value in flatten(config).items():
-        comment = _comment(known[key], value, defaults[key])
-        item = f"    # {key}:" if value is None else f"    {key}: {_scalar(value)}"
-        yield f"{item:<{_WIDTH}}  # {comment}"
+        yield Described(key, value, defaults[key], known[key])
 
 
-def _scalar(value: Any) -> str:
+def _rows(cls: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
+    for one in described(cls, values):
+        value = "" if one.value is None else f" {scalar(one.value)}"
+        item = f"    {'# ' if one.value is None else ''}{one.key}:{value}"
+        yield f"{item:<{_WIDTH}}  # {_comment(one)}"
+
+
+def scalar(value: Any) -> str:
+    """Return a value as YAML on one line."""
     plain = list(value) if isinstance(value, tuple) else value
     text = yaml.safe_dump(plain, default_flow_style=True, width=math.inf, allow_unicode=True)
     return text.removesuffix("\n").removesuffix("\n...")
 
 
-def _comment(info: ParamInfo, value: Any, default: Any) -> str:
+def _comment(one: Described) -> str:
+    info = one.info
     parts = [info.description]
     parts += [f"[{info.unit}]"] if info.unit else []
-    parts += [_bounds(info)] if _bounds(info) else []
-    parts += [] if value == default else [f"(default {_scalar(default)})"]
+    parts += [bounds(info)] if bounds(info) else []
+    parts += [] if one.value == one.default else [f"(default {scalar(one.default)})"]
     return " ".join(parts)
 
 
-def _bounds(info: ParamInfo) -> str:
+def bounds(info: ParamInfo) -> str:
+    """Return what is valid of a parameter, in brackets; empty where all of its type is."""
     if info.choices:
         return f"({' | '.join(str(choice) for choice in info.choices)})"
     if info.minimum is None:
@@ -75,7 +106,7 @@ def differences(before: Parameters, after: Parameters) -> list[str]:
         after: The same of the same nodes with other values.
     """
     return [
-        f"{node}: {name}: {_scalar(value)} -> {_scalar(after[node][name])}"
+        f"{node}: {name}: {scalar(value)} -> {scalar(after[node][name])}"
         for node, values in before.items()
         for name, value in values.items()
         if after[node][name] != value

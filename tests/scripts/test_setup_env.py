@@ -121,6 +121,11 @@ def test_a_universal_resolution_is_cut_down_to_linux() -> None:
         "mypy==3 ; python_full_version < '3.11' and platform_python_implementation != 'PyPy'\n"
         "greenlet==4 ; python_full_version < '3.11' and (platform_machine == 'win32'"
         " or platform_machine == 'x86_64')\n"
+        "exact==5 ; python_full_version < '3.11.5'\n"
     )
-    kept = "librt==2\nmypy==3 ; python_version < '3.11'\ngreenlet==4 ; python_version < '3.11'\n"
-    assert for_linux(text) == kept
+    assert for_linux(text) == (
+        "librt==2\n"
+        "mypy==3 ; python_version < '3.11'\n"
+        "greenlet==4 ; python_version < '3.11'\n"
+        "exact==5 ; python_full_version < '3.11.5'\n"
+    )
