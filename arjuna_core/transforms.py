@@ -121,6 +121,27 @@ class TransformBuffer:
         below = (self.base_below(frame) for frame in moving)
         return next((frame for frame in below if frame is not None), next(iter(moving), None))
 
+    def missing_base(self, parameter: str, base: str, fixed: str) -> str:
+        """Say that a robot's frame is not there, what is there instead, and the cure.
+
+        Args:
+            parameter: What names the frame.
+            base: The frame that it names.
+            fixed: The frame in which the robot moves.
+
+        Returns:
+            A sentence; empty where the frame is there.
+        """
+        if self.knows(base):
+            return ""
+        instead = self.base_below(fixed)
+        cure = (
+            f"'{fixed}' carries '{instead}'; set {parameter}: {instead}"
+            if instead is not None
+            else f"nothing moves in '{fixed}' either: is odometry's transform on /tf?"
+        )
+        return f"{parameter} is '{base}', a frame that does not exist: {cure}"
+
     def _chain(self, frame: str) -> list[str]:
         chain = [frame]
         while chain[-1] in self._edges:

@@ -63,23 +63,14 @@ class ScanQueue:
     def _check_base(self, stamp: float) -> None:
         """Say once that nobody moves the base's frame, what is moved instead, and the cure."""
         self._first = stamp if self._first is None else min(self._first, stamp)
-        transforms = self._node.transforms
-        if (
-            self._told
-            or stamp - self._first < _FRAME_PATIENCE
-            or transforms.knows(self._base_frame)
-        ):
+        if self._told or stamp - self._first < _FRAME_PATIENCE:
             return
-        self._told = True
-        instead = transforms.base_below(self._fixed_frame)
-        cure = (
-            f"'{self._fixed_frame}' carries '{instead}'; set {self._parameter}: {instead}"
-            if instead is not None
-            else f"nothing moves in '{self._fixed_frame}' either: is odometry's transform on /tf?"
+        problem = self._node.transforms.missing_base(
+            self._parameter, self._base_frame, self._fixed_frame
         )
-        self._node.get_logger().error(
-            f"{self._parameter} is '{self._base_frame}', a frame that does not exist: {cure}"
-        )
+        if problem:
+            self._told = True
+            self._node.get_logger().error(problem)
 
     def clear(self) -> None:
         """Forget the scans that wait."""

@@ -77,6 +77,18 @@ class ExplorerNode(ManagedNode):
         if self._turning:
             self._spinner.cancel()
 
+    @property
+    def waits_for(self) -> str:
+        """What is not there yet without which it cannot explore, and the cure; else empty."""
+        config = self.config
+        if not self._client.ready:
+            return "nobody serves 'navigate_to_pose': is 'python -m bringup nav --slam' running?"
+        if self._grid is None:
+            return "no map has come on 'map': is 'python -m bringup nav --slam' running?"
+        return self.transforms.missing_base(
+            "robot_base_frame", config.robot_base_frame, config.map_frame
+        )
+
     def _on_map(self, message: Any) -> None:
         try:
             self._grid = grid_from_msg(message)

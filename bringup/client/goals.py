@@ -12,10 +12,10 @@ from rclpy.action import ActionClient
 
 from arjuna_core.ros.convert import duration_msg, pose_stamped
 from arjuna_core.se2 import SE2
-from bringup.client.session import ClientError, Session
+from bringup.client.session import Session, wait_for
 
 _ANSWER_TIMEOUT = 10.0
-_NO_SERVER = "nobody serves '{name}'; is 'python -m bringup nav --map FILE' running and active?"
+_CURE = "is 'python -m bringup nav --map FILE' running and active?"
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,8 @@ class Goals:
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = ActionClient(self._session.client, action, name)
-        if not self._session.run_until(client.server_is_ready, _ANSWER_TIMEOUT, required=False):
-            raise ClientError(_NO_SERVER.format(name=name))
+        what = f"a server of '{name}'"
+        wait_for(self._session, client.server_is_ready, _ANSWER_TIMEOUT, what, _CURE)
         sent = client.send_goal_async(
             request, feedback_callback=lambda message: progress(message.feedback)
         )

@@ -27,12 +27,19 @@ from arjuna_core.ros.tf import TransformBuffer, TransformListener
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from bringup.client.goals import GoalEnd, Goals
-from bringup.client.session import Connection, Session
+from bringup.client.session import Connection, Session, wait_for
 from bringup.client.velocity import VelocityPublisher
 
 GOAL_TIMEOUT, EXPLORER_GRACE = 600.0, 60.0
 _INITIAL_COVARIANCE = np.diag([0.5**2, 0.5**2, 0.26**2])  # what RViz's "2D Pose Estimate" sends
 _COMMAND_PERIOD = 0.1
+_CURES = {
+    "scan": "is 'python -m bringup sim' running, and not paused?",
+    "map": "is 'python -m bringup slam' or 'nav' running, and does a scan come?",
+    "initialpose": "is 'python -m bringup nav --map FILE' running?",
+    "transform": "is 'python -m bringup slam' or 'nav' running? AMCL may want 'initial-pose X Y'",
+}
+_CURE = "'ros2 topic info -v {}' says who publishes it"
 
 
 class Robot:
@@ -93,7 +100,8 @@ class Robot:
             found.extend([] if pose is None else [pose])
             return pose is not None
 
-        self._wait(known, f"the transform {frame} -> {base_frame or 'base'}")
+        what = f"the transform {frame} -> {base_frame or 'base'}"
+        self._wait(known, what, _CURES["transform"])
         return found[-1]
 
     def scan(self) -> Scan:
@@ -153,8 +161,8 @@ class Robot:
         publisher = session.client.create_publisher(
             PoseWithCovarianceStamped, "initialpose", qos.DEFAULT
         )
-        what = "AMCL to listen on 'initialpose'"
-        self._wait(lambda: publisher.get_subscription_count() > 0, what)
+        listens = "somebody who listens on 'initialpose'"
+        self._wait(lambda: publisher.get_subscription_count() > 0, listens, _CURES["initialpose"])
         pose = PoseWithCovariance(
             pose=pose_msg(SE2(x, y, yaw)), covariance=planar_covariance(_INITIAL_COVARIANCE)
         )
@@ -195,10 +203,11 @@ class Robot:
             message_type, topic, found.append, profile
         )
         try:
-            self._wait(lambda: bool(found), f"a message on '{topic}'")
+            cure = _CURES.get(topic, _CURE.format(topic))
+            self._wait(lambda: bool(found), f"a message on '{topic}'", cure)
         finally:
             session.client.destroy_subscription(subscription)
         return found[0]
 
-    def _wait(self, done: Callable[[], bool], what: str) -> None:
-        self.session.run_until(done, self._timeout, what)
+    def _wait(self, done: Callable[[], bool], what: str, cure: str) -> None:
+        wait_for(self.session, done, self._timeout, what, cure)

@@ -17,6 +17,10 @@ POLL = 0.02
 """From one look at whether something is done to the next [s]."""
 
 
+_PATIENCE = 2.5
+"""How long to wait without a word [s]; what runs is mostly found within one."""
+
+
 class ClientError(ArjunaError):
     """Nobody answers in time, or a request is refused; the message says what to do."""
 
@@ -45,6 +49,31 @@ class Session(Protocol):
         Raises:
             ArjunaError: It does not answer in time [s].
         """
+
+
+def wait_for(
+    session: Session, done: Callable[[], bool], timeout: float, what: str, cure: str
+) -> None:
+    """Wait until something is done; soon say what is waited for and what would bring it.
+
+    Args:
+        session: The connection.
+        done: Asked after each event.
+        timeout: [s].
+        what: What is waited for.
+        cure: What to do if it does not come, a question or an order.
+
+    Raises:
+        ClientError: It was not done in time.
+    """
+    soon = min(_PATIENCE, timeout)
+    if session.run_until(done, soon, required=False):
+        return
+    if timeout > soon:
+        session.client.get_logger().warning(f"waiting for {what}: {cure}")
+        if session.run_until(done, timeout - soon, required=False):
+            return
+    raise ClientError(f"{what} did not come within {timeout:g} s: {cure}")
 
 
 class Connection:

@@ -7,8 +7,9 @@ from typing import Any
 from geometry_msgs.msg import Twist, TwistStamped
 
 from arjuna_core.ros import qos
-from bringup.client.session import Session
+from bringup.client.session import Session, wait_for
 
+_CURE = "is 'python -m bringup sim' running?"
 _STAMPED = "geometry_msgs/msg/TwistStamped"
 
 
@@ -36,8 +37,8 @@ class VelocityPublisher:
             ArjunaError: None does in time [s].
         """
         listeners = self._listeners
-        what = f"a robot that listens on '{self._topic}' (python -m bringup sim starts one)"
-        self._session.run_until(lambda: bool(listeners()), timeout, what)
+        what = f"a robot that listens on '{self._topic}'"
+        wait_for(self._session, lambda: bool(listeners()), timeout, what, _CURE)
         stamped = self._stamped
         if stamped is None:
             stamped = all(info.topic_type == _STAMPED for info in listeners())
@@ -46,7 +47,7 @@ class VelocityPublisher:
             TwistStamped if stamped else Twist, self._topic, qos.DEFAULT
         )
         matched = self._publisher.get_subscription_count
-        self._session.run_until(lambda: matched() > 0, timeout, what)
+        wait_for(self._session, lambda: matched() > 0, timeout, what, _CURE)
 
     def _listeners(self) -> list[Any]:
         client = self._session.client

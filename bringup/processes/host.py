@@ -23,6 +23,7 @@ from bringup.terminal import show
 
 _LINGER = 1.0  # [s] after a client asked to quit
 _POLL = 0.05
+_PATIENCE = 2.5  # [s] for what a group needs to be discovered before it is named as missing
 _CLOCK_PATIENCE = 1.0  # [s] for a clock to be discovered before nodes start without one
 _REFUSED = 2
 
@@ -124,6 +125,8 @@ class Host:
 def run_until_done(group: Group, parameters: Parameters, arguments: argparse.Namespace) -> bool:
     """Run a group whose first node has an end, `done`; stop it then, on a signal or in time.
 
+    It says early what it `waits_for`, if anything.
+
     Args:
         group: The nodes.
         parameters: Parameters of all nodes.
@@ -136,9 +139,20 @@ def run_until_done(group: Group, parameters: Parameters, arguments: argparse.Nam
         ConfigError: A parameter is not valid.
     """
     host = _stoppable(Host(group, parameters, arguments.namespace))
-    end = time.monotonic() + arguments.timeout
+    start = time.monotonic()
     node = host.nodes[0]
-    host.run(lambda: node.done or time.monotonic() >= end)
+    told = False
+
+    def ended() -> bool:
+        nonlocal told
+        passed = time.monotonic() - start
+        if not told and node.active and passed >= _PATIENCE:
+            told = True
+            if node.waits_for:
+                node.get_logger().warning(node.waits_for)
+        return bool(node.done) or passed >= arguments.timeout
+
+    host.run(ended)
     return bool(node.done)
 
 

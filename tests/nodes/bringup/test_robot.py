@@ -13,7 +13,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.files.maps import load_map
 from arjuna_core.se2 import SE2
 from bringup.client.robot import Robot
-from bringup.lockstep import LockStepError
+from bringup.client.session import ClientError
 from bringup.stack import NAVIGATION_GROUP, SLAM_GROUP
 
 if TYPE_CHECKING:
@@ -49,6 +49,14 @@ def test_a_goal_in_a_wall_says_why_it_fails(stack: Callable[..., LockStep]) -> N
 def test_what_does_not_come_is_named(stack: Callable[..., LockStep]) -> None:
     with (
         Robot(timeout=0.5, session=stack()) as robot,
-        pytest.raises(LockStepError, match="a message on 'map' did not happen within"),
+        pytest.raises(ClientError, match=r"on 'map' did not come within 0\.5 s: is .* slam'"),
     ):
         robot.map()
+
+
+def test_what_is_waited_for_is_said_soon(
+    stack: Callable[..., LockStep], capfd: pytest.CaptureFixture[str]
+) -> None:
+    with Robot(timeout=3.0, session=stack()) as robot, pytest.raises(ClientError, match="within 3"):
+        robot.map()
+    assert "waiting for a message on 'map': is 'python -m bringup slam'" in capfd.readouterr().err

@@ -224,3 +224,30 @@ def test_a_robot_that_sees_only_ahead_turns_round_before_it_is_done(
     exploration.robot.run(2.0)
     assert len(exploration.navigator.goals) == 1
     assert len(exploration.navigator.turns) == 1
+
+
+def test_what_it_waits_for_is_said_with_its_cure(exploration: Exploration) -> None:
+    explorer = exploration.robot.nodes["explorer"]
+    assert "no map has come on 'map': is" in explorer.waits_for
+    exploration.hide((2.0, 5.5))
+    exploration.robot.run(0.2)
+    assert explorer.waits_for == ""
+    exploration.navigator.trigger_deactivate()
+    exploration.navigator.trigger_cleanup()
+    exploration.robot.run(1.2)
+    assert "nobody serves 'navigate_to_pose': is" in explorer.waits_for
+
+
+def test_a_wrong_base_frame_is_said_with_its_cure() -> None:
+    robot = PlayedRobot({"explorer": {"robot_base_frame": "chassis"}})
+    try:
+        FakeNavigator(robot.bench.process).trigger_configure()
+        robot.bring_up(EXPLORER)
+        robot.send_map(room())
+        robot.run(0.2)
+        assert robot.nodes["explorer"].waits_for == (
+            "robot_base_frame is 'chassis', a frame that does not exist:"
+            " 'map' carries 'base_footprint'; set robot_base_frame: base_footprint"
+        )
+    finally:
+        robot.close()
