@@ -6,6 +6,7 @@ import bisect
 from collections.abc import Sequence
 
 from arjuna_core.errors import ArjunaError
+from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import IDENTITY, SE2
 
 LATEST = None
@@ -24,6 +25,7 @@ class _Edge:
         self.parent = parent
         self.static = static
         self.upside_down = False
+        self.mount: Pose3 | None = None
         self.stamps: list[float] = []
         self.transforms: list[SE2] = []
 
@@ -84,6 +86,7 @@ class TransformBuffer:
         transform: SE2,
         static: bool = False,
         upside_down: bool = False,
+        mount: Pose3 | None = None,
     ) -> None:
         """Add `T_parent_child` at a time [s]; a child with a new parent forgets the old one.
 
@@ -94,6 +97,7 @@ class TransformBuffer:
             transform: The planar part.
             static: Whether it holds for all time.
             upside_down: Whether the child's z axis points down in the parent.
+            mount: The same transform in space, for `mount`; None for an upright one at no height.
         """
         edge = self._edges.get(child)
         if edge is not None and not static and edge.jumped_back(stamp):
@@ -101,7 +105,7 @@ class TransformBuffer:
             edge = None
         if edge is None or edge.parent != parent or edge.static != static:
             edge = self._edges[child] = _Edge(parent, static)
-        edge.upside_down = upside_down
+        edge.upside_down, edge.mount = upside_down, mount
         edge.insert(stamp, transform)
 
     def knows(self, frame: str) -> bool:
@@ -182,6 +186,22 @@ class TransformBuffer:
         """
         up, down = self._legs(target, source)
         return sum(self._edges[frame].upside_down for frame in up + down) % 2 == 1
+
+    def mount(self, target: str, source: str) -> Pose3:
+        """Return the newest transform in space, of frames that hardly move in each other.
+
+        Raises:
+            TransformError: The frames are not connected.
+        """
+        up, down = self._legs(target, source)
+        return self._mounted(up).inverse() @ self._mounted(down)
+
+    def _mounted(self, frames: Sequence[str]) -> Pose3:
+        result = Pose3()
+        for frame in frames:
+            edge = self._edges[frame]
+            result = (edge.mount or Pose3.from_se2(edge.transforms[-1])) @ result
+        return result
 
     def lookup(self, target: str, source: str, stamp: float | None = LATEST) -> SE2:
         """Return `T_target_source` at a time.

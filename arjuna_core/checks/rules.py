@@ -12,6 +12,7 @@ from arjuna_core.checks import limits
 
 _MEASUREMENTS = ("LaserScan", "Odometry", "Imu", "JointState", "PointCloud2", "Image")
 _TURN = 2.0 * math.pi
+_REALS = {7: 4, 8: 8}  # bytes of PointField.FLOAT32 and FLOAT64
 
 
 def rotation_problem(rotation: Any) -> str | None:
@@ -46,6 +47,20 @@ def scan_problem(scan: Any) -> str | None:
         return f"ranges from {scan.range_min} to {scan.range_max} m; valid: 0 <= min < max"
     if not abs(scan.time_increment) * beams <= limits.FUTURE:
         return f"{beams} beams, each {scan.time_increment} s on"
+    return None
+
+
+def cloud_problem(cloud: Any) -> str | None:
+    """Return why a cloud's layout cannot be; points may be inf or NaN."""
+    size, row = cloud.width * cloud.height, cloud.width * cloud.point_step
+    if cloud.row_step < row or cloud.row_step * cloud.height > len(cloud.data):
+        layout = f"{cloud.height} rows of {cloud.width} points, {cloud.point_step} bytes each"
+        return f"{len(cloud.data)} bytes for {layout}, {cloud.row_step} bytes a row"
+    fields = {each.name: each for each in cloud.fields}
+    for name in "xyz" if size else "":
+        sort = fields[name].datatype if name in fields else 0
+        if sort not in _REALS or fields[name].offset + _REALS[sort] > cloud.point_step:
+            return f"'{name}' is no field of a point; valid: float32 or float64 within point_step"
     return None
 
 
@@ -98,6 +113,7 @@ def transform_problem(stamped: Any) -> str | None:
 RULES: dict[str, Callable[[Any], str | None]] = {
     "LaserScan": scan_problem,
     "OccupancyGrid": grid_problem,
+    "PointCloud2": cloud_problem,
     "Imu": imu_problem,
     "PoseWithCovariance": covariance_problem,
     "Pose": pose_problem,

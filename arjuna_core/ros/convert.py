@@ -12,14 +12,17 @@ from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Transform, Transfor
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path
 from numpy.typing import NDArray
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 
+from arjuna_core.cloud import Cloud
 from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 
 _NANO = 1_000_000_000
+_REALS = {7: "f4", 8: "f8"}  # PointField.FLOAT32 and FLOAT64
 
 
 def seconds(stamp: Any) -> float:
@@ -92,6 +95,44 @@ def transform_msg(T: SE2, parent: str, child: str, now: float) -> TransformStamp
 def se2_from_transform(message: Transform) -> SE2:
     """Return a Transform message's planar part."""
     return SE2(message.translation.x, message.translation.y, yaw(message.rotation))
+
+
+def pose3_from_transform(message: Transform) -> Pose3:
+    """Return a Transform message in space; its quaternion need not be normalised."""
+    at, turn = message.translation, message.rotation
+    norm = math.sqrt(turn.w**2 + turn.x**2 + turn.y**2 + turn.z**2)
+    quaternion = turn.w / norm, turn.x / norm, turn.y / norm, turn.z / norm
+    return Pose3((at.x, at.y, at.z), quaternion)
+
+
+def cloud_from_msg(message: PointCloud2, T_base_sensor: Pose3, most: int = 30_000) -> Cloud:
+    """Return the points of a PointCloud2 message that are finite, seen from the robot's base.
+
+    Args:
+        message: The message, its layout as `cloud_problem` wants it.
+        T_base_sensor: Pose of its frame in the base.
+        most: Of more points every second, third, ... is taken.
+    """
+    position, stamp = np.array(T_base_sensor.position), seconds(message.header.stamp)
+    if message.width * message.height == 0:
+        return Cloud(np.zeros((0, 3)), position, stamp)
+    order = ">" if message.is_bigendian else "<"
+    fields = {each.name: each for each in message.fields}
+    places = [fields[name] for name in "xyz"]
+    kind = np.dtype(
+        {
+            "names": ["x", "y", "z"],
+            "formats": [order + _REALS[each.datatype] for each in places],
+            "offsets": [each.offset for each in places],
+            "itemsize": message.point_step,
+        }
+    )
+    shape, strides = (message.height, message.width), (message.row_step, message.point_step)
+    packed: NDArray[Any] = np.ndarray(shape, kind, np.asarray(message.data), strides=strides)
+    chosen = np.divmod(np.arange(0, packed.size, -(-packed.size // most)), message.width)
+    points = np.column_stack([packed[name][chosen].astype(np.float64) for name in "xyz"])
+    points = T_base_sensor.apply(points[np.isfinite(points).all(axis=1)])
+    return Cloud(points, position, stamp)
 
 
 def scan_from_msg(message: LaserScan, T_base_sensor: SE2 = IDENTITY) -> Scan:

@@ -1,35 +1,41 @@
-"""Scans that wait for the transforms at their stamp."""
+"""Scans and clouds of points that wait for the transforms at their stamp."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Generic, TypeVar
 
-from arjuna_core.ros.convert import scan_from_msg, seconds
+from arjuna_core.cloud import Cloud
+from arjuna_core.ros.convert import cloud_from_msg, scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
 _LENGTH = 10  # as nav2_amcl's message filter
-_TELL_EVERY = 1000  # of the scans lost, so that a log stays readable
-_FRAME_PATIENCE = 1.0  # [s] in which the robot's frames appear, after its first scan
+_TELL_EVERY = 1000  # of what is lost, so that a log stays readable
+_FRAME_PATIENCE = 1.0  # [s] in which the robot's frames appear, after the first message
 
 
-class ScanQueue:
-    """Pairs scans with the robot's pose at their stamp, in order; drops those it can never pair.
+T = TypeVar("T")
+
+
+class PosedQueue(Generic[T]):
+    """Pairs what sensors see with the robot's pose at its stamp, in order; drops what it never can.
 
     Args:
-        node: The node that uses the scans.
+        node: The node that uses it.
         fixed_frame: Frame in which the robot's pose is wanted, such as odom.
         base_frame: Frame of the robot's base.
-        length: How many scans may wait.
+        length: How many may wait.
         parameter: The node's parameter that names the base's frame.
 
     Attributes:
-        dropped: How many scans were dropped.
+        dropped: How many were dropped.
     """
+
+    _WHAT = ""
 
     def __init__(
         self,
@@ -50,11 +56,11 @@ class ScanQueue:
         self.dropped = 0
 
     def __len__(self) -> int:
-        """Return the number of scans that wait."""
+        """Return how many wait."""
         return len(self._waiting)
 
     def add(self, message: Any) -> None:
-        """Take in a LaserScan message."""
+        """Take in a message."""
         self._waiting.append(message)
         self._check_base(seconds(message.header.stamp))
         if len(self._waiting) > self._length:
@@ -73,27 +79,28 @@ class ScanQueue:
             self._node.get_logger().error(problem)
 
     def clear(self) -> None:
-        """Forget the scans that wait."""
+        """Forget those that wait."""
         self._waiting.clear()
 
-    def ready(self) -> Iterator[tuple[Scan, SE2]]:
-        """Yield each scan whose transforms are known, with `T_fixed_base` at its stamp."""
+    def ready(self) -> Iterator[tuple[T, SE2]]:
+        """Yield each whose transforms are known, with `T_fixed_base` at its stamp."""
         while self._waiting:
             message = self._waiting[0]
             stamp = seconds(message.header.stamp)
             try:
                 T_fixed_base = self._lookup(self._fixed_frame, self._base_frame, stamp)
-                T_base_sensor = self._lookup(self._base_frame, message.header.frame_id.lstrip("/"))
+                seen = self._read(message, message.header.frame_id.lstrip("/"))
             except TransformError as error:
                 if not self._passed(stamp):
                     return
                 self._drop(str(error))
                 continue
             self._waiting.popleft()
-            scan = scan_from_msg(message, T_base_sensor)
-            frame = message.header.frame_id.lstrip("/")
-            hangs = self._node.transforms.upside_down(self._base_frame, frame)
-            yield scan.mirrored() if hangs else scan, T_fixed_base
+            yield seen, T_fixed_base
+
+    def _read(self, message: Any, frame: str) -> T:
+        """Return what a message says, seen from the robot's base."""
+        raise NotImplementedError
 
     def _lookup(self, target: str, source: str, stamp: float | None = None) -> SE2:
         return self._node.transforms.lookup(target, source, stamp)
@@ -107,11 +114,31 @@ class ScanQueue:
         return newest > stamp
 
     def _drop(self, reason: str) -> None:
-        """Count a scan that is lost; the first, and each that starts another thousand, is told."""
+        """Count what is lost; the first, and each that starts another thousand, is told."""
         message = self._waiting.popleft()
         self.dropped += 1
         if self.dropped % _TELL_EVERY == 1:
             self._node.get_logger().warning(
-                f"{self.dropped} scans dropped so far; the last, of "
+                f"{self.dropped} {self._WHAT} dropped so far; the last, of "
                 f"{seconds(message.header.stamp):.3f} s, at {self._node.now:.3f} s: {reason}"
             )
+
+
+class ScanQueue(PosedQueue[Scan]):
+    """Laser scans."""
+
+    _WHAT = "scans"
+
+    def _read(self, message: Any, frame: str) -> Scan:
+        scan = scan_from_msg(message, self._lookup(self._base_frame, frame))
+        hangs = self._node.transforms.upside_down(self._base_frame, frame)
+        return scan.mirrored() if hangs else scan
+
+
+class CloudQueue(PosedQueue[Cloud]):
+    """Clouds of points."""
+
+    _WHAT = "clouds"
+
+    def _read(self, message: Any, frame: str) -> Cloud:
+        return cloud_from_msg(message, self._node.transforms.mount(self._base_frame, frame))

@@ -8,7 +8,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.checks.rules import transform_problem
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import se2_from_transform, seconds
+from arjuna_core.ros.convert import pose3_from_transform, se2_from_transform, seconds
 from arjuna_core.se2 import is_upside_down
 from arjuna_core.transforms import TransformBuffer, TransformError
 
@@ -52,4 +52,5 @@ class TransformListener:
                 se2_from_transform(item.transform),
                 static,
                 is_upside_down(rotation.x, rotation.y, rotation.z, rotation.w),
+                pose3_from_transform(item.transform),
             )

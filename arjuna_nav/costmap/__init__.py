@@ -11,6 +11,7 @@ from arjuna_nav.costmap.costmap import (
 )
 from arjuna_nav.costmap.layered import LayeredCostmap
 from arjuna_nav.costmap.layers import PlacedScan
+from arjuna_nav.costmap.voxels import PlacedCloud
 
 __all__ = [
     "FREE",
@@ -21,5 +22,6 @@ __all__ = [
     "Costmap",
     "CostmapConfig",
     "LayeredCostmap",
+    "PlacedCloud",
     "PlacedScan",
 ]

@@ -46,8 +46,20 @@ class SourceConfig:
 
 
 @dataclass(frozen=True)
+class CloudConfig(SourceConfig):
+    """One cloud of points the obstacle layer listens to; by its height too."""
+
+    topic: str = param("depth/points", "Topic of the cloud.", read_only=True)
+    data_type: str = param(
+        "PointCloud2", "Type of the data.", choices=("PointCloud2",), read_only=True
+    )
+    min_obstacle_height: float = param(0.0, "Lowest point that marks.", unit="m")
+    max_obstacle_height: float = param(2.0, "Highest point that marks.", unit="m")
+
+
+@dataclass(frozen=True)
 class ObstacleConfig:
-    """The layer that marks and clears what the scans see."""
+    """The layer that marks and clears what scans and clouds see."""
 
     plugin: str = param(
         "nav2_costmap_2d::ObstacleLayer",
@@ -56,8 +68,17 @@ class ObstacleConfig:
     )
     enabled: bool = param(True, "Whether the layer takes part.")
     footprint_clearing_enabled: bool = param(True, "Whether the robot's own place is set free.")
-    observation_sources: str = param("scan", "The sources.", choices=("scan",), read_only=True)
+    observation_sources: str = param(
+        "scan", "The sources.", choices=("scan", "cloud", "scan cloud"), read_only=True
+    )
     scan: SourceConfig = field(default_factory=SourceConfig)
+    cloud: CloudConfig = field(default_factory=CloudConfig)
+    origin_z: float = param(0.0, "Height of the lowest voxel of clouds.", unit="m")
+    z_resolution: float = param(0.2, "Height of a voxel.", unit="m", minimum=0.01)
+    z_voxels: int = param(10, "Voxels one above the other.", minimum=1, maximum=32)
+    mark_threshold: int = param(
+        0, "Marked voxels above a cell that is yet free.", minimum=0, maximum=32
+    )
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from arjuna_nav.costmap.costmap import FREE, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import Inflation, clearances, cost_at_distance
 from arjuna_nav.costmap.layers import ObstacleLayer, PlacedScan, interpret_map
+from arjuna_nav.costmap.voxels import PlacedCloud, VoxelLayer
 from arjuna_nav.costmap.window import Window, grown, joined, seen_in, whole
 
 
@@ -37,6 +38,9 @@ class LayeredCostmap:
         frame = _own_frame(config)
         self._map: NDArray[np.uint8] | None = None
         self._obstacles = ObstacleLayer(frame, config)
+        uses_clouds = "cloud" in config.obstacle_layer.observation_sources
+        self._voxels = VoxelLayer(frame, config) if uses_clouds else None
+        self._seen = [layer for layer in (self._obstacles, self._voxels) if layer is not None]
         self._inflation = self._make_inflation()
         self._stamp = 0.0
         self._changed: Window | None = None
@@ -66,24 +70,33 @@ class LayeredCostmap:
     def set_map(self, grid: OccupancyGrid) -> None:
         """Take a map; the costmap takes its size and place, and keeps the obstacles seen."""
         self._map = interpret_map(grid, self._config)
-        self._obstacles.move(grid.frame)
+        self._move(grid.frame)
         self._inflation = self._make_inflation()
         self._compose_all()
 
-    def update(self, T_global_base: SE2, now: float, scans: Sequence[PlacedScan]) -> None:
+    def update(
+        self,
+        T_global_base: SE2,
+        now: float,
+        scans: Sequence[PlacedScan],
+        clouds: Sequence[PlacedCloud] = (),
+    ) -> None:
         """Bring the costmap up to date.
 
         Args:
             T_global_base: Pose of the robot in the costmap's global frame.
             now: Time of the update [s].
             scans: What came since the last update, oldest first.
+            clouds: The same.
         """
         self._stamp = now
         before, changed = self._obstacles.frame, None
         if self._config.rolling_window:
-            self._obstacles.move(_rolled(before, T_global_base))
+            self._move(_rolled(before, T_global_base))
         if self._uses("obstacle_layer"):
             changed = self._obstacles.update(T_global_base, self.footprint, scans)
+        if self._voxels is not None and self._uses("obstacle_layer"):
+            changed = joined(changed, self._voxels.update(T_global_base, self.footprint, clouds))
         if self._obstacles.frame != before:
             self._compose_all()
         else:
@@ -91,18 +104,25 @@ class LayeredCostmap:
 
     def clear_entirely(self) -> None:
         """Forget all obstacles seen; the map stays."""
-        self._obstacles.clear()
+        for layer in self._seen:
+            layer.clear()
         self._compose_all()
 
     def clear_around(self, T_global_base: SE2, reset_distance: float) -> None:
         """Forget the obstacles in a square of edge `reset_distance` [m] round a pose."""
-        self._obstacles.clear(self._square(T_global_base, reset_distance))
+        for layer in self._seen:
+            layer.clear(self._square(T_global_base, reset_distance))
         self._compose_all()
 
     def clear_except(self, T_global_base: SE2, reset_distance: float) -> None:
         """Forget the obstacles outside a square of edge `reset_distance` [m] round a pose."""
-        self._obstacles.clear(self._square(T_global_base, reset_distance), outside=True)
+        for layer in self._seen:
+            layer.clear(self._square(T_global_base, reset_distance), outside=True)
         self._compose_all()
+
+    def _move(self, frame: GridFrame) -> None:
+        for layer in self._seen:
+            layer.move(frame)
 
     def _compose_all(self) -> None:
         """Make the whole costmap anew."""
@@ -133,7 +153,8 @@ class LayeredCostmap:
         if self._map is not None and self._uses("static_layer"):
             data[:] = self._map[window]
         if self._uses("obstacle_layer"):
-            self._obstacles.merge_into(data, window)
+            for layer in self._seen:
+                layer.merge_into(data, window)
         if self._uses("inflation_layer"):
             self._inflation.apply(data)
         return data

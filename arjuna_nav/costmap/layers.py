@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.raytrace import enter_scan, fill_polygon
 from arjuna_nav.costmap.window import Window, clipped, within
+
+T = TypeVar("T")
+C = TypeVar("C", np.uint8, np.uint32)
 
 
 @dataclass(frozen=True)
@@ -46,14 +50,12 @@ def interpret_map(grid: OccupancyGrid, config: CostmapConfig) -> NDArray[np.uint
     return np.select(states, [unknown, LETHAL], between).astype(np.uint8)
 
 
-class ObstacleLayer:
-    """Marks what scans hit and clears what their rays cross; marks stay until a ray clears them.
+class SeenLayer(Generic[T]):
+    """What sensors have seen on a grid; it stays until they see otherwise.
 
     Args:
         frame: Where the grid lies.
         config: The costmap's parameters.
-
-    Source: nav2_costmap_2d, obstacle layer.
     """
 
     def __init__(self, frame: GridFrame, config: CostmapConfig) -> None:
@@ -64,14 +66,7 @@ class ObstacleLayer:
 
     def move(self, frame: GridFrame) -> None:
         """Continue on another grid of the same resolution; what both cover is kept."""
-        if frame == self.frame:
-            return
-        old, self.data = self.data, np.full(frame.shape, self._untouched, dtype=np.uint8)
-        shift = self.frame.origin.inverse() @ frame.origin
-        row, column = (round(v / frame.resolution) for v in (shift.y, shift.x))
-        turned = abs(shift.theta) * max(frame.width, frame.height) > 0.5
-        if frame.resolution == self.frame.resolution and not turned:
-            _copy_overlap(old, self.data, row, column)
+        self.data = moved(self.data, self.frame, frame, self._untouched)
         self.frame = frame
 
     def clear(self, window: Window | None = None, outside: bool = False) -> None:
@@ -84,38 +79,6 @@ class ObstacleLayer:
         if kept is not None:
             self.data[window] = kept
 
-    def update(
-        self, T_global_base: SE2, footprint: Footprint, scans: Sequence[PlacedScan]
-    ) -> Window | None:
-        """Enter scans in order, then set the robot's own place free.
-
-        Returns:
-            The cells that have changed, at least; None where none has.
-        """
-        touched = self._touched(T_global_base, footprint, scans)
-        before = self.data[touched].copy()
-        for placed in scans:
-            self._enter(placed)
-        if self._config.footprint_clearing_enabled:
-            corners = self.frame.origin.inverse().apply(footprint.at(T_global_base))
-            fill_polygon(self.data, corners / self.frame.resolution, FREE)
-        return within(touched, self.data[touched] != before)
-
-    def _touched(
-        self, T_global_base: SE2, footprint: Footprint, scans: Sequence[PlacedScan]
-    ) -> Window:
-        """Return the cells that scans and the robot's own place can change."""
-        boxes = [(T_global_base, footprint.circumscribed_radius)]
-        for placed in scans:
-            limits = _limits(placed.scan, self._config.scan)
-            boxes.append((placed.T_global_base @ placed.scan.T_base_sensor, max(limits[3:])))
-        places = self.frame.origin.inverse().apply(np.array([(p.x, p.y) for p, _ in boxes]))
-        reach = np.array([[radius] for _, radius in boxes])
-        low, high = (places - reach).min(axis=0), (places + reach).max(axis=0)
-        x0, y0 = (math.floor(v / self.frame.resolution) - 1 for v in low.tolist())
-        x1, y1 = (math.ceil(v / self.frame.resolution) + 1 for v in high.tolist())
-        return clipped(y0, y1, x0, x1, self.data.shape)
-
     def merge_into(self, master: NDArray[np.uint8], window: Window) -> None:
         """Take the greater cost of both in a window; what either does not know is the other's."""
         own = self.data[window]
@@ -123,9 +86,57 @@ class ObstacleLayer:
         take = known & ((master == UNKNOWN) | (own > master))
         master[take] = own[take]
 
-    def _enter(self, placed: PlacedScan) -> None:
-        source, scan = self._config.scan, placed.scan
-        T_grid_sensor = self.frame.origin.inverse() @ placed.T_global_base @ scan.T_base_sensor
+    def update(self, T_global_base: SE2, footprint: Footprint, seen: Sequence[T]) -> Window | None:
+        """Enter what was seen in order, then set the robot's own place free.
+
+        Returns:
+            The cells that have changed, at least; None where none has.
+        """
+        near = (T_global_base, footprint.circumscribed_radius)
+        touched = self._window([near, *map(self._reach, seen)])
+        before = self.data[touched].copy()
+        for each in seen:
+            self._enter(each)
+        if self._config.footprint_clearing_enabled:
+            corners = self.frame.origin.inverse().apply(footprint.at(T_global_base))
+            self._free(corners / self.frame.resolution)
+        return within(touched, self.data[touched] != before)
+
+    def _reach(self, seen: T) -> tuple[SE2, float]:
+        """Return a place and how far about it what was seen can change cells [m]."""
+        raise NotImplementedError
+
+    def _enter(self, seen: T) -> None:
+        """Mark and clear."""
+        raise NotImplementedError
+
+    def _free(self, corners: NDArray[np.float64]) -> None:
+        """Set the cells within a polygon free, `(N, 2)` x, y in cells."""
+        fill_polygon(self.data, corners, FREE)
+
+    def _window(self, boxes: Sequence[tuple[SE2, float]]) -> Window:
+        """Return the cells within given distances of places [m]."""
+        places = self.frame.origin.inverse().apply(np.array([(p.x, p.y) for p, _ in boxes]))
+        reach = np.array([[radius] for _, radius in boxes])
+        low, high = (places - reach).min(axis=0), (places + reach).max(axis=0)
+        x0, y0 = (math.floor(v / self.frame.resolution) - 1 for v in low.tolist())
+        x1, y1 = (math.ceil(v / self.frame.resolution) + 1 for v in high.tolist())
+        return clipped(y0, y1, x0, x1, self.data.shape)
+
+
+class ObstacleLayer(SeenLayer[PlacedScan]):
+    """Marks what scans hit and clears what their rays cross; marks stay until a ray clears them.
+
+    Source: nav2_costmap_2d, obstacle layer.
+    """
+
+    def _reach(self, seen: PlacedScan) -> tuple[SE2, float]:
+        limits = _limits(seen.scan, self._config.scan)
+        return seen.T_global_base @ seen.scan.T_base_sensor, max(limits[3:])
+
+    def _enter(self, seen: PlacedScan) -> None:
+        source, scan = self._config.scan, seen.scan
+        T_grid_sensor = self.frame.origin.inverse() @ seen.T_global_base @ scan.T_base_sensor
         enter_scan(
             self.data,
             T_grid_sensor.array() / (self.frame.resolution, self.frame.resolution, 1.0),
@@ -150,7 +161,27 @@ def _limits(scan: Scan, source: SourceConfig) -> tuple[float, ...]:
     )
 
 
-def _copy_overlap(old: NDArray[np.uint8], new: NDArray[np.uint8], row: int, column: int) -> None:
+def moved(data: NDArray[C], old: GridFrame, new: GridFrame, fill: int) -> NDArray[C]:
+    """Return what a grid holds on another of the same resolution, where both cover it.
+
+    Args:
+        data: `(height, width)`; returned itself where the grids are the same.
+        old: Where it lies.
+        new: Where the result lies.
+        fill: What else the result holds.
+    """
+    if new == old:
+        return data
+    result = np.full(new.shape, fill, dtype=data.dtype)
+    shift = old.origin.inverse() @ new.origin
+    row, column = (round(v / new.resolution) for v in (shift.y, shift.x))
+    turned = abs(shift.theta) * max(new.width, new.height) > 0.5
+    if new.resolution == old.resolution and not turned:
+        _copy_overlap(data, result, row, column)
+    return result
+
+
+def _copy_overlap(old: NDArray[C], new: NDArray[C], row: int, column: int) -> None:
     """Copy what lies in both, where `new[0, 0]` lies at `old[row, column]`."""
     rows = slice(max(row, 0), min(row + new.shape[0], old.shape[0]))
     columns = slice(max(column, 0), min(column + new.shape[1], old.shape[1]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -82,11 +83,11 @@ def _clear_ray(
 
 
 @njit(cache=True)
-def fill_polygon(data: NDArray[np.uint8], corners: NDArray[np.float64], value: int) -> None:
+def fill_polygon(data: NDArray[Any], corners: NDArray[np.float64], value: int) -> None:
     """Set the cells whose centres lie in a polygon, in place.
 
     Args:
-        data: `(height, width) uint8`.
+        data: `(height, width)`, of any whole numbers.
         corners: `(N, 2)` x, y in cells.
         value: What to write.
 

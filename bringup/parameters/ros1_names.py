@@ -59,10 +59,10 @@ max_obstacle_height -
 min_obstacle_height -
 unknown_cost_value -
 unknown_threshold -
-mark_threshold -
-origin_z -
-z_resolution -
-z_voxels -
+mark_threshold obstacle_layer.mark_threshold
+origin_z obstacle_layer.origin_z
+z_resolution obstacle_layer.z_resolution
+z_voxels obstacle_layer.z_voxels
 always_send_full_costmap -
 publish_voxel_map -
 inflation_radius inflation_layer.inflation_radius

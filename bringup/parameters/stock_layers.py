@@ -13,6 +13,7 @@ _OURS = {
     "nav2_costmap_2d::VoxelLayer": "obstacle_layer",
     "nav2_costmap_2d::InflationLayer": "inflation_layer",
 }
+_SOURCES = {"LaserScan": "scan", "PointCloud2": "cloud"}
 _CLASSES = {ours: theirs for theirs, ours in reversed(_OURS.items())}
 
 
@@ -49,20 +50,21 @@ def layers_as_ours(given: dict[str, Any], below: dict[str, Any]) -> dict[str, An
 
 
 def _source_as_ours(given: dict[str, Any]) -> dict[str, Any]:
-    """Return values in which the first source of scans is called `scan`."""
+    """Return values in which the first source of a type is called as ours of that type."""
     sources = str(given.get("obstacle_layer.observation_sources", "")).split()
-    scans = [s for s in sources if _type_of(given, s) == "LaserScan"]
     if not sources:
         return given
-    first = scans[0] if scans else None
+    types = {source: _type_of(given, source) for source in reversed(sources)}
+    first = {kind: source for source, kind in types.items()}
+    ours = {first[kind]: name for kind, name in _SOURCES.items() if kind in first}
     values = {}
     for key, value in given.items():
         layer, _, rest = key.partition(".")
         source, dot, name = rest.partition(".")
-        if layer == "obstacle_layer" and dot and source == first:
-            key = f"obstacle_layer.scan.{name}"
+        if layer == "obstacle_layer" and dot and source in ours:
+            key = f"obstacle_layer.{ours[source]}.{name}"
         values[key] = value
-    values["obstacle_layer.observation_sources"] = "scan"
+    values["obstacle_layer.observation_sources"] = " ".join(ours.values()) or "scan"
     return values
 
 

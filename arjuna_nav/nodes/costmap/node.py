@@ -7,17 +7,18 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import Polygon
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import LaserScan, PointCloud2
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.scan_queue import ScanQueue
+from arjuna_core.ros.scan_queue import CloudQueue, ScanQueue
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedScan
+from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedCloud, PlacedScan
+from arjuna_nav.costmap.config import ObstacleConfig
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.messages import points_from_polygon
 from arjuna_nav.nodes.costmap.output import CostmapOutput
@@ -40,17 +41,15 @@ class CostmapNode(ManagedNode):
         self._map: OccupancyGrid | None = None
         self._updated_at = self._scanned_at = -np.inf
         self._problem = "it is not active"
-        self._scans = ScanQueue(
-            self, config.global_frame, config.robot_base_frame, _QUEUE, "robot_base_frame"
-        )
+        queue = config.global_frame, config.robot_base_frame, _QUEUE, "robot_base_frame"
+        self._scans, self._clouds = ScanQueue(self, *queue), CloudQueue(self, *queue)
         if "static_layer" in config.plugins:
             topic = config.static_layer.map_topic or config.map_topic
             self.subscribe(
                 OccupancyGridMsg, _absolute(topic), self._on_map, qos.LATCHED, while_inactive=True
             )
         if "obstacle_layer" in config.plugins:
-            topic = config.obstacle_layer.scan.topic
-            self.subscribe(LaserScan, _absolute(topic), self._scans.add, qos.SENSOR_SUBSCRIPTION)
+            self._listen(config.obstacle_layer)
         self._output = CostmapOutput(self)
         self.subscribe(Polygon, "footprint", self._on_footprint, qos.DEFAULT)
         CostmapServices(self, self)
@@ -60,6 +59,13 @@ class CostmapNode(ManagedNode):
                 1.0 / config.publish_frequency,
                 lambda: self._output.publish(self.layered, self._updated_at),
             )
+
+    def _listen(self, layer: ObstacleConfig) -> None:
+        kinds = {"scan": (LaserScan, self._scans.add), "cloud": (PointCloud2, self._clouds.add)}
+        for source in layer.observation_sources.split():
+            kind, add = kinds[source]
+            topic = _absolute(getattr(layer, source).topic)
+            self.subscribe(kind, topic, add, qos.SENSOR_SUBSCRIPTION)
 
     def current(self, timeout: float) -> Costmap | None:
         """Return the costs, or None if they were not updated within a timeout [s]."""
@@ -88,6 +94,7 @@ class CostmapNode(ManagedNode):
     def activate(self) -> None:
         """Start from what is seen from now on."""
         self._scans.clear()
+        self._clouds.clear()
         self._updated_at = -np.inf
         self._output.reset()
         self._scanned_at, self._problem = self.now, "no update was due yet"
@@ -124,13 +131,14 @@ class CostmapNode(ManagedNode):
 
     def _update(self) -> None:
         scans = [PlacedScan(scan, T) for scan, T in self._scans.ready()]
+        clouds = [PlacedCloud(cloud, T) for cloud, T in self._clouds.ready()]
         if scans:
             self._scanned_at = self.now
         if not self.layered.has_map:
             self._problem = "no map has come"
             return
         try:
-            self.layered.update(self.robot_pose(), self.now, scans)
+            self.layered.update(self.robot_pose(), self.now, scans, clouds)
         except TransformError as error:
             self._problem = str(error)
             return
@@ -143,7 +151,9 @@ class CostmapNode(ManagedNode):
         """Whether the scanner has been silent for longer than is borne."""
         config = self.config
         borne = config.obstacle_layer.scan.expected_update_rate
-        used = "obstacle_layer" in config.plugins and config.obstacle_layer.enabled
+        layer = config.obstacle_layer
+        used = "obstacle_layer" in config.plugins and layer.enabled
+        used = used and "scan" in layer.observation_sources
         return used and 0.0 < borne < self.now - self._scanned_at
 
     def _silence(self) -> str:

@@ -63,7 +63,7 @@ def test_nothing_is_kept_of_a_plugin_that_the_file_replaces(tmp_path: Path) -> N
     assert not [key for key in kept if key.startswith("FollowPath.")]
 
 
-def test_a_source_of_scans_may_have_any_name(tmp_path: Path) -> None:
+def test_a_source_may_have_any_name(tmp_path: Path) -> None:
     text = """
 local_costmap: {local_costmap: {ros__parameters: {plugins: [seen, grown],
   seen: {plugin: "nav2_costmap_2d/ObstacleLayer", observation_sources: cloud front,
@@ -73,6 +73,8 @@ local_costmap: {local_costmap: {ros__parameters: {plugins: [seen, grown],
     assert problems_in(written(tmp_path, text)) == []
     values = understood(tmp_path, text).parameters["local_costmap/local_costmap"]
     assert values["obstacle_layer.scan.topic"] == "/front"
+    assert values["obstacle_layer.cloud.topic"] == "/points"
+    assert values["obstacle_layer.observation_sources"] == "scan cloud"
     assert values["inflation_layer.inflation_radius"] == 0.4
 
 

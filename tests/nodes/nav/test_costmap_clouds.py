@@ -1,0 +1,72 @@
+"""Costmap nodes that listen to a depth camera beside the lidar."""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from sensor_msgs.msg import PointCloud2, PointField
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import header
+from bringup.stack import LOCAL_COSTMAP
+from tests.helpers.nav.costmaps import FREE, LETHAL, LOCAL, cost
+from tests.helpers.nav.navigation import PlayedRobot
+
+pytestmark = pytest.mark.ros
+HEIGHT, TABLE = 0.5, 0.7  # of the camera and of a table [m]
+FIELDS = [PointField(name=n, offset=4 * k, datatype=7, count=1) for k, n in enumerate("xyz")]
+
+
+@pytest.fixture
+def robot() -> Iterator[PlayedRobot]:
+    sources = {
+        "obstacle_layer.observation_sources": "scan cloud",
+        "obstacle_layer.cloud.topic": "/camera/points",
+        "obstacle_layer.cloud.min_obstacle_height": 0.1,
+    }
+    robot = PlayedRobot({f"{LOCAL}/{LOCAL}": sources})
+    optical = TransformStamped(child_frame_id="eye", header=header("base_link", 0.0))
+    optical.transform.translation = Vector3(x=0.0, y=0.0, z=HEIGHT)
+    optical.transform.rotation = Quaternion(x=-0.5, y=0.5, z=-0.5, w=0.5)  # z looks ahead
+    robot.bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[optical]), qos.TF_STATIC)
+    robot.bring_up(LOCAL_COSTMAP)
+    robot.send_map()
+    robot.run(1.0)
+    yield robot
+    robot.close()
+
+
+def see(robot: PlayedRobot, ahead: float, height: float, **layout: int) -> None:
+    """Send a cloud of one point so far ahead, so high above the ground [m]."""
+    point = np.array([0.0, HEIGHT - height, ahead], np.float32)
+    size = {"height": 1, "width": 1, "point_step": 12, "row_step": 12, **layout}
+    data = array.array("B", point.tobytes())
+    stamped = header("eye", robot.now)
+    cloud = PointCloud2(header=stamped, fields=FIELDS, data=data, is_dense=True, **size)
+    robot.bench.publish(PointCloud2, "/camera/points", cloud, qos.SENSOR_PUBLISHER)
+    robot.run(0.6)
+
+
+def test_a_table_is_marked_until_it_is_seen_to_be_gone(robot: PlayedRobot) -> None:
+    assert cost(robot, LOCAL, 1.02, 0.02) == FREE
+    see(robot, 1.02, TABLE)
+    assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL
+    see(robot, 1.4, 0.0)  # the floor, seen below the table
+    assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL
+    see(robot, 1.4, TABLE + 0.05)
+    assert cost(robot, LOCAL, 1.02, 0.02) < LETHAL
+
+
+def test_a_cloud_whose_layout_cannot_be_is_refused(robot: PlayedRobot) -> None:
+    see(robot, 1.02, TABLE, width=2**20)
+    assert cost(robot, LOCAL, 1.02, 0.02) == FREE
+    see(robot, 1.02, TABLE)
+    assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL
