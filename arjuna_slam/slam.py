@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -204,7 +205,12 @@ class Slam(PoseTracker):
         delta = self._odometry.motion_to(T_odom_base)
         prior, information = self._T_anchor_base @ delta, self._information(delta)
         return self._tracker.locate(
-            self._local.reference.field, surface, prior, information, search
+            self._local.reference.field,
+            surface,
+            prior,
+            information,
+            math.hypot(delta.x, delta.y),
+            search,
         )
 
     def _information(self, delta: SE2) -> NDArray[np.float64]:

@@ -27,6 +27,8 @@ _ALIGNED_MIN, _ALIGNED_FULL = 0.3, 0.7  # how well its normals agree; a thin wal
 _FACING_MIN, _FACING_FULL = 0.3, 0.7  # cosine between the point's normal and the reference's
 _ASKEW = math.cos(0.3)  # between a wall's direction and what a normal's noise may make of it
 _DEGENERATE = 0.1  # share of the best seen direction below which another is looked at closely
+_DOUBTED = 3.0  # deviations from which odometry is doubted
+_ONE_THING = 4.0  # how much more odometry counts along a direction that few points see
 _WHOLE_STEPS = 10  # after so many, steps are halved, so that a cycle comes to rest
 _STEP_DONE = 1e-4  # [m, rad]
 _STEP_CLOSE = 3e-3  # [m, rad]; a cycle no larger than this counts as converged
@@ -213,7 +215,8 @@ def refine(
         normals: Theirs, `(N, 2) float64`, zero where unknown; None for none.
         start: Pose to start from, `(3,) float64`.
         prior: Pose that the prior information is about, `(3,) float64`.
-        prior_information: `(3, 3) float64`.
+        prior_information: `(3, 3) float64`; where the field has planes it is odometry's, which is
+            doubted where it is far off and counts for more where little else is seen.
         scales: Of the Geman-McClure weight in each step, `(K,) float64` [m]; the last ones alike.
         deviation: Of a distance [m].
 
@@ -232,14 +235,42 @@ def refine(
         h /= deviation * deviation
         error = pose - prior
         error[2] = (error[2] + math.pi) % (2.0 * math.pi) - math.pi
-        pull = g / (deviation * deviation) + prior_information @ error
-        delta = solve(h + prior_information, -pull)
+        held = prior_information if planes is None else _held(prior_information, h, error)
+        pull = g / (deviation * deviation) + held @ error
+        delta = solve(h + held, -pull)
         if done > _WHOLE_STEPS:
             delta *= 0.5
         pose += delta
         step = np.abs(delta).max()
         done += 1
     return pose, h, total, square / max(total, 1e-12), done if step < _STEP_CLOSE else -1
+
+
+@njit(cache=True)
+def _held(
+    information: NDArray[np.float64], h: NDArray[np.float64], error: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return what odometry is taken to know.
+
+    A wheel that slips is off by many deviations. And where all points but a few see one direction,
+    those few are the corner of one thing, with one error: across, they count for less.
+    """
+    held = information / (1.0 + error @ information @ error / _DOUBTED**2)
+    half = 0.5 * (h[0, 0] - h[1, 1])
+    spread = math.hypot(half, h[0, 1])
+    mean = 0.5 * (h[0, 0] + h[1, 1])
+    if mean - spread >= _DEGENERATE * (mean + spread):
+        return held
+    angle = 0.5 * math.atan2(-h[0, 1], -half)
+    u, v = math.cos(angle), math.sin(angle)
+    known = u * u * held[0, 0] + 2.0 * u * v * held[0, 1] + v * v * held[1, 1]
+    seen = (mean - spread) / (_DEGENERATE * (mean + spread))
+    more = _ONE_THING * (1.0 - seen) * known
+    held[0, 0] += more * u * u
+    held[0, 1] += more * u * v
+    held[1, 0] += more * u * v
+    held[1, 1] += more * v * v
+    return held
 
 
 @njit(cache=True)
