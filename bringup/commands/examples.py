@@ -33,7 +33,12 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "doctor": ("doctor", "doctor --json"),
     "top": ("top",),
     "tf": ("tf", "tf --picture frames.png"),
-    "params": ("params dump", "params check my.yaml", "params diff my.yaml"),
+    "params": (
+        "params dump",
+        "params check my.yaml",
+        "params diff my.yaml",
+        "params convert amcl.launch",
+    ),
     "entity": (
         "entity list",
         "entity spawn crate box:0.5,0.5,0.5 --at 2 0",

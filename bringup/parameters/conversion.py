@@ -13,7 +13,9 @@ from arjuna_core.files.yaml_file import read_yaml
 from bringup.parameters.composition import problems_of
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
 from bringup.parameters.inputs import all_nodes
+from bringup.parameters.launch_file import LaunchFile, is_launch_file
 from bringup.parameters.ros1 import convert
+from bringup.parameters.ros1_names import SECTIONS, TOPICS
 from bringup.parameters.stock import understand
 
 
@@ -32,26 +34,44 @@ class Conversion(NamedTuple):
 
 
 def converted(path: Path) -> Conversion:
-    """Return a ROS 1 or ROS 2 parameter file by our names.
+    """Return a ROS 1 or ROS 2 parameter file, or a launch file of ROS 1, by our names.
 
     Raises:
-        InputFileError: It is no YAML, or not of names and values.
+        InputFileError: It is none of these, or not of names and values.
     """
-    document = read_yaml(path)
-    if not isinstance(document, Mapping):
-        raise InputFileError(path, f"expected names and values, got {document!r}")
-    notes: list[str] = []
-    problems: list[str] = []
-    if _is_ros2(document):
-        given = load_parameters([path])
-    else:
-        given, notes, problems = convert(document)
+    given, notes, problems = _given(path)
     understood = understand(given, {}, all_nodes())
     problems = [*problems, *understood.problems]
     specs = [spec for spec in all_nodes() if spec.name in understood.parameters]
     whole = understand(understood.parameters, shipped_parameters(), all_nodes()).parameters
     problems += problems_of(whole, specs, [spec.name for spec in all_nodes()])
     return Conversion(_as_text(understood.parameters), [*notes, *understood.notes], problems)
+
+
+def _given(path: Path) -> tuple[Parameters, list[str], list[str]]:
+    """Return what a file sets, what has no meaning here, and what nobody knows."""
+    if is_launch_file(path):
+        launch = LaunchFile(path)
+        parameters, without, unknown = convert(launch.document)
+        without += _rename_topics(parameters, launch.topics)
+        return parameters, [*launch.notes, *without], unknown
+    document = read_yaml(path)
+    if not isinstance(document, Mapping):
+        raise InputFileError(path, f"expected names and values, got {document!r}")
+    return (load_parameters([path]), [], []) if _is_ros2(document) else convert(document)
+
+
+def _rename_topics(parameters: Parameters, topics: Mapping[str, Mapping[str, str]]) -> list[str]:
+    """Put new names of topics into parameters; return those that have none for it."""
+    notes = []
+    for section, names in topics.items():
+        for old, new in names.items():
+            places = TOPICS.get((SECTIONS[section], old.strip("/")), ())
+            for node, key in places:
+                parameters.setdefault(node, {})[key] = new
+            if not places:
+                notes.append(f"{section}: remap from {old} to {new}")
+    return notes
 
 
 def _is_ros2(document: Mapping[str, Any]) -> bool:

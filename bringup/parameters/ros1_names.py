@@ -248,6 +248,19 @@ SECTIONS = {
     **{name: name for name in TABLES},
 }
 """Which table a section of a file is of."""
+TOPICS = {
+    ("amcl", "scan"): (("amcl", "scan_topic"),),
+    ("gmapping", "scan"): (("slam_toolbox", "scan_topic"),),
+    ("move_base", "odom"): (
+        ("bt_navigator", "odom_topic"),
+        ("controller_server", "odom_topic"),
+    ),
+    ("move_base", "cmd_vel"): (
+        ("controller_server", "cmd_vel_topic"),
+        ("behavior_server", "cmd_vel_topic"),
+    ),
+}
+"""Our parameters for a topic that a launch file renames, by section and its old name."""
 CLASSES = {
     "dwa_local_planner/DWAPlannerROS": "dwb_core::DWBLocalPlanner",
     "base_local_planner/TrajectoryPlannerROS": "dwb_core::DWBLocalPlanner",

@@ -60,7 +60,12 @@ BRINGUP_WITHOUT_ROS = (
         "client/avoidance.py",
         "client/waypoints.py",
     ),
-    *("parameters/files.py", "parameters/robot_options.py", "viewing/pictures.py"),
+    *(
+        "parameters/launch_file.py",
+        "parameters/files.py",
+        "parameters/robot_options.py",
+        "viewing/pictures.py",
+    ),
     *("client/waypoints.py", "viewing/drawing/"),
     *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/restart.py"),
     *("recording/bags/", "recording/loss.py", "recording/playback.py", "recording/selection.py"),

@@ -22,7 +22,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     check = actions.add_parser("check", help="everything that is wrong with a file")
     check.add_argument("file", type=Path, metavar="FILE")
-    convert = actions.add_parser("convert", help="a ROS 1 or Nav2 file by the names used here")
+    convert = actions.add_parser(
+        "convert", help="a ROS 1 or Nav2 file, or a ROS 1 launch file, by the names used here"
+    )
     convert.add_argument("file", type=Path, metavar="FILE")
     diff = actions.add_parser("diff", help="where a file differs from the shipped values")
     diff.add_argument("file", type=Path, metavar="A")

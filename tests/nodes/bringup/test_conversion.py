@@ -161,3 +161,27 @@ def test_the_page_has_every_name() -> None:
         for old, ours in targets(section).items():
             row = ", ".join(f"`{node}` `{name}`" for node, name in ours) or "-"
             assert f"| `{old}` | {row} |\n" in page, f"{section}: {old}"
+
+
+def test_a_launch_file_becomes_one_that_loads(tmp_path: Path) -> None:
+    path = tmp_path / "amcl.launch"
+    path.write_text(
+        """<launch><node pkg="amcl" type="amcl" name="amcl">
+          <remap from="scan" to="robot/laser/scan"/><remap from="map" to="plan"/>
+          <param name="odom_alpha1" value="0.02"/><param name="gui_publish_rate" value="10"/>
+        </node><node pkg="move_base" type="move_base" name="move_base">
+          <remap from="cmd_vel" to="robot/cmd_vel"/>
+          <rosparam>TrajectoryPlannerROS: {max_vel_x: 0.45}</rosparam>
+        </node></launch>""",
+        encoding="utf-8",
+    )
+    result = converted(path)
+    assert result.problems == []
+    assert result.notes == ["amcl: gui_publish_rate", "amcl: remap from map to plan"]
+    ours = tmp_path / "ours.yaml"
+    ours.write_text(result.text, encoding="utf-8")
+    assert problems_in(ours) == []
+    loaded = load_parameters([ours])
+    assert loaded["amcl"] == {"alpha1": 0.02, "scan_topic": "robot/laser/scan"}
+    assert loaded["behavior_server"] == {"cmd_vel_topic": "robot/cmd_vel"}
+    assert loaded["controller_server"]["FollowPath.max_vel_x"] == 0.45

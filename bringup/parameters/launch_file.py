@@ -1,0 +1,267 @@
+"""ROS 1's launch files: the parameters that their nodes get, as one document of sections.
+
+The XML of roslaunch, http://wiki.ros.org/roslaunch/XML: `node`, `param`, `rosparam`, `remap`,
+`arg`, `group` and `include`, with `$(arg)`, `$(find)`, `$(dirname)`, `$(env)` and `$(optenv)`.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
+
+import yaml
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import ParseError, fromstring
+
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.yaml_file import plain, read_yaml
+from bringup.parameters.ros1_names import SECTIONS
+
+_LARGEST = 2**20  # [bytes]
+_DEEPEST = 10  # files that include each other
+_SUBSTITUTION = re.compile(r"\$\((\w+)\s*([^()]*)\)")
+# Among a node's arguments: a new name, a parameter (_), or what roslaunch itself means (__).
+_GIVEN = re.compile(r"^/?(?P<private>_*)(?P<name>\w+):=(?P<value>\S+)$")
+_NO = ("false", "0")
+
+
+class LaunchFile:
+    """What a launch file and those that it includes set.
+
+    Args:
+        path: The file.
+
+    Attributes:
+        document: Parameters by section: `{"amcl": {...}, "move_base": {"DWAPlannerROS": {...}}}`.
+        topics: New names of topics by section: `{"amcl": {"scan": "robot/laser/scan"}}`.
+        notes: What could not be followed, a line each.
+
+    Raises:
+        InputFileError: The file, or one that it includes or loads, cannot be used.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.document: dict[str, Any] = {}
+        self.topics: dict[str, dict[str, str]] = {}
+        self.notes: list[str] = []
+        _Reading(self, path, {}, ()).run()
+
+
+def is_launch_file(path: Path) -> bool:
+    """Tell whether a file is XML, not YAML."""
+    try:
+        with path.open("rb") as file:
+            return file.read(_LARGEST).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
+    except OSError:
+        return False
+
+
+class _Unknown(Exception):
+    """A substitution whose value is not known; its text says which."""
+
+
+class _Reading:
+    """One file being read.
+
+    Args:
+        into: What is found.
+        path: The file.
+        arguments: Values of its arguments that who includes it gives.
+        above: The files that include it.
+    """
+
+    def __init__(
+        self, into: LaunchFile, path: Path, arguments: Mapping[str, str], above: tuple[Path, ...]
+    ) -> None:
+        self._into, self._path, self._above = into, path, above
+        self._given, self._arguments = arguments, dict(arguments)
+
+    def run(self) -> None:
+        """Read it."""
+        if len(self._above) >= _DEEPEST:
+            raise InputFileError(self._path, f"is included {_DEEPEST} files deep")
+        root = self._root()
+        if root.tag != "launch":
+            raise InputFileError(self._path, f"is XML of <{root.tag}>; valid: <launch>, or YAML")
+        self._take_all(root, ())
+
+    def _root(self) -> Element:
+        try:
+            data = self._path.read_bytes()
+        except OSError as error:
+            raise InputFileError(self._path, f"cannot be read: {error.strerror}") from error
+        if len(data) > _LARGEST:
+            raise InputFileError(self._path, f"has {len(data)} bytes; at most {_LARGEST} are valid")
+        try:
+            root: Element = fromstring(data, forbid_dtd=True)
+        except (ParseError, DefusedXmlException, ValueError) as error:
+            raise InputFileError(self._path, f"is no XML: {error}") from error
+        return root
+
+    def _take_all(self, parent: Element, place: tuple[str, ...]) -> None:
+        """Take what stands below an element, whose names are of a place: node and sections."""
+        for child in parent:
+            try:
+                if self._chosen(child):
+                    self._take(child, place)
+            except _Unknown as unknown:
+                self._into.notes.append(f"{self._path.name}: <{child.tag}>: {unknown}")
+
+    def _take(self, element: Element, place: tuple[str, ...]) -> None:
+        if element.tag == "arg":
+            self._take_argument(element)
+        elif element.tag == "group":
+            self._take_all(element, (*place, *self._section(element, "ns")))
+        elif element.tag == "node":
+            self._take_node(element)
+        elif element.tag == "param" and "value" in element.attrib:
+            name = (*place, *self._words(element, "name"))
+            self._put(name, _typed(self._value(element, "value"), element.get("type", "auto")))
+        elif element.tag == "rosparam":
+            self._take_file(element, (*place, *self._words(element, "ns")))
+        elif element.tag == "remap":
+            self._take_new_name(element, place)
+        elif element.tag == "include":
+            self._include(element)
+
+    def _take_argument(self, element: Element) -> None:
+        name = element.get("name", "")
+        for key in ("value", "default"):
+            if key in element.attrib and name not in self._given:
+                self._arguments[name] = self._value(element, key)
+
+    def _take_node(self, element: Element) -> None:
+        """Take a node that is one of those we know; what others get is none of ours."""
+        section = element.get("type", "")
+        if section not in SECTIONS:
+            return
+        for word in self._value(element, "args").split():
+            match = _GIVEN.match(word)
+            if match and match["private"] == "_":
+                self._put((section, match["name"]), _typed(match["value"], "auto"))
+            elif match and not match["private"]:
+                self._into.topics.setdefault(section, {})[match["name"]] = match["value"]
+        self._take_all(element, (section,))
+
+    def _take_new_name(self, element: Element, place: tuple[str, ...]) -> None:
+        old, new = self._value(element, "from"), self._value(element, "to")
+        if place:
+            self._into.topics.setdefault(place[0], {})[old] = new
+        else:
+            self._into.notes.append(f"{self._path.name}: <remap> of {old} to {new}, of no one node")
+
+    def _take_file(self, element: Element, place: tuple[str, ...]) -> None:
+        """Take a YAML file that is loaded, or the YAML that stands in its place."""
+        if element.get("command", "load") != "load":
+            return
+        if "file" in element.attrib:
+            path = self._named_file(element)
+            content = read_yaml(path)
+        else:
+            path, text = self._path, element.text or ""
+            subst = element.get("subst_value") in ("true", "True", "1")
+            content = _yaml(self._path, self._replaced(text) if subst else text)
+        place = (*place, *self._words(element, "param"))
+        if content is None:
+            return
+        if not isinstance(content, Mapping) and "param" not in element.attrib:
+            raise InputFileError(path, f"expected names and values, got {content!r}")
+        self._put(place, content)
+
+    def _include(self, element: Element) -> None:
+        path = self._named_file(element)
+        given = {
+            child.get("name", ""): self._value(
+                child, "value" if "value" in child.attrib else "default"
+            )
+            for child in element
+            if child.tag == "arg"
+        }
+        passed = {**self._arguments, **given} if element.get("pass_all_args") == "true" else given
+        _Reading(self._into, path, passed, (*self._above, self._path)).run()
+
+    def _named_file(self, element: Element) -> Path:
+        path = self._path.parent / self._value(element, "file")
+        if not path.is_file():
+            raise _Unknown(f"there is no file {path}")
+        return path
+
+    def _put(self, place: tuple[str, ...], value: Any) -> None:
+        """Put a value, or a mapping of them, where it belongs; later ones win."""
+        document = self._into.document
+        for name in place[:-1]:
+            below = document.setdefault(name, {})
+            if not isinstance(below, dict):
+                below = document[name] = {}
+            document = below
+        if isinstance(value, Mapping):
+            for key, item in value.items():
+                self._put((*place, *_split(str(key))), item)
+        elif place:
+            document[place[-1]] = value
+
+    def _section(self, element: Element, attribute: str) -> tuple[str, ...]:
+        """Return the sections in a name; those of a robot's namespace are none."""
+        return tuple(word for word in self._words(element, attribute) if word in SECTIONS)
+
+    def _words(self, element: Element, attribute: str) -> tuple[str, ...]:
+        return _split(self._value(element, attribute))
+
+    def _chosen(self, element: Element) -> bool:
+        """Tell whether an element's `if` and `unless` let it be."""
+        wanted = "if" not in element.attrib or self._value(element, "if").lower() not in _NO
+        return wanted and (
+            "unless" not in element.attrib or self._value(element, "unless").lower() in _NO
+        )
+
+    def _value(self, element: Element, attribute: str) -> str:
+        return self._replaced(element.get(attribute, ""))
+
+    def _replaced(self, text: str) -> str:
+        return _SUBSTITUTION.sub(self._substitute, text)
+
+    def _substitute(self, match: re.Match[str]) -> str:
+        kind, name = match[1], match[2].strip()
+        variable, _, otherwise = name.partition(" ")
+        if kind == "arg" and name in self._arguments:
+            return self._arguments[name]
+        if kind == "dirname":
+            return str(self._path.parent)
+        if kind == "optenv" or (kind == "env" and variable in os.environ):
+            return os.environ.get(variable, otherwise.strip())
+        if kind == "find" and (folder := _package(self._path, name)) is not None:
+            return str(folder)
+        raise _Unknown(f"the value of {match[0]} is not known")
+
+
+def _package(beside: Path, name: str) -> Path | None:
+    from arjuna_sim.files.search_path import SearchPath
+
+    return SearchPath.of().package(beside.resolve(), name)
+
+
+def _split(name: str) -> tuple[str, ...]:
+    """Return the parts of a parameter's name, `~` and slashes left out."""
+    return tuple(part for part in name.lstrip("~").split("/") if part)
+
+
+def _typed(text: str, kind: str) -> Any:
+    """Return a `param`'s value as roslaunch takes it."""
+    if kind in ("str", "string"):
+        return text
+    try:
+        value = plain(text)
+    except yaml.YAMLError:
+        return text
+    return value if isinstance(value, bool | int | float) else text
+
+
+def _yaml(path: Path, text: str) -> Any:
+    try:
+        return plain(text)
+    except yaml.YAMLError as error:
+        raise InputFileError(path, f"holds a <rosparam> that is no YAML: {error}") from error
