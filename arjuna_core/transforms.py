@@ -140,7 +140,8 @@ class TransformBuffer:
             return ""
         instead = self.base_below(fixed)
         cure = (
-            f"'{fixed}' carries '{instead}'; set {parameter}: {instead}"
+            f"'{fixed}' carries '{instead}'; set {parameter}: {instead}, or start it with"
+            f" --base-frame {instead}"
             if instead is not None
             else f"nothing moves in '{fixed}' either: is odometry's transform on /tf?"
         )

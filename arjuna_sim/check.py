@@ -201,8 +201,10 @@ def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[st
     yield f"    speed {_or_none(drive.max_velocity)} m/s, rate {_or_none(drive.rate)} Hz"
     stamped = " (TwistStamped)" if drive.stamped else ""
     yield f"    commands on {drive.command_topic}{stamped}, odometry on {drive.odometry_topic}"
-    base, source = drive.base_frame or root, "the world" if drive.from_world else "the encoders"
-    yield f"    odometry of {source}, {drive.odometry_frame} -> {base}"
+    source = "the world" if drive.from_world else "the encoders"
+    named = drive.base_frame not in ("", root)
+    other = f" (its root link; the file says {drive.base_frame})" if named else ""
+    yield f"    odometry of {source}, {drive.odometry_frame} -> {root}{other}"
     yield f"    publishes: {', '.join(drive.publishes) or 'nothing'}"
 
 

@@ -11,6 +11,7 @@ from bringup.parameters import options
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     options.add_node_options(parser)
+    options.add_robot_names(parser)
     options.add_record(parser)
     options.add_supervision(parser)
     options.add_maps_folder(parser)

@@ -7,14 +7,6 @@ from pathlib import Path
 
 from bringup.parameters import options, robot_options
 
-_TOPICS = {
-    "--scan-topic": "of the lidar's driver (scan)",
-    "--odom-topic": "of the odometry (odom)",
-    "--cmd-vel-topic": "that the base listens to (cmd_vel)",
-    "--imu": "of the IMU: makes the odometry of wheels and gyro, with its transform",
-    "--wheel-odom": "of the wheels' odometry, for --imu (wheel_odom)",
-}
-
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
@@ -22,11 +14,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--map", type=Path, metavar="FILE", help="the map's YAML file")
     where.add_argument("--slam", action="store_true", help="map while navigating")
     robot_options.add_robot(parser, "none: a driver publishes the robot's transforms")
-    topics = parser.add_argument_group("its drivers")
-    for name, text in _TOPICS.items():
-        topics.add_argument(name, metavar="TOPIC", help=text)
-    topics.add_argument("--base-frame", metavar="FRAME", help="frame of the robot (base_footprint)")
-    topics.add_argument("--odom-frame", metavar="FRAME", help="frame of its odometry (odom)")
+    names = options.add_robot_names(parser)
+    names.add_argument(
+        "--imu",
+        metavar="TOPIC",
+        help="of the IMU: makes the odometry of wheels and gyro, with its transform",
+    )
+    names.add_argument(
+        "--wheel-odom",
+        metavar="TOPIC",
+        help="of the wheels' odometry, for --imu (wheel_odom)",
+    )
     options.add_node_options(parser)
     options.add_record(parser)
     options.add_supervision(parser)

@@ -21,7 +21,7 @@ from bringup.parameters.files import (
     merged,
     shipped_parameters,
 )
-from bringup.parameters.real_robot import NO_SIM_TIME, real_robot
+from bringup.parameters.robot_names import NO_SIM_TIME, of_names
 from bringup.parameters.stock import understand
 from bringup.stack import (
     DESCRIPTION_GROUP,
@@ -68,9 +68,9 @@ def gather(arguments: argparse.Namespace) -> Parameters:
     groups = groups_of(arguments)
     parameters = over_shipped(arguments.params, vars(arguments).get("namespace", ""))
     options = _of_options(arguments, groups)
+    options = merged(options, of_names(vars(arguments), groups))
     if arguments.command == "robot":
         parameters = merged(parameters, NO_SIM_TIME)
-        options = merged(options, real_robot(arguments, groups))
     parameters = merged(parameters, options)
     if {key for values in options.values() for key in values} - _PATHS:
         check_parameters(parameters, groups, _known())

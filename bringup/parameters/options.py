@@ -109,10 +109,21 @@ def add_log_options(
     group.add_argument(
         "--out", type=Path, default=Path(out), metavar="FOLDER", help=f"{what} (%(default)s)"
     )
-    group.add_argument("--scan-topic", metavar="TOPIC", help="of a recording (/scan)")
-    group.add_argument(
-        "--odom-topic", metavar="TOPIC", help="of a recording, instead of what /tf says"
-    )
+    return group
+
+
+def add_robot_names(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
+    """Add what the robot calls its topics and frames; each reaches every node that needs it.
+
+    Returns:
+        The group they are in, for more.
+    """
+    group = parser.add_argument_group("what the robot, or a recording, calls its own")
+    group.add_argument("--scan-topic", metavar="TOPIC", help="of the lidar (scan)")
+    group.add_argument("--odom-topic", metavar="TOPIC", help="of the odometry (odom)")
+    group.add_argument("--cmd-vel-topic", metavar="TOPIC", help="it is driven by (cmd_vel)")
+    group.add_argument("--base-frame", metavar="FRAME", help="of the robot (base_footprint)")
+    group.add_argument("--odom-frame", metavar="FRAME", help="of its odometry (odom)")
     return group
 
 

@@ -11,6 +11,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add_node_options(parser)
     add_robot_choice(parser)
+    parser.add_argument("--base-frame", metavar="FRAME", help="of the robot (base_footprint)")
     parser.add_argument(
         "--timeout", type=positive, default=1800.0, help="give up after [s] (%(default)g)"
     )

@@ -247,7 +247,8 @@ def test_a_wrong_base_frame_is_said_with_its_cure() -> None:
         robot.run(0.2)
         assert robot.nodes["explorer"].waits_for == (
             "robot_base_frame is 'chassis', a frame that does not exist:"
-            " 'map' carries 'base_footprint'; set robot_base_frame: base_footprint"
+            " 'map' carries 'base_footprint'; set robot_base_frame: base_footprint,"
+            " or start it with --base-frame base_footprint"
         )
     finally:
         robot.close()

@@ -1,4 +1,4 @@
-"""What the options of `robot` reach, and which processes it starts."""
+"""What a robot's names reach, and which processes `robot` starts."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
+from arjuna_core.config import flatten, load
 from bringup.cli_parser import parse
-from bringup.parameters.composition import check_parameters
+from bringup.parameters.composition import check_parameters, node_class
+from bringup.parameters.files import for_node
 from bringup.parameters.inputs import all_nodes, gather, groups_of
-from bringup.parameters.real_robot import KEYS, real_robot
+from bringup.parameters.robot_names import KEYS, of_names
 from bringup.stack import REAL_STACKS
 
 pytestmark = pytest.mark.ros
@@ -21,11 +23,23 @@ def test_every_option_is_a_parameter_of_the_nodes_that_run(where: list[str]) -> 
     given = [word for option in OPTIONS.values() for word in (option, "other")]
     arguments = parse(["robot", *where, *given, "--robot", "urdf/arjuna.urdf"])
     groups = groups_of(arguments)
-    found = real_robot(arguments, groups)
+    found = of_names(vars(arguments), groups)
     known = [spec.name for spec in all_nodes()]
     check_parameters(found, groups, known)
     assert set(found) <= {spec.name for group in groups for spec in group.nodes}
     assert found["collision_monitor"]["base_frame_id"] == "other"
+
+
+@pytest.mark.parametrize("command", [["slam"], ["nav", "--slam"], ["explore"], ["robot", "--slam"]])
+def test_a_base_frame_reaches_every_node_that_a_command_runs(command: list[str]) -> None:
+    arguments = parse([*command, "--base-frame", "chassis"])
+    parameters = gather(arguments)
+    for spec in (spec for group in groups_of(arguments) for spec in group.nodes):
+        key = KEYS["base_frame"].get(spec.name)
+        assert key is None or parameters[spec.name][key] == "chassis"
+        config = flatten(load(node_class(spec).Config, for_node(parameters, spec.name)))
+        frames = {name for name, value in config.items() if value == "base_footprint"}
+        assert frames == set(), spec.name
 
 
 def test_time_is_the_system_s() -> None:

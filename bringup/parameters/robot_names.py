@@ -1,8 +1,8 @@
-"""Topics and frames of a real robot's drivers, as parameters of each node."""
+"""What a robot calls its topics and frames, as parameters of each node."""
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Iterable, Mapping
 
 from bringup.parameters.files import EVERY_NODE, Parameters
 from bringup.stack import Group
@@ -24,30 +24,32 @@ KEYS: dict[str, dict[str, str]] = {
     "base_frame": {
         "slam_toolbox": "base_frame",
         **dict.fromkeys(("amcl", "collision_monitor"), "base_frame_id"),
-        **dict.fromkeys((*_COSTMAPS, "bt_navigator"), "robot_base_frame"),
+        **dict.fromkeys((*_COSTMAPS, "bt_navigator", "explorer"), "robot_base_frame"),
+        "docking_server": "base_frame",
     },
     "odom_frame": {
         "slam_toolbox": "odom_frame",
         **dict.fromkeys(("amcl", "collision_monitor"), "odom_frame_id"),
         "local_costmap/local_costmap": "global_frame",
+        "docking_server": "fixed_frame",
     },
     "wheel_odom": {"ekf_filter_node": "odom0"},
     "imu": {"ekf_filter_node": "imu0"},
 }
-"""The parameter of each node that an option sets."""
+"""The parameter of each node that a name is set by; an option of that name sets them all."""
 
 
-def real_robot(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Parameters:
-    """Return the parameters that the options of the command `robot` stand for.
+def of_names(names: Mapping[str, str | None], groups: Iterable[Group]) -> Parameters:
+    """Return the parameters that a robot's names stand for.
 
     Args:
-        arguments: With a value or None for each of `KEYS`.
+        names: By a key of `KEYS`; None, or no name at all, for that of the shipped parameters.
         groups: The groups that run; nodes of others are left alone.
     """
     found: Parameters = {}
     running = {spec.name for group in groups for spec in group.nodes}
-    for option, keys in KEYS.items():
-        value = vars(arguments)[option]
+    for what, keys in KEYS.items():
+        value = names.get(what)
         for node, key in keys.items() if value is not None else ():
             if node in running:
                 found.setdefault(node, {})[key] = value
