@@ -14,6 +14,8 @@ from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.world import World
 
+_BASES = {"base_footprint", "base_link"}
+
 
 def named_robot(path: str, arguments: str) -> Robot:
     """Return the robot of the parameters `robot` and `robot_arguments`.
@@ -27,6 +29,26 @@ def named_robot(path: str, arguments: str) -> Robot:
         ConfigError: An argument is none.
     """
     return load_robot(path or shipped_file("urdf/arjuna.urdf"), arguments=split(arguments))
+
+
+def names_of(robot: Robot) -> dict[str, str]:
+    """Return what a robot's file calls its topics and frames, where that is not the standard.
+
+    Returns:
+        Any of `scan_topic`, `odom_topic`, `cmd_vel_topic`, `odom_frame` and `base_frame`, which is
+        the root link where `base_footprint` or `base_link` lacks.
+    """
+    drive, lidar = robot.drive, robot.settings.lidar
+    names = {
+        ("scan_topic", "scan"): lidar.topic if lidar is not None else "scan",
+        ("odom_topic", "odom"): drive.odometry_topic,
+        ("cmd_vel_topic", "cmd_vel"): drive.command_topic,
+        ("odom_frame", "odom"): drive.odometry_frame,
+    }
+    found = {key: name for (key, usual), name in names.items() if name.lstrip("/") != usual}
+    if not robot.urdf.links.keys() >= _BASES:
+        found["base_frame"] = robot.urdf.root
+    return found
 
 
 def named_world(path: str) -> World:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.config import flatten, load
+from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
 from bringup.parameters.composition import check_parameters, node_class
 from bringup.parameters.files import for_node
@@ -59,3 +62,24 @@ def test_what_a_driver_brings_is_not_started(given: list[str], started: set[str]
     names = {group.name for group in groups_of(parse(["robot", "--slam", *given]))}
     assert names == {"slam", "navigation"} | started
     assert names <= {group.name for group in REAL_STACKS["robot --slam"]}
+
+
+def test_a_simulated_robot_s_own_names_reach_the_demo_s_nodes(tmp_path: Path) -> None:
+    robot = tmp_path / "other.urdf"
+    text = shipped_file("urdf/arjuna.urdf").read_text(encoding="utf-8")
+    robot.write_text(text.replace("base_footprint", "chassis"), encoding="utf-8")
+    file = tmp_path / "other.yaml"
+    file.write_text("amcl: {ros__parameters: {base_frame_id: lidar_link}}", encoding="utf-8")
+    parameters = gather(parse(["demo", "--robot", str(robot), "--params", str(file)]))
+    assert parameters["slam_toolbox"]["base_frame"] == "chassis"
+    assert parameters["explorer"]["robot_base_frame"] == "chassis"
+    assert parameters["amcl"]["base_frame_id"] == "lidar_link"
+
+
+def test_standard_topics_are_no_names_of_the_robot(tmp_path: Path) -> None:
+    file = tmp_path / "plain.yaml"
+    file.write_text("sim: {ros__parameters: {standard_topics: true}}", encoding="utf-8")
+    given = ["demo", "--robot", "urdf/udacity_bot.xacro", "--params", str(file)]
+    amcl = gather(parse(given))["amcl"]
+    assert "scan_topic" not in amcl
+    assert amcl["base_frame_id"] == "robot_footprint"

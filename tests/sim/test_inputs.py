@@ -1,0 +1,34 @@
+"""What a robot's file calls its topics and frames."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from arjuna_sim.inputs import named_robot, names_of
+from tests.sim.builders import ROBOT
+
+_OTHER = {
+    "base_footprint": "chassis_foot",
+    "<topicName>scan<": "<topicName>/front/scan<",
+    "<commandTopic>cmd_vel<": "<commandTopic>drive<",
+    "<odometryTopic>odom<": "<odometryTopic>wheels/odom<",
+}
+
+
+def test_standard_names_are_left_out() -> None:
+    assert names_of(named_robot("", "")) == {}
+
+
+def test_names_of_its_own_are_told(tmp_path: Path) -> None:
+    text = ROBOT.read_text(encoding="utf-8")
+    for old, new in _OTHER.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "other.urdf"
+    path.write_text(text, encoding="utf-8")
+    assert names_of(named_robot(str(path), "")) == {
+        "scan_topic": "/front/scan",
+        "cmd_vel_topic": "drive",
+        "odom_topic": "wheels/odom",
+        "base_frame": "chassis_foot",
+    }
