@@ -8,8 +8,11 @@ The rules are those of Nav2's default tree, navigate_to_pose_w_replanning_and_re
 3. Where that fails too, recover: clear both costmaps, spin, wait or back up, one after the other
    in turn; then start over. After six recoveries, or at an error no recovery mends, give up.
 
-One rule is ours: a path is kept while it is free, unless the new one is nearly the same or clearly
-shorter, so that the robot does not waver between two ways round an obstacle.
+Two rules are ours. Where the robot's place or what is round it is not known (TF_ERROR, or a costmap
+is too old), it stands and tries again each second, for a while: no recovery mends that, and to
+clear costmaps in the dark is none. And a path is kept while it is free, unless the new one is
+nearly the same or clearly shorter, so that the robot does not waver between two ways round an
+obstacle.
 """
 
 from __future__ import annotations
@@ -44,13 +47,21 @@ from arjuna_nav.controllers.base import ControlStatus
 from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.base import PlanStatus
 
-PLAN_ERRORS_TO_RETRY = frozenset({PlanStatus.UNKNOWN, PlanStatus.TIMEOUT, PlanStatus.NO_VALID_PATH})
+PLAN_ERRORS_TO_RETRY = frozenset({PlanStatus.UNKNOWN, PlanStatus.NO_VALID_PATH})
 FOLLOW_ERRORS_TO_RETRY = frozenset(
     {
         ControlStatus.UNKNOWN,
         ControlStatus.PATIENCE_EXCEEDED,
         ControlStatus.FAILED_TO_MAKE_PROGRESS,
         ControlStatus.NO_VALID_CONTROL,
+    }
+)
+OUTAGES = frozenset(
+    {
+        PlanStatus.TF_ERROR,
+        PlanStatus.TIMEOUT,
+        ControlStatus.TF_ERROR,
+        ControlStatus.CONTROLLER_TIMED_OUT,
     }
 )
 
@@ -73,6 +84,12 @@ class NavigatorConfig:
     )
     shorter_ratio: float = param(
         0.9, "Length of a path against the old that is clearly shorter.", minimum=0.0, maximum=1.0
+    )
+    outage_patience: float = param(
+        30.0,
+        "How long to stand where the place or the surroundings are not known.",
+        unit="s",
+        minimum=0.0,
     )
 
 
@@ -133,6 +150,17 @@ class Navigator:
     _asked_at: float = -np.inf
     _path_valid: bool | None = None
     _path_outdated: bool = False
+    _outage: Outcome = field(default_factory=Outcome)
+    _outage_since: float = -np.inf
+    _outage_at: float = -np.inf
+
+    def trouble(self, now: float) -> str:
+        """Return why the robot stands and waits now, empty where it does not."""
+        return self._outage.message if now - self._outage_at < 2.0 * self._period else ""
+
+    @property
+    def _period(self) -> float:
+        return 1.0 / self.config.replanning_frequency
 
     def tick(self, state: NavigatorState) -> list[Command]:
         """Return what to do now, in order; what is not named goes on as it is."""
@@ -164,10 +192,10 @@ class Navigator:
         """Follow the path and plan the next; an outcome that stands ends both."""
         followed = self._follow(state)
         if isinstance(followed, Outcome):
-            return self._finish_or_recover(followed)
+            return self._finish_or_recover(followed, state.now)
         planned = self._plan(state)
         if isinstance(planned, Outcome):
-            return self._finish_or_recover(planned)
+            return self._finish_or_recover(planned, state.now)
         return followed + planned
 
     def _follow(self, state: NavigatorState) -> list[Command] | Outcome:
@@ -199,7 +227,9 @@ class Navigator:
         return self._ask_path(state) if due or attempt.is_cleared(state) else []
 
     def _is_replanning_due(self, now: float) -> bool:
-        return self.path is None or now - self._asked_at >= 1.0 / self.config.replanning_frequency
+        if now - self._outage_at < self._period:
+            return False
+        return self.path is None or now - self._asked_at >= self._period
 
     def _ask_path(self, state: NavigatorState) -> list[Command]:
         self._drop_passed_goals(state.T_map_base)
@@ -229,17 +259,26 @@ class Navigator:
         self._following.step = _Step.RUNNING
         return [Follow(path)]
 
-    def _finish_or_recover(self, outcome: Outcome) -> list[Command]:
+    def _finish_or_recover(self, outcome: Outcome, now: float) -> list[Command]:
         if outcome.code == 0:
             return [Finish(Ending.SUCCEEDED)]
         self.path = None
         self._planning.reset()
         self._following.reset()
+        if outcome.code in OUTAGES and self._bears(outcome, now):
+            return [Stop()]
         mendable = outcome.code in PLAN_ERRORS_TO_RETRY | FOLLOW_ERRORS_TO_RETRY
         if not mendable or self.recoveries >= self.config.number_of_retries:
             return [Finish(Ending.ABORTED, outcome.code, outcome.message)]
         self.recoveries += 1
         return [Stop(), *self._next_recovery()]
+
+    def _bears(self, outage: Outcome, now: float) -> bool:
+        """Tell whether to wait for the end of an outage; one goes on while each try fails."""
+        if now - self._outage_at > 3.0 * self._period:
+            self._outage_since = now
+        self._outage, self._outage_at = outage, now
+        return now - self._outage_since < self.config.outage_patience
 
     def _next_recovery(self) -> list[Command]:
         kinds = tuple(Recovery)

@@ -98,6 +98,17 @@ NAVIGATION_GROUP = Group(
     ),
     "lifecycle_manager_navigation",
 )
+VELOCITY_CHAIN = tuple(
+    spec.name
+    for spec in (
+        CONTROLLER_SERVER,
+        BEHAVIOR_SERVER,
+        VELOCITY_SMOOTHER,
+        COLLISION_MONITOR,
+        DOCKING_SERVER,
+    )
+)
+"""The nodes that a velocity passes, or comes from, on its way to the wheels."""
 EXPLORER_GROUP = Group("explorer", (EXPLORER,), "lifecycle_manager_explorer")
 DESCRIPTION_GROUP = Group("description", (ROBOT_STATE_PUBLISHER,), "lifecycle_manager_description")
 ODOMETRY_GROUP = Group("odometry", (EKF,), "lifecycle_manager_odometry")

@@ -60,6 +60,9 @@ class ClockedNode(Protocol):
     def run_due(self, now: float) -> None:
         """Run what is due at a time [s]; what is raised there ends there."""
 
+    def trouble(self) -> str:
+        """Return what keeps the node from its work now."""
+
     def destroy_node(self) -> None:
         """Leave the graph."""
 

@@ -79,6 +79,17 @@ class Footprint:
             return Footprint.circle(robot_radius, padding)
         return Footprint.polygon(array, padding)
 
+    def without(self, padding: float) -> Footprint:
+        """Return the outline with its padding taken off again [m]."""
+        if self.circular:
+            return Footprint.circle(max(self.inscribed_radius - padding, 1e-3))
+        return Footprint.polygon(self.points, -padding)
+
+    def scaled(self, scale: float) -> Footprint:
+        """Return the outline larger or smaller by a factor."""
+        inscribed, circumscribed = self.inscribed_radius * scale, self.circumscribed_radius * scale
+        return Footprint(self.points * scale, inscribed, circumscribed, self.circular)
+
     def at(self, T_frame_base: SE2) -> NDArray[np.float64]:
         """Return the corners with the robot at a pose, `(N, 2) float64` in the pose's frame [m]."""
         return T_frame_base.apply(self.points)

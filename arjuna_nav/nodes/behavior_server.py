@@ -40,7 +40,9 @@ class BehaviorServerConfig(BehaviorConfig):
         10.0, "Commands a second.", unit="Hz", minimum=1.0, read_only=True
     )
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
-    cmd_vel_topic: str = param("cmd_vel", "Topic of what to drive.", read_only=True)
+    cmd_vel_topic: str = param(
+        "cmd_vel_nav", "Topic of what to drive; velocity_smoother listens.", read_only=True
+    )
     cmd_vel_teleop_topic: str = param(
         "cmd_vel_teleop", "Topic of what assisted_teleop is to drive.", read_only=True
     )

@@ -110,6 +110,13 @@ class BtNavigatorNode(GoalNode):
         self._asked.stop()
         self._navigator = None
 
+    def trouble(self) -> str:
+        """Say why the robot stands and waits, where it does."""
+        if not isinstance(self._navigator, Navigator):
+            return ""
+        problem = self._navigator.trouble(self.now)
+        return f"the robot stands and waits: {problem}" if problem else ""
+
     def _on_odometry(self, message: Any) -> None:
         self._speed = message.twist.twist.linear.x
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,19 +24,30 @@ from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig,
 from arjuna_nav.safety.zones import Action
 
 _BLIND = "invalid source"
+_INTERVALS = 5  # between scans of which the shortest is the scanner's period
+_UNKNOWN_INTERVAL = 0.4  # [s] before two scans have come
+_PERIODS = 2.5  # of the scanner, that a scan may be old
 
 
 @dataclass(frozen=True)
 class CollisionMonitorConfig(MonitorConfig):
     """Parameters of the node `collision_monitor`, by Nav2's names."""
 
-    base_frame_id: str = param("base_link", "Frame of the robot.", read_only=True)
-    odom_frame_id: str = param("odom", "Frame in which what is seen stays put.", read_only=True)
+    base_frame_id: str = param(
+        "", "Frame of the robot; empty: the local costmap's.", read_only=True
+    )
+    odom_frame_id: str = param(
+        "", "Frame in which what is seen stays put; empty: the local costmap's.", read_only=True
+    )
     cmd_vel_in_topic: str = param("cmd_vel_smoothed", "Topic of the commands.", read_only=True)
     cmd_vel_out_topic: str = param("cmd_vel", "Topic of what to drive.", read_only=True)
     state_topic: str = param("collision_monitor_state", "Topic of what is done.", read_only=True)
-    scan_topic: str = param("scan", "Topic of the scans.", read_only=True)
-    source_timeout: float = param(1.0, "How old a scan may be.", unit="s", minimum=0.0)
+    scan_topic: str = param(
+        "", "Topic of the scans; empty: the local costmap's, or none.", read_only=True
+    )
+    source_timeout: float = param(
+        0.3, "How old a scan may be; never less than 2.5 of its periods.", unit="s", minimum=0.0
+    )
     stop_pub_timeout: float = param(2.0, "How long zero is repeated.", unit="s", minimum=0.0)
     enabled: bool = param(True, "Whether it looks at all; else commands pass.")
     enable_stamped_cmd_vel: bool = param(False, "Whether both are TwistStamped.", read_only=True)
@@ -54,18 +66,24 @@ class CollisionMonitorNode(ManagedNode):
         self._monitor = CollisionMonitor(config)
         self._enabled = config.enabled
         self._scan: Any | None = None
+        self._intervals: deque[float] = deque(maxlen=_INTERVALS)
         self._told = Verdict(STILL)
         self._moved_at = 0.0
-        stamped = config.enable_stamped_cmd_vel
-        self._output = VelocityOutput(self, stamped, config.base_frame_id, config.cmd_vel_out_topic)
+        stamped, near = config.enable_stamped_cmd_vel, self._costmap.config
+        self._base = config.base_frame_id or near.robot_base_frame
+        self._odom = config.odom_frame_id or near.global_frame
+        self._output = VelocityOutput(self, stamped, self._base, config.cmd_vel_out_topic)
         self._state = self.publisher(CollisionMonitorState, config.state_topic, qos.LATCHED)
-        self.subscribe(LaserScan, config.scan_topic, self._on_scan, qos.SENSOR_SUBSCRIPTION)
+        self._topic = config.scan_topic or self._costmap.scan_topic
+        if self._topic:
+            self.subscribe(LaserScan, self._topic, self._on_scan, qos.SENSOR_SUBSCRIPTION)
         subscribe_velocity(self, config.cmd_vel_in_topic, stamped, self._on_command)
         self.serve(Toggle, f"{self.get_name()}/toggle", self._on_toggle)
 
     def activate(self) -> None:
         """Judge by what is seen from now on."""
         self._scan, self._moved_at = None, self.now
+        self._intervals.clear()
 
     def on_time_jump(self) -> None:
         """Forget what was seen in another run of time."""
@@ -78,6 +96,9 @@ class CollisionMonitorNode(ManagedNode):
         self._enabled = config.enabled
 
     def _on_scan(self, message: Any) -> None:
+        if self._scan is not None:
+            before, stamp = self._scan.header.stamp, message.header.stamp
+            self._intervals.append(seconds(stamp) - seconds(before))
         self._scan = message
 
     def _on_toggle(self, request: Any, response: Any) -> Any:
@@ -95,29 +116,48 @@ class CollisionMonitorNode(ManagedNode):
             self._output.publish(verdict.velocity)
 
     def _judge(self, velocity: Velocity) -> Verdict:
-        try:
-            points = self._points()
-        except TransformError as error:
-            self.get_logger().warning(f"blind: {error}", throttle_duration_sec=1.0)
-            points = None
+        if not self._topic:
+            return Verdict(velocity)
+        points = self._points()
         if points is None:
             return Verdict(STILL, Action.STOP, _BLIND)
-        return self._monitor.judge(velocity, points, self._costmap.layered.footprint)
+        padding = self._costmap.config.footprint_padding
+        outline = self._costmap.layered.footprint.without(padding)
+        return self._monitor.judge(velocity, points, outline)
 
     def _points(self) -> NDArray[np.float64] | None:
-        """Return what was last seen from where the robot is now; None if that is too old."""
-        config, message = self.config, self._scan
-        if message is None:
+        """Return what was last seen from where the robot is now; None if that is not known."""
+        message = self._scan
+        if message is None or self.now - seconds(message.header.stamp) > self._patience():
             return None
         stamp = seconds(message.header.stamp)
-        if self.now - stamp > config.source_timeout:
+        transforms, base, odom = self.transforms, self._base, self._odom
+        try:
+            T_base_sensor = transforms.lookup(base, message.header.frame_id.lstrip("/"))
+            T_odom_then = transforms.lookup(
+                odom, base, min(stamp, transforms.latest_common(odom, base))
+            )
+            T_now_then = transforms.lookup(base, odom) @ T_odom_then
+        except TransformError as error:
+            self.get_logger().warning(f"blind: {error}", throttle_duration_sec=1.0)
             return None
-        base, odom = config.base_frame_id, config.odom_frame_id
-        T_base_sensor = self.transforms.lookup(base, message.header.frame_id.lstrip("/"))
-        known = min(stamp, self.transforms.latest_common(odom, base))
-        T_odom_then = self.transforms.lookup(odom, base, known)
-        T_now_then = self.transforms.lookup(base, odom) @ T_odom_then
         return T_now_then.apply(scan_from_msg(message, T_base_sensor).points())
+
+    def trouble(self) -> str:
+        """Say since when nothing is seen."""
+        if not (self.active and self._topic and self._enabled):
+            return ""
+        if self._scan is None:
+            return f"the robot is held: no scan has come on {self._topic}"
+        age = self.now - seconds(self._scan.header.stamp)
+        if age <= self._patience():
+            return ""
+        return f"the robot is held: the last scan on {self._topic} is {age:.2f} s old"
+
+    def _patience(self) -> float:
+        """Return how old a scan may be [s]; a scanner that turns slowly is not taken for dead."""
+        period = min(self._intervals, default=_UNKNOWN_INTERVAL)
+        return max(float(self.config.source_timeout), _PERIODS * period)
 
     def _tell(self, verdict: Verdict) -> None:
         """Publish what is done, where it is not what was done before."""

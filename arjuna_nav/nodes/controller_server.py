@@ -14,6 +14,7 @@ from nav_msgs.msg import Odometry, Path
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
+from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, poses_from_path
 from arjuna_core.ros.goal_node import GoalNode
@@ -29,7 +30,9 @@ from arjuna_nav.controllers.follower import (
     FollowState,
     PathFollower,
 )
+from arjuna_nav.costmap import Costmap
 from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.frames import robot_pose
 from arjuna_nav.nodes.velocity import VelocityOutput
 
 
@@ -38,10 +41,20 @@ class ControllerServerConfig(FollowerConfig):
     """Parameters of the node `controller_server`, by Nav2's names."""
 
     costmap_update_timeout: float = param(0.3, "How old the costmap may be.", unit="s", minimum=0.0)
-    cmd_vel_topic: str = param("cmd_vel", "Topic of what to drive.", read_only=True)
+    cmd_vel_topic: str = param(
+        "cmd_vel_nav", "Topic of what to drive; velocity_smoother listens.", read_only=True
+    )
     enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
     odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
     speed_limit_topic: str = param("speed_limit", "Topic of speed limits.", read_only=True)
+
+
+class _NotKnownError(ArjunaError):
+    """The robot's place or what is round it is not known."""
+
+    def __init__(self, code: ControlStatus, reason: str) -> None:
+        super().__init__(reason)
+        self.code = code
 
 
 class ControllerServerNode(GoalNode):
@@ -59,7 +72,7 @@ class ControllerServerNode(GoalNode):
         self._velocity = Velocity()
         self._speed_limit = SpeedLimit()
         self._frame = ""
-        self._started = 0.0
+        self._unknown_since = math.inf
         self._output = VelocityOutput(
             self, config.enable_stamped_cmd_vel, topic=config.cmd_vel_topic
         )
@@ -124,7 +137,7 @@ class ControllerServerNode(GoalNode):
         if kept is not None and kept.chosen == chosen:
             kept.change(poses)
             return
-        self._started, self._outdated = self.now, False
+        self._unknown_since, self._outdated = math.inf, False
         self._follower = PathFollower(self.config, self._costmap.layered.footprint, chosen)
         self._limit(self._follower)
         self._follower.start(poses, self.now)
@@ -180,23 +193,37 @@ class ControllerServerNode(GoalNode):
         self._carrot_out.publish(PointStamped(header=stamp, point=point))
 
     def _follow(self, follower: PathFollower) -> FollowResult:
-        """Ask the follower, in the path's frame; a costmap that has just begun is waited for."""
-        config, timeout = self._costmap.config, self.config.costmap_update_timeout
+        """Ask the follower; what is not known for a short while is waited for, at rest."""
+        try:
+            pose, placed = self._surroundings()
+        except _NotKnownError as error:
+            self._unknown_since = min(self._unknown_since, self.now)
+            tolerance, waited = self.config.failure_tolerance, self.now - self._unknown_since
+            if tolerance < 0.0 or waited <= max(tolerance, self.config.costmap_update_timeout):
+                return FollowResult(FollowState.RUNNING)
+            return FollowResult.failed(error.code, str(error))
+        self._unknown_since = math.inf
+        return follower.tick(pose, self._velocity, placed, self.now)
+
+    def _surroundings(self) -> tuple[SE2, Costmap]:
+        """Return the robot's pose and the costmap in the path's frame.
+
+        Raises:
+            _NotKnownError: One of them is not known, or too old.
+        """
+        config, frame = self._costmap.config, self._frame
         try:
             self._costmap.robot_pose()  # it may be known in the path's frame and yet be old
-            pose = self.transforms.lookup(self._frame, config.robot_base_frame)
-            T_path_costmap = self.transforms.lookup(self._frame, config.global_frame)
+            pose = robot_pose(self, frame, config.robot_base_frame, config.transform_tolerance)
+            T_path_costmap = self.transforms.lookup(frame, config.global_frame)
         except TransformError as error:
             message = f"the robot's pose is not known: {error}"
-            return FollowResult.failed(ControlStatus.TF_ERROR, message)
-        costmap = self._costmap.current(timeout)
-        if costmap is None and self.now - self._started <= timeout:
-            return FollowResult(FollowState.RUNNING)
+            raise _NotKnownError(ControlStatus.TF_ERROR, message) from error
+        costmap = self._costmap.current(self.config.costmap_update_timeout)
         if costmap is None:
             message = self._costmap.why_not_current()
-            return FollowResult.failed(ControlStatus.CONTROLLER_TIMED_OUT, message)
-        placed = costmap.seen_from(T_path_costmap)
-        return follower.tick(pose, self._velocity, placed, self.now)
+            raise _NotKnownError(ControlStatus.CONTROLLER_TIMED_OUT, message)
+        return pose, costmap.seen_from(T_path_costmap)
 
     def _end(self, result: FollowResult) -> None:
         self._output.stop()

@@ -9,6 +9,8 @@ from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import STILL, Velocity
 
+_UNLIMITED, _UNLIMITED_BACK = (1e3, 0.0, 1e3), (-1e3, 0.0, -1e3)
+_ROUNDING = 1e-6  # of sums of ticks [s]
 _AXES = (0, 2)  # of [x, y, theta]: no robot of ours moves sideways
 
 
@@ -16,12 +18,15 @@ _AXES = (0, 2)  # of [x, y, theta]: no robot of ours moves sideways
 class SmoothingConfig:
     """Parameters of the velocity smoother, by Nav2's names; lists are [x, y, theta].
 
+    By default nothing is limited: the controllers know how fast they may drive, and a limit that
+    nobody asked for would hold back a fast robot without a word.
+
     Raises:
         ConfigError: A list is not of three, or a limit has the wrong sign.
     """
 
     smoothing_frequency: float = param(
-        20.0, "Commands a second.", unit="Hz", minimum=1.0, read_only=True
+        20.0, "Commands a second where none come.", unit="Hz", minimum=1.0, read_only=True
     )
     scale_velocities: bool = param(False, "Whether to keep the arc where one axis is limited.")
     feedback: str = param(
@@ -29,15 +34,15 @@ class SmoothingConfig:
         "What is driven now, as commanded or measured.",
         choices=("OPEN_LOOP", "CLOSED_LOOP"),
     )
-    max_velocity: tuple[float, ...] = param((0.5, 0.0, 2.5), "Greatest speeds.", unit="m/s, rad/s")
+    max_velocity: tuple[float, ...] = param(_UNLIMITED, "Greatest speeds.", unit="m/s, rad/s")
     min_velocity: tuple[float, ...] = param(
-        (-0.5, 0.0, -2.5), "Greatest speeds backwards, below 0.", unit="m/s, rad/s"
+        _UNLIMITED_BACK, "Greatest speeds backwards, below 0.", unit="m/s, rad/s"
     )
     max_accel: tuple[float, ...] = param(
-        (2.5, 0.0, 3.2), "Greatest accelerations.", unit="m/s^2, rad/s^2"
+        _UNLIMITED, "Greatest accelerations.", unit="m/s^2, rad/s^2"
     )
     max_decel: tuple[float, ...] = param(
-        (-2.5, 0.0, -3.2), "Greatest decelerations, below 0.", unit="m/s^2, rad/s^2"
+        _UNLIMITED_BACK, "Greatest decelerations, below 0.", unit="m/s^2, rad/s^2"
     )
     deadband_velocity: tuple[float, ...] = param(
         (0.0, 0.0, 0.0), "Speeds below which the robot stands.", unit="m/s, rad/s"
@@ -71,7 +76,8 @@ class VelocitySmoother:
         self._config = config
         self._command = STILL
         self._commanded_at = -math.inf
-        self._last = STILL
+        self._before, self._before_at = STILL, -math.inf
+        self._last, self._last_at = STILL, -math.inf
         self._resting = True
 
     def take(self, command: Velocity, now: float) -> None:
@@ -79,7 +85,9 @@ class VelocitySmoother:
         self._command, self._commanded_at = command, now
 
     def tick(self, measured: Velocity, now: float) -> Velocity | None:
-        """Return what to drive for the next period; None where there is nothing to say.
+        """Return what to drive from now on; None where there is nothing to say.
+
+        Of several commands at one time the last counts alone, as if there were no others.
 
         Args:
             measured: What the robot drives; used with CLOSED_LOOP.
@@ -92,17 +100,24 @@ class VelocitySmoother:
                 return None
             command = STILL
         self._resting = False
-        current = measured if config.feedback == "CLOSED_LOOP" else self._last
-        self._last = self._step(current, command)
+        if now > self._last_at:
+            self._before, self._before_at = self._last, self._last_at
+        period = min(now - self._before_at, 1.0 / config.smoothing_frequency)
+        current = measured if config.feedback == "CLOSED_LOOP" else self._before
+        self._last, self._last_at = self._step(current, command, period), now
         return self._without_deadband(self._last)
 
-    def _step(self, current: Velocity, command: Velocity) -> Velocity:
-        """Return the velocity one period nearer to a command."""
+    def is_due(self, now: float) -> bool:
+        """Tell whether it is time to say something although no command came."""
+        return now - self._last_at > 1.0 / self._config.smoothing_frequency - _ROUNDING
+
+    def _step(self, current: Velocity, command: Velocity, period: float) -> Velocity:
+        """Return the velocity a period [s] nearer to a command."""
         goals = [
             self._clamped(value, axis) for value, axis in zip(_values(command), _AXES, strict=True)
         ]
         changes = [
-            (goal - now, *self._bounds(now, goal, axis))
+            (goal - now, *self._bounds(now, goal, axis, period))
             for now, goal, axis in zip(_values(current), goals, _AXES, strict=True)
         ]
         ratio = 1.0
@@ -114,12 +129,12 @@ class VelocitySmoother:
     def _clamped(self, value: float, axis: int) -> float:
         return min(max(value, self._config.min_velocity[axis]), self._config.max_velocity[axis])
 
-    def _bounds(self, now: float, goal: float, axis: int) -> tuple[float, float]:
-        """Return the least and the greatest change of one period."""
+    def _bounds(self, now: float, goal: float, axis: int, period: float) -> tuple[float, float]:
+        """Return the least and the greatest change within a period [s]."""
         config = self._config
         faster = abs(goal) >= abs(now) and now * goal >= 0.0
         limit = config.max_accel[axis] if faster else -config.max_decel[axis]
-        limit /= config.smoothing_frequency
+        limit *= period
         return -limit, limit
 
     def _without_deadband(self, velocity: Velocity) -> Velocity:

@@ -17,6 +17,9 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 
+_SCALES = (1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)
+"""Of the outline, until what touches the robot lies outside."""
+
 
 class Action(enum.IntEnum):
     """What is done to a velocity; the values are nav2_msgs/msg/CollisionMonitorState's."""
@@ -149,7 +152,7 @@ class ApproachConfig:
 
     enabled: bool = param(True, "Whether the zone counts.")
     min_points: int = param(6, "Points within that make it count.", minimum=1)
-    time_before_collision: float = param(1.2, "Time kept.", unit="s", minimum=0.01)
+    time_before_collision: float = param(0.5, "Time kept.", unit="s", minimum=0.01)
     simulation_time_step: float = param(0.1, "Step of looking ahead.", unit="s", minimum=0.01)
 
 
@@ -168,7 +171,7 @@ class ApproachZone:
         """Return how long nothing is met, as a part of the time to be kept.
 
         The time is that of the last free step, where Nav2 takes the first that collides: so the
-        robot stands before an obstacle rather than creep into it.
+        robot stands before an obstacle rather than creep into it. It may always move away.
         """
         zone = self._config
         duration, step = zone.time_before_collision, zone.simulation_time_step
@@ -176,12 +179,27 @@ class ApproachZone:
         near = points[np.hypot(*points.T) <= reach]
         if len(near) < zone.min_points or velocity == Velocity():
             return 1.0
+        near, outline = self._free(near, footprint)
         twist = np.array([velocity.v, 0.0, velocity.w])
-        for k in range(math.ceil(duration / step)):
+        for k in range(1, math.ceil(duration / step)):
             seen = SE2.exp(twist * (k * step)).inverse().apply(near)
-            if _count(seen, footprint) >= zone.min_points:
-                return max(k - 1, 0) * step / duration
+            if _count(seen, outline) >= zone.min_points:
+                return (k - 1) * step / duration
         return 1.0
+
+    def _free(
+        self, points: NDArray[np.float64], footprint: Footprint
+    ) -> tuple[NDArray[np.float64], Footprint]:
+        """Return the points that a motion may meet, and the robot's outline, free of them now.
+
+        What is within the outline is the robot's own part, or touches it: that must not hold it for
+        ever. So the outline is taken smaller, or where that does not help, the points away.
+        """
+        for scale in _SCALES:
+            outline = footprint.scaled(scale)
+            if _count(points, outline) < self._config.min_points:
+                return points, outline
+        return points[~_within(points, footprint)], footprint
 
 
 ZONES = PluginTypes(
@@ -205,9 +223,15 @@ def _ratio(limit: float, value: float) -> float:
 
 def _count(points: NDArray[np.float64], outline: Footprint) -> int:
     """Return how many points lie within an outline."""
+    return int(_within(points, outline).sum())
+
+
+def _within(points: NDArray[np.float64], outline: Footprint) -> NDArray[np.bool_]:
+    """Tell which points lie within an outline."""
     if outline.circular:
-        return int((np.hypot(*points.T) <= outline.circumscribed_radius).sum())
-    return int(_inside(points, outline.points).sum())
+        near: NDArray[np.bool_] = np.hypot(*points.T) <= outline.circumscribed_radius
+        return near
+    return _inside(points, outline.points)
 
 
 def _inside(points: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArray[np.bool_]:

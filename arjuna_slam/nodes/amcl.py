@@ -19,12 +19,13 @@ from arjuna_core.ros.scan_queue import ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.errors import LocalizationError
-from arjuna_slam.amcl.estimate import Estimate
+from arjuna_slam.amcl.estimate import Estimate, Status
 from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.amcl_node_config import ALWAYS, NEVER, AmclNodeConfig, filter_part
 from arjuna_slam.nodes.amcl_output import AmclOutput
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
+_KEPT = 0.8  # of the quality, on a map that replaces another, for the place to be the same
 _PARAMETER_COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # RViz's: half a metre, fifteen degrees
 
 
@@ -42,6 +43,7 @@ class AmclNode(ManagedNode):
     _built_for: tuple[Any, ...] = ()
     _estimate: Estimate | None = None
     _given: tuple[SE2, Any] | None = None  # an initial pose that waits for the map
+    _doubted = 0.0  # quality that must be reached before the place is told again; 0: none
 
     def configure(self) -> None:
         """Create the interfaces; the filter comes with the first map."""
@@ -79,6 +81,7 @@ class AmclNode(ManagedNode):
 
     def cleanup(self) -> None:
         """Forget the map and the pose."""
+        self._doubted = 0.0
         self._grid = self._filter = self._estimate = self._given = None
 
     def on_time_jump(self) -> None:
@@ -94,13 +97,26 @@ class AmclNode(ManagedNode):
         if self._grid is not None and filter_part(config) != self._built_for:
             self._build(self._grid)
 
+    def trouble(self) -> str:
+        """Say that the robot is lost, where it is."""
+        estimate = self._estimate
+        if estimate is None or (estimate.status is not Status.LOST and not self._doubted):
+            return ""
+        return f"lost{' since the map was replaced' * bool(self._doubted)}: {estimate.reason}"
+
     def _on_map(self, message: Any) -> None:
-        if self._grid is not None and self.config.first_map_only:
+        """Take a map; on one that replaces another the place is believed once scans agree."""
+        replaces = self._grid is not None
+        if replaces and self.config.first_map_only:
             return
         try:
             self._build(grid_from_msg(message))
         except ValueError as error:
             self._refuse("map", error)
+            return
+        if replaces and self._estimate is not None:
+            before = _KEPT * self._estimate.quality
+            self._doubted = min(float(self.config.relocalize_agreement), before)
 
     def _build(self, grid: OccupancyGrid) -> None:
         try:
@@ -161,6 +177,7 @@ class AmclNode(ManagedNode):
         except ValueError as error:
             self._refuse("initial pose", error)
             return
+        self._doubted = 0.0
         self._start_at(pose, covariance_from_pose(message.pose.covariance))
 
     def _on_set_initial_pose(self, request: Any, response: Any) -> Any:
@@ -196,7 +213,9 @@ class AmclNode(ManagedNode):
         if estimate is not None:
             self._estimate = estimate
             self._output.publish(estimate, belief, scan.stamp)
-        if self._estimate is not None and self.config.tf_broadcast:
+            if estimate.quality >= self._doubted:
+                self._doubted = 0.0
+        if self._estimate is not None and self.config.tf_broadcast and not self._doubted:
             self._output.broadcast(self._estimate.T_map_odom, scan.stamp)
 
     def _save_pose(self) -> None:

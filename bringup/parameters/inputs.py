@@ -28,6 +28,7 @@ from bringup.stack import (
     ODOMETRY_GROUP,
     REAL_STACKS,
     STACKS,
+    VELOCITY_CHAIN,
     Group,
     NodeSpec,
 )
@@ -37,7 +38,7 @@ DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group 
 ALL_GROUPS = (*DEMO_GROUPS, DESCRIPTION_GROUP, ODOMETRY_GROUP)
 """Those and the ones that a real robot has in place of the simulator's."""
 
-
+_STAMPED = "enable_stamped_cmd_vel"
 _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
 """Parameters that are checked by reading what they name: the nodes need not be imported for it."""
 
@@ -120,7 +121,14 @@ def over_shipped(paths: Iterable[Path], namespace: str = "") -> Parameters:
     for path in paths:
         named = in_namespace(load_parameters([path]), namespace)
         parameters = _understood(path, named, parameters)
-    return parameters
+    return _of_one_type(parameters)
+
+
+def _of_one_type(parameters: Parameters) -> Parameters:
+    """Return parameters in which the whole chain of velocities is stamped if one of it is."""
+    if not any(parameters.get(name, {}).get(_STAMPED) for name in VELOCITY_CHAIN):
+        return parameters
+    return merged({name: {_STAMPED: True} for name in VELOCITY_CHAIN}, parameters)
 
 
 def _understood(path: Path, named: Parameters, below: Parameters) -> Parameters:

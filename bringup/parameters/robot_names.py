@@ -18,8 +18,8 @@ KEYS: dict[str, dict[str, str]] = {
         ("ekf_filter_node", "controller_server", "velocity_smoother", "bt_navigator"), "odom_topic"
     ),
     "cmd_vel_topic": {
-        **dict.fromkeys(("controller_server", "behavior_server"), "cmd_vel_topic"),
         "collision_monitor": "cmd_vel_out_topic",
+        "docking_server": "cmd_vel_topic",
     },
     "base_frame": {
         "slam_toolbox": "base_frame",

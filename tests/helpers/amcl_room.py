@@ -12,6 +12,7 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import (
     grid_msg,
@@ -44,8 +45,8 @@ class Room:
     def _on_tf(self, message: Any) -> None:
         self.transforms += [t for t in message.transforms if t.header.frame_id == "map"]
 
-    def publish_map(self) -> None:
-        message = grid_msg(ROOM, "map", 0.0)
+    def publish_map(self, grid: OccupancyGrid = ROOM) -> None:
+        message = grid_msg(grid, "map", 0.0)
         self.bench.publish(OccupancyGridMsg, "map", message, qos.LATCHED)
 
     def publish_odometry(self) -> None:

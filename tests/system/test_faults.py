@@ -11,9 +11,11 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from nav2_msgs.action import NavigateToPose
+from nav2_msgs.srv import LoadMap
 from rclpy.action import ActionClient
 from std_msgs.msg import String
 
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.health.faults import Fault, Faults
@@ -29,10 +31,10 @@ pytestmark = [pytest.mark.ros, pytest.mark.system]
 DEAD = Fault(drop=1.0)
 FAR = SE2(1.5, 1.0, 0.5)
 BLIND = {
-    "a dead lidar": ("/scan", DEAD, 1.25),  # the costmap's age, then the controller's patience
-    "a frozen lidar": ("/scan", Fault(frozen=True), 1.25),
-    "no transforms": ("/tf", DEAD, 0.65),
-    "no commands": ("/cmd_vel", DEAD, 0.65),
+    "a dead lidar": ("/scan", DEAD, 0.5),
+    "a frozen lidar": ("/scan", Fault(frozen=True), 0.6),
+    "no transforms": ("/tf", DEAD, 0.55),
+    "no commands": ("/cmd_vel", DEAD, 0.65),  # the base's own timeout
 }
 """Topic, fault, and the time from it to the last motion, braking included [s]."""
 BORNE = {
@@ -84,9 +86,30 @@ def test_a_robot_that_is_blind_stands_and_drives_when_it_is_over(stack: Stack, k
     robot.run(3.0)
     assert max(now for now, way in drive.moved if way > STILL) - begun < stands_within
     drive.faults.clear()
-    robot.run(1.0)
+    robot.run_until(drive.result.done, 60.0, "the goal")
+    assert drive.result.result().result.error_code == 0
+    assert truth(robot).distance(FAR) < 0.3
     assert robot.sim.contacts.log.total == 0
+
+
+def test_on_a_map_of_another_building_the_robot_stands_until_the_right_one_is_back(
+    stack: Stack,
+) -> None:
+    drive = Drive(on_map(stack))
+    robot = drive.robot
+
+    def load(name: str) -> None:
+        request = LoadMap.Request(map_url=str(shipped_file(f"maps/{name}.yaml")))
+        assert robot.call(LoadMap, "map_server/load_map", request).result == 0
+
+    begun = robot.now
+    load("warehouse")
+    robot.run(5.0)
+    assert max(now for now, way in drive.moved if way > STILL) - begun < 0.8
+    load("arjuna_room")
+    robot.run(2.0)
     assert Goals(robot).navigate(FAR, 60.0).succeeded
+    assert robot.sim.contacts.log.total == 0
 
 
 @pytest.mark.parametrize("kind", BORNE)

@@ -1,4 +1,4 @@
-"""What went wrong in a process, on /diagnostics once a second, a status for each node."""
+"""What is and went wrong in a process, on /diagnostics once a second, a status for each node."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ class Diagnostics:
         """
         if self._period.due(now) and self._publisher.get_subscription_count():
             array = DiagnosticArray(header=header("", now))
-            names = [node.get_fully_qualified_name() for node in nodes]
-            array.status = [self._status(name, now) for name in names]
+            array.status = [self._status(node, now) for node in nodes]
             self._publisher.publish(array)
 
-    def _status(self, name: str, now: float) -> DiagnosticStatus:
+    def _status(self, node: Any, now: float) -> DiagnosticStatus:
         """Return a node's status: as bad as the worst of the last seconds, with all counts."""
+        name = node.get_fully_qualified_name()
         tallies = [(s, t) for (node, s), t in self._guard.tallies.items() if node == name]
         recent = [t for _, t in tallies if 0.0 <= now - t.at < _RECENT]
         status = DiagnosticStatus(name=f"{name}: messages", hardware_id=self._node.get_name())
@@ -54,4 +54,7 @@ class Diagnostics:
             KeyValue(key=f"{source} {t.kind}", value=f"{t.count}, the last: {t.reason}")
             for source, t in tallies
         ]
+        trouble = node.trouble()
+        if trouble:
+            status.level, status.message = DiagnosticStatus.ERROR, trouble
         return status

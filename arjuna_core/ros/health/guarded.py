@@ -25,6 +25,10 @@ class Guarded:
 
     guard: Guard
 
+    def trouble(self) -> str:
+        """Return what keeps the node from its work now, for /diagnostics; empty where nothing."""
+        return ""
+
     def guarded(
         self,
         source: str,

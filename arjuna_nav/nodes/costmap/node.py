@@ -26,10 +26,16 @@ from arjuna_nav.nodes.costmap.services import CostmapServices
 from arjuna_nav.nodes.frames import robot_pose
 
 _QUEUE = 50  # as the message filter of nav2_costmap_2d's obstacle layer
+_OVERDUE = 3.0  # periods without an update that are too many
 
 
 class CostmapNode(ManagedNode):
-    """Keeps a layered costmap current; the servers of its process read `current`."""
+    """Keeps a layered costmap current; the servers of its process read `current`.
+
+    Attributes:
+        layered: The costs.
+        scan_topic: Where its scans come from, absolute; empty where it takes none.
+    """
 
     Config = CostmapConfig
     DEFAULT_NAME = "global_costmap"
@@ -48,6 +54,7 @@ class CostmapNode(ManagedNode):
             self.subscribe(
                 OccupancyGridMsg, _absolute(topic), self._on_map, qos.LATCHED, while_inactive=True
             )
+        self.scan_topic = ""
         if "obstacle_layer" in config.plugins:
             self._listen(config.obstacle_layer)
         self._output = CostmapOutput(self)
@@ -66,6 +73,8 @@ class CostmapNode(ManagedNode):
             kind, add = kinds[source]
             topic = _absolute(getattr(layer, source).topic)
             self.subscribe(kind, topic, add, qos.SENSOR_SUBSCRIPTION)
+            if source == "scan":
+                self.scan_topic = topic
 
     def current(self, timeout: float) -> Costmap | None:
         """Return the costs, or None if they were not updated within a timeout [s]."""
@@ -79,6 +88,13 @@ class CostmapNode(ManagedNode):
         age = self.now - self._updated_at if self.active else np.inf
         since = f"was last updated {age:.2f} s ago" if np.isfinite(age) else "was never updated"
         return f"{self.get_name()} {since}, it is {self.now:.2f} s: {problem}"
+
+    def trouble(self) -> str:
+        """Say why the costs are old, where they are."""
+        overdue = (
+            self.active and self.now - self._updated_at > _OVERDUE / self.config.update_frequency
+        )
+        return self.why_not_current() if overdue else ""
 
     def robot_pose(self) -> SE2:
         """Return the robot's pose in the costmap's frame.
@@ -157,8 +173,7 @@ class CostmapNode(ManagedNode):
         return used and 0.0 < borne < self.now - self._scanned_at
 
     def _silence(self) -> str:
-        topic = _absolute(self.config.obstacle_layer.scan.topic)
-        return f"no scan on {topic} for {self.now - self._scanned_at:.2f} s"
+        return f"no scan on {self.scan_topic} for {self.now - self._scanned_at:.2f} s"
 
 
 def _absolute(topic: str) -> str:

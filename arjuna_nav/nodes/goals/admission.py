@@ -11,7 +11,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.navigator import PLAN_ERRORS_TO_RETRY
+from arjuna_nav.navigator import OUTAGES, PLAN_ERRORS_TO_RETRY
 from arjuna_nav.nodes.frames import pose_in, robot_pose
 from arjuna_nav.nodes.navigation_clients import NavigationClients
 from arjuna_nav.nodes.trees.loading import TreeChoice
@@ -109,7 +109,7 @@ class Admission:
         plan = self._clients.trial(goals, self._on_change)
         if plan is None:
             return False
-        if plan.status in PLAN_ERRORS_TO_RETRY | {PlanStatus.SUCCEEDED}:
+        if plan.status in PLAN_ERRORS_TO_RETRY | OUTAGES | {PlanStatus.SUCCEEDED}:
             return True
         raise RefusedGoalError(error_code(kind, plan.status), plan.message)
 

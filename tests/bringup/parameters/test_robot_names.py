@@ -13,9 +13,9 @@ from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
 from bringup.parameters.composition import check_parameters, node_class
 from bringup.parameters.files import for_node
-from bringup.parameters.inputs import all_nodes, gather, groups_of
+from bringup.parameters.inputs import all_nodes, gather, groups_of, over_shipped
 from bringup.parameters.robot_names import KEYS, of_names
-from bringup.stack import REAL_STACKS
+from bringup.stack import REAL_STACKS, VELOCITY_CHAIN
 
 pytestmark = pytest.mark.ros
 OPTIONS = {name: f"--{name.replace('_', '-')}" for name in KEYS}
@@ -31,6 +31,19 @@ def test_every_option_is_a_parameter_of_the_nodes_that_run(where: list[str]) -> 
     check_parameters(found, groups, known)
     assert set(found) <= {spec.name for group in groups for spec in group.nodes}
     assert found["collision_monitor"]["base_frame_id"] == "other"
+    assert found["collision_monitor"]["cmd_vel_out_topic"] == "other"
+    assert "cmd_vel_topic" not in found.get("controller_server", {})
+
+
+@pytest.mark.parametrize("said", ["controller_server", "velocity_smoother", "/**"])
+def test_a_chain_of_velocities_is_of_one_type(said: str, tmp_path: Path) -> None:
+    file = tmp_path / "params.yaml"
+    file.write_text(f'"{said}": {{ros__parameters: {{enable_stamped_cmd_vel: true}}}}')
+    parameters = over_shipped([file])
+    for name in VELOCITY_CHAIN:
+        assert parameters[name]["enable_stamped_cmd_vel"] is True
+    plain = over_shipped([])
+    assert not any("enable_stamped_cmd_vel" in plain.get(name, {}) for name in VELOCITY_CHAIN)
 
 
 @pytest.mark.parametrize("command", [["slam"], ["nav", "--slam"], ["explore"], ["robot", "--slam"]])

@@ -22,7 +22,7 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from bringup.parameters.composition import create_node
 from bringup.parameters.files import Parameters, merged, shipped_parameters
-from bringup.stack import NodeSpec
+from bringup.stack import COLLISION_MONITOR, NodeSpec
 from tests.helpers.ros import TICK, RosBench
 from tests.nav.worlds import room, scan_from
 
@@ -30,6 +30,9 @@ SUCCEEDED = GoalStatus.STATUS_SUCCEEDED
 CANCELED = GoalStatus.STATUS_CANCELED
 ABORTED = GoalStatus.STATUS_ABORTED
 _SCAN_TICKS = 5
+_TO_THE_WHEELS: Parameters = {
+    name: {"cmd_vel_topic": "cmd_vel"} for name in ("controller_server", "behavior_server")
+}
 
 
 class Goal:
@@ -124,7 +127,9 @@ class PlayedRobot:
         self.commands.append(self.command)
 
     def bring_up(self, *specs: NodeSpec) -> None:
-        """Make nodes, configure all, then activate all."""
+        """Make nodes, configure all, then activate all; without the chain, servers drive."""
+        if COLLISION_MONITOR not in specs:
+            self._parameters = merged(_TO_THE_WHEELS, self._parameters)
         for spec in specs:
             self.nodes[spec.name] = create_node(self.bench.process, spec, self._parameters)
         for transition in ("configure", "activate"):

@@ -26,6 +26,9 @@ def cluster(x: float, y: float, count: int = 8) -> NDArray[np.float64]:
     return points
 
 
+LATER = {"FootprintApproach.time_before_collision": 1.2}
+
+
 def judge(velocity: Velocity, points: Any, **parameters: Any) -> Verdict:
     return CollisionMonitor(load(MonitorConfig, parameters)).judge(velocity, points, ROBOT)
 
@@ -37,7 +40,7 @@ def test_free_space_leaves_a_velocity_as_it_is() -> None:
 
 @pytest.mark.parametrize(("gap", "seconds"), [(0.4, 1.0), (0.2, 0.5), (0.01, 0.0)])
 def test_the_speed_falls_with_the_time_before_a_collision(gap: float, seconds: float) -> None:
-    verdict = judge(FORWARD, cluster(0.25 + gap, 0.0))
+    verdict = judge(FORWARD, cluster(0.25 + gap, 0.0), **LATER)
     assert verdict.action is Action.APPROACH
     assert verdict.zone == "FootprintApproach"
     assert verdict.velocity.v == pytest.approx(0.4 * seconds / 1.2, abs=0.4 * 0.11 / 1.2)
@@ -45,12 +48,37 @@ def test_the_speed_falls_with_the_time_before_a_collision(gap: float, seconds: f
 
 def test_a_turn_is_slowed_where_a_corner_would_hit() -> None:
     long = Footprint.polygon(np.array([[0.4, 0.1], [0.4, -0.1], [-0.4, -0.1], [-0.4, 0.1]]))
-    monitor = CollisionMonitor(load(MonitorConfig, {}))
+    monitor = CollisionMonitor(load(MonitorConfig, LATER))
     beside = cluster(0.25, 0.25)
     assert monitor.judge(Velocity(0.0, 1.0), beside, long).action is Action.APPROACH
     assert monitor.judge(Velocity(0.0, -0.1), beside, long).action is Action.DO_NOTHING
     slowed = monitor.judge(Velocity(0.2, 1.0), beside, long).velocity
     assert slowed.w / slowed.v == pytest.approx(5.0)  # the arc stays
+
+
+def test_by_default_a_robot_that_can_still_stop_is_not_slowed() -> None:
+    assert judge(FORWARD, cluster(0.25 + 0.21, 0.0)) == Verdict(FORWARD)
+    assert judge(FORWARD, cluster(0.25 + 0.11, 0.0)).velocity.v == pytest.approx(0.4 * 2 / 5)
+
+
+@pytest.mark.parametrize("footprint", [ROBOT, Footprint.polygon(np.array(
+    [[0.25, 0.2], [0.25, -0.2], [-0.25, -0.2], [-0.25, 0.2]]))])  # fmt: skip
+def test_a_robot_that_touches_something_may_go_where_it_gets_no_nearer(
+    footprint: Footprint,
+) -> None:
+    monitor = CollisionMonitor(load(MonitorConfig, {}))
+    touched = cluster(0.23, 0.0)
+    assert monitor.judge(FORWARD, touched, footprint).velocity == Velocity()
+    back = Velocity(-0.3, 0.0)
+    assert monitor.judge(back, touched, footprint) == Verdict(back)
+    wall = np.array([(x, 0.195) for x in np.arange(-1.0, 1.0, 0.01)])
+    assert monitor.judge(FORWARD, wall, footprint) == Verdict(FORWARD)
+
+
+def test_the_robots_own_parts_do_not_hold_it() -> None:
+    parts = np.vstack([cluster(0.1, 0.1), cluster(-0.1, 0.05)])
+    assert judge(FORWARD, parts) == Verdict(FORWARD)
+    assert judge(FORWARD, np.vstack([parts, cluster(0.3, 0.0)])).action is Action.APPROACH
 
 
 def test_few_points_are_noise() -> None:

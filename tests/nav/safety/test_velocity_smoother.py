@@ -13,6 +13,12 @@ from arjuna_core.twist import Velocity
 from arjuna_nav.safety.velocity_smoother import SmoothingConfig, VelocitySmoother
 
 PERIOD = 0.05
+LIMITS = {
+    "max_velocity": (0.5, 0.0, 2.5),
+    "min_velocity": (-0.5, 0.0, -2.5),
+    "max_accel": (2.5, 0.0, 3.2),
+    "max_decel": (-2.5, 0.0, -3.2),
+}
 STILL = Velocity()
 
 
@@ -20,7 +26,7 @@ def driven(
     command: Velocity, count: int, measured: Velocity = STILL, **parameters: Any
 ) -> list[Velocity | None]:
     """Return what is said each period after one command."""
-    smoother = VelocitySmoother(load(SmoothingConfig, parameters))
+    smoother = VelocitySmoother(load(SmoothingConfig, LIMITS | parameters))
     smoother.take(command, 0.0)
     return [smoother.tick(measured, k * PERIOD) for k in range(count)]
 
@@ -65,8 +71,32 @@ def test_a_command_that_ceases_brings_the_robot_to_rest_and_then_silence() -> No
     speeds = said(velocities)
     assert speeds[20, 0] == pytest.approx(0.4)  # 1 s: the command still holds
     assert speeds[-1] == pytest.approx((0.0, 0.0))
-    assert 24 <= len(speeds) <= 26
+    assert 22 <= len(speeds) <= 26
     assert velocities[len(speeds) :] == [None] * (40 - len(speeds))
+
+
+def test_by_default_nothing_is_limited() -> None:
+    smoother = VelocitySmoother(SmoothingConfig())
+    for k, v in enumerate((3.0, -3.0, 0.0)):
+        smoother.take(Velocity(v, 2.0 * v), k * PERIOD)
+        assert smoother.tick(STILL, k * PERIOD) == Velocity(v, 2.0 * v)
+
+
+def test_of_commands_at_one_time_the_last_counts() -> None:
+    smoother = VelocitySmoother(load(SmoothingConfig, LIMITS))
+    for v in (0.4, -0.4):
+        smoother.take(Velocity(v, 0.0), 0.0)
+        said = smoother.tick(STILL, 0.0)
+    assert said == Velocity(pytest.approx(-2.5 * PERIOD), 0.0)  # type: ignore[arg-type]
+
+
+def test_commands_come_as_often_as_they_like() -> None:
+    smoother = VelocitySmoother(load(SmoothingConfig, LIMITS))
+    for k in range(10):
+        smoother.take(Velocity(0.5, 0.0), 0.01 * k)
+        said = smoother.tick(STILL, 0.01 * k)
+    assert said is not None
+    assert said.v == pytest.approx(2.5 * (PERIOD + 0.09))
 
 
 def test_nothing_is_said_before_the_first_command() -> None:

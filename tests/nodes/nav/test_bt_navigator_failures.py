@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 
 from arjuna_core.se2 import SE2
@@ -37,6 +38,11 @@ def robot() -> Iterator[PlayedRobot]:
     robot = made()
     yield robot
     robot.close()
+
+
+def message_of(told: DiagnosticArray, node: str) -> str:
+    """Return what is told of a node."""
+    return next(str(each.message) for each in told.status if each.name.startswith(f"{node}:"))
 
 
 @pytest.mark.parametrize(
@@ -194,13 +200,57 @@ def test_a_goal_that_waits_for_the_robots_place_is_replaced_and_cancelled(
     assert_stopped_for_good(robot)
 
 
-def test_a_place_that_is_lost_under_way_stops_the_robot(robot: PlayedRobot) -> None:
+def test_a_place_that_is_lost_under_way_stops_the_robot_until_it_is_known(
+    robot: PlayedRobot,
+) -> None:
+    told = robot.bench.collect(DiagnosticArray, "/diagnostics")
     goal = go(robot, SE2(3.0, 1.0))
     drive(robot)
     robot.localized = False
-    robot.run_until_done(goal, 10.0)
-    assert_failed(goal, 102)
+    robot.run(0.5)
+    assert robot.command == STILL
+    robot.forget()
+    robot.run(6.0)
+    assert all(command == STILL for command in robot.commands)
+    assert "stands and waits: global_costmap was last" in message_of(told[-1], "/bt_navigator")
+    robot.localized = True
+    robot.run_until_done(goal, 30.0)
+    assert goal.status == SUCCEEDED
+    assert "could be used" in message_of(told[-1], "/bt_navigator")
+
+
+def test_a_place_that_stays_lost_ends_the_goal_with_the_reason() -> None:
+    robot = made(outage_patience=3.0)
+    goal = go(robot, SE2(3.0, 1.0))
+    drive(robot)
+    robot.localized = False
+    robot.run_until_done(goal, 8.0)
+    assert_failed(goal, 207)
     assert_stopped_for_good(robot)
+    robot.close()
+
+
+@pytest.mark.parametrize("seconds", [1.0, 5.0])
+def test_a_dead_scanner_stops_the_robot_until_it_is_well(
+    robot: PlayedRobot, seconds: float
+) -> None:
+    told = robot.bench.collect(DiagnosticArray, "/diagnostics")
+    goal = go(robot, SE2(3.0, 1.0))
+    drive(robot)
+    robot.sees = False
+    robot.run(0.4)
+    assert robot.command == STILL
+    robot.forget()
+    robot.run(seconds)
+    assert all(command == STILL for command in robot.commands)
+    troubles = {
+        s.name.partition(":")[0]: s.message for a in told for s in a.status if s.level == b"\x02"
+    }
+    assert "no scan on /scan" in troubles["/local_costmap/local_costmap"]
+    assert "the last scan on /scan is" in troubles["/collision_monitor"]
+    robot.sees = True
+    robot.run_until_done(goal, 30.0)
+    assert goal.status == SUCCEEDED
 
 
 @pytest.mark.parametrize(
@@ -213,7 +263,7 @@ def test_a_place_that_is_lost_under_way_stops_the_robot(robot: PlayedRobot) -> N
     ],
 )
 def test_a_server_that_rests_ends_the_goal(name: str, code: int) -> None:
-    robot = made(number_of_retries=1)
+    robot = made(number_of_retries=1, outage_patience=1.0)
     goal = go(robot, SE2(3.0, 1.0))
     drive(robot)
     robot.transition(name, "deactivate")

@@ -28,12 +28,18 @@ pytestmark = pytest.mark.ros
 State = CollisionMonitorState
 
 
-@pytest.fixture
-def robot() -> Iterator[PlayedRobot]:
-    robot = PlayedRobot()
+def made(**parameters: Any) -> PlayedRobot:
+    early = {"FootprintApproach.time_before_collision": 1.2}
+    robot = PlayedRobot({"collision_monitor": early | parameters})
     block(robot.world, 6.7, 4.5, 0.1, 2.0)  # a wall at x = 1.2
     robot.bring_up(LOCAL_COSTMAP, COLLISION_MONITOR)
     robot.run(0.5)
+    return robot
+
+
+@pytest.fixture
+def robot() -> Iterator[PlayedRobot]:
+    robot = made()
     yield robot
     robot.close()
 
@@ -60,7 +66,7 @@ def test_the_robot_stops_before_a_wall_and_may_drive_back(robot: PlayedRobot) ->
     drive(robot, 0.4, 1.0)
     assert robot.command.v == pytest.approx(0.4)
     drive(robot, 0.4, 7.0)
-    assert robot.pose.x < 1.2 - 0.28
+    assert robot.pose.x < 1.2 - 0.25
     assert robot.command.v < 0.06
     assert told(changes) == [(State.APPROACH, "FootprintApproach")]
     drive(robot, -0.2, 1.0)
@@ -71,9 +77,9 @@ def test_the_robot_stops_before_a_wall_and_may_drive_back(robot: PlayedRobot) ->
 def test_without_sight_the_robot_stands(robot: PlayedRobot) -> None:
     changes = states(robot)
     robot.sees = False
-    drive(robot, 0.2, 0.8)
+    drive(robot, 0.2, 0.2)
     assert robot.command.v == pytest.approx(0.2)
-    drive(robot, 0.2, 0.6)
+    drive(robot, 0.2, 0.2)
     assert robot.command == STILL
     assert told(changes) == [(State.STOP, "invalid source")]
     robot.sees = True
@@ -81,14 +87,16 @@ def test_without_sight_the_robot_stands(robot: PlayedRobot) -> None:
     assert robot.command.v == pytest.approx(-0.2)
 
 
-def test_what_was_seen_is_moved_with_the_robot(robot: PlayedRobot) -> None:
+def test_what_was_seen_is_moved_with_the_robot() -> None:
+    robot = made(source_timeout=1.0)
     robot.pose = SE2(0.3, 0.0)
     robot.run(0.3)
     robot.sees = False
     drive(robot, 0.4, 0.7)
-    nearest = 1.2 - robot.pose.x - 0.28
+    nearest = 1.2 - robot.pose.x - 0.25
     assert robot.command.v == pytest.approx(0.4 * min(nearest / 0.4 / 1.2, 1.0), abs=0.05)
     assert robot.command.v < 0.38
+    robot.close()
 
 
 def test_it_can_be_switched_off_and_on(robot: PlayedRobot) -> None:
@@ -96,7 +104,7 @@ def test_it_can_be_switched_off_and_on(robot: PlayedRobot) -> None:
         request = Toggle.Request(enable=enable)
         assert robot.bench.call(Toggle, "/collision_monitor/toggle", request).success
 
-    robot.pose = SE2(0.8, 0.0)
+    robot.pose = SE2(0.85, 0.0)
     robot.run(0.2)
     drive(robot, 0.1, 0.2)
     assert robot.command.v < 0.1
@@ -126,9 +134,32 @@ def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
     assert not robot.commands
 
 
+def test_a_slow_scanner_is_not_taken_for_a_dead_one(robot: PlayedRobot) -> None:
+    robot.sees = False
+    for _ in range(6):  # one scan a second
+        robot.run(0.9)
+        robot.sees = True
+        robot.run(0.1)
+        robot.sees = False
+    drive(robot, 0.2, 1.2)
+    assert robot.command.v == pytest.approx(0.2)
+    drive(robot, 0.2, 1.6)
+    assert robot.command == STILL
+
+
+def test_a_robot_without_a_scanner_is_not_held() -> None:
+    robot = PlayedRobot({"local_costmap/local_costmap": {"plugins": ["inflation_layer"]}})
+    robot.bring_up(LOCAL_COSTMAP, COLLISION_MONITOR)
+    robot.sees = False
+    robot.run(0.5)
+    drive(robot, 0.2, 0.2)
+    assert robot.command.v == pytest.approx(0.2)
+    robot.close()
+
+
 def test_a_goal_is_reached_through_the_whole_chain() -> None:
-    chain = {"cmd_vel_topic": "cmd_vel_nav"}
-    robot = PlayedRobot({"controller_server": chain, "behavior_server": chain})
+    limits = {"max_accel": [2.5, 0.0, 3.2], "max_decel": [-2.5, 0.0, -3.2]}
+    robot = PlayedRobot({"velocity_smoother": limits})
     robot.bring_up(*NAVIGATION_GROUP.nodes)
     robot.send_map()
     robot.run(1.0)

@@ -148,7 +148,7 @@ def test_what_cannot_be_followed_fails_with_its_code(
     robot: PlayedRobot, code: int, route: Path, ids: dict[str, str], says: str
 ) -> None:
     goal = follow(robot, route, **ids)
-    robot.run_until_done(goal, 0.2)
+    robot.run_until_done(goal, 0.5)
     assert_failed(goal, code)
     assert says in goal.result.error_msg
     assert robot.command == STILL
@@ -211,7 +211,10 @@ def test_a_robot_that_knows_its_place_no_more_stops(robot: PlayedRobot) -> None:
     goal = follow(robot, path((2.0, 0.0)))
     robot.run(1.0)
     robot.localized = False
-    robot.run_until_done(goal, 0.5)
+    robot.run(0.4)
+    assert robot.command == STILL
+    assert not goal.done
+    robot.run_until_done(goal, 0.4)
     assert_failed(goal, Result.TF_ERROR)
     assert "tolerance of 0.3 s" in goal.result.error_msg
     assert robot.command == STILL

@@ -18,13 +18,16 @@ from bringup.stack import BEHAVIOR_SERVER, LOCAL_COSTMAP, VELOCITY_SMOOTHER
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 
 pytestmark = pytest.mark.ros
-TO_CMD_VEL = {"cmd_vel_out_topic": "cmd_vel"}
+SMOOTHER = {
+    "cmd_vel_out_topic": "cmd_vel",
+    "max_accel": [2.5, 0.0, 3.2],
+}
 
 
 @pytest.fixture
 def robot() -> Iterator[PlayedRobot]:
     robot = PlayedRobot(
-        {"velocity_smoother": TO_CMD_VEL, "behavior_server": {"cmd_vel_topic": "cmd_vel_nav"}}
+        {"velocity_smoother": SMOOTHER, "behavior_server": {"cmd_vel_topic": "cmd_vel_nav"}}
     )
     robot.bring_up(LOCAL_COSTMAP, BEHAVIOR_SERVER, VELOCITY_SMOOTHER)
     robot.run(0.5)
@@ -70,6 +73,13 @@ def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
     command(robot, math.nan)
     robot.run(0.2)
     assert robot.command.v == pytest.approx(0.3)
+
+
+def test_a_stop_is_passed_on_without_time_passing(robot: PlayedRobot) -> None:
+    command(robot, 0.3)
+    robot.run(0.5)
+    command(robot, 0.0)
+    assert robot.command == STILL
 
 
 @pytest.mark.parametrize("how", ["deactivate", "set_back"])

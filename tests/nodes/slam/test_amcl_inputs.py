@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
@@ -16,6 +17,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.grid import FREE, OCCUPIED, OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import (
     header,
@@ -26,8 +28,8 @@ from arjuna_core.ros.convert import (
 )
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.nodes.amcl import AmclNode
-from tests.helpers.amcl_room import Room, rooms, started
-from tests.slam.amcl.room import DT
+from tests.helpers.amcl_room import ROOM, Room, rooms, started
+from tests.slam.amcl.room import BOXES, DT, room_map
 
 pytestmark = pytest.mark.ros
 
@@ -142,6 +144,35 @@ def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(
     node.set_parameters([Parameter("max_particles", value=1500)])  # builds the filter anew
     room.drive(3)
     assert room.error[0] < 0.06
+
+
+def test_on_a_map_of_another_building_the_place_is_told_no_more(room: Room) -> None:
+    node = started(room)
+    room.place(room.robot.pose)
+    room.drive(10)
+    corridors = np.full(ROOM.data.shape, FREE, np.int8)
+    corridors[::30], corridors[:, ::90] = OCCUPIED, OCCUPIED
+    room.publish_map(OccupancyGrid(ROOM.frame, corridors))
+    room.transforms.clear()
+    room.drive(10)
+    assert room.transforms == []
+    assert "lost since the map was replaced: only" in node.trouble()
+    room.publish_map(ROOM)
+    room.drive(3)
+    assert room.transforms
+    assert node.trouble() == ""
+    assert room.error < (0.3, 0.2)
+
+
+def test_on_a_newer_map_of_the_same_building_the_place_is_kept(room: Room) -> None:
+    started(room)
+    room.place(room.robot.pose)
+    room.drive(10)
+    room.publish_map(room_map(boxes=BOXES[1:]))
+    room.transforms.clear()
+    room.drive(5)
+    assert len(room.transforms) >= 4
+    assert room.error < (0.2, 0.1)
 
 
 def test_a_bad_map_as_the_first_is_refused_and_a_good_one_then_used(
