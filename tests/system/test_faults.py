@@ -21,6 +21,7 @@ from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.health.faults import Fault, Faults
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
+from tests.helpers.nav.faults import BLIND, BORNE, DEAD
 from tests.helpers.ros import RosBench
 from tests.system.test_navigation import on_map, truth
 
@@ -28,24 +29,7 @@ if TYPE_CHECKING:
     from bringup.lockstep import LockStep
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
-DEAD = Fault(drop=1.0)
 FAR = SE2(1.5, 1.0, 0.5)
-BLIND = {
-    "a dead lidar": ("/scan", DEAD, 0.5),
-    "a frozen lidar": ("/scan", Fault(frozen=True), 0.6),
-    "no transforms": ("/tf", DEAD, 0.55),
-    "no commands": ("/cmd_vel", DEAD, 0.65),  # the base's own timeout
-}
-"""Topic, fault, and the time from it to the last motion, braking included [s]."""
-BORNE = {
-    "half the scans": ("/scan", Fault(drop=0.5)),
-    "half the transforms": ("/tf", Fault(drop=0.5)),
-    "half the commands": ("/cmd_vel", Fault(drop=0.5)),
-    "late scans out of order": ("/scan", Fault(delay=0.05, jitter=0.15)),
-    "all odometry twice": ("/odom", Fault(duplicate=1.0)),
-    "no odometry": ("/odom", DEAD),
-    "late commands": ("/cmd_vel", Fault(delay=0.1)),
-}
 STILL = 0.001  # a tick [m]
 Stack = Callable[..., "LockStep"]
 
@@ -81,10 +65,11 @@ def test_a_robot_that_is_blind_stands_and_drives_when_it_is_over(stack: Stack, k
     robot = drive.robot
     assert drive.moved[-1][1] > STILL
     begun = robot.now
-    topic, fault, stands_within = BLIND[kind]
-    drive.faults.put(topic, fault)
+    trial = BLIND[kind]
+    drive.faults.put(trial.topic, trial.fault)
     robot.run(3.0)
-    assert max(now for now, way in drive.moved if way > STILL) - begun < stands_within
+    assert trial.stands_within is not None
+    assert max(now for now, way in drive.moved if way > STILL) - begun < trial.stands_within
     drive.faults.clear()
     robot.run_until(drive.result.done, 60.0, "the goal")
     assert drive.result.result().result.error_code == 0
@@ -115,7 +100,7 @@ def test_on_a_map_of_another_building_the_robot_stands_until_the_right_one_is_ba
 @pytest.mark.parametrize("kind", BORNE)
 def test_a_robot_that_hears_enough_reaches_its_goal(stack: Stack, kind: str) -> None:
     drive = Drive(on_map(stack))
-    drive.faults.put(*BORNE[kind])
+    drive.faults.put(BORNE[kind].topic, BORNE[kind].fault)
     drive.robot.run_until(drive.result.done, 60.0, "the goal")
     assert drive.result.result().result.error_code == 0
     assert truth(drive.robot).distance(FAR) < 0.3

@@ -25,6 +25,7 @@ class Fault:
         delay: How much later they come [s].
         jitter: How much later still, at random up to this [s]; it changes their order.
         frozen: Whether the first one comes again in place of each, with its old stamp.
+        change: What else becomes of each; given a copy that it may change, and return.
     """
 
     drop: float = 0.0
@@ -32,6 +33,7 @@ class Fault:
     delay: float = 0.0
     jitter: float = 0.0
     frozen: bool = False
+    change: Callable[[Any], Any] | None = None
 
 
 class Faults:
@@ -73,6 +75,8 @@ class Faults:
             if fault.frozen:
                 first.append(copy.deepcopy(message)) if not first else None
                 message = first[0]
+            if fault.change is not None:
+                message = fault.change(copy.deepcopy(message))
             times = 1 + int(self._rng.random() < fault.duplicate)
             for _ in range(0 if self._rng.random() < fault.drop else times):
                 wait = fault.delay + fault.jitter * float(self._rng.random())
