@@ -26,6 +26,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.commands import Ending, Finish, NavigatorState
 from arjuna_nav.navigator import Navigator, NavigatorConfig
 from arjuna_nav.nodes.goals.admission import Admission, RefusedGoalError, error_code
+from arjuna_nav.nodes.goals.memory import GoalMemory
 from arjuna_nav.nodes.navigation_clients import NavigationClients
 from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
@@ -60,6 +61,9 @@ class BtNavigatorConfig(NavigatorConfig):
     error_code_names: tuple[str, ...] = param(
         ("compute_path_error_code", "follow_path_error_code"),
         "Entries of a tree's blackboard that hold error codes; the lowest is a failed goal's.",
+    )
+    resume_file: str = param(
+        "", "Keeps the goal under way, to go on with it after a crash; empty: no.", read_only=True
     )
 
 
@@ -98,11 +102,27 @@ class BtNavigatorNode(GoalNode):
             for kind, action in _ACTIONS.items()
         }
         self._admission = Admission(self, self._others, self._trees, self._consider)
+        self._memory = GoalMemory(self, config.resume_file, _ACTIONS)
         self._own = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         for topic in ("goal_pose", "/move_base_simple/goal"):
             self.subscribe(PoseStamped, topic, self._on_goal_pose, qos.DEFAULT)
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         self.every(config.bt_loop_duration / 1000.0, self._work)
+
+    def activate(self) -> None:
+        """Look for a goal that was under way when the process ended."""
+        self._memory.recall()
+
+    def deactivate(self) -> None:
+        """Stop and abort what is asked for; it is not gone on with."""
+        super().deactivate()
+        self._memory.forget()
+
+    def on_time_jump(self) -> None:
+        """Stop and abort; what was under way is gone on with if that is asked for."""
+        super().on_time_jump()
+        if self.active:
+            self._memory.recall()
 
     def halt(self) -> None:
         """Stop the robot and stop navigating."""
@@ -160,6 +180,7 @@ class BtNavigatorNode(GoalNode):
             return
         self.get_logger().info(f"{kind}: {_described(goals)} received")
         self._begun, self._kind = self.now, kind
+        self._memory.keep(kind, server.newest)
         if preempts:
             server.accept_pending()
             self._new_goals = goals
@@ -175,6 +196,7 @@ class BtNavigatorNode(GoalNode):
         return TreeNavigator(tree, self.config.error_code_names, goals, self.now)
 
     def _work(self) -> None:
+        self._memory.resume()
         self._consider()
         self._tick()
 
@@ -232,6 +254,7 @@ class BtNavigatorNode(GoalNode):
 
     def _finish(self, finish: Finish) -> None:
         self._navigator = None
+        self._memory.forget()
         self._asked.stop()
         result = _ACTIONS[self._kind].Result(
             error_code=error_code(self._kind, finish.error_code), error_msg=finish.error_msg

@@ -15,6 +15,7 @@ from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.goal_server import GoalServer
+from arjuna_nav.nodes.goals.memory import GoalMemory
 from arjuna_nav.nodes.gps.anchor import GpsAnchor, GpsConfig, GpsError
 
 _PLUGIN = "nav2_waypoint_follower::WaitAtWaypoint"
@@ -49,6 +50,9 @@ class WaypointFollowerConfig:
     wait_at_waypoint: WaitConfig = field(default_factory=WaitConfig)
     global_frame_id: str = param("map", "Frame of GPS waypoints' poses.", read_only=True)
     gps: GpsConfig = field(default_factory=GpsConfig)
+    resume_file: str = param(
+        "", "Keeps the list under way, to go on with it after a crash; empty: no.", read_only=True
+    )
 
 
 class WaypointFollowerNode(GoalNode):
@@ -68,7 +72,23 @@ class WaypointFollowerNode(GoalNode):
         self._navigator = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         self._kind = "follow_waypoints"
         self._servers = {kind: self._offer(kind) for kind in _ACTIONS}
+        self._memory = GoalMemory(self, self.config.resume_file, _ACTIONS)
         self.every(1.0 / self.config.loop_rate, self._tick)
+
+    def activate(self) -> None:
+        """Look for a list that was under way when the process ended."""
+        self._memory.recall()
+
+    def deactivate(self) -> None:
+        """Stop and abort what is asked for; it is not gone on with."""
+        super().deactivate()
+        self._memory.forget()
+
+    def on_time_jump(self) -> None:
+        """Stop and abort; what was under way is gone on with if that is asked for."""
+        super().on_time_jump()
+        if self.active:
+            self._memory.recall()
 
     def _offer(self, kind: str) -> GoalServer:
         on_goal, on_cancel = partial(self._on_goal, kind), self._check_cancelled
@@ -146,6 +166,9 @@ class WaypointFollowerNode(GoalNode):
 
     def _drive(self) -> None:
         self._tell_waypoint()
+        goal: Any = self._server.goal
+        goal.goal_index, goal.number_of_loops = self._index, self._loops_left
+        self._memory.keep(self._kind, goal)
         if self._navigator.ready:
             request = NavigateToPose.Goal(pose=self._poses[self._index])
             self._navigator.send(request, self._on_outcome)
@@ -183,6 +206,7 @@ class WaypointFollowerNode(GoalNode):
     def _tick(self) -> None:
         self._check_cancelled()
         if self._server.goal is None:
+            self._memory.resume()
             return
         if self._go_on_at is None:
             self._tell_waypoint()
@@ -201,6 +225,7 @@ class WaypointFollowerNode(GoalNode):
         if self._index == len(self._poses):
             if not self._loops_left:
                 self._server.succeed(self._result())
+                self._memory.forget()
                 return
             self._loops_left -= 1
             self._index = 0
@@ -211,6 +236,7 @@ class WaypointFollowerNode(GoalNode):
         if self._server.cancel_requested:
             self._navigator.cancel()
             self._server.cancel(self._result())
+            self._memory.forget()
 
     def _result(self, **fields: Any) -> Any:
         return _ACTIONS[self._kind].Result(missed_waypoints=self._missed, **fields)
@@ -218,3 +244,4 @@ class WaypointFollowerNode(GoalNode):
     def _fail(self, message: str) -> None:
         self.get_logger().error(f"{self._kind} failed: {message}")
         self._server.abort(self._result(error_code=_UNKNOWN, error_msg=message))
+        self._memory.forget()

@@ -14,6 +14,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add_robot_names(parser)
     options.add_record(parser)
     options.add_supervision(parser)
+    options.add_resume(parser)
     options.add_maps_folder(parser)
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--map", type=Path, metavar="FILE", help="the map's YAML file")

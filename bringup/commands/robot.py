@@ -28,6 +28,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add_node_options(parser)
     options.add_record(parser)
     options.add_supervision(parser)
+    options.add_resume(parser)
     options.add_maps_folder(parser)
     options.add_seed(parser)
 

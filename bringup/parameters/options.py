@@ -47,6 +47,15 @@ def add_supervision(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_resume(parser: argparse.ArgumentParser) -> None:
+    """Add whether a goal outlives the process that drives to it."""
+    parser.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with the goal under way after navigation died or time was set back",
+    )
+
+
 def add_robot_choice(parser: argparse.ArgumentParser) -> None:
     """Add which robot is meant, where there may be several."""
     parser.add_argument(

@@ -7,8 +7,8 @@ from pathlib import Path
 
 PERIOD = 0.5
 """From one sign of life to the next [s]."""
-PATIENCE = 5.0
-"""How long a process that has work as usual may be silent [s]."""
+PATIENCE = 6.0
+"""How long a process that has work as usual may be silent [s]; one stopped for 5 s goes on."""
 _NANO = 1e9
 
 

@@ -9,14 +9,17 @@ import time
 from contextlib import closing
 from datetime import datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from arjuna_core.errors import InputFileError
+from bringup.parameters.files import Parameters, merged
 from bringup.parameters.inputs import gather, groups_of
 from bringup.processes.child import ChildSpec
 from bringup.processes.output import JsonOutput, TextOutput
 from bringup.processes.run_log import RunLog
 from bringup.processes.status import StartUp
 from bringup.processes.supervisor import Supervisor
+from bringup.stack import BT_NAVIGATOR, WAYPOINT_FOLLOWER
 
 
 def supervise(arguments: argparse.Namespace) -> int:
@@ -31,7 +34,20 @@ def supervise(arguments: argparse.Namespace) -> int:
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
-    parameters = json.dumps(gather(arguments))
+    with TemporaryDirectory(prefix="arjuna-goal-") as folder:
+        parameters = gather(arguments)
+        if vars(arguments).get("resume"):
+            parameters = merged(parameters, _resuming(Path(folder)))
+        return _supervise(arguments, json.dumps(parameters))
+
+
+def _resuming(folder: Path) -> Parameters:
+    """Return the parameters that keep goals in a folder, which is empty at the start of a run."""
+    nodes = BT_NAVIGATOR, WAYPOINT_FOLLOWER
+    return {spec.name: {"resume_file": str(folder / spec.name)} for spec in nodes}
+
+
+def _supervise(arguments: argparse.Namespace, parameters: str) -> int:
     names = [group.name for group in groups_of(arguments)]
     specs = [ChildSpec(name, host_command(name, parameters, arguments)) for name in names]
     if arguments.record is not None:

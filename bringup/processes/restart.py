@@ -12,7 +12,7 @@ from arjuna_core.config import param
 class RestartLimits:
     """When a process that dies again and again is left alone."""
 
-    first_delay: float = param(1.0, "Wait before the first restart; doubles", unit="s", minimum=0.0)
+    first_delay: float = param(0.2, "Wait before the first restart; doubles", unit="s", minimum=0.0)
     deaths: int = param(5, "Deaths within the window that end the attempts", minimum=1)
     window: float = param(60.0, "How long a death counts", unit="s", minimum=0.0)
 
@@ -35,7 +35,7 @@ class RestartPolicy:
             now: When it died [s].
 
         Returns:
-            How long to wait before it starts again [s]: 1, 2, 4, ...; None to give up.
+            How long to wait before it starts again [s]: doubled each time; None to give up.
         """
         while self._deaths and now - self._deaths[0] > self.limits.window:
             self._deaths.popleft()

@@ -33,7 +33,7 @@ def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
         assert bringup.matching("sim active after")
         (first,) = _children(bringup.process.pid)
         os.kill(first, signal.SIGKILL)
-        bringup.wait_for("sim died (SIGKILL); it starts again in 1 s")
+        bringup.wait_for("sim died (SIGKILL); it starts again in 0.2 s")
         bringup.wait_for(ACTIVE, 2)
         (second,) = _children(bringup.process.pid)
         bringup.process.send_signal(signal.SIGINT)

@@ -1,0 +1,66 @@
+"""The goal under way, kept in a file: it outlives the process, however that ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rclpy.serialization import deserialize_message, serialize_message
+
+from arjuna_core.files.atomic import write_atomically
+from arjuna_core.ros.goal_client import GoalClient
+from arjuna_core.ros.node import ManagedNode
+
+_CURRENT = 1.0  # age of a costmap that can be planned on [s]
+
+
+class GoalMemory:
+    """Keeps the goal that runs, and sends it again once the node may take it.
+
+    Args:
+        node: The node whose goals they are; made in its `configure`.
+        file: Where the goal is kept; empty: it is not.
+        actions: The node's actions by name.
+    """
+
+    def __init__(self, node: ManagedNode, file: str, actions: Mapping[str, Any]) -> None:
+        self._node = node
+        self._file = Path(file) if file else None
+        self._actions = dict(actions)
+        self._left: tuple[str, Any] | None = None
+        self._clients: dict[str, GoalClient] = {}
+        if self._file is not None:
+            self._clients = {k: node.keep(GoalClient(node, a, k)) for k, a in actions.items()}
+
+    def keep(self, name: str, goal: Any) -> None:
+        """Keep a goal of an action in place of the last."""
+        self._left = None
+        if self._file is not None:
+            write_atomically(self._file, name.encode() + b"\n" + serialize_message(goal))
+
+    def forget(self) -> None:
+        """Keep nothing: the goal has ended."""
+        self._left = None
+        if self._file is not None:
+            self._file.unlink(missing_ok=True)
+
+    def recall(self) -> None:
+        """Look for a goal that did not end; `resume`, called ever again, sends it."""
+        if self._file is None or not self._file.is_file():
+            return
+        first, _, data = self._file.read_bytes().partition(b"\n")
+        name = first.decode(errors="replace")
+        if name in self._actions:
+            self._left = name, deserialize_message(data, self._actions[name].Goal)
+
+    def resume(self) -> None:
+        """Send the goal again that did not end, once the robot knows its place on a map."""
+        if self._left is None:
+            return
+        costmap = self._node.process.find("global_costmap/global_costmap")
+        if costmap.current(_CURRENT) is None:
+            return
+        (name, goal), self._left = self._left, None
+        self._node.get_logger().info(f"{name}: goes on with the goal that was under way")
+        self._clients[name].send(goal, lambda outcome: None)

@@ -1,0 +1,114 @@
+"""Goals that outlive their process: kept in a file, gone on with once the place is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from nav2_msgs.action import FollowWaypoints
+
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.twist import STILL
+from bringup.stack import NAVIGATION_GROUP
+from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, PlayedRobot
+from tests.helpers.nav.navigator_goals import GOAL, TOLERANCE, drive, go, stamped, through
+
+pytestmark = pytest.mark.ros
+FAR = SE2(2.0, 1.0)
+
+
+def started(folder: Path, start: SE2 = IDENTITY, kept: bool = True) -> PlayedRobot:
+    """Return a robot whose goals are kept in a folder."""
+    names = ("bt_navigator", "waypoint_follower") if kept else ()
+    robot = PlayedRobot({name: {"resume_file": str(folder / name)} for name in names}, start)
+    robot.bring_up(*NAVIGATION_GROUP.nodes)
+    robot.send_map()
+    return robot
+
+
+def killed(robot: PlayedRobot) -> SE2:
+    """End a robot's process as kill -9 does: no node is told; return where it was."""
+    robot.bench.close()
+    return robot.pose
+
+
+def test_a_goal_is_gone_on_with_by_the_next_process(tmp_path: Path) -> None:
+    robot = started(tmp_path)
+    robot.run(1.0)
+    go(robot, FAR)
+    drive(robot)
+    again = started(tmp_path, killed(robot))
+    again.localized = False
+    again.run(2.0)
+    assert again.commands == []
+    again.localized = True
+    again.run(15.0)
+    assert again.pose.distance(FAR) < TOLERANCE
+    assert again.command == STILL
+    third = started(tmp_path, killed(again))
+    third.run(2.0)
+    assert third.commands == []
+    third.close()
+
+
+def test_poses_on_the_way_are_gone_on_with(tmp_path: Path) -> None:
+    robot = started(tmp_path)
+    robot.run(1.0)
+    through(robot, SE2(1.5, 0.5), FAR)
+    drive(robot)
+    again = started(tmp_path, killed(robot))
+    again.run(20.0)
+    assert again.pose.distance(FAR) < TOLERANCE
+    again.close()
+
+
+def test_a_list_of_waypoints_is_gone_on_with_where_it_was(tmp_path: Path) -> None:
+    robot = started(tmp_path)
+    robot.run(1.0)
+    poses = [stamped(pose) for pose in (SE2(0.5, 0.0), FAR, SE2(1.0, 0.0, 1.0))]
+    goal = robot.send(FollowWaypoints, "follow_waypoints", FollowWaypoints.Goal(poses=poses))
+    while goal.feedback[-1:] == [] or goal.feedback[-1].current_waypoint == 0:
+        robot.run(0.2)
+    robot.run(2.0)
+    again = started(tmp_path, killed(robot))
+    nearest = again.pose.distance(SE2(0.5, 0.0))
+    for _ in range(150):
+        again.run(0.2)
+        nearest = min(nearest, again.pose.distance(FAR))
+    assert nearest < TOLERANCE
+    assert again.pose.distance(SE2(1.0, 0.0)) < TOLERANCE
+    again.close()
+
+
+@pytest.mark.parametrize("how", ["reached", "cancelled", "deactivated", "not asked for"])
+def test_what_has_ended_is_not_gone_on_with(tmp_path: Path, how: str) -> None:
+    robot = started(tmp_path, kept=how != "not asked for")
+    robot.run(1.0)
+    goal = go(robot, SE2(0.4, 0.0) if how == "reached" else FAR)
+    robot.run(5.0)
+    if how == "reached":
+        assert goal.status == SUCCEEDED
+    if how == "cancelled":
+        goal.cancel()
+        assert goal.status == CANCELED
+    if how == "deactivated":
+        robot.transition("bt_navigator", "deactivate")
+    again = started(tmp_path, killed(robot))
+    again.run(2.0)
+    assert again.commands == []
+    again.close()
+
+
+def test_time_set_back_is_survived_where_that_is_asked_for(tmp_path: Path) -> None:
+    robot = started(tmp_path)
+    robot.run(1.0)
+    go(robot, GOAL)
+    drive(robot)
+    robot.bench.set_back()
+    assert robot.command == STILL
+    robot.run(15.0)
+    assert robot.pose.distance(GOAL) < TOLERANCE
+    robot.close()
