@@ -14,6 +14,7 @@ from arjuna_sim.devices.driving_pattern import Measurement
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.world import World
 from arjuna_sim.simulator import Simulator
 
@@ -33,7 +34,7 @@ def calibrate_robot(robot_path: Path, world_path: Path) -> Calibration:
     robot = load_robot(robot_path)
     world = load_world(world_path)
     drive, config = robot.drive, SimulatorConfig()
-    if not drive.left or not drive.right:
+    if drive.kind is not DriveKind.SIDES or not drive.left or not drive.right:
         raise CalibrationError(f"{robot.urdf.path}: has no wheels to calibrate")
     nominal = Kinematics(drive.separation, drive.radius)
     return calibrate(
@@ -82,4 +83,5 @@ class SimulatedVehicle:
 
     def observe(self) -> Measurement:
         """Return the encoders' angles and the true pose."""
-        return Measurement(self._simulator.wheel_angles(), self._simulator.truth().pose)
+        left, right = self._simulator.wheel_angles()
+        return Measurement((left, right), self._simulator.truth().pose)

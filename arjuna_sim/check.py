@@ -25,6 +25,7 @@ from arjuna_sim.model.settings import (
     BumperSettings,
     CameraSettings,
     CloudSettings,
+    DriveKind,
     DriveSettings,
     GazeboSettings,
     ImuSettings,
@@ -137,6 +138,9 @@ def _check_robot(
         if not robot.drive.wheels or robot.settings.drive is not None:
             problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"
             raise InputFileError(path, f"{problem}, so there is no guess to save")
+        if robot.drive.kind is not DriveKind.SIDES:
+            problem = f"drives by {robot.drive.kind.value}, which is found again; nothing to save"
+            raise InputFileError(path, problem)
         save_guess(guess, path, robot.urdf.name, robot.drive)
         lines.append(f"  guess saved as {guess}, which loads in the robot's place")
     return Found(tuple(lines), robot.notes + _footing(scene.steady))
@@ -190,7 +194,12 @@ def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[st
         return
     source = f"plugin '{drive.plugin}'" if drive.plugin else "guessed (--save-guess FILE keeps it)"
     yield f"  drive: {source}"
+    if drive.kind is not DriveKind.SIDES:
+        yield f"    by {drive.kind.value}"
     yield f"    left: {', '.join(drive.left)}; right: {', '.join(drive.right)}"
+    if drive.steering:
+        limit = math.degrees(drive.steering_limit)
+        yield f"    steers by {', '.join(drive.steering)}, up to {limit:.3g} deg"
     yield f"    wheel separation {drive.separation:.4g} m, diameter {drive.diameter:.4g} m"
     yield (
         f"    turns as a track of {drive.effective_track:.4g} m, rolls as a radius of"

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.camera import Camera, CameraError, Shot
-from arjuna_sim.devices.drive import Drive, DriveConfig, Velocity, kinematics_of, limited
+from arjuna_sim.devices.drive import Drive, DriveConfig, Velocity, limited
+from arjuna_sim.devices.driving.bases import base_of
 from arjuna_sim.devices.further_sensors import FurtherSensors, Reading
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry
@@ -62,8 +63,8 @@ class Simulator:
         self._wanted = spawn
         self._choose_spawn()
         self.stage.on_rebuild = lambda: self._sensors.rebind(self.stage.scene.model)
-        self._kinematics = kinematics_of(self.robot.drive, config.drive)
-        self._drive = Drive(self._limits(config), self._kinematics)
+        self._base = base_of(self.robot, config.drive)
+        self._drive = Drive(self._limits(config))
         self._cameras: dict[str, Camera] = {}
         self._seeds = rng.bit_generator.random_raw(4)
         self.reset()
@@ -95,11 +96,14 @@ class Simulator:
         """
         if command is not None:
             self._drive.command(command, self.stage.elapsed)
-        self._motion.turn_wheels(*self._drive.wheel_speeds(self.stage.elapsed, self.config.tick))
+        wanted = self._base.reachable(self._drive.velocity(self.stage.elapsed, self.config.tick))
+        self._motion.turn_wheels(self._base.speeds(wanted), self._base.angles(wanted))
         readings = self._advance()
         return Observation(
             self.time,
-            self._odometry.update(self.wheel_angles(), self.config.tick),
+            self._odometry.update(
+                self.wheel_angles(), self.config.tick, self._motion.steering_angles()
+            ),
             self._motion.joint_states(),
             readings[-1] if readings else None,
             self._sensors.scan(self.stage.data, self.time),
@@ -137,9 +141,13 @@ class Simulator:
         """Return where the robot is now."""
         return self._motion.truth()
 
-    def wheel_angles(self) -> tuple[float, float]:
-        """Return how far the left and the right wheels have turned forward, in the mean [rad]."""
-        return self._motion.wheel_angles()
+    def wheel_angles(self) -> tuple[float, ...]:
+        """Return what the encoders count [rad].
+
+        Of a base of two sides how far the left and the right wheels have turned forward, in the
+        mean; else how far each wheel's joint has turned.
+        """
+        return tuple(self._base.encoders(self._motion.wheel_angles()).tolist())
 
     def picture(
         self, color: bool = True, depth: bool = False, camera: CameraSettings | None = None
@@ -201,7 +209,7 @@ class Simulator:
             self.robot, self.world.earth, config.lidar, config.imu, int(seeds[3])
         )
         rng = np.random.default_rng(int(seeds[2]))
-        self._odometry = Odometry(config.odometry, self._kinematics, rng)
+        self._odometry = Odometry(config.odometry, self._base, rng)
         self.set_pose(self.spawn)
 
     def reset_time(self) -> None:
@@ -211,7 +219,7 @@ class Simulator:
     def reset_state(self) -> None:
         """Put the robot and all entities that are there to their starts; time goes on."""
         self.stage.rewind()
-        self._odometry.reset((0.0, 0.0))
+        self._odometry.reset()
         self.set_pose(self.spawn)
 
     def load_world(self, world: World) -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_sim.model.settings import DriveSettings
@@ -23,6 +26,7 @@ class Velocity:
     Attributes:
         v: Forward [m/s].
         w: Turn, counter-clockwise [rad/s].
+        side: To the left [m/s].
 
     Raises:
         CommandError: A value is not finite.
@@ -30,10 +34,12 @@ class Velocity:
 
     v: float = 0.0
     w: float = 0.0
+    side: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.v) and math.isfinite(self.w)):
-            raise CommandError(f"velocity (v={self.v}, w={self.w}) must be finite")
+        if not all(map(math.isfinite, (self.v, self.w, self.side))):
+            values = f"v={self.v}, w={self.w}, side={self.side}"
+            raise CommandError(f"velocity ({values}) must be finite")
 
 
 @dataclass(frozen=True)
@@ -97,6 +103,13 @@ class Kinematics:
         mean, difference = (left + right) / 2, right - left
         return mean * self.radius, difference * self.radius / self.track
 
+    def motion(
+        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
+    ) -> tuple[float, float, float]:
+        """Return path [m], way to the side [m] and turn [rad] for turns of left and right [rad]."""
+        path, turn = self.base_motion(float(turns[0]), float(turns[1]))
+        return path, 0.0, turn
+
 
 def kinematics_of(settings: DriveSettings, config: DriveConfig) -> Kinematics:
     """Return what was calibrated, or else what the robot's file says."""
@@ -132,12 +145,10 @@ class Drive:
 
     Args:
         config: Limits and time-out.
-        kinematics: How wheels move the base.
     """
 
-    def __init__(self, config: DriveConfig, kinematics: Kinematics) -> None:
+    def __init__(self, config: DriveConfig) -> None:
         self.config = config
-        self._kinematics = kinematics
         self.reset()
 
     def reset(self) -> None:
@@ -150,18 +161,21 @@ class Drive:
         """Take a command at time `now` [s]; it is clipped to the limits."""
         limit_v, limit_w = self.config.max_linear_velocity, self.config.max_angular_velocity
         self._target = Velocity(
-            max(-limit_v, min(limit_v, velocity.v)), max(-limit_w, min(limit_w, velocity.w))
+            max(-limit_v, min(limit_v, velocity.v)),
+            max(-limit_w, min(limit_w, velocity.w)),
+            max(-limit_v, min(limit_v, velocity.side)),
         )
         self._expires = now + self.config.command_timeout
 
-    def wheel_speeds(self, now: float, dt: float) -> tuple[float, float]:
-        """Return the left and right wheels' speeds [rad/s] to hold from `now` for `dt` [s]."""
+    def velocity(self, now: float, dt: float) -> Velocity:
+        """Return the velocity to hold from `now` for `dt` [s]."""
         target = self._target if now < self._expires - _TOLERANCE else Velocity()
         self._current = Velocity(
             _ramp(self._current.v, target.v, self.config.max_linear_acceleration * dt),
             _ramp(self._current.w, target.w, self.config.max_angular_acceleration * dt),
+            _ramp(self._current.side, target.side, self.config.max_linear_acceleration * dt),
         )
-        return self._kinematics.wheel_speeds(self._current)
+        return self._current
 
 
 def _ramp(current: float, target: float, step: float) -> float:

@@ -85,7 +85,7 @@ class FusedEstimate(OdometryEstimate):
         bias: Of the gyro [rad/s].
     """
 
-    bias: float
+    bias: float = 0.0
 
 
 class FusedOdometry:
@@ -119,7 +119,7 @@ class FusedOdometry:
         x, y, theta, v, w, bias = self._state.tolist()
         pose = self._covariance[:3, :3].copy()
         twist = float(self._covariance[_V, _V]), float(self._covariance[_W, _W])
-        return FusedEstimate(SE2(x, y, theta), v, w, pose, twist, bias)
+        return FusedEstimate(SE2(x, y, theta), v, w, pose, twist, bias=bias)
 
     def predict(self, dt: float) -> None:
         """Go on by a time [s] along the arc of the present speed and turn rate."""

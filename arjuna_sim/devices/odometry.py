@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_sim.devices.drive import Kinematics
+
+_NONE = np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,7 @@ class OdometryEstimate:
         T_odom_base: Pose since the start.
         v: Speed [m/s].
         w: Turn rate [rad/s].
+        side: Speed to the left [m/s].
         covariance: Of the pose (x, y, theta), `(3, 3) float64`, in the odom frame.
         twist_variance: Of v and w [m^2/s^2, rad^2/s^2].
     """
@@ -51,6 +55,22 @@ class OdometryEstimate:
     w: float
     covariance: NDArray[np.float64]
     twist_variance: tuple[float, float]
+    side: float = 0.0
+
+
+class Motion(Protocol):
+    """How turning wheels move a base."""
+
+    def motion(
+        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
+    ) -> tuple[float, float, float]:
+        """Return path [m], way to the left [m] and turn [rad].
+
+        Args:
+            turns: Of the encoders, `(N,) float64` [rad].
+            angles: Of the steering joints, `(S,) float64` [rad].
+        """
+        ...
 
 
 class Odometry:
@@ -63,61 +83,59 @@ class Odometry:
     """
 
     def __init__(
-        self, config: OdometryConfig, kinematics: Kinematics, rng: np.random.Generator
+        self, config: OdometryConfig, kinematics: Motion, rng: np.random.Generator
     ) -> None:
         self.config = config
         self._rng = rng
         self._kinematics = kinematics
         self._angle_per_tick = 2.0 * math.pi / config.ticks_per_revolution
-        self.reset((0.0, 0.0))
+        self.reset()
 
-    def reset(self, wheels: tuple[float, float]) -> None:
-        """Start again at the origin, with the left and right wheels' mean angles [rad]."""
+    def reset(self, wheels: Sequence[float] = (0.0,)) -> None:
+        """Start again at the origin, with the encoders at angles [rad]; all at 0 by default."""
         self._ticks = self._to_ticks(wheels)
         self._pose = IDENTITY
         self._covariance = np.zeros((3, 3))
 
-    def update(self, wheels: tuple[float, float], dt: float) -> OdometryEstimate:
+    def update(
+        self, wheels: Sequence[float], dt: float, angles: NDArray[np.float64] = _NONE
+    ) -> OdometryEstimate:
         """Add one step.
 
         Args:
-            wheels: Left and right wheels' mean angles [rad].
+            wheels: What the encoders say [rad].
             dt: Time since the last update [s].
+            angles: Of the steering joints, `(S,) float64` [rad].
 
         Returns:
             The estimate, along the arc of constant turn rate that the ticks tell.
         """
         ticks = self._to_ticks(wheels)
-        left, right = (
-            (new - old) * self._angle_per_tick for new, old in zip(ticks, self._ticks, strict=True)
-        )
+        turns = (ticks - self._ticks) * self._angle_per_tick
         self._ticks = ticks
-        path, turn = self._kinematics.base_motion(left, right)
-        variance_path, variance_turn = self._grow(path, turn)
-        self._pose = self._pose @ SE2.exp(np.array([path, 0.0, turn]))
+        path, side, turn = self._kinematics.motion(turns, angles)
+        variance_path, variance_turn = self._grow(path, side, turn)
+        self._pose = self._pose @ SE2.exp(np.array([path, side, turn]))
         twist_variance = (variance_path / dt**2, variance_turn / dt**2)
         return OdometryEstimate(
-            self._pose, path / dt, turn / dt, self._covariance.copy(), twist_variance
+            self._pose, path / dt, turn / dt, self._covariance.copy(), twist_variance, side / dt
         )
 
-    def _to_ticks(self, wheels: tuple[float, float]) -> tuple[int, int]:
-        noise = self.config.encoder_noise
-        errors = noise * self._rng.standard_normal(2) if noise > 0.0 else (0.0, 0.0)
-        left, right = (
-            round(angle / self._angle_per_tick + error)
-            for angle, error in zip(wheels, errors, strict=True)
-        )
-        return left, right
+    def _to_ticks(self, wheels: Sequence[float]) -> NDArray[np.float64]:
+        ticks = np.asarray(wheels, np.float64) / self._angle_per_tick
+        if self.config.encoder_noise > 0.0:
+            ticks += self.config.encoder_noise * self._rng.standard_normal(len(ticks))
+        return np.round(ticks)
 
-    def _grow(self, path: float, turn: float) -> tuple[float, float]:
+    def _grow(self, path: float, side: float, turn: float) -> tuple[float, float]:
         """Propagate the covariance by the motion's Jacobians, at the middle heading."""
-        config = self.config
-        variance_path = config.linear_noise**2 * abs(path)
-        variance_turn = config.angular_noise**2 * abs(turn) + config.drift_noise**2 * abs(path)
-        heading = self._pose.theta + turn / 2
+        config, way = self.config, math.hypot(path, side)
+        variance_path = config.linear_noise**2 * way
+        variance_turn = config.angular_noise**2 * abs(turn) + config.drift_noise**2 * way
+        heading = self._pose.theta + turn / 2 + math.atan2(side, path)
         c, s = math.cos(heading), math.sin(heading)
-        by_pose = np.array([[1.0, 0.0, -path * s], [0.0, 1.0, path * c], [0.0, 0.0, 1.0]])
-        by_motion = np.array([[c, -path * s / 2], [s, path * c / 2], [0.0, 1.0]])
+        by_pose = np.array([[1.0, 0.0, -way * s], [0.0, 1.0, way * c], [0.0, 0.0, 1.0]])
+        by_motion = np.array([[c, -way * s / 2], [s, way * c / 2], [0.0, 1.0]])
         self._covariance = by_pose @ self._covariance @ by_pose.T
         self._covariance += (by_motion * (variance_path, variance_turn)) @ by_motion.T
         return variance_path, variance_turn

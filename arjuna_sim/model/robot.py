@@ -34,6 +34,11 @@ class Robot:
         return self.drive.wheels
 
     @property
+    def rolling_joints(self) -> tuple[str, ...]:
+        """Names of the joints of all wheels, the driven ones first."""
+        return self.drive.rolling
+
+    @property
     def moving_joints(self) -> tuple[str, ...]:
         """Names of all joints that have a position, in the file's order."""
         return tuple(j.name for j in self.urdf.joints.values() if j.has_position)

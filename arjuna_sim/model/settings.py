@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 
@@ -10,12 +11,23 @@ TOPICS = {"lidar": "scan", "camera": "camera/image_raw", "depth": "camera/depth"
 """Topics of sensors whose file names none."""
 
 
+class DriveKind(Enum):
+    """How wheels move a robot."""
+
+    SIDES = "differential or skid-steer"
+    MECANUM = "mecanum wheels"
+    OMNI = "omni wheels"
+    STEERED = "steered wheels"
+    PLANAR = "moved in the plane"
+    """What a file asks for; wheels of another kind stand for it."""
+
+
 @dataclass(frozen=True)
 class DriveSettings:
-    """A skid-steer or differential drive.
+    """What turns wheels, and which.
 
     Attributes:
-        left: Names of the left wheels' joints.
+        left: Names of the left wheels' joints; of wheels without sides all of them.
         right: Names of the right wheels' joints.
         separation: Distance between left and right wheels [m].
         radius: Wheels' radius [m].
@@ -33,6 +45,12 @@ class DriveSettings:
         from_world: Whether odometry is the truth rather than the encoders' sum.
         stamped: Whether commands are TwistStamped.
         publishes: Which outputs are on, by name (`odom`, `odom_tf`, `wheel_tf`, `joint_states`).
+        kind: How the wheels move the robot.
+        grips: For each wheel, where wheels have rollers, the unit vector along which they grip, in
+            the root's frame; across it they roll.
+        steering: Names of the joints that steer wheels.
+        steering_limit: How far they turn at most [rad].
+        free: Names of the joints of wheels that nothing drives.
     """
 
     left: tuple[str, ...]
@@ -53,11 +71,21 @@ class DriveSettings:
     from_world: bool = False
     stamped: bool = False
     publishes: tuple[str, ...] = ("odom", "odom_tf")
+    kind: DriveKind = DriveKind.SIDES
+    grips: tuple[tuple[float, float], ...] = ()
+    steering: tuple[str, ...] = ()
+    steering_limit: float = 0.0
+    free: tuple[str, ...] = ()
 
     @property
     def wheels(self) -> tuple[str, ...]:
         """Names of all driven joints, left ones first."""
         return self.left + self.right
+
+    @property
+    def rolling(self) -> tuple[str, ...]:
+        """Names of the joints of all wheels, driven ones first."""
+        return self.wheels + self.free
 
     @property
     def diameter(self) -> float:
@@ -197,8 +225,11 @@ class GazeboSettings:
         friction: By link, the friction of its shapes.
         colours: By link, the colour of its material.
         stiffness: By link, `kp` and `kd` as the file has them; contacts keep the simulator's own.
-        planar: Whether a planar-move plugin moves the robot, so that its wheels need a grip.
+        kind: The kind of drive that a plugin names; None for none.
         further: The sensors beside those three, in the file's order.
+        grips: By link, the unit vector of the ground along which friction acts.
+        uneven: What to note of links that rub otherwise along and across, unless they have rollers.
+        told: Topics, frames and limits of a plugin that names no wheels.
     """
 
     drive: DriveSettings | None
@@ -207,9 +238,12 @@ class GazeboSettings:
     imu: ImuSettings | None
     friction: dict[str, float]
     colours: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    planar: bool = False
+    kind: DriveKind | None = None
     stiffness: dict[str, dict[str, float]] = field(default_factory=dict)
     further: tuple[SensorSettings, ...] = ()
+    grips: dict[str, tuple[float, float]] = field(default_factory=dict)
+    uneven: tuple[str, ...] = ()
+    told: DriveSettings | None = None
 
     @property
     def sensors(self) -> tuple[SensorSettings, ...]:

@@ -37,6 +37,25 @@ def wheel_sign(urdf: Urdf, joint: str) -> float:
     return 1.0 if across > 0.0 else -1.0
 
 
+def rolling_direction(urdf: Urdf, joint: str) -> NDArray[np.float64]:
+    """Return the unit vector along which positive turning rolls a wheel, `(2,) float64`."""
+    x, y, _ = axis(urdf, joint).tolist()
+    along = np.array([y, -x])
+    unit: NDArray[np.float64] = along / max(float(np.linalg.norm(along)), 1e-12)
+    return unit
+
+
+def steered_by(urdf: Urdf, joint: str, steering: tuple[str, ...]) -> int:
+    """Return the index of the steering joint that carries a wheel's joint, -1 for none."""
+    carrier = {each.child: name for name, each in urdf.joints.items()}
+    link = urdf.joints[joint].parent
+    while link in carrier:
+        if carrier[link] in steering:
+            return steering.index(carrier[link])
+        link = urdf.joints[carrier[link]].parent
+    return -1
+
+
 def center(urdf: Urdf, joint: str) -> NDArray[np.float64]:
     """Return where a wheel's shapes are centred in the root's frame, `(3,) float64` [m]."""
     T_root_link, unit = urdf.T_root(urdf.joints[joint].child), np.array(urdf.joints[joint].axis)
@@ -99,6 +118,12 @@ def wheel_separation(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) 
     """Return the distance across between the mean left and the mean right wheel [m]."""
     y = {name: float(center(urdf, name)[1]) for name in left + right}
     return abs(sum(y[n] for n in left) / len(left) - sum(y[n] for n in right) / len(right))
+
+
+def span(urdf: Urdf, joints: tuple[str, ...]) -> float:
+    """Return the width of what wheels without sides stand on, at least their radius [m]."""
+    places = np.array([center(urdf, name)[:2] for name in joints])
+    return max(2.0 * float(np.linalg.norm(places, axis=1).max()), wheel_radius(urdf, joints))
 
 
 def effective_track(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) -> float:

@@ -38,10 +38,12 @@ def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float)
     message = Odometry(header=header(frame, now), child_frame_id=child)
     message.pose.pose = pose_msg(estimate.T_odom_base)
     message.pose.covariance = planar_covariance(estimate.covariance)
-    message.twist.twist.linear.x = estimate.v
+    message.twist.twist.linear.x, message.twist.twist.linear.y = estimate.v, estimate.side
     message.twist.twist.angular.z = estimate.w
     v_variance, w_variance = estimate.twist_variance
-    message.twist.covariance = planar_covariance(np.diag([v_variance, 0.0, w_variance]))
+    message.twist.covariance = planar_covariance(
+        np.diag([v_variance, v_variance * (estimate.side != 0.0), w_variance])
+    )
     return message
 
 
@@ -60,6 +62,7 @@ def entity_state(truth: Truth, now: float) -> EntityState:
     )
     message = EntityState(header=header(WORLD, now), pose=pose3_msg(pose))
     message.twist.linear.x, message.twist.angular.z = truth.v, truth.w
+    message.twist.linear.y = truth.side
     return message
 
 

@@ -24,6 +24,7 @@ from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import (
     TOPICS,
+    DriveKind,
     DriveSettings,
     GazeboSettings,
     SensorSettings,
@@ -107,7 +108,8 @@ class RobotTopics:
         settings = standard(robot.settings) if plain else robot.settings
         self.settings = _with_frames(settings, robot)
         self.drive = standard_drive(robot.drive) if plain else robot.drive
-        is_wheels = not self.drive.from_world  # a file that asks for the world's odometry gets it
+        # a file that asks for the world's odometry gets it; the filter knows no way to the side
+        is_wheels = not self.drive.from_world and self.drive.kind is DriveKind.SIDES
         if node.config.fused_odometry and is_wheels and self.settings.imu is not None:
             self.drive = wheels_alone(self.drive)
         self._base = robot.urdf.root
@@ -201,4 +203,4 @@ def _slower(rate: float, tick: float) -> Periodic | None:
 
 def _exact(truth: Truth) -> OdometryEstimate:
     """Return the truth as odometry, as a drive with world odometry publishes it."""
-    return OdometryEstimate(truth.pose, truth.v, truth.w, np.zeros((3, 3)), (0.0, 0.0))
+    return OdometryEstimate(truth.pose, truth.v, truth.w, np.zeros((3, 3)), (0.0, 0.0), truth.side)

@@ -200,7 +200,7 @@ class SimNode(ManagedNode):
 
     def _on_twist(self, message: Any) -> None:
         try:
-            self._command = Velocity(message.linear.x, message.angular.z)
+            self._command = Velocity(message.linear.x, message.angular.z, message.linear.y)
         except CommandError as error:
             self.get_logger().warning(f"{self._robot.drive.command_topic} ignored: {error}")
 

@@ -58,7 +58,8 @@ class SimConfig(SimulatorConfig):
     fused_odometry: bool = param(
         False,
         "Whether ekf_filter_node makes odometry of the wheels and the IMU: the wheels' own goes to"
-        " wheel_odom then, without a transform. Not where the robot's file asks for the world's.",
+        " wheel_odom then, without a transform. Not where the robot's file asks for the world's,"
+        " nor where it steers or moves to the side.",
         read_only=True,
     )
     initial_pose: InitialPose = field(default_factory=InitialPose)

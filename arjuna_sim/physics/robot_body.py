@@ -14,7 +14,8 @@ from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.shapes import Group, Part
 from arjuna_sim.physics.geoms import add_part
-from arjuna_sim.physics.servo import ServoConfig, add_servo
+from arjuna_sim.physics.rollers import add_rollers
+from arjuna_sim.physics.servo import ServoConfig, add_servo, add_steering, armature
 from arjuna_sim.physics.tyres import add_tyre
 
 BODY_JOINT = "arjuna_free_joint"
@@ -42,9 +43,12 @@ def add_robot(spec: Any, robot: Robot, servo: ServoConfig, sag: float) -> None:
     if robot.anchored:
         joint.armature, joint.damping[0] = _ANCHOR_WEIGHT, _ANCHOR_WEIGHT
     _fill_body(spec, body, robot, robot.urdf.root, servo)
-    for name in robot.wheel_joints:
+    for name in robot.rolling_joints:
         add_tyre(spec.body(f"body:{robot.urdf.joints[name].child}"), robot, name, sag)
+    for name in robot.wheel_joints:
         add_servo(spec, name, robot.drive.torque)
+    for name in robot.drive.steering:
+        add_steering(spec, name)
     for follower in robot.urdf.joints.values():
         _add_mimic(spec, follower)
 
@@ -115,7 +119,7 @@ def _add_parts(spec: Any, body: Any, robot: Robot, name: str, T_body_link: Pose3
 
 
 def _is_wheel(robot: Robot, link: str) -> bool:
-    return any(robot.urdf.joints[name].child == link for name in robot.wheel_joints)
+    return any(robot.urdf.joints[name].child == link for name in robot.rolling_joints)
 
 
 def _add_moving(
@@ -124,7 +128,9 @@ def _add_moving(
     pose = T_body_link @ joint.T_parent_child
     child = body.add_body(name=f"body:{joint.child}", pos=pose.position, quat=pose.quaternion)
     if joint.name in robot.wheel_joints:  # the motor makes up for friction and damping
-        child.add_joint(name=joint.name, axis=joint.axis, armature=servo.armature)
+        add_rollers(child, robot, joint.name)
+        rotor = armature(robot, servo, spec.option.timestep)
+        child.add_joint(name=joint.name, axis=joint.axis, armature=rotor)
     elif joint.has_position:
         _add_joint(child, joint)
     else:

@@ -35,6 +35,7 @@ class Truth:
         z: Height of the robot's root [m].
         roll: [rad].
         pitch: [rad].
+        side: Speed along the robot's y axis [m/s].
     """
 
     pose: SE2
@@ -43,6 +44,7 @@ class Truth:
     z: float
     roll: float
     pitch: float
+    side: float = 0.0
 
 
 class RobotMotion:
@@ -75,11 +77,14 @@ class RobotMotion:
         self._scene.servos.rest(self._data)
         self.refresh()
 
-    def turn_wheels(self, left: float, right: float) -> None:
-        """Tell the left and the right wheels how fast to turn forward [rad/s]."""
-        scene = self._scene
-        speeds = np.concatenate((left * scene.left_sign, right * scene.right_sign))
-        scene.servos.turn(self._data, speeds)
+    def turn_wheels(self, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
+        """Tell the wheels' joints how fast to turn [rad/s], and the steering where to stand [rad].
+
+        Args:
+            speeds: In the order of `DriveSettings.wheels`, `(W,) float64`.
+            angles: In the order of `DriveSettings.steering`, `(S,) float64`.
+        """
+        self._scene.servos.turn(self._data, speeds, angles)
 
     def refresh(self) -> None:
         """Bring places and velocities up to the joints' state."""
@@ -87,13 +92,15 @@ class RobotMotion:
         mujoco.mj_comPos(self._scene.model, self._data)
         mujoco.mj_comVel(self._scene.model, self._data)
 
-    def wheel_angles(self) -> tuple[float, float]:
-        """Return how far the left and the right wheels have turned forward, in the mean [rad]."""
-        scene, angles = self._scene, self._data.qpos
-        return (
-            float(angles[scene.left] @ scene.left_sign) / max(1, len(scene.left)),
-            float(angles[scene.right] @ scene.right_sign) / max(1, len(scene.right)),
-        )
+    def wheel_angles(self) -> NDArray[np.float64]:
+        """Return how far the wheels' joints have turned, `(W,) float64` [rad]."""
+        angles: NDArray[np.float64] = self._data.qpos[self._scene.servos.position]
+        return angles
+
+    def steering_angles(self) -> NDArray[np.float64]:
+        """Return where the steering joints stand, `(S,) float64` [rad]."""
+        angles: NDArray[np.float64] = self._data.qpos[self._scene.servos.steering]
+        return angles
 
     def joint_states(self) -> JointStates:
         """Return the moving joints' positions and velocities."""
@@ -106,7 +113,6 @@ class RobotMotion:
         at, rate = self._scene.base
         x, y, z, *quaternion = self._data.qpos[at : at + 7].tolist()
         pose = Pose3((x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))
-        forward = pose.rotation()[:, 0]
         roll, pitch, yaw = pose.rpy()
-        v = float(forward @ self._data.qvel[rate : rate + 3])
-        return Truth(SE2(x, y, yaw), v, float(self._data.qvel[rate + 5]), z, roll, pitch)
+        v, side, _ = (self._data.qvel[rate : rate + 3] @ pose.rotation()).tolist()
+        return Truth(SE2(x, y, yaw), v, float(self._data.qvel[rate + 5]), z, roll, pitch, side)

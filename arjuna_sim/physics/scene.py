@@ -15,10 +15,10 @@ from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.model.shapes import Group
-from arjuna_sim.model.wheels import wheel_sign
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity
 from arjuna_sim.physics.robot_body import BODY_JOINT, add_mounts, add_robot
+from arjuna_sim.physics.rollers import roller_addresses
 from arjuna_sim.physics.servo import ServoConfig, Servos, tune_servos
 from arjuna_sim.physics.tyres import STICTION, sag_of, tune_tyres
 from arjuna_sim.physics.world_geoms import add_world
@@ -37,10 +37,7 @@ class Scene:
         rates: How many values of qvel are the robot's; they are the first.
         joint_position: Addresses of the moving joints in qpos, in the robot's order.
         joint_velocity: Addresses of the moving joints in qvel, in the robot's order.
-        left: Addresses of the left wheels in qpos.
-        right: Addresses of the right wheels in qpos.
-        left_sign: +1 where positive turning drives forward, else -1.
-        right_sign: As `left_sign`.
+        rollers: Addresses in qpos of what the rollers of wheels have turned.
         names: For each geom the model it belongs to, "" for the robot and the ground.
         is_obstacle: For each geom whether it has such a name, `(G,) bool`.
         is_robot: For each geom whether it is a collision shape of the robot, `(G,) bool`.
@@ -54,10 +51,7 @@ class Scene:
     rates: int
     joint_position: NDArray[np.int64]
     joint_velocity: NDArray[np.int64]
-    left: NDArray[np.int64]
-    right: NDArray[np.int64]
-    left_sign: NDArray[np.float64]
-    right_sign: NDArray[np.float64]
+    rollers: NDArray[np.int64]
     names: tuple[str, ...]
     is_obstacle: NDArray[np.bool_]
     is_robot: NDArray[np.bool_]
@@ -163,9 +157,6 @@ def _index(
     def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
         return np.array([model.joint(name).qposadr[0] for name in names], np.int64)
 
-    def signs(names: tuple[str, ...]) -> NDArray[np.float64]:
-        return np.array([wheel_sign(robot.urdf, name) for name in names])
-
     moving = robot.moving_joints
     base = model.joint(BODY_JOINT)
     names = [*models, *[""] * (model.ngeom - len(models) - len(owners)), *owners]
@@ -175,10 +166,7 @@ def _index(
         int(np.isin(model.body_rootid[model.dof_bodyid], base.bodyid).sum()),
         positions(moving),
         np.array([model.joint(name).dofadr[0] for name in moving], np.int64),
-        positions(robot.drive.left),
-        positions(robot.drive.right),
-        signs(robot.drive.left),
-        signs(robot.drive.right),
+        roller_addresses(model, robot),
         tuple(names),
         np.array([name != "" for name in names]),
         model.geom_group == Group.ROBOT_COLLISION.value,

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_sim.model.robot import Robot
 
+_STEERING_TIME = 0.02  # in which steering comes to where it is told, critically damped [s]
+
 
 @dataclass(frozen=True)
 class ServoConfig:
     """How a wheel follows its commanded speed."""
 
     response_time: float = param(
-        0.005,
+        0.01,
         "Time in which the motors take up an error of speed, were their torque unlimited.",
         unit="s",
         minimum=0.001,
@@ -26,7 +28,7 @@ class ServoConfig:
         read_only=True,
     )
     integral_time: float = param(
-        0.1,
+        0.05,
         "Time in which what the load holds back is made up for.",
         unit="s",
         minimum=0.02,
@@ -35,7 +37,7 @@ class ServoConfig:
     )
     armature: float = param(
         0.0,
-        "Rotor inertia as the wheel feels it.",
+        "Rotor inertia as the wheel feels it; at least what makes the time step stable.",
         unit="kg m^2",
         minimum=0.0,
         read_only=True,
@@ -44,37 +46,60 @@ class ServoConfig:
 
 @dataclass(frozen=True)
 class Servos:
-    """The servos of all wheels, left ones first; each array is `(W,)`.
+    """The servos of all wheels, left ones first, and of the joints that steer.
+
+    Each array is `(W,)`, that of the steering `(S,)`.
 
     Attributes:
         position: Addresses of the wheels in qpos.
         velocity: Addresses of the wheels in qvel.
         lead: How far the wanted angle runs ahead of the wheel's, per speed [s].
+        response_time: In which wheels follow: by so much they may be late without making up [s].
         reach: How far it may run ahead until the torque is at its limit [rad].
+        steering: Addresses of the steering joints in qpos.
     """
 
     position: NDArray[np.int64]
     velocity: NDArray[np.int64]
     lead: NDArray[np.float64]
+    response_time: float
     reach: NDArray[np.float64]
+    steering: NDArray[np.int64]
 
-    def turn(self, data: Any, speeds: NDArray[np.float64]) -> None:
-        """Tell the wheels how fast to turn [rad/s], `(W,) float64`.
+    def turn(self, data: Any, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
+        """Tell the wheels how fast to turn [rad/s], and the steering where to stand [rad].
 
         The wanted angle runs ahead by the wanted speed, and by what the load holds back as far as
         the torque goes: a wheel that was held does not make up for it.
         """
         angle = data.qpos[self.position]
         room = self.reach - self.lead * np.abs(speeds - data.qvel[self.velocity])
-        behind = data.act - self.lead * data.ctrl - angle
+        count = len(speeds)
+        behind = data.act - self.lead * data.ctrl[:count] - angle
+        behind -= self.response_time * (speeds - data.ctrl[:count])
         behind = np.clip(behind, -np.maximum(room, 0.0), np.maximum(room, 0.0))
         data.act[:] = angle + behind + self.lead * speeds
-        data.ctrl[:] = speeds
+        data.ctrl[:count], data.ctrl[count:] = speeds, angles
 
     def rest(self, data: Any) -> None:
         """Tell the wheels, which stand, to stay where they are."""
         data.act[:] = data.qpos[self.position]
         data.ctrl[:] = 0.0
+        data.ctrl[len(self.position) :] = data.qpos[self.steering]
+
+
+def armature(robot: Robot, config: ServoConfig, timestep: float) -> float:
+    """Return the rotor inertia of a wheel's motor, as the wheel feels it [kg m^2].
+
+    A motor at its greatest torque pushes the same for a whole time step. A wheel that slips must be
+    heavy enough not to be pushed from one side of its speed to as far beyond it.
+    """
+    return max(config.armature, _share(robot) * timestep / (2.0 * config.response_time))
+
+
+def _share(robot: Robot) -> float:
+    """Return what of the robot's inertia a wheel moves [kg m^2]."""
+    return robot.urdf.mass * robot.drive.radius**2 / max(1, len(robot.wheel_joints))
 
 
 def add_servo(spec: Any, joint: str, torque: float) -> None:
@@ -83,6 +108,12 @@ def add_servo(spec: Any, joint: str, torque: float) -> None:
     motor.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
     motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
     motor.forcelimited, motor.forcerange = True, [-torque, torque]
+
+
+def add_steering(spec: Any, joint: str) -> None:
+    """Add a motor that holds a joint where it is told to."""
+    motor = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
 
 
 def tune_servos(model: Any, robot: Robot, config: ServoConfig) -> Servos:
@@ -100,14 +131,22 @@ def tune_servos(model: Any, robot: Robot, config: ServoConfig) -> Servos:
     names = robot.wheel_joints
     joints = [model.joint(name) for name in names]
     velocity = np.array([joint.dofadr[0] for joint in joints], np.int64)
-    share = robot.urdf.mass * robot.drive.radius**2 / max(1, len(names))
-    damping = (model.dof_M0[velocity] + share) / config.response_time
+    damping = (model.dof_M0[velocity] + _share(robot)) / config.response_time
     stiffness = damping / config.integral_time
-    model.actuator_gainprm[:, 0] = stiffness
-    model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = -stiffness, -damping
+    count = len(names)
+    model.actuator_gainprm[:count, 0] = stiffness
+    model.actuator_biasprm[:count, 1], model.actuator_biasprm[:count, 2] = -stiffness, -damping
+    steering = [model.joint(name) for name in robot.drive.steering]
+    moved = model.dof_M0[[joint.dofadr[0] for joint in steering]]
+    moved = moved + robot.urdf.mass * robot.drive.radius**2 / max(1, len(steering))
+    model.actuator_gainprm[count:, 0] = moved / _STEERING_TIME**2
+    model.actuator_biasprm[count:, 1] = -moved / _STEERING_TIME**2
+    model.actuator_biasprm[count:, 2] = -2.0 * moved / _STEERING_TIME
     return Servos(
         np.array([joint.qposadr[0] for joint in joints], np.int64),
         velocity,
-        np.full(len(names), config.integral_time),
+        np.full(count, config.integral_time),
+        config.response_time,
         robot.drive.torque / stiffness,
+        np.array([joint.qposadr[0] for joint in steering], np.int64),
     )

@@ -198,6 +198,12 @@ class Stage:
                 self._steps += 1
                 self._follow()
                 mujoco.mj_step(self.scene.model, self.data)
+                self.data.qpos[self.scene.rollers] = 0.0
+        elif len(self.scene.rollers):
+            self._steps += steps
+            for _ in range(steps):
+                mujoco.mj_step(self.scene.model, self.data)
+                self.data.qpos[self.scene.rollers] = 0.0
         else:
             self._steps += steps
             mujoco.mj_step(self.scene.model, self.data, nstep=steps)

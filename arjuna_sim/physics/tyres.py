@@ -90,8 +90,7 @@ def tune_tyres(model: Any, robot: Robot, sag: float) -> tuple[float, float]:
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     lowest = _lowest_points(model, data)
-    links = (robot.urdf.joints[name].child for name in robot.wheel_joints)
-    bodies = {model.body(f"body:{link}").id for link in links}
+    bodies = _bodies(model, robot, robot.rolling_joints)
     round_ones = model.geom_type == mujoco.mjtGeom.mjGEOM_ELLIPSOID
     wheels = {g for g in lowest if round_ones[g] and model.geom_bodyid[g] in bodies}
     ground = min((lowest[geom] for geom in wheels), default=0.0)
@@ -108,7 +107,8 @@ def tune_tyres(model: Any, robot: Robot, sag: float) -> tuple[float, float]:
     sunk = [low + sag * (geom in wheels) for geom, low in lowest.items()]
     geoms = sorted(wheels) + sorted(casters)
     gaps = [(lowest[geom] - ground) / sag for geom in geoms]
-    feet = _feet(model, data, geoms, gaps, len(wheels))
+    driven = _bodies(model, robot, robot.wheel_joints)
+    feet = _feet(model, data, geoms, gaps, (driven, bodies - driven))
     weight = _weight(model, data, robot, ground)
     return -min(sunk, default=0.0), steady_acceleration(feet, weight)
 
@@ -121,14 +121,18 @@ def _crown(model: Any, data: Any, geom: int) -> None:
         model.geom_type[geom], model.geom_size[geom] = ellipsoid, (radius, radius, half)
 
 
-def _feet(model: Any, data: Any, geoms: list[int], gaps: list[float], wheels: int) -> Feet:
+def _bodies(model: Any, robot: Robot, joints: tuple[str, ...]) -> set[int]:
+    return {int(model.body(f"body:{robot.urdf.joints[name].child}").id) for name in joints}
+
+
+def _feet(
+    model: Any, data: Any, geoms: list[int], gaps: list[float], bodies: tuple[set[int], set[int]]
+) -> Feet:
+    """Return where a robot stands; wheels that nothing drives, of the second bodies, just roll."""
+    driven, free = (np.isin(model.geom_bodyid[geoms], list(each)) for each in bodies)
     places = [_lowest_place(model, data, geom) for geom in geoms]
-    return Feet(
-        np.array(places).reshape(-1, 2),
-        np.array(gaps),
-        model.geom_friction[geoms, 0].copy(),
-        np.arange(len(geoms)) < wheels,
-    )
+    friction = np.where(free, 0.0, model.geom_friction[geoms, 0])
+    return Feet(np.array(places).reshape(-1, 2), np.array(gaps), friction, driven)
 
 
 def _lowest_place(model: Any, data: Any, geom: int) -> NDArray[np.float64]:

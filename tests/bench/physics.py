@@ -12,9 +12,11 @@ import numpy as np
 from arjuna_core.se2 import SE2, wrap
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity, limited
+from arjuna_sim.devices.driving.bases import base_of
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.shapes import corners
 from arjuna_sim.model.world import World
 from arjuna_sim.simulator import Simulator
@@ -25,6 +27,7 @@ _PARKED = 60.0  # [s]
 _SLOPE = 10.0  # [deg]
 _SETTLE, _REST = 1.0, 2.0  # [s]
 _SPEED, _TURN = 0.3, 0.8
+_BEND = 0.8  # of the sharpest bend of a robot that steers
 _SILLS = np.arange(0.1, 1.01, 0.1)  # heights by the wheels' radius
 _DEPTH = 1.0  # of a sill, by the wheels' radius
 _KEYS = (
@@ -61,7 +64,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         `parked_mm`: farthest from where it stood in 60 s on level ground, `slope_mm`: on 10
         degrees, `drive_error` of 1 m by its share, `turn_error_deg` of 90 degrees, `overspeed`:
         peak over command, `sill_m`: the highest sill that it crossed, `sill_stops`: what of it met
-        the next one; by the robots' names where they are generated.
+        the next one, `side_error` of 1 m to the left where wheels can; by the robots' names where
+        they are generated.
     """
     step = arguments.timestep
     config = SimulatorConfig() if step is None else SimulatorConfig(physics_timestep=step)
@@ -90,7 +94,7 @@ def _measure(robot: Robot, config: SimulatorConfig, name: str) -> dict[str, Any]
         f"{1e3 * height:5.0f} mm  {name}{stops and f' (stopped by {stops})'}",
         flush=True,
     )
-    return dict(zip(_KEYS, values, strict=True))
+    return {**dict(zip(_KEYS, values, strict=True)), "side_error": _sideways(robot, config)}
 
 
 def _simulator(robot: Robot, world: World, config: SimulatorConfig, x: float = 0.0) -> Simulator:
@@ -116,11 +120,30 @@ def _drive(robot: Robot, config: SimulatorConfig) -> tuple[float, float]:
     return math.hypot(sim.truth().pose.x, sim.truth().pose.y) - 1.0, peak / speed
 
 
-def _turn(robot: Robot, config: SimulatorConfig) -> tuple[float, float]:
-    """Turn by 90 degrees on the spot; return the error [deg] and the peak rate by the asked one."""
+def _sideways(robot: Robot, config: SimulatorConfig) -> float | None:
+    """Drive 1 m to the left; return the path's error by its share, None where wheels cannot."""
+    if not robot.drive.grips:
+        return None
     sim = _simulator(robot, level(), config)
-    rate = min(_TURN, limited(config.drive, robot.drive).max_angular_velocity)
-    peak = _follow(sim, Velocity(0.0, rate), math.pi / 2 / rate, lambda truth: truth.w)
+    speed = min(_SPEED, limited(config.drive, robot.drive).max_linear_velocity)
+    _follow(sim, Velocity(0.0, 0.0, speed), 1.0 / speed, lambda truth: truth.side)
+    return math.hypot(sim.truth().pose.x, sim.truth().pose.y - 1.0)
+
+
+def _turn(robot: Robot, config: SimulatorConfig) -> tuple[float, float]:
+    """Turn by 90 degrees, on the spot unless it steers.
+
+    Returns:
+        The error [deg] and the peak rate by the asked one.
+    """
+    sim = _simulator(robot, level(), config)
+    limits = limited(config.drive, robot.drive)
+    command = Velocity(0.0, min(_TURN, limits.max_angular_velocity))
+    if robot.drive.kind is DriveKind.STEERED:
+        base, speed = base_of(robot, config.drive), min(_SPEED, limits.max_linear_velocity)
+        command = Velocity(speed, _BEND * base.reachable(Velocity(speed, command.w)).w)
+    rate = command.w
+    peak = _follow(sim, command, math.pi / 2 / rate, lambda truth: truth.w)
     return math.degrees(wrap(sim.truth().pose.theta - math.pi / 2)), peak / rate
 
 

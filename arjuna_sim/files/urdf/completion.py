@@ -8,7 +8,7 @@ import numpy as np
 
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.inertia import Inertial, estimated_inertial, inertial_of_parts, volume_of
-from arjuna_sim.model.settings import DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.shapes import Kind, corners
 from arjuna_sim.model.urdf import Urdf
 
@@ -78,8 +78,8 @@ def friction_of(
     A robot that Gazebo moved without its wheels' help gets wheels that grip.
     """
     friction = dict(settings.friction)
-    wheels = {urdf.joints[name].child for name in drive.wheels}
-    if settings.planar:
+    wheels = {urdf.joints[name].child for name in drive.rolling}
+    if settings.kind is DriveKind.PLANAR:
         friction |= {name: max(friction.get(name, 1.0), _GRIP) for name in wheels}
     if not wheels:
         return friction

@@ -23,6 +23,8 @@ _SIDES = {
     )
     for side in ("left", "right")
 }
+_WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
+_STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
 _SECTIONS_MAX = 1000
 _BYTES_MAX = 1_000_000
 
@@ -34,14 +36,14 @@ def is_control(plugin: Element) -> bool:
 
 
 def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
-    """Return the first drive by two sides of the controllers of a plugin, as a drive plugin.
+    """Return the first drive of the controllers of a plugin, as a drive plugin.
 
     Args:
         xml: The robot's file.
         plugin: What runs the controllers, and names the files of their parameters.
 
     Returns:
-        A plugin; None where no controller drives two sides of wheels.
+        A plugin; None where no controller drives wheels.
     """
     for path in _files(xml, plugin):
         try:
@@ -53,6 +55,11 @@ def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
             sides = {side: _names(values, keys) for side, keys in _SIDES.items()}
             if all(sides.values()):
                 return _as_plugin(plugin, name, values, sides)
+            lists = {"wheel": _names(values, _WHEELS), "steering": _names(values, _STEERING)}
+            if values.get("front_steering") is False and "rear_wheels_names" in values:
+                lists = {"wheel": lists["steering"], "steering": lists["wheel"]}
+            if lists["wheel"] and (lists["steering"] or "wheel_names" in values):
+                return _as_plugin(plugin, name, values, lists)
     return None
 
 
@@ -95,14 +102,15 @@ def _as_plugin(
 
     Source: ros2_controllers, diff_drive_controller, parameters of Humble and Jazzy.
     """
-    made = Element("plugin", name=name, filename="diff_drive_controller")
+    kind, command, odometry = _kind(sides, values)
+    made = Element("plugin", name=name, filename=kind)
     for side, joints in sides.items():
         for joint in joints:
             SubElement(made, f"{side}_joint").text = joint
     limits = values.get("linear", {})
     limit = limits.get("x", {}) if isinstance(limits, dict) else {}
     stamped = values.get("use_stamped_vel", True) is not False
-    command = f"/{name}/cmd_vel" + ("" if stamped else "_unstamped")
+    command = f"/{name}/{command}" + ("" if stamped else "_unstamped")
     told = {
         "wheel_separation": _product(values, "wheel_separation"),
         "wheel_radius": _product(values, "wheel_radius"),
@@ -113,13 +121,30 @@ def _as_plugin(
         "robot_base_frame": values.get("base_frame_id"),
         "publish_odom_tf": str(values.get("enable_odom_tf", True)).lower(),
         "command_topic": _remapped(plugin, command),
-        "odometry_topic": _remapped(plugin, f"/{name}/odom"),
+        "odometry_topic": _remapped(plugin, f"/{name}/{odometry}"),
         "stamped": str(stamped).lower(),
     }
     for tag, value in told.items():
         if value is not None:
             SubElement(made, tag).text = str(value)
     return made
+
+
+def _kind(sides: dict[str, list[str]], values: dict[str, Any]) -> tuple[str, str, str]:
+    """Return what a controller is, and its topics of commands and of odometry.
+
+    Source: ros2_controllers of Jazzy: diff_drive, tricycle and omni_wheel_drive_controller have
+    `cmd_vel` and `odom`, mecanum_drive and the steering controllers `reference` and `odometry`.
+    """
+    if "wheel" not in sides:
+        if any(key.startswith("front_left_wheel") for key in values):
+            return "mecanum_drive_controller", "reference", "odometry"
+        return "diff_drive_controller", "cmd_vel", "odom"
+    if not sides["steering"]:
+        return "omni_wheel_drive_controller", "cmd_vel", "odom"
+    if "traction_joint_name" in values:
+        return "tricycle_controller", "cmd_vel", "odom"
+    return "steering_controllers_library", "reference", "odometry"
 
 
 def _number(values: Any, key: str) -> float | None:

@@ -1,67 +1,98 @@
-"""Saying plainly which drives are simulated as others: holonomic and steered ones."""
+"""Which kind of drive a robot has: by its plugin, by names, and by how its wheels stand."""
 
 from __future__ import annotations
 
-import re
+import dataclasses
+from collections.abc import Mapping
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
+from arjuna_sim.files.drives.rollers import axes_spread, with_mecanum, with_omni
+from arjuna_sim.files.drives.steering import steering_joints, with_steering
 from arjuna_sim.files.urdf.gazebo_text import plain
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.settings import DriveSettings
+from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Urdf
 
-_SIDEWAYS = "drives as a skid-steer, by the wheels of its two sides; it does not move sideways"
-_STEERED = "drives by the wheels of its two sides at different speeds; its steering does not turn"
 _PLUGINS = {
-    "mecanum": f"has mecanum wheels: it {_SIDEWAYS}",
-    "omni": f"has omni wheels: it {_SIDEWAYS}",
-    "planarmove": f"moves in the plane: it {_SIDEWAYS}",
-    "velocitycontrol": f"moves in the plane: it {_SIDEWAYS}",
-    "ackermann": f"steers: it {_STEERED}",
-    "tricycle": f"steers: it {_STEERED}",
-    "bicycle": f"steers: it {_STEERED}",
-    "steering": f"steers: it {_STEERED}",
+    "mecanum": DriveKind.MECANUM,
+    "omni": DriveKind.OMNI,
+    "planarmove": DriveKind.PLANAR,
+    "velocitycontrol": DriveKind.PLANAR,
+    "ackermann": DriveKind.STEERED,
+    "tricycle": DriveKind.STEERED,
+    "bicycle": DriveKind.STEERED,
+    "steering": DriveKind.STEERED,
 }
-_PLANAR = ("planarmove", "velocitycontrol")
-_STEERS = re.compile(r"steer|kingpin|knuckle", re.I)
-_LEVEL = 0.7  # least part of a steering axis along z
+_OTHERWISE = {
+    DriveKind.MECANUM: "it has no four mecanum wheels at four corners",
+    DriveKind.OMNI: "its wheels' axes are parallel",
+    DriveKind.PLANAR: "its wheels are no mecanum or omni ones",
+    DriveKind.STEERED: "no joint steers a wheel",
+}
 
 
-def plugin_kind(plugin: Element) -> str:
-    """Return the kind of drive that a plugin is, of those simulated otherwise; "" for another."""
+def plugin_kind(plugin: Element) -> DriveKind | None:
+    """Return the kind of drive that a plugin is; None for one of two sides, or another."""
     named = plain(plugin.get("filename", "") + plugin.get("name", "")).replace("-", "")
-    return next((kind for kind in _PLUGINS if kind in named), "")
+    return next((kind for text, kind in _PLUGINS.items() if text in named), None)
 
 
-def is_planar(kind: str) -> bool:
-    """Tell whether a plugin of a kind moves the robot itself, without its wheels' help."""
-    return kind in _PLANAR
+def arranged(
+    xml: XmlFile,
+    urdf: Urdf,
+    drive: DriveSettings,
+    asked: DriveKind | None,
+    grips: Mapping[str, tuple[float, float]],
+) -> DriveSettings:
+    """Return a drive as the kind that it is, with a note where it is simulated as another.
+
+    Args:
+        xml: Keeps the notes.
+        urdf: The robot.
+        drive: Its wheels.
+        asked: The kind that its plugin names; None to find it by names and joints.
+        grips: By link, the directions of friction that the file names.
+    """
+    if not drive.wheels or drive.kind is not DriveKind.SIDES:
+        return drive
+    kind = asked or _seen(urdf, drive)
+    found: DriveSettings | None = drive
+    if kind is DriveKind.STEERED:
+        found = with_steering(xml, urdf, drive)
+    elif kind is not None and axes_spread(urdf, drive.wheels) and len(drive.wheels) > 2:
+        found = with_omni(drive, urdf)
+    elif kind is not None:
+        found = with_mecanum(xml, urdf, drive, grips) if kind is not DriveKind.OMNI else None
+    if found is None and asked is not None:
+        problem = f"is a drive by {asked.value}, but {_OTHERWISE[asked]}"
+        xml.note(f"{problem}: it drives by the wheels of its two sides, and not sideways")
+    elif found is not None and asked is DriveKind.PLANAR:
+        xml.note(f"is {asked.value}: it moves by {found.kind.value}, which slip and push as such")
+    return drive if found is None else found
 
 
-def note_kind(xml: XmlFile, name: str, kind: str) -> None:
-    """Note how a plugin's drive is simulated, where it is one of those."""
-    if kind:
-        xml.note(f"plugin '{name}': {_PLUGINS[kind]}")
+def told_by(told: DriveSettings, drive: DriveSettings) -> DriveSettings:
+    """Return the wheels of one drive with the topics, frames and limits of another."""
+    return dataclasses.replace(
+        drive,
+        plugin=told.plugin,
+        max_acceleration=told.max_acceleration,
+        max_velocity=told.max_velocity,
+        rate=told.rate,
+        command_topic=told.command_topic,
+        odometry_topic=told.odometry_topic,
+        odometry_frame=told.odometry_frame,
+        base_frame=told.base_frame,
+        from_world=told.from_world,
+        stamped=told.stamped,
+        publishes=told.publishes,
+    )
 
 
-def note_guess(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> None:
-    """Note a guessed drive whose links say that it is another."""
+def _seen(urdf: Urdf, drive: DriveSettings) -> DriveKind | None:
+    """Return the kind of a drive whose plugin names none."""
     children = [urdf.joints[name].child for name in drive.wheels]
     names = " ".join((urdf.name, *drive.wheels, *children)).lower()
-    kind = next((kind for kind in ("mecanum", "omni") if drive.wheels and kind in names), "")
-    if not kind and drive.wheels and _steers(urdf):
-        kind = "ackermann"
-    if kind:
-        xml.note(_PLUGINS[kind])
-
-
-def _steers(urdf: Urdf) -> bool:
-    """Tell whether a joint turns a wheel about the vertical."""
-    carriers = {joint.parent for joint in urdf.joints.values() if joint.kind == "continuous"}
-    return any(
-        joint.kind == "revolute"
-        and joint.child in carriers
-        and _STEERS.search(f"{joint.name} {joint.child}") is not None
-        and abs(float((urdf.T_root(joint.child).rotation() @ joint.axis)[2])) > _LEVEL
-        for joint in urdf.joints.values()
-    )
+    if "mecanum" in names:
+        return DriveKind.MECANUM
+    return DriveKind.STEERED if not drive.plugin and steering_joints(urdf) else None

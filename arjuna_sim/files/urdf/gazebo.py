@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
@@ -9,12 +10,13 @@ from arjuna_sim.files.material_colours import gazebo_colour
 from arjuna_sim.files.sensors.sensor_kinds import KINDS, settle
 from arjuna_sim.files.sensors.sensor_tags import imu_plugin, place_of
 from arjuna_sim.files.urdf.controllers import drive_of_controllers, is_control
-from arjuna_sim.files.urdf.drive_kinds import is_planar, note_kind, plugin_kind
+from arjuna_sim.files.urdf.drive_kinds import plugin_kind
 from arjuna_sim.files.urdf.gazebo_text import plain, text_of
-from arjuna_sim.files.urdf.plugins import read_drive
+from arjuna_sim.files.urdf.plugins import read_drive, read_told
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import (
+    DriveKind,
     DriveSettings,
     GazeboSettings,
     SensorSettings,
@@ -23,7 +25,7 @@ from arjuna_sim.model.urdf import Urdf
 
 _CONTACT = ("kp", "kd")
 _TRUE = ("true", "1")
-_READ = ("sensor", "plugin", "mu1", "mu", "material", "visual", "mu2", *_CONTACT)
+_READ = ("fdir1", "sensor", "plugin", "mu1", "mu", "material", "visual", "mu2", *_CONTACT)
 
 
 def read_gazebo(xml: XmlFile, urdf: Urdf) -> GazeboSettings:
@@ -49,7 +51,10 @@ class _Reader:
         self._xml = xml
         self._urdf = urdf
         self._drive: DriveSettings | None = None
-        self._planar = False
+        self._kind: DriveKind | None = None
+        self._told: DriveSettings | None = None
+        self._grips: dict[str, tuple[float, float]] = {}
+        self._uneven: list[str] = []
         self._friction: dict[str, float] = {}
         self._colours: dict[str, tuple[float, ...]] = {}
         self._stiffness: dict[str, dict[str, float]] = {}
@@ -87,7 +92,8 @@ class _Reader:
         if mu is not None:
             self._friction[link] = max(0.0, mu)
             if values.get("mu2", mu) != mu:
-                self._xml.note(f"gazebo '{link}': <mu2> is taken to be <mu1>, {mu:g}")
+                self._uneven.append(f"gazebo '{link}': <mu2> is taken to be <mu1>, {mu:g}")
+        self._direction(gazebo, link)
         name = gazebo.findtext("material")
         if name and name.strip():
             colour = gazebo_colour(name)
@@ -95,6 +101,15 @@ class _Reader:
                 self._xml.note(f"gazebo '{link}': material '{name.strip()}' has no known colour")
             else:
                 self._colours[link] = colour
+
+    def _direction(self, gazebo: Element, link: str) -> None:
+        """Keep which way a link's friction acts, where that lies in the ground."""
+        text = gazebo.findtext("fdir1") or ""
+        if text.strip():
+            x, y, z = self._xml.numbers(text, 3, f"gazebo '{link}' <fdir1>")
+            length = math.hypot(x, y)
+            if length > abs(z):
+                self._grips[link] = (x / length, y / length)
 
     def _plugin(self, plugin: Element) -> None:
         controlled = drive_of_controllers(self._xml, plugin) if is_control(plugin) else None
@@ -104,11 +119,9 @@ class _Reader:
         if drive is not None and self._drive is not None:
             self._xml.note(f"plugin '{name}': a second drive is not simulated", NoteKind.IGNORED)
         elif drive is not None:
-            self._drive = drive
-            note_kind(self._xml, name, kind)
-        elif kind:
-            self._planar |= is_planar(kind)
-            note_kind(self._xml, name, kind)
+            self._drive, self._kind = drive, kind
+        elif kind is not None:
+            self._kind, self._told = self._kind or kind, read_told(self._xml, plugin, kind)
         elif text_of(plugin, "bodyname", "bodyid") in self._urdf.links and "imu" in _kind(plugin):
             self._sensors.append(imu_plugin(self._xml, plugin))
         else:
@@ -153,7 +166,10 @@ class _Reader:
             found.imu,
             self._friction,
             self._colours,
-            self._planar,
+            self._kind,
             self._stiffness,
             found.further,
+            self._grips,
+            tuple(self._uneven),
+            self._told,
         )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
+from arjuna_sim.files.drives.rollers import omni_drive
 from arjuna_sim.files.urdf.gazebo_text import texts
 from arjuna_sim.files.urdf.plugins import TORQUE, Sides
 from arjuna_sim.files.xml_file import XmlFile
@@ -50,6 +51,10 @@ _GUESS = """<?xml version="1.0"?>
 
 def guess_drive(xml: XmlFile, urdf: Urdf) -> DriveSettings:
     """Return the drive of a robot without a drive plugin, by its wheels; `NO_DRIVE` without any."""
+    omni = omni_drive(urdf, tuple(_candidates(urdf, set(_controlled(xml.root)))))
+    if omni is not None:
+        xml.note(f"no drive plugin: guessed are the omni wheels {', '.join(omni.wheels)}")
+        return omni
     left, right = guess_sides(xml, urdf)
     if not left or not right:
         xml.note("has no drive: neither a drive plugin nor wheels on both sides; it stands still")
@@ -69,7 +74,7 @@ def guess_drive(xml: XmlFile, urdf: Urdf) -> DriveSettings:
 def guess_sides(xml: XmlFile, urdf: Urdf) -> Sides:
     """Return the joints of the left and right wheels, by names, axes and symmetry."""
     names = _candidates(urdf, set(_controlled(xml.root)))
-    if not names:
+    if not names or omni_drive(urdf, tuple(names)) is not None:
         return (), ()
     left = _left(urdf, names)
     names = [n for n in names if abs(float(axis(urdf, n) @ left)) > _PARALLEL]

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import dataclasses
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
 from arjuna_sim.files.urdf.gazebo_text import flag, plain, text_of, texts, topic, value
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.settings import DriveSettings
+from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.model.wheels import center, effective_track, wheel_radius, wheel_separation
+from arjuna_sim.model.wheels import center, effective_track, span, wheel_radius, wheel_separation
 
 TORQUE = 5.0
 """Greatest torque of a wheel whose file names none, as in Gazebo [N m]."""
 _ENDS = ("front", "rear", "middle", "back")
+WHEEL, STEERING = ("wheeljoint",), ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
+"""Plain names of tags that hold the joints of wheels without sides, and those that steer."""
 LEFT = (*(f"left{e}joint" for e in _ENDS), *(f"{e}leftjoint" for e in _ENDS), "leftjoint")
 RIGHT = (*(f"right{e}joint" for e in _ENDS), *(f"{e}rightjoint" for e in _ENDS), "rightjoint")
-_ACCELERATION = ("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration")
+_ACCELERATION = (
+    *("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration", "maxacceleration"),
+)
+_SPEED = ("maxlinearvelocity", "maxvelocity", "maxspeed")
+_LIMIT = ("steeringlimit", "maxsteer")
 _DIFFERENT = 0.05  # share from which the file and the wheels' shapes contradict each other
 _OUTPUTS = {
     "odom": (True, ("publishodom",)),
@@ -32,7 +39,8 @@ _READ = {
     *("wheelseparation", "wheeldiameter", "wheelradius", "effectivetrackwidth"),
     *_ACCELERATION,
     *("effectivewheelradius", "torque", "wheeltorque", "maxwheeltorque"),
-    *("maxlinearvelocity", "updaterate"),
+    *(*WHEEL, *STEERING, *_LIMIT, "kingpinwidth", "wheelbase", "minsteer", "steeringwheeljoint"),
+    *(*_SPEED, "updaterate", "odometryrate", "tricyclejoint"),
     *("odompublishfrequency", "commandtopic", "topic", "odometrytopic", "odomtopic"),
     *("odometryframe", "frameid", "robotbaseframe", "childframeid", "odometrysource"),
     *("robotnamespace", "namespace", "ros", "remapping", "argument", "numwheelpairs", "plugin"),
@@ -45,35 +53,57 @@ Sides = tuple[tuple[str, ...], tuple[str, ...]]
 
 
 def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | None:
-    """Read a plugin that names left and right wheels; None for another.
+    """Read a plugin that names wheels, of two sides or without; None for another.
 
     Raises:
         RobotError: It names a joint that does not exist, or a value is invalid.
     """
     left, right = tuple(texts(plugin, *LEFT)), tuple(texts(plugin, *RIGHT))
+    place = f"plugin '{_name(plugin)}'"
     if not left or not right:
-        return None
-    name = plugin.get("name") or plugin.get("filename") or "?"
-    place = f"plugin '{name}'"
+        left, right = tuple(texts(plugin, *WHEEL)), ()
+        if not left:
+            return None
     left, right = _sides(xml, place, urdf, left, right)
     _note_unread(xml, plugin, place)
     separation, radius, track, rolling = _kinematics(xml, plugin, place, urdf, (left, right))
-
-    def number(default: float, *names: str) -> float:
-        return value(xml, plugin, place, default, *names)
-
-    return DriveSettings(
+    steering = tuple(dict.fromkeys(texts(plugin, *STEERING)))
+    _check_joints(xml, place, urdf, steering)
+    drive = DriveSettings(
         left,
         right,
         separation,
         radius,
-        torque=number(TORQUE, "torque", "wheeltorque", "maxwheeltorque"),
+        torque=value(xml, plugin, place, TORQUE, "torque", "wheeltorque", "maxwheeltorque"),
         effective_track=track,
         effective_radius=rolling,
-        plugin=name,
-        max_acceleration=number(0.0, *_ACCELERATION),
-        max_velocity=number(0.0, "maxlinearvelocity"),
-        rate=number(0.0, "updaterate", "odompublishfrequency"),
+        steering=steering,
+        steering_limit=value(xml, plugin, place, 0.0, *_LIMIT),
+    )
+    return with_outputs(xml, plugin, drive)
+
+
+def _name(plugin: Element) -> str:
+    return plugin.get("name") or plugin.get("filename") or "?"
+
+
+def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSettings:
+    """Return a drive with a plugin's name, limits, topics and frames.
+
+    Raises:
+        RobotError: A value is invalid.
+    """
+    place = f"plugin '{_name(plugin)}'"
+
+    def number(*names: str) -> float:
+        return value(xml, plugin, place, 0.0, *names)
+
+    return dataclasses.replace(
+        drive,
+        plugin=_name(plugin),
+        max_acceleration=number(*_ACCELERATION),
+        max_velocity=number(*_SPEED),
+        rate=number("updaterate", "odompublishfrequency", "odometryrate"),
         command_topic=topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
         odometry_topic=topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
         odometry_frame=text_of(plugin, "odometryframe", "frameid", default="odom"),
@@ -84,20 +114,36 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
     )
 
 
+def read_told(xml: XmlFile, plugin: Element, kind: DriveKind) -> DriveSettings:
+    """Return a plugin's topics, frames and limits as a drive without wheels.
+
+    What moves a robot in the plane tells its true way.
+
+    Raises:
+        RobotError: A value is invalid.
+    """
+    told = with_outputs(xml, plugin, DriveSettings((), (), 1.0, 1.0, TORQUE, 1.0, 1.0))
+    return dataclasses.replace(told, from_world=told.from_world or kind is DriveKind.PLANAR)
+
+
 def _sides(
     xml: XmlFile, place: str, urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]
 ) -> Sides:
     """Return the left and the right joints, exchanged where the file has them the wrong way."""
-    for joint in left + right:
-        if joint not in urdf.joints:
-            problem = f"joint '{joint}' does not exist; {nearest(joint, urdf.joints)}"
-            raise xml.fail(place, problem)
+    _check_joints(xml, place, urdf, left + right)
     if len(set(left + right)) < len(left + right):
         raise xml.fail(place, "names a joint twice")
-    if _mean_y(urdf, left) < _mean_y(urdf, right):
+    if right and _mean_y(urdf, left) < _mean_y(urdf, right):
         xml.note(f"{place}: its left wheels stand on the right, so left and right are exchanged")
         return right, left
     return left, right
+
+
+def _check_joints(xml: XmlFile, place: str, urdf: Urdf, joints: tuple[str, ...]) -> None:
+    for joint in joints:
+        if joint not in urdf.joints:
+            problem = f"joint '{joint}' does not exist; {nearest(joint, urdf.joints)}"
+            raise xml.fail(place, problem)
 
 
 def _mean_y(urdf: Urdf, joints: tuple[str, ...]) -> float:
@@ -112,7 +158,10 @@ def _kinematics(
     Where the file's own numbers contradict its wheels, the robot drives by its wheels.
     """
     left, right = sides
-    by_shape = (wheel_separation(urdf, left, right), wheel_radius(urdf, left + right))
+    by_shape = (
+        wheel_separation(urdf, left, right) if right else span(urdf, left),
+        wheel_radius(urdf, left + right),
+    )
     radius = value(xml, plugin, place, 0.0, "wheeldiameter") / 2
     radius = radius or value(xml, plugin, place, 0.0, "wheelradius") or by_shape[1]
     separation = value(xml, plugin, place, 0.0, "wheelseparation") or by_shape[0]
@@ -133,7 +182,7 @@ def _kinematics(
     return (
         separation,
         radius,
-        track or effective_track(urdf, left, right) or separation,
+        track or (right and effective_track(urdf, left, right)) or separation,
         rolling or by_shape[1] or radius,
     )
 

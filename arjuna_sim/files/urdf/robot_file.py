@@ -11,7 +11,7 @@ from arjuna_core.errors import RobotError
 from arjuna_sim.files.sdf.robot_as_urdf import robot_as_urdf
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.completion import complete_masses, friction_of
-from arjuna_sim.files.urdf.drive_kinds import note_guess
+from arjuna_sim.files.urdf.drive_kinds import arranged, told_by
 from arjuna_sim.files.urdf.gazebo import read_gazebo
 from arjuna_sim.files.urdf.guess import guess_drive
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
@@ -19,6 +19,7 @@ from arjuna_sim.files.urdf.stand_up import stand_up
 from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
 from arjuna_sim.files.xml_file import XmlFile, read_bytes
 from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.wheels import eccentricity, is_round, wheel_sign
 
 _ROOT = re.compile(rb"<\s*(sdf|robot)\b")
@@ -70,14 +71,18 @@ def read_robot(xml: XmlFile) -> Robot:
     """
     urdf = stand_up(xml, read_urdf(xml))
     settings = read_gazebo(xml, urdf)
-    drive = settings.drive
-    if drive is None:
-        drive = guess_drive(xml, urdf)
-        note_guess(xml, urdf, drive)
+    drive = settings.drive or guess_drive(xml, urdf)
+    drive = arranged(xml, urdf, drive, settings.kind, settings.grips)
+    if settings.drive is None and settings.told is not None:
+        drive = told_by(settings.told, drive)
+    if not drive.grips:
+        for text in settings.uneven:
+            xml.note(text)
     for name in drive.wheels:
         if urdf.joints[name].kind != "continuous":
             raise xml.fail(f"joint '{name}'", "drives a wheel, so its type must be 'continuous'")
-        wheel_sign(urdf, name)
+        if drive.kind is not DriveKind.OMNI:
+            wheel_sign(urdf, name)
         if not is_round(urdf, name):
             off = eccentricity(urdf, name)
             xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")

@@ -1,85 +1,89 @@
-"""Drives that are simulated as others say so, and drive."""
+"""Drives that their wheels cannot do are simulated as others, say so, and drive."""
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.model.settings import DriveKind
+from tests.sim import drive_cases as cases
 from tests.sim.builders import run, simulator, texts
-from tests.sim.files.test_robots import FOUR, LEFT, _robot
+from tests.sim.files.test_robots import FOUR, LEFT, TWO, _robot
 
-JOINT = "<{told}_{side}_joint>{end}_{side}_wheel_joint</{told}_{side}_joint>"
-FOUR_JOINTS = "".join(
-    JOINT.format(told=told, end=end, side=side)
-    for told, end in (("front", "front"), ("back", "rear"))
+SIDES = "".join(
+    f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
+    for end in ("front", "rear")
     for side in ("left", "right")
 )
-SIDES = re.sub("(</?)(front|back)_", r"\1", FOUR_JOINTS)
-PARAMETERS = """
-mecanum_drive_controller:
-  ros__parameters:
-    front_left_wheel_command_joint_name: front_left_wheel_joint
-    front_right_wheel_command_joint_name: front_right_wheel_joint
-    rear_left_wheel_command_joint_name: rear_left_wheel_joint
-    rear_right_wheel_command_joint_name: rear_right_wheel_joint
-"""
-KNUCKLE = """<link name="{name}"><inertial><mass value="0.1"/>
-<inertia ixx="1e-4" iyy="1e-4" izz="1e-4"/></inertial></link>
-<joint name="{name}_steer" type="revolute"><parent link="base"/><child link="{name}"/>
-<origin xyz="0.1 {y} 0"/><axis xyz="0 0 1"/><limit lower="-0.5" upper="0.5"/></joint>"""
-
-
-def _plugin(file: str, inside: str = "") -> str:
-    return f"<gazebo><plugin filename='{file}' name='p'>{inside}</plugin></gazebo>"
 
 
 @pytest.mark.parametrize(
-    ("file", "inside", "said"),
+    ("wheels", "file", "inside", "said"),
     [
-        ("gz-sim-mecanum-drive-system", FOUR_JOINTS, "mecanum wheels: .* not move sideways"),
-        ("libgazebo_ros_planar_move.so", "", "moves in the plane: .* not move sideways"),
-        ("gz-sim-velocity-control-system", "", "moves in the plane: .* not move sideways"),
-        ("libgazebo_ros_omni_drive.so", "", "omni wheels: .* not move sideways"),
-        ("gz-sim-ackermann-steering-system", FOUR_JOINTS, "steering does not turn"),
-        ("libgazebo_ros_ackermann_drive.so", FOUR_JOINTS, "steering does not turn"),
-        ("gz_ros2_control-system", "<parameters>mecanum.yaml</parameters>", "mecanum wheels"),
-        ("gz-sim-diff-drive-system", SIDES, ""),
+        (TWO, "libgazebo_ros_planar_move.so", "", "wheels are no mecanum or omni ones"),
+        (TWO, "gz-sim-velocity-control-system", "", "wheels are no mecanum or omni ones"),
+        (FOUR, "libgazebo_ros_omni_drive.so", "", "wheels' axes are parallel"),
+        (FOUR, "gz-sim-ackermann-steering-system", SIDES, "no joint steers a wheel"),
+        (FOUR, "gz-sim-diff-drive-system", SIDES, ""),
     ],
 )
 def test_drive_that_is_simulated_as_another_says_so(
-    tmp_path: Path, file: str, inside: str, said: str
+    tmp_path: Path, wheels: str, file: str, inside: str, said: str
 ) -> None:
-    (tmp_path / "mecanum.yaml").write_text(PARAMETERS, encoding="utf-8")
-    path = _robot(tmp_path, FOUR + _plugin(file, inside))
+    path = _robot(tmp_path, wheels + cases.plugin(file, inside))
     robot = load_robot(path, SearchPath())
-    assert set(robot.drive.left) == set(LEFT)
-    told = [note for note in texts(robot.notes) if "sides; it" in note or "steering does" in note]
+    assert robot.drive.kind is DriveKind.SIDES
+    told = [note for note in texts(robot.notes) if "of its two sides" in note]
     assert len(told) == (1 if said else 0)
-    if said:
-        assert re.search(said, told[0])
-    last = run(simulator(robot=path), 1.5, Velocity(0.3, 0.0))
+    assert not said or said in told[0]
+    last = run(simulator(robot=path), 1.5, Velocity(0.3, 0.0, 0.3))
     assert last.truth.v == pytest.approx(0.3, rel=0.1)
+    assert abs(last.truth.side) < 0.01
 
 
-def test_guess_says_that_wheels_are_mecanum_ones(tmp_path: Path) -> None:
-    wheels = FOUR.replace("_wheel", "_mecanum_wheel")
-    robot = load_robot(_robot(tmp_path, wheels), SearchPath())
-    assert any("has mecanum wheels" in note for note in texts(robot.notes))
+def test_robot_moved_in_the_plane_says_by_what(tmp_path: Path) -> None:
+    robot = load_robot(cases.planar().write(tmp_path), SearchPath())
+    assert any("moved in the plane: it moves by mecanum wheels" in n for n in texts(robot.notes))
 
 
-def test_guess_says_that_wheels_are_steered(tmp_path: Path) -> None:
-    text = FOUR
-    for side, y in (("left", 0.13), ("right", -0.13)):
-        wheel, knuckle = f"front_{side}_wheel", f"{side}_knuckle"
-        on_base = f'<parent link="base"/><child link="{wheel}"/>\n<origin xyz="0.1 {y} 0"'
-        assert on_base in text
-        on_it = f'<parent link="{knuckle}"/><child link="{wheel}"/>\n<origin xyz="0 0 0"'
-        text = text.replace(on_base, on_it)
-        text += KNUCKLE.format(name=knuckle, y=y)
-    robot = load_robot(_robot(tmp_path, text), SearchPath())
-    assert any("steering does not turn" in note for note in texts(robot.notes))
+def test_file_says_which_way_rollers_grip(tmp_path: Path) -> None:
+    """What they say must let the robot drive any way."""
+    path = cases.mecanum().write(tmp_path)
+    rubbing = "".join(
+        f"<gazebo reference='{end}_{side}_wheel'><mu1>1</mu1><mu2>0</mu2>"
+        f"<fdir1>1 {sign} 0</fdir1></gazebo>"
+        for end, side, sign in (
+            ("front", "left", -1),
+            ("front", "right", 1),
+            ("rear", "left", 1),
+            ("rear", "right", -1),
+        )
+    )
+    standard = load_robot(path, SearchPath())
+    path.write_text(path.read_text().replace("</robot>", f"{rubbing}</robot>"))
+    told = load_robot(path, SearchPath())
+    assert np.allclose(told.drive.grips, standard.drive.grips)
+    assert not any("mu2" in note or "fdir1" in note for note in texts(told.notes))
+    path.write_text(path.read_text().replace("<fdir1>1 -1 0", "<fdir1>1 1 0"))
+    odd = load_robot(path, SearchPath())
+    assert odd.drive.grips == standard.drive.grips
+    assert any("do not let mecanum wheels drive" in note for note in texts(odd.notes))
+
+
+def test_friction_of_two_directions_is_noted_without_rollers(tmp_path: Path) -> None:
+    rubbing = "<gazebo reference='front_left_wheel'><mu1>1</mu1><mu2>0</mu2></gazebo>"
+    robot = load_robot(_robot(tmp_path, FOUR + rubbing), SearchPath())
+    assert set(robot.drive.left) == set(LEFT)
+    assert any("<mu2> is taken to be <mu1>" in note for note in texts(robot.notes))
+
+
+def test_casters_do_not_steer(tmp_path: Path) -> None:
+    """A wheel that swivels with limits is a caster where its name says so."""
+    robot = cases.Robot((*cases.four()[:2], cases.Wheel("caster", -0.15, 0.0, steered=True)))
+    drive = load_robot(robot.write(tmp_path), SearchPath()).drive
+    assert (drive.kind, drive.steering, drive.free) == (DriveKind.SIDES, (), ())

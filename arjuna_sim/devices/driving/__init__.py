@@ -1,0 +1,1 @@
+"""Bases: how velocities become turns of wheels, and turns of wheels motion."""

@@ -1,0 +1,1 @@
+"""Drives other than by two sides of wheels: mecanum, omni and steered wheels."""

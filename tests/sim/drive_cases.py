@@ -1,0 +1,244 @@
+"""A generator of robots with any drive: mecanum, omni, steered and in the plane, as URDF files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+INERTIAL = (
+    "<inertial><mass value='{m}'/><inertia ixx='{i}' iyy='{i}' izz='{i}'"
+    " ixy='0' ixz='0' iyz='0'/></inertial>"
+)
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A wheel of a made-up robot.
+
+    Attributes:
+        name: Of its link; its joint is `<name>_joint`.
+        x: Where it is [m].
+        y: Where it is [m].
+        heading: In which it rolls, from the robot's x axis [rad].
+        steered: Whether a joint `<name>_steer_joint` turns it about the vertical.
+    """
+
+    name: str
+    x: float
+    y: float
+    heading: float = 0.0
+    steered: bool = False
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A box on wheels.
+
+    Attributes:
+        wheels: The wheels.
+        extra: Tags of the file beside links and joints.
+        radius: Of the wheels [m].
+        mass: Of the box [kg].
+        limit: Of steering [rad].
+        files: Files beside it, by name.
+    """
+
+    wheels: tuple[Wheel, ...]
+    extra: str = ""
+    radius: float = 0.06
+    mass: float = 12.0
+    limit: float = 0.6
+    files: dict[str, str] = field(default_factory=dict)
+
+    def write(self, folder: Path, name: str = "made.urdf") -> Path:
+        """Write its files; return the URDF."""
+        for other, text in self.files.items():
+            (folder / other).write_text(text, encoding="utf-8")
+        path = folder / name
+        body = (
+            f"<link name='base'>{INERTIAL.format(m=self.mass, i=0.02 * self.mass)}<collision>"
+            "<geometry><box size='0.3 0.2 0.06'/></geometry></collision></link>"
+        )
+        wheels = "".join(map(self._wheel, self.wheels))
+        path.write_text(f"<robot name='made'>{body}{wheels}{self.extra}</robot>", encoding="utf-8")
+        return path
+
+    def write_sdf(self, folder: Path) -> Path:
+        """Write it as an SDF model; return its file."""
+        for other, text in self.files.items():
+            (folder / other).write_text(text, encoding="utf-8")
+        body = (
+            f"<link name='base'>{_sdf_inertial(self.mass, 0.02 * self.mass)}<collision name='c'>"
+            "<geometry><box><size>0.3 0.2 0.06</size></box></geometry></collision></link>"
+        )
+        wheels = "".join(map(self._sdf_wheel, self.wheels))
+        extra = self.extra.replace("<gazebo>", "").replace("</gazebo>", "")
+        path = folder / "made.sdf"
+        path.write_text(
+            f"<sdf version='1.8'><model name='made'>{body}{wheels}{extra}</model></sdf>",
+            encoding="utf-8",
+        )
+        return path
+
+    def _sdf_wheel(self, wheel: Wheel) -> str:
+        carrier, steer, inertia = "base", "", 0.4 * 0.4 * self.radius**2
+        if wheel.steered:
+            carrier = f"{wheel.name}_knuckle"
+            limit = f"<limit><lower>-{self.limit}</lower><upper>{self.limit}</upper></limit>"
+            steer = (
+                f"<link name='{carrier}'><pose>{wheel.x} {wheel.y} 0 0 0 0</pose>"
+                f"{_sdf_inertial(0.2, 1e-4)}</link><joint name='{wheel.name}_steer_joint'"
+                f" type='revolute'><parent>base</parent><child>{carrier}</child><axis>"
+                f"<xyz>0 0 1</xyz>{limit}</axis></joint>"
+            )
+        return (
+            f"{steer}<link name='{wheel.name}'><pose>{wheel.x} {wheel.y} 0 {-math.pi / 2} 0"
+            f" {wheel.heading}</pose>{_sdf_inertial(0.4, inertia)}<collision name='c'><geometry>"
+            f"<cylinder><radius>{self.radius}</radius><length>0.03</length></cylinder></geometry>"
+            f"</collision></link><joint name='{wheel.name}_joint' type='revolute'>"
+            f"<parent>{carrier}</parent><child>{wheel.name}</child><axis><xyz>0 0 1</xyz></axis>"
+            "</joint>"
+        )
+
+    def _wheel(self, wheel: Wheel) -> str:
+        carrier, place = "base", f"{wheel.x} {wheel.y} 0"
+        steer = ""
+        if wheel.steered:
+            carrier = f"{wheel.name}_knuckle"
+            steer = (
+                f"<link name='{carrier}'>{INERTIAL.format(m=0.2, i=1e-4)}</link>"
+                f"<joint name='{wheel.name}_steer_joint' type='revolute'><parent link='base'/>"
+                f"<child link='{carrier}'/><origin xyz='{place}'/><axis xyz='0 0 1'/>"
+                f"<limit lower='-{self.limit}' upper='{self.limit}' effort='9' velocity='9'/>"
+                "</joint>"
+            )
+            place = "0 0 0"
+        inertia = INERTIAL.format(m=0.4, i=0.4 * 0.4 * self.radius**2)
+        return (
+            f"{steer}<link name='{wheel.name}'>{inertia}<collision><geometry>"
+            f"<cylinder radius='{self.radius}' length='0.03'/></geometry></collision></link>"
+            f"<joint name='{wheel.name}_joint' type='continuous'><parent link='{carrier}'/>"
+            f"<child link='{wheel.name}'/>"
+            f"<origin xyz='{place}' rpy='{-math.pi / 2} 0 {wheel.heading}'/>"
+            "<axis xyz='0 0 1'/></joint>"
+        )
+
+
+def _sdf_inertial(mass: float, inertia: float) -> str:
+    values = "".join(f"<{key}>{inertia}</{key}>" for key in ("ixx", "iyy", "izz"))
+    return f"<inertial><mass>{mass}</mass><inertia>{values}</inertia></inertial>"
+
+
+def plugin(file: str, inside: str = "") -> str:
+    """Return a plugin's tag."""
+    return f"<gazebo><plugin filename='{file}' name='drive'>{inside}</plugin></gazebo>"
+
+
+def control(parameters: str) -> tuple[str, dict[str, str]]:
+    """Return the tag of ros2_control's plugin, and the file of its controllers' parameters."""
+    tag = plugin("libgz_ros2_control-system.so", "<parameters>controllers.yaml</parameters>")
+    return tag, {"controllers.yaml": parameters}
+
+
+def four(names: str = "{end}_{side}_wheel") -> tuple[Wheel, ...]:
+    """Return four wheels at the corners, of which none is steered."""
+    return tuple(
+        Wheel(names.format(end=end, side=side), x, y)
+        for end, x in (("front", 0.15), ("rear", -0.13))
+        for side, y in (("left", 0.14), ("right", -0.14))
+    )
+
+
+def mecanum(controlled: bool = False) -> Robot:
+    """Return a robot on mecanum wheels."""
+    ends = [("front", "front"), ("back", "rear")]
+    if controlled:
+        lines = [
+            f"    {end}_{side}_wheel_command_joint_name: {end}_{side}_wheel_joint\n"
+            for _, end in ends
+            for side in ("left", "right")
+        ]
+        text = "mecanum_drive_controller:\n  ros__parameters:\n" + "".join(lines)
+        tag, files = control(text)
+        return Robot(four(), tag, files=files)
+    joints = "".join(
+        f"<{told}_{side}_joint>{end}_{side}_wheel_joint</{told}_{side}_joint>"
+        for told, end in ends
+        for side in ("left", "right")
+    )
+    return Robot(four(), plugin("gz-sim-mecanum-drive-system", joints))
+
+
+def planar() -> Robot:
+    """Return a robot on wheels called mecanum ones, which Gazebo moves in the plane."""
+    topics = "<command_topic>go</command_topic><odometry_topic>way</odometry_topic>"
+    wheels = four("{end}_{side}_mecanum_wheel")
+    return Robot(wheels, plugin("libgazebo_ros_planar_move.so", topics))
+
+
+def omni(count: int, controlled: bool = False) -> Robot:
+    """Return a robot on omni wheels about its middle."""
+    first = math.pi / 4 if count == 4 else 0.0
+    turns = [first + 2.0 * math.pi * i / count for i in range(count)]
+    wheels = tuple(
+        Wheel(f"w{i}_wheel", 0.16 * math.cos(a), 0.16 * math.sin(a), a + math.pi / 2)
+        for i, a in enumerate(turns)
+    )
+    if not controlled:
+        return Robot(wheels)
+    names = ", ".join(f"w{i}_wheel_joint" for i in range(count))
+    tag, files = control(
+        f"omni_wheel_drive_controller:\n  ros__parameters:\n    wheel_names: [{names}]\n"
+    )
+    return Robot(wheels, tag, files=files)
+
+
+def car(source: str, driven: str = "rear") -> Robot:
+    """Return a car.
+
+    Args:
+        source: What says how it drives: `gz`, `classic`, `control`, or nothing.
+        driven: Its driven wheels, `rear` or `all`.
+    """
+    wheels = tuple(
+        Wheel(f"{end}_{side}_wheel", x, y, steered=end == "front")
+        for end, x in (("front", 0.2), ("rear", -0.16))
+        for side, y in (("left", 0.12), ("right", -0.12))
+    )
+    ends = ("front", "rear") if driven == "all" else ("rear",)
+    if source == "control":
+        tag, files = control(
+            "ackermann_steering_controller:\n  ros__parameters:\n"
+            "    traction_joints_names: [rear_right_wheel_joint, rear_left_wheel_joint]\n"
+            "    steering_joints_names: [front_right_wheel_steer_joint,"
+            " front_left_wheel_steer_joint]\n    use_stamped_vel: false\n"
+        )
+        return Robot(wheels, tag, files=files)
+    if not source:
+        return Robot(wheels)
+    joints = "".join(
+        f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
+        for end in ends
+        for side in ("left", "right")
+    )
+    joints += "".join(
+        f"<{side}_steering_joint>front_{side}_wheel_steer_joint</{side}_steering_joint>"
+        for side in ("left", "right")
+    )
+    file = "gz-sim-ackermann-steering-system" if source == "gz" else "libgazebo_ros_ackermann_drive"
+    return Robot(wheels, plugin(file, joints + "<steering_limit>0.5</steering_limit>"))
+
+
+def tricycle() -> Robot:
+    """Return a robot whose one front wheel steers and drives."""
+    wheels = (
+        Wheel("front_wheel", 0.2, 0.0, steered=True),
+        Wheel("left_wheel", -0.12, 0.13),
+        Wheel("right_wheel", -0.12, -0.13),
+    )
+    tag, files = control(
+        "tricycle_controller:\n  ros__parameters:\n    traction_joint_name: front_wheel_joint\n"
+        "    steering_joint_name: front_wheel_steer_joint\n"
+    )
+    return Robot(wheels, tag, files=files)

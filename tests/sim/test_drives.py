@@ -1,0 +1,134 @@
+"""Robots of every drive go where they are told, and their odometry knows."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from arjuna_core.se2 import SE2, wrap
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.model.settings import DriveKind
+from arjuna_sim.observation import Observation
+from tests.sim import drive_cases as cases
+from tests.sim.builders import run, simulator
+
+SIDEWAYS = {
+    "mecanum": (cases.mecanum(), DriveKind.MECANUM),
+    "mecanum, controlled": (cases.mecanum(controlled=True), DriveKind.MECANUM),
+    "planar": (cases.planar(), DriveKind.MECANUM),
+    "3 omni wheels": (cases.omni(3), DriveKind.OMNI),
+    "4 omni wheels, controlled": (cases.omni(4, controlled=True), DriveKind.OMNI),
+}
+STEERED = {
+    "car, gz": cases.car("gz"),
+    "car, all wheels drive": cases.car("gz", "all"),
+    "car, classic": cases.car("classic"),
+    "car, controlled": cases.car("control"),
+    "car without a plugin": cases.car(""),
+    "tricycle": cases.tricycle(),
+}
+
+
+def _driven(robot: cases.Robot, folder: Path, command: Velocity, seconds: float) -> Observation:
+    """Drive from rest to rest."""
+    sim = simulator(robot=robot.write(folder))
+    run(sim, seconds, command)
+    return run(sim, 1.0, Velocity())
+
+
+def _check(seen: Observation, wanted: SE2, way: float) -> None:
+    """Check the true pose and the odometry's."""
+    for pose, tolerance in ((seen.truth.pose, 0.03), (seen.odometry.T_odom_base, 0.03)):
+        assert math.hypot(pose.x - wanted.x, pose.y - wanted.y) < tolerance * max(way, 0.5)
+        assert math.degrees(abs(wrap(pose.theta - wanted.theta))) < 5.0
+
+
+@pytest.mark.parametrize("name", SIDEWAYS)
+@pytest.mark.parametrize(
+    ("command", "seconds", "wanted"),
+    [
+        (Velocity(0.4, 0.0), 2.5, SE2(1.0, 0.0, 0.0)),
+        (Velocity(0.0, 0.0, 0.4), 2.5, SE2(0.0, 1.0, 0.0)),
+        (Velocity(0.3, 0.0, -0.3), 2.0, SE2(0.6, -0.6, 0.0)),
+        (Velocity(0.0, 0.8), math.pi / 2 / 0.8, SE2(0.0, 0.0, math.pi / 2)),
+    ],
+    ids=["ahead", "sideways", "askew", "about"],
+)
+def test_robot_moves_any_way(
+    tmp_path: Path, name: str, command: Velocity, seconds: float, wanted: SE2
+) -> None:
+    robot, _ = SIDEWAYS[name]
+    _check(_driven(robot, tmp_path, command, seconds), wanted, math.hypot(wanted.x, wanted.y))
+
+
+@pytest.mark.parametrize("name", SIDEWAYS)
+def test_robot_circles_as_it_faces_outward(tmp_path: Path, name: str) -> None:
+    """All three velocities at once, for half a turn."""
+    robot, kind = SIDEWAYS[name]
+    assert load_robot(robot.write(tmp_path), SearchPath()).drive.kind is kind
+    command, seconds = Velocity(0.1, 0.5, 0.3), math.pi / 0.5
+    x, y = 2.0 * -0.3 / 0.5, 2.0 * 0.1 / 0.5
+    _check(_driven(robot, tmp_path, command, seconds), SE2(x, y, math.pi), math.pi * 0.3 / 0.5)
+
+
+@pytest.mark.parametrize("name", STEERED)
+@pytest.mark.parametrize("bend", [0.0, 0.8, -1.2])
+def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
+    """The rear axle does, backward as well, by the curvature that was asked for [1/m]."""
+    path = STEERED[name].write(tmp_path)
+    robot = load_robot(path, SearchPath())
+    assert robot.drive.kind is DriveKind.STEERED
+    axle = SE2(-0.12 if name == "tricycle" else -0.16, 0.0, 0.0)
+    for speed in (0.4, -0.4):
+        sim = simulator(robot=path)
+        run(sim, 2.5, Velocity(speed, speed * bend))
+        seen = run(sim, 1.0, Velocity())
+        turn = math.copysign(bend, bend * speed) if bend else 0.0
+        arc = SE2.exp([math.copysign(1.0, speed), 0.0, turn])  # type: ignore[arg-type]
+        _check(seen, axle @ arc @ axle.inverse(), 1.0)
+
+
+def test_car_steers_no_farther_than_it_can(tmp_path: Path) -> None:
+    sim = simulator(robot=cases.car("gz").write(tmp_path))
+    seen = run(sim, 4.0, Velocity(0.3, 2.0))
+    joints = dict(zip(seen.joints.names, seen.joints.positions, strict=True))
+    steered = [joints[f"front_{side}_wheel_steer_joint"] for side in ("left", "right")]
+    assert max(steered) == pytest.approx(0.5, abs=0.02)  # the inner wheel, by the plugin's limit
+    assert math.tan(steered[0]) > math.tan(steered[1]) > 0.3
+    assert seen.truth.v == pytest.approx(0.3, rel=0.1)
+    assert seen.truth.w < 0.3 * 1.4
+
+
+def test_car_does_not_turn_on_the_spot(tmp_path: Path) -> None:
+    seen = _driven(cases.car("gz"), tmp_path, Velocity(0.0, 1.0), 2.0)
+    _check(seen, SE2(), 0.0)
+
+
+@pytest.mark.parametrize("name", [*SIDEWAYS, *STEERED])
+def test_robot_parks(tmp_path: Path, name: str) -> None:
+    robot = SIDEWAYS[name][0] if name in SIDEWAYS else STEERED[name]
+    sim = simulator(robot=robot.write(tmp_path))
+    start = run(sim, 2.0).truth.pose
+    assert start.distance(run(sim, 6.0).truth.pose) < 1e-5
+
+
+@pytest.mark.parametrize("name", ["mecanum", "car, gz", "tricycle"])
+def test_sdf_model_drives_as_the_urdf(tmp_path: Path, name: str) -> None:
+    robot = SIDEWAYS[name][0] if name in SIDEWAYS else STEERED[name]
+    ends = [
+        run(simulator(robot=path), 2.0, Velocity(0.3, 0.2, 0.2)).truth.pose
+        for path in (robot.write(tmp_path), robot.write_sdf(tmp_path))
+    ]
+    assert ends[0].distance(ends[1]) < 1e-3
+
+
+def test_topics_of_a_plugin_without_wheels_are_kept(tmp_path: Path) -> None:
+    drive = load_robot(cases.planar().write(tmp_path), SearchPath()).drive
+    assert (drive.command_topic, drive.odometry_topic, drive.from_world) == ("go", "way", True)
+    controlled = load_robot(cases.mecanum(controlled=True).write(tmp_path), SearchPath()).drive
+    assert controlled.command_topic == "/mecanum_drive_controller/reference"
+    assert controlled.odometry_topic == "/mecanum_drive_controller/odometry"
