@@ -18,6 +18,7 @@ from arjuna_sim.files.urdf.guess import save_guess
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import read_bytes
+from arjuna_sim.model.footprint import footprint
 from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import (
@@ -168,6 +169,9 @@ def _robot_lines(robot: Robot) -> Iterator[str]:
             )
             mimic = "" if joint.mimic is None else f", follows {joint.mimic.joint}"
             yield f"    {joint.name}: {joint.kind}{limits}, {joint.parent} -> {joint.child}{mimic}"
+    outline = footprint(robot, urdf.root)
+    if len(outline):
+        yield f"  outline from above, a costmap's footprint: {outline.tolist()}"
     yield from _drive_lines(robot.drive, urdf.root, bool(robot.anchored))
     yield from _sensor_lines(robot.settings)
     for name, mu in robot.settings.friction.items():

@@ -11,6 +11,7 @@ from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.urdf.xacro_file import parse_arguments, split
 from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.footprint import footprint
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.world import World
 
@@ -49,6 +50,18 @@ def names_of(robot: Robot) -> dict[str, str]:
     if not robot.urdf.links.keys() >= _BASES:
         found["base_frame"] = robot.urdf.root
     return found
+
+
+def footprint_of(robot: Robot, frame: str) -> str:
+    """Return a robot's outline as the costmaps' `footprint`; "" where it has none.
+
+    Args:
+        robot: The robot.
+        frame: The costmaps' `robot_base_frame`; the root link where it is none of the robot's.
+    """
+    link = frame if frame in robot.urdf.links else robot.urdf.root
+    outline = footprint(robot, link)
+    return str(outline.tolist()) if len(outline) else ""
 
 
 def named_world(path: str) -> World:

@@ -22,6 +22,7 @@ from bringup.parameters.files import (
     shipped_parameters,
 )
 from bringup.parameters.robot_names import NO_SIM_TIME, of_names
+from bringup.parameters.simulated_robot import of_simulated_robot
 from bringup.parameters.stock import understand
 from bringup.stack import (
     DESCRIPTION_GROUP,
@@ -73,7 +74,7 @@ def gather(arguments: argparse.Namespace) -> Parameters:
     if arguments.command == "robot":
         parameters = merged(parameters, NO_SIM_TIME)
     if arguments.command == "demo":
-        parameters = _with_names_of_the_robot(parameters, options, groups)
+        parameters = merged(parameters, of_simulated_robot(parameters, options, groups))
     parameters = merged(parameters, options)
     if {key for values in options.values() for key in values} - _PATHS:
         check_parameters(parameters, groups, _known())
@@ -81,30 +82,6 @@ def gather(arguments: argparse.Namespace) -> Parameters:
         for spec in group.nodes:
             _read_files(spec, for_node(parameters, spec.name))
     return parameters
-
-
-def _with_names_of_the_robot(
-    parameters: Parameters, options: Parameters, groups: tuple[Group, ...]
-) -> Parameters:
-    """Return parameters in which a name that is the shipped one is the simulated robot's own."""
-    from arjuna_sim.inputs import named_robot, names_of
-
-    sim = {**for_node(parameters, "sim"), **options.get("sim", {})}
-    if not sim.get("robot"):
-        return parameters
-    names = names_of(named_robot(sim["robot"], sim.get("robot_arguments", "")))
-    if sim.get("standard_topics"):
-        names = {key: name for key, name in names.items() if key == "base_frame"}
-    shipped = shipped_parameters()
-    own = {
-        node: {
-            key: value
-            for key, value in values.items()
-            if parameters.get(node, {}).get(key) == shipped.get(node, {}).get(key)
-        }
-        for node, values in of_names(names, groups).items()
-    }
-    return merged(parameters, own)
 
 
 def over_shipped(paths: Iterable[Path], namespace: str = "") -> Parameters:

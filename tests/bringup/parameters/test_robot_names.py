@@ -77,16 +77,28 @@ def test_what_a_driver_brings_is_not_started(given: list[str], started: set[str]
     assert names <= {group.name for group in REAL_STACKS["robot --slam"]}
 
 
-def test_a_simulated_robot_s_own_names_reach_the_demo_s_nodes(tmp_path: Path) -> None:
+def test_a_simulated_robot_s_own_names_and_outline_reach_the_demo(tmp_path: Path) -> None:
     robot = tmp_path / "other.urdf"
     text = shipped_file("urdf/arjuna.urdf").read_text(encoding="utf-8")
     robot.write_text(text.replace("base_footprint", "chassis"), encoding="utf-8")
     file = tmp_path / "other.yaml"
-    file.write_text("amcl: {ros__parameters: {base_frame_id: lidar_link}}", encoding="utf-8")
+    file.write_text(
+        "{amcl: {ros__parameters: {base_frame_id: lidar_link}},"
+        " explorer: {ros__parameters: {costmap: {robot_radius: 0.4}}}}",
+        encoding="utf-8",
+    )
     parameters = gather(parse(["demo", "--robot", str(robot), "--params", str(file)]))
     assert parameters["slam_toolbox"]["base_frame"] == "chassis"
     assert parameters["explorer"]["robot_base_frame"] == "chassis"
     assert parameters["amcl"]["base_frame_id"] == "lidar_link"
+    assert parameters["local_costmap/local_costmap"]["footprint"].startswith("[[0.225, -0.15]")
+    assert "costmap.footprint" not in parameters["explorer"]
+
+
+def test_the_shipped_robot_keeps_its_shipped_parameters() -> None:
+    named, plain = gather(parse(["demo", "--robot", "urdf/arjuna.urdf"])), gather(parse(["demo"]))
+    assert named["amcl"] == plain["amcl"]
+    assert named["local_costmap/local_costmap"] == plain["local_costmap/local_costmap"]
 
 
 def test_standard_topics_are_no_names_of_the_robot(tmp_path: Path) -> None:
