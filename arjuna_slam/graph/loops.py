@@ -19,6 +19,7 @@ from arjuna_slam.matching.surface import Surface
 
 _CANDIDATES_MAX = 2  # submaps tried for a keyframe, to bound its time
 _JUST_LEFT = 8.0  # way within which a place is joined by matches anyway [m]
+_HARDLY = 0.1  # share of the best seen direction's information below which another is doubted
 _BY_HAND = Window(0.75, 0.35, 3)  # a hand in RViz is no better
 
 
@@ -201,5 +202,22 @@ def _edge(submap: Submap, node: int, match: Match) -> Edge:
     """Return the edge that a match makes, with the keyframe that saw most of what was matched."""
     past, T_anchor_past = submap.nearest(match.T_field_base)
     T_past_anchor = T_anchor_past.inverse()
-    information = invert(match.covariance_in(T_past_anchor))
+    information = invert(doubted(match.covariance_in(T_past_anchor)))
     return Edge(past, node, T_past_anchor @ match.T_field_base, information, EdgeKind.LOOP)
+
+
+def doubted(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a match's covariance, enlarged along a direction that it hardly sees.
+
+    A few points there are the corner of one thing, with one error, and no odometry contradicts it.
+
+    Args:
+        covariance: `(3, 3) float64` [m^2, m rad, rad^2].
+    """
+    (narrow, wide), axes = np.linalg.eigh(covariance[:2, :2])
+    seen = narrow / (_HARDLY * wide)
+    if seen >= 1.0:
+        return covariance
+    result: NDArray[np.float64] = covariance.copy()
+    result[:2, :2] += (seen**-2 - 1.0) * wide * np.outer(axes[:, 1], axes[:, 1])
+    return result

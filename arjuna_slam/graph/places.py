@@ -27,6 +27,7 @@ _OVERLAP = 3.0  # how near two submaps' ways must come [m]
 _CANDIDATES_MAX = 8  # of a submap at a time
 _KNOWN = 0.3  # deviation below which submaps that a closure joins are not compared [m]
 _BENDS = 0.5  # correction from which on all is looked at anew [m]
+_SMALL = 0.3  # correction up to which a closure needs no other in a narrow window [m]
 _SURE, _UNSURE = 1.0, 0.5  # weight of a closure, and of one that fits elsewhere as well
 _BELIEVED = 2.0  # weights of closures that agree
 
@@ -131,7 +132,8 @@ class Places:
             return []
         weight = _SURE if place.sure else _UNSURE
         closure = Closure(task.query, task.past, _edge(query, past, place), weight)
-        enough = _BELIEVED if window.ambiguous else _UNSURE
+        far = bool(np.hypot(*graph.residual(closure.edge)[:2]) > _SMALL)
+        enough = _BELIEVED if window.ambiguous or far else _UNSURE
         believed = self._hypotheses.add(graph, closure, enough)
         self._closed.update((one.query, one.past) for one in believed)
         if any(np.hypot(*graph.residual(one.edge)[:2]) > _BENDS for one in believed):

@@ -143,7 +143,8 @@ def _linearize(
             w *= _ramp(facing, _FACING_MIN, _FACING_FULL)
         along = nx * u + ny * v
         if abs(along) > _ASKEW:
-            nx, ny = math.copysign(u, along), math.copysign(v, along)
+            side = math.copysign(1.0, along)
+            nx, ny = side * u, side * v
         nt = ny * rx - nx * ry
         wx, wy, wt = w * nx, w * ny, w * nt
         xx += wx * nx

@@ -71,12 +71,14 @@ def test_branch_and_bound_finds_what_exhaustive_search_finds() -> None:
     assert deep[1] == pytest.approx(flat[1], abs=1e-12)
 
 
-def test_covariance_is_larger_along_a_corridor_than_across() -> None:
-    corridor = box(-40.0, -1.0, 40.0, 1.0)
-    field = reference(scan_at(corridor, SE2()))
-    found = MATCHER.track(field, extract(scan_at(corridor, SE2()), 20.0), SE2(0.02, 0.02, 0.0))
+@pytest.mark.parametrize("heading", [0.0, 0.5, -0.5, 1.5, 2.2])
+def test_covariance_is_larger_along_a_corridor_than_across(heading: float) -> None:
+    corridor, pose = box(-40.0, -1.0, 40.0, 1.0), SE2(0.0, 0.0, heading)
+    field = reference(scan_at(corridor, pose))
+    found = MATCHER.track(field, extract(scan_at(corridor, pose), 20.0), SE2(0.02, 0.02, 0.0))
     assert found.status is MatchStatus.MATCHED
-    assert found.covariance[0, 0] > 100.0 * found.covariance[1, 1]
+    covariance = found.covariance_in(pose)
+    assert covariance[0, 0] > 100.0 * covariance[1, 1]
 
 
 def test_covariance_covers_the_actual_error() -> None:
