@@ -38,9 +38,9 @@ from arjuna_sim.model.settings import (
 )
 from arjuna_sim.model.shapes import Part
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.footing import footing_notes
 from arjuna_sim.physics.scene import build_scene
-from arjuna_sim.physics.servo import ServoConfig
+from arjuna_sim.physics.wheels.footing import footing_notes
+from arjuna_sim.physics.wheels.servo import ServoConfig
 
 _TIMESTEP = 0.004
 _ROBOT_SUFFIXES = (".urdf", ".xacro")

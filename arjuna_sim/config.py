@@ -10,7 +10,7 @@ from arjuna_sim.devices.drive import DriveConfig
 from arjuna_sim.devices.imu import ImuConfig
 from arjuna_sim.devices.lidar import LidarConfig
 from arjuna_sim.devices.odometry import OdometryConfig
-from arjuna_sim.physics.servo import ServoConfig
+from arjuna_sim.physics.wheels.servo import ServoConfig
 
 
 @dataclass(frozen=True)

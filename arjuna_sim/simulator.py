@@ -23,10 +23,10 @@ from arjuna_sim.model.settings import CameraSettings, SensorSettings
 from arjuna_sim.model.surfaces import surfaces
 from arjuna_sim.model.world import World
 from arjuna_sim.observation import Observation
-from arjuna_sim.physics.footing import footing_notes
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.physics.robot_motion import RobotMotion, Truth
 from arjuna_sim.physics.stage import Stage
+from arjuna_sim.physics.wheels.footing import footing_notes
 
 _NANOSECONDS = 1_000_000_000
 

@@ -14,9 +14,9 @@ from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.shapes import Group, Part
 from arjuna_sim.physics.geoms import add_part
-from arjuna_sim.physics.rollers import add_rollers
-from arjuna_sim.physics.servo import ServoConfig, add_servo, add_steering, armature
-from arjuna_sim.physics.tyres import add_tyre
+from arjuna_sim.physics.wheels.rollers import add_rollers
+from arjuna_sim.physics.wheels.servo import ServoConfig, add_servo, add_steering, armature
+from arjuna_sim.physics.wheels.tyres import add_tyre
 
 BODY_JOINT = "arjuna_free_joint"
 """Name of the joint on which the robot moves."""

@@ -27,7 +27,9 @@ from arjuna_sim.physics.carrying import carry_over
 from arjuna_sim.physics.contacts import touched
 from arjuna_sim.physics.entity_body import addresses_of, swinging
 from arjuna_sim.physics.scene import Scene, build_scene
-from arjuna_sim.physics.servo import ServoConfig
+from arjuna_sim.physics.sleeping import Stepper
+from arjuna_sim.physics.walkers import Walkers
+from arjuna_sim.physics.wheels.servo import ServoConfig
 
 
 class Stage:
@@ -193,30 +195,24 @@ class Stage:
 
     def advance(self, steps: int) -> None:
         """Run the physics for a number of steps."""
-        if self._walkers:
-            for _ in range(steps):
-                self._steps += 1
-                self._follow()
-                mujoco.mj_step(self.scene.model, self.data)
-                self.data.qpos[self.scene.rollers] = 0.0
-        elif len(self.scene.rollers):
+        if not len(self._walkers) and not len(self.scene.rollers):
             self._steps += steps
-            for _ in range(steps):
-                mujoco.mj_step(self.scene.model, self.data)
-                self.data.qpos[self.scene.rollers] = 0.0
-        else:
-            self._steps += steps
-            mujoco.mj_step(self.scene.model, self.data, nstep=steps)
+            self._stepper.run(steps)
+            return
+        for _ in range(steps):
+            self._steps += 1
+            self._follow()
+            self._stepper.run(1)
+            self.data.qpos[self.scene.rollers] = 0.0
 
     def _on_the_way(self, name: str) -> float:
         return (self._steps - self._began.get(name, 0)) * self._timestep
 
     def _follow(self) -> None:
         """Put what follows a trajectory where it is now."""
-        for entity in self._walkers:
-            assert entity.trajectory is not None
-            on_the_way = self._on_the_way(entity.name)
-            self._put(entity, Pose3.from_se2(entity.trajectory.pose(on_the_way)))
+        if len(self._walkers):
+            began = np.array([self._began.get(name, 0) for name in self._walking])
+            self._walkers.put(self.data, (self._steps - began) * self._timestep)
 
     def contacts(self) -> tuple[str, ...]:
         """Return the names of what the robot touches, sorted; never what it stands on."""
@@ -256,10 +252,14 @@ class Stage:
     ) -> None:
         self.world, self._entities, self._taken = world, entities, taken
         self.scene, self.data = scene, data
+        self._stepper = Stepper(scene.model, data)
         self._handles = {
             name: addresses_of(scene.model, entity) for name, entity in entities.items()
         }
-        self._walkers = [entity for entity in entities.values() if entity.trajectory is not None]
+        walking = {n: e.trajectory for n, e in entities.items() if e.trajectory is not None}
+        self._walking = tuple(walking)
+        bodies = [self._handles[name][0] for name in walking]
+        self._walkers = Walkers(bodies, list(walking.values()))
 
     def _put(self, entity: Entity, pose: Pose3) -> None:
         mocap, at, rate = self._handles[entity.name]

@@ -17,6 +17,7 @@ from tests.sim.builders import ROBOT, ROOM, edited, simulator
 
 _BEAMS = (90, 180, 360, 720, 1440, 2880)
 _BOXES = (10, 30, 100, 300, 1000)
+_PUSHABLE, _ACTORS = 100, 30
 _REPEATS = 3
 _SENSORS = "physics, lidar 10 Hz, IMU 50 Hz, odometry 50 Hz"
 
@@ -37,7 +38,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     Returns:
         `core_real_time_factor` and `ros_real_time_factor` (None without rclpy) of the shipped robot
-        in the shipped room, and the core's factor `by_beams` and `by_boxes`.
+        in the shipped room, and the core's factor `by_beams` and `by_boxes`, among 100 boxes that
+        can be pushed and among 30 actors.
     """
     seconds = arguments.seconds
     print(f"simulated per real second on one core; {_SENSORS}")
@@ -53,11 +55,17 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         _table("beams in the shipped room", beams)
         boxes = {n: _core_factor(_with_boxes(n, Path(folder)), seconds) for n in _BOXES}
         _table("boxes, 360 beams", boxes)
+        pushed = _core_factor(_with_boxes(_PUSHABLE, Path(folder), pushable=True), seconds)
+        _show(f"{_PUSHABLE} boxes to be pushed", pushed)
+        people = _core_factor(_with_actors(_ACTORS, Path(folder)), seconds)
+        _show(f"{_ACTORS} actors", people)
     return {
         "core_real_time_factor": core,
         "ros_real_time_factor": ros,
         "by_beams": beams,
         "by_boxes": boxes,
+        "pushable_boxes_real_time_factor": pushed,
+        "actors_real_time_factor": people,
     }
 
 
@@ -116,22 +124,38 @@ def _with_beams(count: int, folder: Path) -> Simulator:
     return simulator(ROOM, robot=edited(ROBOT, folder, old, new))
 
 
-def _with_boxes(count: int, folder: Path) -> Simulator:
+def _with_actors(count: int, folder: Path) -> Simulator:
+    """Let people walk to and fro beside the robot's way."""
+    actors = "".join(
+        f"<actor name='a{i}'><script><trajectory id='0' type='walk'>"
+        f"<waypoint><time>0</time><pose>3 {0.7 * i - 10} 0 0 0 0</pose></waypoint>"
+        f"<waypoint><time>5</time><pose>8 {0.7 * i - 10} 0 0 0 0</pose></waypoint>"
+        "</trajectory></script></actor>"
+        for i in range(count)
+    )
+    return simulator(_written(folder / f"{count}_actors.world", actors))
+
+
+def _with_boxes(count: int, folder: Path, pushable: bool = False) -> Simulator:
     """Put boxes on a square grid of 1.5 m around the start, which stays free."""
     side = math.ceil(math.sqrt(count + 9))
     places = [(i - side // 2, j - side // 2) for i in range(side) for j in range(side)]
     free = [place for place in places if max(abs(place[0]), abs(place[1])) > 1][:count]
-    models = "".join(_box(i, 1.5 * x, 1.5 * y) for i, (x, y) in enumerate(free))
-    path = folder / f"{count}_boxes.world"
+    models = "".join(_box(i, 1.5 * x, 1.5 * y, not pushable) for i, (x, y) in enumerate(free))
+    return simulator(_written(folder / f"{count}_boxes.world", models))
+
+
+def _written(path: Path, inside: str) -> Path:
     ground = "<include><uri>model://ground_plane</uri></include>"
-    path.write_text(f'<sdf version="1.6"><world name="boxes">{ground}{models}</world></sdf>')
-    return simulator(path)
+    path.write_text(f'<sdf version="1.6"><world name="made">{ground}{inside}</world></sdf>')
+    return path
 
 
-def _box(number: int, x: float, y: float) -> str:
+def _box(number: int, x: float, y: float, static: bool) -> str:
     geometry = "<geometry><box><size>0.5 0.5 0.6</size></box></geometry>"
     return (
-        f'<model name="box_{number}"><static>true</static><pose>{x} {y} 0.3 0 0 0</pose>'
+        f'<model name="box_{number}"><static>{str(static).lower()}</static>'
+        f"<pose>{x} {y} 0.3 0 0 0</pose>"
         f'<link name="link"><collision name="collision">{geometry}</collision></link></model>'
     )
 

@@ -20,7 +20,7 @@ from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.physics.scene import build_scene
-from arjuna_sim.physics.servo import ServoConfig
+from arjuna_sim.physics.wheels.servo import ServoConfig
 from tests.helpers.fuzz.mutations import MUTATIONS
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited
 

@@ -13,7 +13,7 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.footing import LEAST
+from arjuna_sim.physics.wheels.footing import LEAST
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import run, simulator, texts
 from tests.sim.generated import Chassis, level, slope

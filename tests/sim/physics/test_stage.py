@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,9 @@ from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.spawned import read_entity
 from arjuna_sim.model.actors import Trajectory
 from arjuna_sim.model.entities import Entity, PlaceTakenError, UnknownEntityError
+from arjuna_sim.model.shapes import Kind, Part, Shape
 from arjuna_sim.physics.contacts import ContactLog
+from arjuna_sim.physics.walkers import Walkers
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import EMPTY, ROOM, ROOT, run, simulator
 
@@ -235,3 +238,66 @@ def test_contacts_are_counted_when_they_begin() -> None:
     changes = [log.update(touched) for touched in ((), ("a",), ("a",), ("a", "b"), (), ("a",))]
     assert changes == [False, True, False, True, True, True]
     assert (log.counts, log.total) == ({"a": 2, "b": 1}, 3)
+
+
+def _block(name: str, place: tuple[float, float, float]) -> Entity:
+    part = Part(Shape(Kind.BOX, (0.3, 0.3, 0.3)), Pose3((0.0, 0.0, 0.15)))
+    return Entity(name, (part,), start=Pose3(place), mass=2.0)
+
+
+def _awake(sim: Simulator) -> int:
+    """Return how many things the physics moves, the robot among them."""
+    return int(sim.stage.data.ntree_awake)
+
+
+def test_what_lies_still_sleeps_until_it_is_moved_or_loses_its_support() -> None:
+    sim = simulator(EMPTY)
+    for block in (_block("low", (2.0, 0.0, 0.0)), _block("high", (2.0, 0.0, 0.3))):
+        sim.stage.spawn(block)
+    run(sim, 2.0)
+    assert _awake(sim) == 1
+    sim.stage.move("low", Pose3((4.0, 0.0, 1.0)))
+    run(sim, 1.5)
+    places = [sim.stage.motion(name).pose.position for name in ("low", "high")]
+    assert places[0] == pytest.approx((4.0, 0.0, 0.0), abs=1e-3)
+    assert places[1] == pytest.approx((2.0, 0.0, 0.0), abs=1e-3)
+    run(sim, 1.0)
+    assert _awake(sim) == 1
+
+
+def test_robot_does_not_notice_what_falls_asleep() -> None:
+    plain, beside = simulator(EMPTY), simulator(EMPTY)
+    for i in range(3):
+        beside.stage.spawn(_block(f"block{i}", (5.0 + i, 3.0, 0.001 * i)))
+    for _ in range(60):
+        a, b = plain.step(Velocity(0.5, 0.4)), beside.step(Velocity(0.5, 0.4))
+        assert a.truth.pose.distance(b.truth.pose) < 1e-9
+    assert _awake(beside) == 1
+
+
+def test_person_wakes_what_it_walks_into() -> None:
+    sim = simulator(EMPTY)
+    sim.stage.spawn(_block("block", (4.0, 0.0, 0.0)))
+    path = Trajectory.along(np.array([[4.0, -3.0], [4.0, 3.0]]), 1.0, False)
+    sim.stage.spawn(dataclasses.replace(_entity("person", "walker"), trajectory=path))
+    run(sim, 2.0)
+    assert _awake(sim) == 1
+    run(sim, 1.5)
+    assert sim.stage.motion("block").pose.position[1] > 0.3
+
+
+def test_walkers_walk_together_as_one_by_one() -> None:
+    rng = np.random.default_rng(3)
+    paths = [
+        Trajectory.along(rng.uniform(-5.0, 5.0, (count, 2)), speed, loop)
+        for count, speed, loop in ((2, 0.5, True), (7, 1.2, False), (4, 2.0, True))
+    ]
+    paths.append(dataclasses.replace(paths[0], delay=1.5))
+    data = SimpleNamespace(mocap_pos=np.zeros((4, 3)), mocap_quat=np.zeros((4, 4)))
+    walkers = Walkers([2, 0, 3, 1], paths)
+    for elapsed in (0.0, 0.7, 3.3, 9.9, 41.0):
+        walkers.put(data, np.full(4, elapsed))
+        for body, path in zip((2, 0, 3, 1), paths, strict=True):
+            one = Pose3.from_se2(path.pose(elapsed))
+            assert data.mocap_pos[body] == pytest.approx(one.position, abs=1e-12)
+            assert abs(data.mocap_quat[body] @ one.quaternion) == pytest.approx(1.0, abs=1e-12)

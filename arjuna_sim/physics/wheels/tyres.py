@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.shapes import Group
 from arjuna_sim.model.wheels import center, radius_of, width_of
-from arjuna_sim.physics.footing import Feet, Weight, steady_acceleration
-from arjuna_sim.physics.grip import name_friction, rank_friction
+from arjuna_sim.physics.wheels.footing import Feet, Weight, steady_acceleration
+from arjuna_sim.physics.wheels.grip import name_friction, rank_friction
 
 STICTION = 1e6
 """Damping along the ground, by the normal damping (MuJoCo's `impratio`)."""

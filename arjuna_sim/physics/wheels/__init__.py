@@ -1,0 +1,1 @@
+"""Wheels and how they stand, roll, slip and are driven."""
