@@ -80,7 +80,9 @@ def friction_of(
     friction = dict(settings.friction)
     wheels = {urdf.joints[name].child for name in drive.rolling}
     if settings.kind is DriveKind.PLANAR:
-        friction |= {name: max(friction.get(name, 1.0), _GRIP) for name in wheels}
+        for name in sorted(n for n in wheels if friction.get(n, _GRIP) < _GRIP):
+            xml.note(f"link '{name}': its friction {friction[name]:g} would slip; it gets {_GRIP}")
+            friction[name] = _GRIP
     if not wheels:
         return friction
     lowest = {name: low for name in urdf.links if (low := _lowest(urdf, name)) < np.inf}

@@ -47,8 +47,13 @@ def test_drive_that_is_simulated_as_another_says_so(
 
 
 def test_robot_moved_in_the_plane_says_by_what(tmp_path: Path) -> None:
-    robot = load_robot(cases.planar().write(tmp_path), SearchPath())
+    path = cases.planar().write(tmp_path)
+    slips = "<gazebo reference='front_left_mecanum_wheel'><mu1>0.01</mu1></gazebo></robot>"
+    path.write_text(path.read_text().replace("</robot>", slips))
+    robot = load_robot(path, SearchPath())
     assert any("moved in the plane: it moves by mecanum wheels" in n for n in texts(robot.notes))
+    assert any("its friction 0.01 would slip; it gets 0.8" in n for n in texts(robot.notes))
+    assert robot.settings.friction["front_left_mecanum_wheel"] == 0.8
 
 
 def test_file_says_which_way_rollers_grip(tmp_path: Path) -> None:
