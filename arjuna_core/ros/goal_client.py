@@ -10,6 +10,7 @@ from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 
 from arjuna_core.ros import qos
+from arjuna_core.ros.goal_server import YIELDING
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.retirement import retire
 
@@ -76,8 +77,16 @@ class GoalClient:
         goal: Any,
         on_outcome: Callable[[GoalOutcome], None],
         on_feedback: Callable[[Any], None] | None = None,
+        yields: bool = False,
     ) -> None:
-        """Send a goal; an earlier goal's outcome is no longer reported."""
+        """Send a goal; an earlier goal's outcome is no longer reported.
+
+        Args:
+            goal: The goal.
+            on_outcome: Told how it ended.
+            on_feedback: Takes the feedback.
+            yields: Whether a goal server of ours drops it where another goal runs.
+        """
         self._sequence += 1
         sequence = self._sequence
 
@@ -90,7 +99,9 @@ class GoalClient:
             if sequence == self._sequence:
                 on_outcome(value)
 
-        future = self._client.send_goal_async(goal, feedback_callback=self._guarded(feedback))
+        future = self._client.send_goal_async(
+            goal, feedback_callback=self._guarded(feedback), goal_uuid=YIELDING if yields else None
+        )
         future.add_done_callback(
             self._guarded(lambda done: self._on_response(done.result(), sequence, outcome))
         )

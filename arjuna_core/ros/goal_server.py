@@ -7,6 +7,7 @@ from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
+from unique_identifier_msgs.msg import UUID
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.health.answers import invalid_code
@@ -15,6 +16,8 @@ from arjuna_core.ros.retirement import retire
 
 _OFF_THE_TICKS = 1e-6
 """rcl's expiry never ends in lock-step where a result is exactly as old as it may be [s]."""
+YIELDING = UUID(uuid=list(b"arjuna: it yields"[:16]))
+"""The id of a goal that never takes the place of another."""
 
 
 class _DeferredActionServer(ActionServer):
@@ -153,6 +156,9 @@ class GoalServer:
             return
         if self._current is None:
             self._current = handle
+        elif handle.goal_id == YIELDING:
+            self._end(handle, self.explained("another goal has come before it"), "abort")
+            return
         else:
             if self._pending is not None:
                 self.abort_pending(self._replaced())

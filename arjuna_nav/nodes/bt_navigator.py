@@ -119,10 +119,13 @@ class BtNavigatorNode(GoalNode):
         self._memory.forget()
 
     def on_time_jump(self) -> None:
-        """Stop and abort; what was under way is gone on with if that is asked for."""
-        super().on_time_jump()
-        if self.active:
-            self._memory.recall()
+        """Stop and abort, or begin anew with the goal under way if that is asked for."""
+        if not self.config.resume_file:
+            super().on_time_jump()
+        elif self.active:
+            self.halt()
+            self._feedback_at = 0.0
+            self._admission.begin(self.config.outage_patience)
 
     def halt(self) -> None:
         """Stop the robot and stop navigating."""

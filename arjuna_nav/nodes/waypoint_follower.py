@@ -85,10 +85,11 @@ class WaypointFollowerNode(GoalNode):
         self._memory.forget()
 
     def on_time_jump(self) -> None:
-        """Stop and abort; what was under way is gone on with if that is asked for."""
-        super().on_time_jump()
-        if self.active:
-            self._memory.recall()
+        """Stop and abort, or let the navigator go on if that is asked for."""
+        if not self.config.resume_file:
+            super().on_time_jump()
+        elif self._go_on_at is not None:
+            self._go_on_at = self.now
 
     def _offer(self, kind: str) -> GoalServer:
         on_goal, on_cancel = partial(self._on_goal, kind), self._check_cancelled

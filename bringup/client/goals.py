@@ -10,11 +10,14 @@ from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose, Spin
 from rclpy.action import ActionClient
 
+from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import duration_msg, pose_stamped
 from arjuna_core.se2 import SE2
 from bringup.client.session import Session, wait_for
 
 _ANSWER_TIMEOUT = 10.0
+_SILENCE = 10.0  # [s] between two feedbacks, of which servers send ten a second
+_PAUSE = 0.5  # [s] until a server that refused a goal is asked again
 _CURE = "is 'python -m bringup nav --map FILE' running and active?"
 
 
@@ -25,10 +28,35 @@ class GoalEnd:
     Attributes:
         succeeded: Whether it was reached.
         reason: Why it was not; empty where it was.
+        refused: Whether the server did not take it.
     """
 
     succeeded: bool
     reason: str = ""
+    refused: bool = False
+
+
+class _Watch:
+    """Notices that nothing is heard of a goal any more: a server that died says nothing.
+
+    Args:
+        session: Whose time counts.
+        progress: Takes the feedback as well.
+    """
+
+    def __init__(self, session: Session, progress: Callable[[Any], None]) -> None:
+        self._session = session
+        self._progress = progress
+        self._heard = session.now
+
+    def hear(self, feedback: Any) -> None:
+        """Take feedback."""
+        self._heard = self._session.now
+        self._progress(feedback)
+
+    def is_silent(self) -> bool:
+        """Tell whether nothing has been heard for too long."""
+        return self._session.now - self._heard > _SILENCE
 
 
 class Goals:
@@ -71,19 +99,66 @@ class Goals:
         timeout: float,
         progress: Callable[[Any], None],
     ) -> GoalEnd:
-        handle = self._send(action, name, request, progress)
+        deadline = self._session.now + timeout
+        end = self._attempt(action, name, request, deadline, progress)
+        while end is None:
+            self._session.client.get_logger().warning(
+                f"nothing is heard of the goal of '{name}' for {_SILENCE:g} s: it is sent again"
+            )
+            end = self._again(action, name, request, deadline, progress)
+        return end
+
+    def _again(
+        self,
+        action: Any,
+        name: str,
+        request: Any,
+        deadline: float,
+        progress: Callable[[Any], None],
+    ) -> GoalEnd | None:
+        """Send a goal again, until a server that comes up takes it."""
+        session = self._session
+        while True:
+            try:
+                end = self._attempt(action, name, request, deadline, progress)
+            except ArjunaError:  # nobody answers, not yet
+                if session.now >= deadline:
+                    raise
+                continue
+            if end is None or not end.refused or session.now >= deadline:
+                return end
+            session.run_until(lambda: False, _PAUSE, required=False)
+
+    def _attempt(
+        self,
+        action: Any,
+        name: str,
+        request: Any,
+        deadline: float,
+        progress: Callable[[Any], None],
+    ) -> GoalEnd | None:
+        """Send a goal and wait for its end; None where its server is heard no more."""
+        session = self._session
+        watch = _Watch(session, progress)
+        handle = self._send(action, name, request, watch.hear)
         if not handle.accepted:
-            return GoalEnd(False, f"'{name}' refuses the goal; is navigation active?")
+            reason = f"'{name}' refuses the goal; is navigation active?"
+            return GoalEnd(False, reason, refused=True)
         result = handle.get_result_async()
+        begun = session.now
         try:
-            in_time = self._session.run_until(result.done, timeout, required=False)
+            session.run_until(
+                lambda: result.done() or watch.is_silent(), deadline - begun, required=False
+            )
         except KeyboardInterrupt:
             self._cancel(handle)
             raise
-        if not in_time:
-            self._cancel(handle)
-            return GoalEnd(False, f"not done within {timeout:g} s, cancelled")
-        return _end(result.result())
+        if result.done():
+            return _end(result.result())
+        if session.now < deadline:
+            return None
+        self._cancel(handle)
+        return GoalEnd(False, f"not done within {deadline - begun:g} s, cancelled")
 
     def _send(self, action: Any, name: str, request: Any, progress: Callable[[Any], None]) -> Any:
         client = self._clients.get(name)

@@ -60,11 +60,16 @@ class Admission:
         self._clients = clients
         self._trees = trees
         self._on_change = on_change
-        self._came = 0.0
+        self._came = self._patience = 0.0
 
-    def begin(self) -> None:
-        """Take note that a new goal has come."""
-        self._came = self._node.now
+    def begin(self, patience: float | None = None) -> None:
+        """Take note that a new goal has come.
+
+        Args:
+            patience: How long to wait for transforms [s]; `transform_tolerance` if None.
+        """
+        tolerance = float(self._node.config.transform_tolerance)
+        self._came, self._patience = self._node.now, tolerance if patience is None else patience
         self._clients.forget_trial()
 
     def goals(self, kind: str, goal: Any, preempts: bool) -> tuple[SE2, ...] | None:
@@ -99,7 +104,7 @@ class Admission:
             return tuple(pose_in(self._node, frame, pose) for pose in poses)
         except TransformError as error:
             waited = self._node.now - self._came
-            if waited < tolerance:
+            if waited < self._patience:
                 return None
             problem = f"{error} (waited for {waited:.2f} s)"
             raise RefusedGoalError(error_code(kind, PlanStatus.TF_ERROR), problem) from error

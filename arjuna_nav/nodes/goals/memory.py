@@ -55,7 +55,10 @@ class GoalMemory:
             self._left = name, deserialize_message(data, self._actions[name].Goal)
 
     def resume(self) -> None:
-        """Send the goal again that did not end, once the robot knows its place on a map."""
+        """Send the goal again that did not end, once the robot knows its place on a map.
+
+        A goal of a client that comes meanwhile goes before.
+        """
         if self._left is None:
             return
         costmap = self._node.process.find("global_costmap/global_costmap")
@@ -63,4 +66,4 @@ class GoalMemory:
             return
         (name, goal), self._left = self._left, None
         self._node.get_logger().info(f"{name}: goes on with the goal that was under way")
-        self._clients[name].send(goal, lambda outcome: None)
+        self._clients[name].send(goal, lambda outcome: None, yields=True)

@@ -206,6 +206,20 @@ def test_cancelling_ends_what_the_newest_goal_did_not_replace(
     assert node.server.cancel_requested
 
 
+def test_a_goal_that_yields_never_takes_the_place_of_another(
+    bench: RosBench, node: EchoNode
+) -> None:
+    first, second = Client(bench, node), Client(bench, node)
+    first.send()
+    second.client.send(Wait.Goal(), second.outcomes.append, yields=True)
+    bench.process.drain()
+    assert second.outcomes[0].status == GoalStatus.STATUS_ABORTED
+    assert not node.server.preempt_requested
+    node.server.succeed(Wait.Result())
+    bench.process.drain()
+    assert first.outcomes[0].succeeded
+
+
 def test_of_many_goals_at_once_each_gets_a_result(bench: RosBench, node: EchoNode) -> None:
     deep = {f"{k}_service_qos_profile": qos.SERVICES for k in ("goal", "result", "cancel")}
     client = ActionClient(bench.node, Wait, "wait", **deep)

@@ -105,10 +105,31 @@ def test_what_has_ended_is_not_gone_on_with(tmp_path: Path, how: str) -> None:
 def test_time_set_back_is_survived_where_that_is_asked_for(tmp_path: Path) -> None:
     robot = started(tmp_path)
     robot.run(1.0)
-    go(robot, GOAL)
+    goal = go(robot, GOAL)
     drive(robot)
+    robot.localized = False
     robot.bench.set_back()
     assert robot.command == STILL
-    robot.run(15.0)
+    robot.run(3.0)
+    assert not goal.done
+    robot.localized = True
+    told = len(goal.feedback)
+    robot.run(1.0)
+    assert len(goal.feedback) > told + 5
+    robot.run_until_done(goal, 20.0)
+    assert goal.status == SUCCEEDED
     assert robot.pose.distance(GOAL) < TOLERANCE
+    robot.close()
+
+
+def test_a_list_of_waypoints_survives_time_set_back(tmp_path: Path) -> None:
+    robot = started(tmp_path)
+    robot.run(1.0)
+    poses = [stamped(GOAL), stamped(SE2(0.0, 1.0))]
+    goal = robot.send(FollowWaypoints, "follow_waypoints", FollowWaypoints.Goal(poses=poses))
+    drive(robot)
+    robot.bench.set_back()
+    robot.run_until_done(goal, 30.0)
+    assert goal.status == SUCCEEDED
+    assert len(goal.result.missed_waypoints) == 0
     robot.close()
