@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bringup.parameters import options
+from bringup.parameters import options, robot_options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     options.add_node_options(parser)
+    robot_options.add_robot(parser, "whose topics, frames and outline it has: the shipped one's")
     options.add_robot_names(parser)
     options.add_record(parser)
     options.add_supervision(parser)
@@ -28,6 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.offline is None:
         from bringup.processes.interactive import supervise
 
+        robot_options.extend_search(arguments)
         return supervise(arguments)
     from bringup.offline import slam
     from bringup.terminal import show

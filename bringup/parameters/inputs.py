@@ -40,6 +40,8 @@ ALL_GROUPS = (*DEMO_GROUPS, DESCRIPTION_GROUP, ODOMETRY_GROUP)
 """Those and the ones that a real robot has in place of the simulator's."""
 
 _STAMPED = "enable_stamped_cmd_vel"
+_OF_SIMULATED_ROBOT = ("demo", "slam", "nav")
+"""The commands that take topics, frames and outline from a robot's file."""
 _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
 """Parameters that are checked by reading what they name: the nodes need not be imported for it."""
 
@@ -73,7 +75,7 @@ def gather(arguments: argparse.Namespace) -> Parameters:
     options = merged(options, of_names(vars(arguments), groups))
     if arguments.command == "robot":
         parameters = merged(parameters, NO_SIM_TIME)
-    if arguments.command == "demo":
+    if arguments.command in _OF_SIMULATED_ROBOT:
         parameters = merged(parameters, of_simulated_robot(parameters, options, groups))
     parameters = merged(parameters, options)
     if {key for values in options.values() for key in values} - _PATHS:

@@ -48,7 +48,7 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
         (["sim", "--namespace", "a b"], "'a b' is no namespace; valid: words"),
         (["goto", "1", "2", "--namespace", "a//b"], "'a//b' is no namespace"),
         (["nav", "--slam", "--domain-id", "233"], "'233' is no domain; valid: 0 to 232"),
-        (["slam", "--world", "w.world"], "unrecognized arguments: --world"),
+        (["explore", "--world", "w.world"], "unrecognized arguments: --world"),
     ],
 )
 def test_a_wrong_command_line_is_refused_with_exit_code_2(

@@ -95,6 +95,17 @@ def test_a_simulated_robot_s_own_names_and_outline_reach_the_demo(tmp_path: Path
     assert "costmap.footprint" not in parameters["explorer"]
 
 
+@pytest.mark.parametrize("command", [["slam"], ["nav", "--map", "maps/race_track.yaml"]])
+def test_a_robot_s_file_tells_its_names_to_what_runs_beside_the_simulator(
+    command: list[str],
+) -> None:
+    arguments = parse([*command, "--robot", "urdf/udacity_bot.xacro", "--odom-frame", "world"])
+    parameters = gather(arguments)
+    (node,) = {"slam_toolbox", "amcl"} & {s.name for g in groups_of(arguments) for s in g.nodes}
+    assert parameters[node]["scan_topic"] == "/udacity_bot/laser/scan"
+    assert "world" in parameters[node].values()
+
+
 def test_the_shipped_robot_keeps_its_shipped_parameters() -> None:
     named, plain = gather(parse(["demo", "--robot", "urdf/arjuna.urdf"])), gather(parse(["demo"]))
     assert named["amcl"] == plain["amcl"]
