@@ -77,7 +77,8 @@ def draw() -> Figure:
 
 def _draw_command(axes: Axes) -> None:
     """Draw the way of the velocity, from the controller back to the robot."""
-    axes.plot([8.7, 8.7, 0.3, 0.3], [2.65, 2.05, 2.05, 5.9], color="tab:red", lw=1.4)
+    axes.annotate("", (9.75, 3.1), (9.65, 3.1), arrowprops={"arrowstyle": "->", "color": "tab:red"})
+    axes.plot([10.7, 10.7, 0.3, 0.3], [2.65, 2.05, 2.05, 5.9], color="tab:red", lw=1.4)
     axes.annotate("", (0.42, 5.9), (0.25, 5.9), arrowprops={"arrowstyle": "->", "color": "tab:red"})
     axes.text(5.0, 2.17, "/cmd_vel", color="tab:red", ha="center", fontsize=8.5, style="italic")
 

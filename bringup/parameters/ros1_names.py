@@ -256,8 +256,8 @@ TOPICS = {
         ("controller_server", "odom_topic"),
     ),
     ("move_base", "cmd_vel"): (
-        ("controller_server", "cmd_vel_topic"),
-        ("behavior_server", "cmd_vel_topic"),
+        ("collision_monitor", "cmd_vel_out_topic"),
+        ("docking_server", "cmd_vel_topic"),
     ),
 }
 """Our parameters for a topic that a launch file renames, by section and its old name."""

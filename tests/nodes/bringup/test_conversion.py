@@ -183,5 +183,5 @@ def test_a_launch_file_becomes_one_that_loads(tmp_path: Path) -> None:
     assert problems_in(ours) == []
     loaded = load_parameters([ours])
     assert loaded["amcl"] == {"alpha1": 0.02, "scan_topic": "robot/laser/scan"}
-    assert loaded["behavior_server"] == {"cmd_vel_topic": "robot/cmd_vel"}
+    assert loaded["collision_monitor"] == {"cmd_vel_out_topic": "robot/cmd_vel"}
     assert loaded["controller_server"]["FollowPath.max_vel_x"] == 0.45
