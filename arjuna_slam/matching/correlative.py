@@ -17,6 +17,8 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.matching.field import Field
 
 _ANGLE_STEP_MIN = math.radians(0.25)
+# A field's score, and its pyramid with its levels
+Tables = tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.int64]]
 _RUN = 16  # points between two looks at whether a block can still win
 
 
@@ -67,13 +69,8 @@ def search(
     """
     if len(points) == 0 or field.score.size == 0:
         return None
-    far = int(0.9 * (len(points) - 1))
-    reach = float(np.partition(np.hypot(points[:, 0], points[:, 1]), far)[far])
-    step = max(field.resolution / max(reach, field.resolution), _ANGLE_STEP_MIN)
-    half_steps = math.ceil(window.theta / step)
-    steps = np.arange(-half_steps, half_steps + 1, dtype=np.float64)
-    thetas = prior.theta + step * steps
-    pyramid, levels = field.pyramid(window.depth)
+    thetas = prior.theta + _turns(points, field.resolution, window.theta)
+    tables = field.score, *field.pyramid(window.depth)
     xy = (np.array([prior.x, prior.y]) - field.origin) / field.resolution
     half_cells = math.ceil(window.xy / field.resolution)
     penalty = np.array(
@@ -86,13 +83,22 @@ def search(
     )
     without = _left_out(apart, prior, field.resolution)
     k, row, column, response = _branch_and_bound(
-        field.score, pyramid, levels, points / field.resolution, xy, thetas, half_cells, penalty,
+        tables, points / field.resolution, xy, thetas, half_cells, penalty,
         without, least,
     )  # fmt: skip
     if k < 0:
         return None
     x = prior.x + column * field.resolution
     return SE2(x, prior.y + row * field.resolution, float(thetas[k])), response
+
+
+def _turns(points: NDArray[np.float64], resolution: float, theta: float) -> NDArray[np.float64]:
+    """Return turns up to theta in steps that move nine points of ten by a cell at most [rad]."""
+    far = int(0.9 * (len(points) - 1))
+    reach = float(np.partition(np.hypot(points[:, 0], points[:, 1]), far)[far])
+    step = max(resolution / max(reach, resolution), _ANGLE_STEP_MIN)
+    half_steps = math.ceil(theta / step)
+    return step * np.arange(-half_steps, half_steps + 1, dtype=np.float64)
 
 
 def _left_out(apart: tuple[SE2, float] | None, prior: SE2, resolution: float) -> NDArray[np.int64]:
@@ -107,9 +113,7 @@ def _left_out(apart: tuple[SE2, float] | None, prior: SE2, resolution: float) ->
 
 @njit(cache=True)
 def _bound(
-    score: NDArray[np.uint8],
-    pyramid: NDArray[np.uint8],
-    levels: NDArray[np.int64],
+    tables: Tables,
     h: int,
     cells: NDArray[np.int32],
     row: int,
@@ -120,6 +124,7 @@ def _bound(
 
     Points are no longer looked at once the bound cannot exceed `least`.
     """
+    score, pyramid, levels = tables
     start, height, width = levels[h]
     total, most = 0, 255 * len(cells)
     needed = least * most
@@ -174,9 +179,7 @@ def _offsets(
 
 @njit(cache=True)
 def _descend(
-    score: NDArray[np.uint8],
-    pyramid: NDArray[np.uint8],
-    levels: NDArray[np.int64],
+    tables: Tables,
     cells: NDArray[np.int32],
     top_block: tuple[int, int, int],
     bound: float,
@@ -207,9 +210,7 @@ def _descend(
             if _excluded(r, c, child, without):
                 continue
             factor = _penalty(r, c, child, turn, penalty)
-            value = factor * _bound(
-                score, pyramid, levels, h - 1, cells, r, c, best / max(factor, 1e-9)
-            )
+            value = factor * _bound(tables, h - 1, cells, r, c, best / max(factor, 1e-9))
             if value <= best:
                 continue
             place = top
@@ -224,10 +225,36 @@ def _descend(
 
 
 @njit(cache=True)
+def _root(t: int, blocks: int, size: int, half: int) -> tuple[int, int, int]:
+    """Return angle, row and column of a coarsest block."""
+    k, b = t // (blocks * blocks), t % (blocks * blocks)
+    return k, -half + (b // blocks) * size, -half + (b % blocks) * size
+
+
+@njit(cache=True)
+def _roots(
+    tables: Tables,
+    cells: NDArray[np.int32],
+    turns: NDArray[np.float64],
+    half: int,
+    penalty: NDArray[np.float64],
+    least: float,
+) -> NDArray[np.float64]:
+    """Return the bounds of the coarsest blocks, row by row at each angle."""
+    depth = len(tables[2]) - 1
+    size = 1 << depth
+    blocks = (2 * half) // size + 1
+    tops = np.empty(len(turns) * blocks * blocks)
+    for t in range(len(tops)):
+        k, row, column = _root(t, blocks, size, half)
+        factor = _penalty(row, column, size, turns[k], penalty)
+        tops[t] = factor * _bound(tables, depth, cells[k], row, column, least / max(factor, 1e-9))
+    return tops
+
+
+@njit(cache=True)
 def _branch_and_bound(
-    score: NDArray[np.uint8],
-    pyramid: NDArray[np.uint8],
-    levels: NDArray[np.int64],
+    tables: Tables,
     points: NDArray[np.float64],
     xy: NDArray[np.float64],
     thetas: NDArray[np.float64],
@@ -240,37 +267,21 @@ def _branch_and_bound(
 
     Where offsets are left out, the first block with a good one outside is enough.
     """
-    depth, n_theta = len(levels) - 1, len(thetas)
+    depth = len(tables[2]) - 1
     size = 1 << depth
     blocks = (2 * half) // size + 1
     cells = _offsets(points, xy, thetas)
-    middle = thetas[n_theta // 2]
-    tops = np.empty(n_theta * blocks * blocks)
-    for t in range(len(tops)):
-        k, b = t // (blocks * blocks), t % (blocks * blocks)
-        row, column = -half + (b // blocks) * size, -half + (b % blocks) * size
-        factor = _penalty(row, column, size, thetas[k] - middle, penalty)
-        tops[t] = factor * _bound(
-            score, pyramid, levels, depth, cells[k], row, column, least / max(factor, 1e-9)
-        )
+    turns = thetas - thetas[len(thetas) // 2]
+    tops = _roots(tables, cells, turns, half, penalty, least)
     best_k, best_row, best_column, best = -1, 0, 0, least
     for t in np.argsort(-tops):
         if tops[t] <= best:
             break
-        k, b = t // (blocks * blocks), t % (blocks * blocks)
-        block = (-half + (b // blocks) * size, -half + (b % blocks) * size, depth)
+        k, row, column = _root(t, blocks, size, half)
         found, row, column, response = _descend(
-            score,
-            pyramid,
-            levels,
-            cells[k],
-            block,
-            tops[t],
-            thetas[k] - middle,
-            penalty,
-            without,
-            best,
-        )
+            tables, cells[k], (row, column, depth), tops[t], turns[k], penalty,
+            without, best,
+        )  # fmt: skip
         if found:
             best_k, best_row, best_column, best = k, row, column, response
             if without[0] <= without[1]:
