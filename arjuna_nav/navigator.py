@@ -17,7 +17,6 @@ obstacle.
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,6 +24,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
+from arjuna_nav.attempt import Attempt, Step
 from arjuna_nav.commands import (
     GLOBAL_COSTMAP,
     LOCAL_COSTMAP,
@@ -93,36 +93,6 @@ class NavigatorConfig:
     )
 
 
-class _Step(enum.Enum):
-    IDLE = enum.auto()
-    RUNNING = enum.auto()
-    CLEARING = enum.auto()
-
-
-@dataclass
-class _Attempt:
-    """Something that is tried once more after a costmap was cleared."""
-
-    costmap: str
-    retryable: frozenset[int]
-    step: _Step = _Step.IDLE
-    retried: bool = False
-
-    def reset(self) -> None:
-        self.step, self.retried = _Step.IDLE, False
-
-    def is_cleared(self, state: NavigatorState) -> bool:
-        return self.step is _Step.CLEARING and self.costmap in state.cleared
-
-    def failed(self, outcome: Outcome) -> list[Command] | Outcome:
-        """Clear for another try, or return the outcome that stands."""
-        if self.retried or outcome.code not in self.retryable:
-            self.reset()
-            return outcome
-        self.step, self.retried = _Step.CLEARING, True
-        return [Clear(self.costmap)]
-
-
 @dataclass
 class Navigator:
     """Goes to one goal, or through several to the last.
@@ -138,11 +108,11 @@ class Navigator:
     start: float
     recoveries: int = 0
     path: NDArray[np.float64] | None = None
-    _planning: _Attempt = field(
-        default_factory=lambda: _Attempt(GLOBAL_COSTMAP, PLAN_ERRORS_TO_RETRY)
+    _planning: Attempt = field(
+        default_factory=lambda: Attempt(GLOBAL_COSTMAP, PLAN_ERRORS_TO_RETRY)
     )
-    _following: _Attempt = field(
-        default_factory=lambda: _Attempt(LOCAL_COSTMAP, FOLLOW_ERRORS_TO_RETRY)
+    _following: Attempt = field(
+        default_factory=lambda: Attempt(LOCAL_COSTMAP, FOLLOW_ERRORS_TO_RETRY)
     )
     _recovery: Recovery | None = None
     _turn: int = 0
@@ -202,14 +172,14 @@ class Navigator:
         """Take how following ended; the path of a goal that was replaced leads to no success."""
         attempt = self._following
         if attempt.is_cleared(state) and self.path is not None:
-            attempt.step = _Step.RUNNING
+            attempt.step = Step.RUNNING
             return [Follow(self.path)]
-        if attempt.step is not _Step.RUNNING or state.follow is None:
+        if attempt.step is not Step.RUNNING or state.follow is None:
             return []
         if state.follow.code:
             self._path_outdated = True  # it led into trouble: the next one is better
             return attempt.failed(state.follow)
-        attempt.step = _Step.IDLE
+        attempt.step = Step.IDLE
         return [] if self._path_outdated else state.follow
 
     def _plan(self, state: NavigatorState) -> list[Command] | Outcome:
@@ -217,13 +187,13 @@ class Navigator:
         attempt = self._planning
         if state.path_valid is not None:
             self._path_valid = state.path_valid
-        if attempt.step is _Step.RUNNING and state.plan is not None:
+        if attempt.step is Step.RUNNING and state.plan is not None:
             if state.plan.status is not PlanStatus.SUCCEEDED:
                 return attempt.failed(Outcome(state.plan.status, state.plan.message))
             attempt.reset()
             keeps = self._keeps_path(state.plan.path, state.T_map_base)
             return [] if keeps else self._take_path(state.plan.path)
-        due = attempt.step is _Step.IDLE and self._is_replanning_due(state.now)
+        due = attempt.step is Step.IDLE and self._is_replanning_due(state.now)
         return self._ask_path(state) if due or attempt.is_cleared(state) else []
 
     def _is_replanning_due(self, now: float) -> bool:
@@ -233,7 +203,7 @@ class Navigator:
 
     def _ask_path(self, state: NavigatorState) -> list[Command]:
         self._drop_passed_goals(state.T_map_base)
-        self._planning.step = _Step.RUNNING
+        self._planning.step = Step.RUNNING
         self._asked_at, self._path_valid = state.now, None
         check = [] if self.path is None else [CheckPath(self.path)]
         return [*check, ComputePath(self.goals)]
@@ -254,9 +224,9 @@ class Navigator:
 
     def _take_path(self, path: NDArray[np.float64]) -> list[Command]:
         self.path, self._path_outdated = path, False
-        if self._following.step is _Step.CLEARING:
+        if self._following.step is Step.CLEARING:
             return []
-        self._following.step = _Step.RUNNING
+        self._following.step = Step.RUNNING
         return [Follow(path)]
 
     def _finish_or_recover(self, outcome: Outcome, now: float) -> list[Command]:

@@ -19,6 +19,7 @@ from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import read_bytes
 from arjuna_sim.model.footprint import footprint
+from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import (
@@ -36,7 +37,6 @@ from arjuna_sim.model.settings import (
     RangeSettings,
     SensorSettings,
 )
-from arjuna_sim.model.shapes import Part
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.scene import build_scene
 from arjuna_sim.physics.wheels.footing import footing_notes

@@ -18,9 +18,9 @@ from arjuna_sim.devices.odometry import Odometry
 from arjuna_sim.devices.sensors import Sensors, mounted
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.geometry.surfaces import surfaces
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import CameraSettings, SensorSettings
-from arjuna_sim.model.surfaces import surfaces
 from arjuna_sim.model.world import World
 from arjuna_sim.observation import Observation
 from arjuna_sim.physics.placing import Placer

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError
+from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.settings import CameraSettings
-from arjuna_sim.model.shapes import Group
 
 _BACKENDS = ("egl", "osmesa")
 _GEOMS_MAX = 10_000  # that a picture shows; MuJoCo's own viewer takes as many

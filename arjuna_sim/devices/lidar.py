@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.settings import LidarSettings
-from arjuna_sim.model.shapes import Group
 
 _SIGMAS = 6.0  # a surface so much beyond the range is read within it once in 1e9 beams
 SEEN = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)

@@ -12,7 +12,7 @@ from arjuna_core.files.maps import load_map
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import Body, World, ground
 
 MAP_SUFFIXES = (".yaml", ".yml")

@@ -23,8 +23,8 @@ from arjuna_sim.model.entities import (
     entity_of_model,
     entity_of_robot,
 )
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.notes import Note, NoteKind
-from arjuna_sim.model.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import GROUND, World
 
 FORMATS = ("sdf", "urdf")

@@ -12,8 +12,8 @@ from defusedxml.ElementTree import DefusedXMLParser
 
 from arjuna_core.errors import InputFileError
 from arjuna_sim.files.search_path import EscapeError, SearchPath
+from arjuna_sim.model.geometry.shapes import Mesh, Terrain
 from arjuna_sim.model.notes import Note, NoteKind
-from arjuna_sim.model.shapes import Mesh, Terrain
 
 # Bounds on hostile files: what still loads within 2 s and 500 MB (tests/sim/files/test_fuzz.py).
 _BYTES_MAX = 20_000_000

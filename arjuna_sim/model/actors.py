@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.errors import ConfigError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2, wrap
-from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 
 PERSON = (0.25, 1.7)
 """Radius and height of the cylinder that stands for a person [m]."""

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.actors import Actor, Trajectory
-from arjuna_sim.model.convex_pieces import CUBE
+from arjuna_sim.model.geometry.convex_pieces import CUBE
+from arjuna_sim.model.geometry.shapes import Kind, Part, corners
 from arjuna_sim.model.joints import Hinge
-from arjuna_sim.model.shapes import Kind, Part, corners
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.world import GROUND, World
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from arjuna_sim.model.geometry.shapes import corners
 from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.shapes import corners
 
 _FINE = 0.003  # [m] a corner that stands out less is left out
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.inertia import Inertial
+from arjuna_sim.model.geometry.inertia import Inertial
+from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.joints import Joint
-from arjuna_sim.model.shapes import Part
 
 
 @dataclass(frozen=True)

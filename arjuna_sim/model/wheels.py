@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import RobotError
+from arjuna_sim.model.geometry.shapes import Kind, corners
 from arjuna_sim.model.joints import Joint
-from arjuna_sim.model.shapes import Kind, corners
 from arjuna_sim.model.urdf import Urdf
 
 _ROUND = 0.05  # how far the middle of a wheel's shapes may be off its axis, by its radius

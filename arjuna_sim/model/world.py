@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.actors import Actor
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.joints import Hinge
 from arjuna_sim.model.notes import Note
-from arjuna_sim.model.shapes import Kind, Part, Shape
 
 _EQUATOR = 6_378_137.0  # WGS 84 [m]
 _FLATTENING = 1.0 / 298.257223563

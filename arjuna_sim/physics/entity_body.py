@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
 from arjuna_sim.model.entities import Entity, EntityMotion
+from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
+from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.joints import Hinge
-from arjuna_sim.model.shapes import Group
 from arjuna_sim.physics.geoms import add_part
 
 _THIN = 1e-3  # least extent that inertia is computed with [m]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.convex_pieces import PIECES_MAX
-from arjuna_sim.model.shapes import Group, Kind, Part
+from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX
+from arjuna_sim.model.geometry.shapes import Group, Kind, Part
 from arjuna_sim.physics.wheels.grip import name_friction
 
 _LEVEL, _BASE = 1e-3, 1.0  # least height of a terrain, and how deep it is below its lowest [m]

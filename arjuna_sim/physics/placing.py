@@ -11,7 +11,7 @@ import numpy as np
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.model.shapes import Group
+from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.physics.stage import Stage
 
 _TOP, _BOTTOM = 3.0, -5.0  # between which floors are looked for [m]

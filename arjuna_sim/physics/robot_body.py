@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
+from arjuna_sim.model.geometry.shapes import Group, Part
 from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.shapes import Group, Part
 from arjuna_sim.physics.geoms import add_part
 from arjuna_sim.physics.wheels.rollers import add_rollers
 from arjuna_sim.physics.wheels.servo import ServoConfig, add_servo, add_steering, armature

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from arjuna_core.errors import RobotError, WorldError
 from arjuna_sim.devices.camera import add_camera
 from arjuna_sim.model.entities import Entity
+from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import CameraSettings
-from arjuna_sim.model.shapes import Group
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity
 from arjuna_sim.physics.robot_body import BODY_JOINT, add_mounts, add_robot

@@ -6,7 +6,7 @@ from typing import Any
 
 import mujoco
 
-from arjuna_sim.model.shapes import Group
+from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.world import World, is_ground
 from arjuna_sim.physics.geoms import add_part
 

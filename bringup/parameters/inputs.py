@@ -21,9 +21,9 @@ from bringup.parameters.files import (
     merged,
     shipped_parameters,
 )
+from bringup.parameters.foreign.stock import understand
 from bringup.parameters.robot_names import NO_SIM_TIME, of_names
 from bringup.parameters.simulated_robot import of_simulated_robot
-from bringup.parameters.stock import understand
 from bringup.stack import (
     DESCRIPTION_GROUP,
     ODOMETRY_GROUP,

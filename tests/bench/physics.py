@@ -15,9 +15,9 @@ from arjuna_sim.devices.drive import Velocity, limited
 from arjuna_sim.devices.driving.bases import base_of
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.model.geometry.shapes import corners
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import DriveKind
-from arjuna_sim.model.shapes import corners
 from arjuna_sim.model.world import World
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import ROBOT

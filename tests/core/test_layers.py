@@ -61,7 +61,7 @@ BRINGUP_WITHOUT_ROS = (
         "client/waypoints.py",
     ),
     *(
-        "parameters/launch_file.py",
+        "parameters/foreign/launch_file.py",
         "parameters/files.py",
         "parameters/robot_options.py",
         "viewing/pictures.py",

@@ -14,8 +14,8 @@ from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import read_robot
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import Body, World, ground
 
 _SIDE = 400.0  # of a slope [m]

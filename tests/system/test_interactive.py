@@ -27,6 +27,11 @@ def _children(pid: int) -> list[int]:
     return [int(word) for word in listed.split()]
 
 
+def _imports(pid: int) -> bool:
+    """Whether a process is at its imports, or done with them."""
+    return "numpy" in Path(f"/proc/{pid}/maps").read_text()
+
+
 def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
     with Lines("-m", "bringup", "sim") as bringup:
         bringup.wait_for(ACTIVE)
@@ -43,7 +48,9 @@ def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
 
 def test_stopped_while_it_starts_it_ends_without_a_traceback() -> None:
     with Lines("-m", "bringup", "nav", "--slam") as bringup:
-        bringup.wait_for("imports its nodes")
+        bringup.wait_for("log: ")
+        while not any(map(_imports, _children(bringup.process.pid))):
+            assert bringup.process.poll() is None
         bringup.process.send_signal(signal.SIGINT)
         assert bringup.read_to_end() == 0
         assert not bringup.matching("Traceback")

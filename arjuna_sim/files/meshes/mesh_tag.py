@@ -6,9 +6,9 @@ from pathlib import Path
 
 from arjuna_sim.files.meshes.triangles import MESH_SUFFIXES, MeshError, read_mesh
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.convex_pieces import surface
+from arjuna_sim.model.geometry.convex_pieces import surface
+from arjuna_sim.model.geometry.shapes import Kind, Mesh, Shape
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.shapes import Kind, Mesh, Shape
 
 _REACH_MAX = 1e5  # [m]
 _SURFACE_MIN = 1e-9  # [m^2]

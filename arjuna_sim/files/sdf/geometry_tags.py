@@ -16,8 +16,8 @@ from arjuna_sim.files.meshes.mesh_tag import mesh_shape
 from arjuna_sim.files.meshes.solids import cone, prism
 from arjuna_sim.files.meshes.terrain_image import read_heights
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.geometry.shapes import GREY, Kind, Mesh, Shape, Terrain
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.shapes import GREY, Kind, Mesh, Shape, Terrain
 
 _SHAPES = {
     "box": ("size",),

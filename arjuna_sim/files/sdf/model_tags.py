@@ -12,8 +12,8 @@ from arjuna_sim.files.sdf.geometry_tags import read_colour, read_shape
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
 from arjuna_sim.files.sdf.surface_tags import read_friction
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.shapes import Part
 
 PARTS_MAX = 60_000
 _OF_MODEL = (

@@ -14,8 +14,8 @@ from arjuna_sim.files.sdf.includes import leaving_out
 from arjuna_sim.files.sdf.model_tags import WORLD, SdfJoint, SdfLink
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.entities import bounds
+from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.joints import Hinge
-from arjuna_sim.model.shapes import Kind
 
 _TOUCHING = 1e-3  # [m]
 

@@ -16,11 +16,11 @@ from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
 from arjuna_sim.files.sdf.surface_tags import read_gravity
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import Actor
-from arjuna_sim.model.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
-from arjuna_sim.model.inertia import estimated_inertial
+from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
+from arjuna_sim.model.geometry.inertia import estimated_inertial
+from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.joints import Hinge
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.shapes import Kind
 from arjuna_sim.model.world import Body, World, ground
 
 _UNLIT = (

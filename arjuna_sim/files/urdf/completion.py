@@ -7,9 +7,14 @@ import dataclasses
 import numpy as np
 
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.inertia import Inertial, estimated_inertial, inertial_of_parts, volume_of
+from arjuna_sim.model.geometry.inertia import (
+    Inertial,
+    estimated_inertial,
+    inertial_of_parts,
+    volume_of,
+)
+from arjuna_sim.model.geometry.shapes import Kind, corners
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
-from arjuna_sim.model.shapes import Kind, corners
 from arjuna_sim.model.urdf import Urdf
 
 CASTER_FRICTION = 0.01

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from arjuna_sim.files.urdf.joint_tags import read_origin
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.inertia import MASS_MIN, Inertial, inertial_of_parts
-from arjuna_sim.model.shapes import Part
+from arjuna_sim.model.geometry.inertia import MASS_MIN, Inertial, inertial_of_parts
+from arjuna_sim.model.geometry.shapes import Part
 
 _MASS_MAX = 1e7  # [kg]
 

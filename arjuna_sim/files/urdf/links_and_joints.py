@@ -13,9 +13,9 @@ from arjuna_sim.files.meshes.mesh_tag import mesh_shape
 from arjuna_sim.files.urdf.inertial_tag import read_inertial
 from arjuna_sim.files.urdf.joint_tags import check_mimics, read_joint, read_origin
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.geometry.shapes import GREY, Kind, Part, Shape
 from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.shapes import GREY, Kind, Part, Shape
 from arjuna_sim.model.urdf import Link, Urdf
 
 _READ = ("link", "joint", "material", "gazebo", "transmission", "ros2_control")

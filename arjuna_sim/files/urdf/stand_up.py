@@ -13,7 +13,7 @@ from arjuna_sim.files.urdf.guess import guess_sides
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.plugins import LEFT, RIGHT, Sides
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.shapes import Kind, corners
+from arjuna_sim.model.geometry.shapes import Kind, corners
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import axis, center, radius_of
 

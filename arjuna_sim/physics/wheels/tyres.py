@@ -19,8 +19,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.shapes import Group
 from arjuna_sim.model.wheels import center, radius_of, width_of
 from arjuna_sim.physics.wheels.footing import Feet, Weight, steady_acceleration
 from arjuna_sim.physics.wheels.grip import name_friction, rank_friction

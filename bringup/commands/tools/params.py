@@ -67,7 +67,7 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 def _convert(arguments: argparse.Namespace) -> int:
-    from bringup.parameters.conversion import converted
+    from bringup.parameters.foreign.conversion import converted
     from bringup.terminal import show
 
     result = converted(arguments.file)

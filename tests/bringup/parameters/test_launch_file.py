@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import InputFileError
-from bringup.parameters.launch_file import LaunchFile, is_launch_file
+from bringup.parameters.foreign.launch_file import LaunchFile, is_launch_file
 
 _NAVIGATION = """<?xml version="1.0"?>
 <launch>

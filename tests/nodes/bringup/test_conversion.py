@@ -10,10 +10,10 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
 from bringup.cli_parser import parse
-from bringup.parameters.conversion import Conversion, converted
 from bringup.parameters.files import load_parameters
+from bringup.parameters.foreign.conversion import Conversion, converted
+from bringup.parameters.foreign.ros1_names import TABLES, targets
 from bringup.parameters.inputs import problems_in
-from bringup.parameters.ros1_names import TABLES, targets
 from tests.helpers.nav.stock_files import FILES
 
 pytestmark = pytest.mark.ros

@@ -12,8 +12,8 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup.cli_parser import parse
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
+from bringup.parameters.foreign.stock import Understood, understand
 from bringup.parameters.inputs import all_nodes, gather, problems_in
-from bringup.parameters.stock import Understood, understand
 from tests.helpers.nav.stock_files import FILES, humble_file, nav2_file
 
 pytestmark = pytest.mark.ros

@@ -11,7 +11,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_sim.devices.camera import CameraError, focal_length
 from arjuna_sim.model.entities import Entity
-from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, simulator
 

@@ -13,8 +13,8 @@ from PIL import Image
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.shapes import Kind
 from arjuna_sim.model.world import GROUND, World
 from tests.sim.builders import run, simulator, texts
 from tests.sim.world_cases import WorldMaker, write_stl

@@ -15,8 +15,8 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.map_world import rectangles
 from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.geometry.surfaces import surfaces
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.surfaces import surfaces
 from tests.sim.builders import ROOM, ROOT, edited, run, simulator, texts
 
 _RING = "<frame name='a' attached_to='b'/><frame name='b' attached_to='a'/>"

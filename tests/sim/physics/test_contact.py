@@ -13,7 +13,7 @@ from arjuna_core.se2 import wrap
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.model.entities import Entity
-from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import World
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import run

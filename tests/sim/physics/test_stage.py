@@ -19,7 +19,7 @@ from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.spawned import read_entity
 from arjuna_sim.model.actors import Trajectory
 from arjuna_sim.model.entities import Entity, PlaceTakenError, UnknownEntityError
-from arjuna_sim.model.shapes import Kind, Part, Shape
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.physics.walkers import Walkers
 from arjuna_sim.simulator import Simulator

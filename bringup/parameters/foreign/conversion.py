@@ -12,11 +12,11 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.files.yaml_file import read_yaml
 from bringup.parameters.composition import problems_of
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
+from bringup.parameters.foreign.launch_file import LaunchFile, is_launch_file
+from bringup.parameters.foreign.ros1 import convert
+from bringup.parameters.foreign.ros1_names import SECTIONS, TOPICS
+from bringup.parameters.foreign.stock import understand
 from bringup.parameters.inputs import all_nodes
-from bringup.parameters.launch_file import LaunchFile, is_launch_file
-from bringup.parameters.ros1 import convert
-from bringup.parameters.ros1_names import SECTIONS, TOPICS
-from bringup.parameters.stock import understand
 
 
 class Conversion(NamedTuple):

@@ -19,7 +19,7 @@ from defusedxml.ElementTree import ParseError, fromstring
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.yaml_file import plain, read_yaml
-from bringup.parameters.ros1_names import SECTIONS
+from bringup.parameters.foreign.ros1_names import SECTIONS
 
 _LARGEST = 2**20  # [bytes]
 _DEEPEST = 10  # files that include each other

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from arjuna_sim.model.shapes import Kind, Part, Shape, corners
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape, corners
 
 DENSITY = 500.0
 """Of parts whose file gives no mass: half of water's, as robots are hollow [kg/m^3]."""

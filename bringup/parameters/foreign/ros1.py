@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from arjuna_core.errors import nearest
 from bringup.parameters.files import Parameters
-from bringup.parameters.ros1_names import CLASSES, NODES, SECTIONS, TABLES, targets
+from bringup.parameters.foreign.ros1_names import CLASSES, NODES, SECTIONS, TABLES, targets
 
 _COSTMAPS = ("global_costmap", "local_costmap")
 _SOURCE = {

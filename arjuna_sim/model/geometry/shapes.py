@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.model.convex_pieces import CUBE, Pieces, hull, pieces
+from arjuna_sim.model.geometry.convex_pieces import CUBE, Pieces, hull, pieces
 
 _ROUND = 64  # corners that stand for a circle
 _TILTS = (math.pi / 8, math.pi / 4, 3 * math.pi / 8, math.pi / 2)  # rings of a capsule's ends

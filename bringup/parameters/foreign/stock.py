@@ -10,8 +10,8 @@ from arjuna_core.errors import nearest
 from arjuna_core.plugins import canonical, shaped
 from bringup.parameters.composition import node_class
 from bringup.parameters.files import EVERY_NODE, Parameters, merged, unknown_nodes
-from bringup.parameters.known import known_elsewhere, known_node, known_value
-from bringup.parameters.stock_layers import COSTMAPS, layers_as_ours
+from bringup.parameters.foreign.known import known_elsewhere, known_node, known_value
+from bringup.parameters.foreign.stock_layers import COSTMAPS, layers_as_ours
 from bringup.stack import NodeSpec
 
 _RENAMED = {

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from arjuna_sim.model.shapes import Kind, Part, circle, corners
+from arjuna_sim.model.geometry.shapes import Kind, Part, circle, corners
 from arjuna_sim.model.world import World
 
 _EMPTY = np.zeros((0, 4))
