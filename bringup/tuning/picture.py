@@ -39,7 +39,7 @@ def write_picture(folder: Path, tuning: Tuning, study: Study) -> None:
     dimensions = sorted(tuning.dimensions, key=lambda one: order.index(one.name))
     rows = math.ceil(len(dimensions) / _COLUMNS)
     figure = Figure(figsize=(11.0, 3.2 + 2.4 * rows), layout="constrained")
-    figure.suptitle(f"{tuning.campaign.name}: {len(tried)} trials, the best is {best.number}")
+    figure.suptitle(f"{tuning.campaign.name}: {len(tried)} trials, the best is {best.number + 1}")
     top, below = figure.subfigures(2, 1, height_ratios=(3.0, 2.4 * rows), squeeze=False).flat
     history, importance = top.subplots(1, 2)
     _draw_history(history, tuning, tried)
@@ -59,8 +59,10 @@ def _draw_history(axes: Axes, tuning: Tuning, tried: Sequence[Tried]) -> None:
     better = np.maximum if tuning.maximize else np.minimum
     worst = -np.inf if tuning.maximize else np.inf
     held = [worst if one.failed else one.figure for one in tried]
-    _scatter(axes, [one.number for one in tried], tried)
-    axes.step(range(len(tried)), better.accumulate(held), where="post", color=_BEST, label="best")
+    _scatter(axes, [one.number + 1 for one in tried], tried)
+    axes.step(
+        range(1, len(tried) + 1), better.accumulate(held), where="post", color=_BEST, label="best"
+    )
     axes.axhline(tried[0].figure, color=_NOW, lw=0.8, ls=":", label="now")
     axes.set(xlabel="trial", ylabel=tuning.measure, title="how it went (red: a run failed)")
     axes.legend(fontsize="small")

@@ -72,13 +72,19 @@ class Tuner:
 
     def confirm(self) -> list[str]:
         """Compare the best with what is now on runs that chose neither; return lines to show."""
-        if not self._tuning.confirm or self._best().number == 0:
+        best = self._best()
+        if not self._tuning.confirm or best.number == 0:
             return []
         folder = self._folder / "confirm"
-        sides = (("now", self._tuning.now), (f"{self._best().number:04}", self._best().values))
+        sides = (("now", self._tuning.now), (f"{best.number:04}", best.values))
         both = [self._outcomes(v, folder / name, self._tuning.confirm) for name, v in sides]
         first, second = both
-        return [] if first is None or second is None else compared(first, second)
+        if first is None or second is None:
+            return []
+        head = (
+            f"\non other runs, first with the values of now, second with trial {best.number + 1}'s:"
+        )
+        return [head, *compared(first, second)]
 
     def _outcomes(
         self,
@@ -101,7 +107,7 @@ class Tuner:
 
     def _write_best(self) -> None:
         best = self._best()
-        head = f"# {self._tuning.campaign.name}: trial {best.number}, {self.verdict(best)}.\n"
+        head = f"# {self._tuning.campaign.name}: trial {best.number + 1}, {self.verdict(best)}.\n"
         write_atomically(
             self._folder / BEST, (head + self._tuning.parameter_text(best.values)).encode()
         )

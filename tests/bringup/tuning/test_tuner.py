@@ -147,6 +147,7 @@ def test_the_winner_is_compared_on_runs_that_did_not_choose_it(tmp_path: Path) -
     better = {**_NOW, "driver: speed": 1.0}
     tuner.study.add(better, _outcomes(better))
     lines = tuner.confirm()
+    assert "second with trial 2's" in lines[0]
     assert any(line.split()[:3] == ["time", "20", "10"] for line in lines)
     assert {one.name for one in (tmp_path / "confirm" / "now").glob("*_*")} == {"0_10", "1_11"}
 
