@@ -71,8 +71,8 @@ def _first_collision(
             allowed = math.inf
             continue
         if i == 0:
-            allowed = _clearance(data, poses[0], reach) - _CLEARANCE_EPSILON_CELLS
-        elif allowed == math.inf or _clearance(data, poses[i], reach) < allowed:
+            allowed = clearance_in_cells(data, poses[0], reach) - _CLEARANCE_EPSILON_CELLS
+        elif allowed == math.inf or clearance_in_cells(data, poses[i], reach) < allowed:
             return i
     if len(poses) == 1 and allowed < math.inf:
         return 0
@@ -126,7 +126,7 @@ def _edge_is_blocked(data: NDArray[np.uint8], x0: float, y0: float, x1: float, y
 
 
 @njit(cache=True)
-def _clearance(data: NDArray[np.uint8], pose: NDArray[np.float64], reach: float) -> float:
+def clearance_in_cells(data: NDArray[np.uint8], pose: NDArray[np.float64], reach: float) -> float:
     """Return the distance [cells] to the nearest lethal cell's centre, at most `reach`."""
     height, width = data.shape
     row, column = math.floor(pose[1]), math.floor(pose[0])

@@ -149,7 +149,8 @@ class PlannerServerNode(GoalNode):
             ends = [pose_in(self, frame, stop) for stop in stops]
         except TransformError as error:
             return PlanResult.failed(PlanStatus.TF_ERROR, str(error))
-        return plan_through(self._planner(goal.planner_id), costmap, start, ends)
+        outline = self._costmap.layered.footprint
+        return plan_through(self._planner(goal.planner_id), costmap, start, ends, outline)
 
     def _on_is_path_valid(self, request: Any, response: Any) -> Any:
         """Answer for the part of a path that is still ahead of the robot."""

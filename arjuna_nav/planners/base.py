@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -60,19 +59,3 @@ class Planner(Protocol):
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame."""
         ...
-
-
-def plan_through(
-    planner: Planner, costmap: Costmap, start: SE2, goals: Sequence[SE2]
-) -> PlanResult:
-    """Plan through poses to the last; without any, NO_VALID_PATH."""
-    if not goals:
-        return PlanResult.failed(PlanStatus.NO_VALID_PATH, "no goals were given")
-    pieces: list[NDArray[np.float64]] = []
-    for goal in goals:
-        result = planner.plan(costmap, start, goal)
-        if result.status is not PlanStatus.SUCCEEDED:
-            return result
-        pieces.append(result.path)
-        start = SE2.from_array(result.path[-1])
-    return PlanResult(PlanStatus.SUCCEEDED, np.vstack(pieces))

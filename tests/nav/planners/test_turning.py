@@ -1,0 +1,106 @@
+"""Ways of the outline: found where a circle's path cannot be followed, free all along, or none."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import PlanStatus, plan_through
+from arjuna_nav.planners import path as paths
+from arjuna_nav.planners.turning.passage import Terms, find_way
+from tests.helpers.nav.planners import make
+from tests.nav.worlds import block, costmap_of, empty_grid
+
+CORNERS = np.array([[0.3, 0.15], [-0.3, 0.15], [-0.3, -0.15], [0.3, -0.15]])
+LONG = Footprint.polygon(CORNERS)
+TERMS = Terms(turn=0.3, stop=0.1, back=2.0, distance=0.1, angle=0.26, limit=60000)
+ORIGINS = [SE2(), SE2(-4.0, 7.0, 0.6)]
+
+
+def costs(grid: OccupancyGrid) -> Costmap:
+    return costmap_of(grid, footprint=str(CORNERS.tolist()))
+
+
+def corridor(origin: SE2, width: float = 0.45) -> OccupancyGrid:
+    """Return a corridor along x, closed at its far end, in a grid at an origin."""
+    grid = empty_grid(4.0, 3.0, origin)
+    block(grid, 1.0, 0.0, 3.0, 1.5 - width / 2.0)
+    block(grid, 1.0, 1.5 + width / 2.0, 3.0, 1.5 - width / 2.0)
+    block(grid, 3.5, 0.0, 0.5, 3.0)
+    return grid
+
+
+def is_driven_straight(way: NDArray[np.float64]) -> bool:
+    """Tell whether each pose lies where the one before can drive: nowhere it slides sideways."""
+    steps, middle = np.diff(way[:, :2], axis=0), 0.5 * (way[1:, 2] + way[:-1, 2])
+    across = steps[:, 1] * np.cos(middle) - steps[:, 0] * np.sin(middle)
+    return bool(np.abs(across).max() < 0.01)
+
+
+@pytest.mark.parametrize("origin", ORIGINS)
+def test_a_dead_end_too_narrow_to_turn_in_is_left_backwards(origin: SE2) -> None:
+    costmap = costs(corridor(origin))
+    start, end = origin @ SE2(3.0, 1.5, 0.0), origin @ SE2(0.5, 2.2, math.pi / 2.0)
+    way = find_way(start, end, costmap, LONG, TERMS)
+    assert first_collision(costmap, LONG, way) is None
+    assert is_driven_straight(way)
+    np.testing.assert_allclose(way[0], start.array(), atol=1e-9)
+    assert SE2.from_array(way[-1]).distance(end) <= 0.1
+    inside = (origin.inverse().apply(way[:, :2])[:, 0] > 1.5).nonzero()[0]
+    assert abs(way[inside, 2] - start.theta).max() < 0.2, "it turned in the corridor"
+
+
+def test_there_is_no_way_through_what_is_too_narrow() -> None:
+    costmap = costs(corridor(SE2(), width=0.2))
+    way = find_way(SE2(0.5, 1.5, 0.0), SE2(3.0, 1.5, 0.0), costmap, LONG, TERMS)
+    assert way.shape == (0, 3)
+
+
+def test_what_collides_already_is_left_away_from_the_obstacle() -> None:
+    grid = empty_grid(4.0, 3.0)
+    block(grid, 2.25, 1.0, 0.3, 1.0)
+    costmap, start = costs(grid), SE2(2.0, 1.5, 0.0)
+    assert first_collision(costmap, LONG, start.array()[None, :]) == 0
+    way = find_way(start, SE2(1.0, 1.5, math.pi), costmap, LONG, TERMS)
+    assert len(way) > 1
+    assert first_collision(costmap, LONG, way) is None
+
+
+def staircase() -> OccupancyGrid:
+    """Return a wall with two gaps: before the near one stands a second wall, so that only a circle
+    gets through; the far one is wide."""
+    grid = empty_grid(6.0, 10.0)
+    block(grid, 2.5, 0.0, 0.2, 2.3)
+    block(grid, 2.5, 2.7, 0.2, 6.3)
+    block(grid, 3.1, 1.6, 0.2, 1.8)
+    return grid
+
+
+def test_a_circles_path_gives_way_to_one_of_the_outline() -> None:
+    costmap, start, goal = costs(staircase()), SE2(1.0, 2.5), SE2(5.0, 2.5)
+    planner = make("navfn", LONG)
+    circle = plan_through(planner, costmap, start, [goal])
+    outline = plan_through(planner, costmap, start, [goal], LONG)
+    assert outline.status is PlanStatus.SUCCEEDED
+    assert first_collision(costmap, LONG, circle.path) is not None
+    assert first_collision(costmap, LONG, outline.path) is None
+    assert paths.length(outline.path) > paths.length(circle.path) + 0.5
+    np.testing.assert_allclose(outline.path[-1], goal.array(), atol=1e-9)
+
+
+@pytest.mark.parametrize("width", [0.5, 0.32])
+def test_the_planners_own_path_is_kept_where_it_will_do_or_nothing_else_does(width: float) -> None:
+    costmap, planner = costs(corridor(SE2(), width)), make("navfn", LONG)
+    start, goal = SE2(0.5, 2.0), SE2(3.0, 1.5)
+    own, kept = (plan_through(planner, costmap, start, [goal], f) for f in (None, LONG))
+    if width == 0.5:
+        np.testing.assert_array_equal(kept.path, own.path)
+    assert kept.status is own.status
