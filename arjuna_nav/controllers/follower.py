@@ -14,13 +14,16 @@ from arjuna_core.config import param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.arrival import Arrival, ArrivalConfig
-from arjuna_nav.controllers.base import Controller, ControlStatus
+from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
 from arjuna_nav.controllers.foresight import Foresight, ForesightConfig
+from arjuna_nav.controllers.manoeuvre.manoeuvre import Manoeuvre, ManoeuvreConfig
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
+
+_STILL = 0.1  # slower than that, the robot does not brake any more [m/s]
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,7 @@ class FollowerConfig:
     )
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ArrivalConfig = field(default_factory=ArrivalConfig)
+    manoeuvre: ManoeuvreConfig = field(default_factory=ManoeuvreConfig)
 
 
 class FollowState(enum.Enum):
@@ -118,6 +122,7 @@ class PathFollower:
         self._controller = self._make_controller()
         self._foresight = Foresight(config.foresight)
         self._arrival = Arrival(config.arrival, footprint)
+        self._manoeuvre = Manoeuvre(config.manoeuvre, footprint)
         self._end: SE2 | None = None
         self._failing_since: float | None = None
         self.speed_limit = math.inf
@@ -147,6 +152,7 @@ class PathFollower:
         self._progress.reset()
         self._goal.reset()
         self._arrival.reset()
+        self._manoeuvre.reset()
         self._failing_since = None
         self._controller = self._make_controller()  # the last goal's arrival is not this one's
         self.change(path)
@@ -183,12 +189,30 @@ class PathFollower:
         wanted = min(self.desired_speed, self.speed_limit)
         slower = self._foresight.speed(self._controller.path, pose, costmap, wanted)
         self._controller.speed_limit = min(slower, self.speed_limit)
-        control = self._controller.compute(pose, velocity, costmap, now)
+        control = self._control(pose, velocity, costmap, now)
         distance = paths.length(self._controller.path)
         if control.status is ControlStatus.SUCCEEDED:
             self._failing_since = None
             return FollowResult(FollowState.RUNNING, control.velocity, distance=distance)
+        if abs(velocity.v) > _STILL:
+            self._failing_since = None  # it brakes
         return self._bear(control.status, control.message, now, distance)
+
+    def _control(
+        self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
+    ) -> ControlResult:
+        """Ask the controller; where it finds no way on, look for one and drive that first."""
+        manoeuvre = self._manoeuvre
+        command = manoeuvre.compute(pose, costmap)
+        if command is not None:
+            return ControlResult(ControlStatus.SUCCEEDED, command)
+        control = self._controller.compute(pose, velocity, costmap, now)
+        fails = control.status is ControlStatus.NO_VALID_CONTROL and self._failing_since is None
+        if not fails or abs(velocity.v) > _STILL:
+            return control
+        if manoeuvre.begin(pose, self._controller.path, costmap):
+            command = manoeuvre.compute(pose, costmap)
+        return control if command is None else ControlResult(ControlStatus.SUCCEEDED, command)
 
     def _arrive(
         self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float, left: float

@@ -1,0 +1,1 @@
+"""The way on where a controller finds none: straight, back and turns on the spot."""

@@ -1,0 +1,89 @@
+"""Manoeuvres: back onto the path where the controller has no way, without a touch."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from arjuna_core.config import load
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL
+from arjuna_nav.controllers import ControlStatus
+from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
+from arjuna_nav.controllers.manoeuvre.manoeuvre import Manoeuvre, ManoeuvreConfig
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.collision import collides
+from arjuna_nav.costmap.footprint import Footprint
+from tests.helpers.nav.controllers import PARAMETERS
+from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, polyline
+
+CORNERS = np.array([[0.3, 0.15], [-0.3, 0.15], [-0.3, -0.15], [0.3, -0.15]])
+LONG = Footprint.polygon(CORNERS)
+ORIGINS = [SE2(), SE2(5.0, -3.0, 0.8)]
+
+
+def dead_end(origin: SE2) -> tuple[Costmap, SE2]:
+    """Return a corridor too narrow to turn in, and a pose that looks to its closed end."""
+    grid: OccupancyGrid = empty_grid(4.0, 3.0, origin)
+    block(grid, 1.5, 0.0, 2.5, 1.25)
+    block(grid, 1.5, 1.75, 2.5, 1.25)
+    block(grid, 3.2, 1.25, 0.8, 0.5)
+    return costmap_of(grid, footprint=str(CORNERS.tolist())), origin @ SE2(2.3, 1.5)
+
+
+def drive(follower: PathFollower, robot: Unicycle, costmap: Costmap) -> FollowResult:
+    """Follow to the end, for a minute at most, and never touch anything."""
+    for k in range(1200):
+        result = follower.tick(robot.pose, robot.velocity, costmap, k * robot.period)
+        if result.state is not FollowState.RUNNING:
+            return result
+        robot.drive(result.velocity)
+        assert not collides(costmap, LONG, robot.pose), f"it touches after {k * robot.period:.1f} s"
+    return result
+
+
+@pytest.mark.parametrize("origin", ORIGINS)
+@pytest.mark.parametrize("name", ["pure pursuit", "graceful", "mppi"])
+def test_backs_out_of_a_dead_end_under_any_controller(name: str, origin: SE2) -> None:
+    costmap, start = dead_end(origin)
+    out = polyline([(2.3, 1.5), (0.9, 1.5), (0.9, 2.5)], math.pi / 2.0)
+    points = origin.apply(out[:, :2])
+    path = np.column_stack((points, out[:, 2] + origin.theta))
+    follower = PathFollower(load(FollowerConfig, {"FollowPath": PARAMETERS[name]}), LONG)
+    follower.start(path, 0.0)
+    robot = Unicycle(start)
+    result = drive(follower, robot, costmap)
+    assert result.state is FollowState.SUCCEEDED, result.message
+    assert robot.pose.distance(SE2.from_array(path[-1])) < 0.25
+
+
+def test_without_it_following_fails_and_says_why() -> None:
+    costmap, start = dead_end(SE2())
+    values = {"FollowPath": PARAMETERS["pure pursuit"], "manoeuvre": {"enabled": False}}
+    follower = PathFollower(load(FollowerConfig, values), LONG)
+    follower.start(polyline([(2.3, 1.5), (0.9, 1.5), (0.9, 2.5)], 0.0), 0.0)
+    result = drive(follower, Unicycle(start), costmap)
+    assert result.error is ControlStatus.PATIENCE_EXCEEDED
+    assert "collision ahead" in result.message
+
+
+def test_finds_none_where_there_is_none_and_stops_for_what_comes_up() -> None:
+    costmap, start = dead_end(SE2())
+    manoeuvre = Manoeuvre(ManoeuvreConfig(), LONG)
+    out = polyline([(2.3, 1.5), (0.9, 1.5)], math.pi)
+    assert manoeuvre.begin(start, out, costmap)
+    command = manoeuvre.compute(start, costmap)
+    assert command is not None
+    assert command.v < 0.0
+    grid = empty_grid(4.0, 3.0)
+    block(grid, 1.85, 1.25, 0.1, 0.5)
+    closed = costmap_of(grid, footprint=str(CORNERS.tolist()))
+    assert manoeuvre.compute(start, closed) in (None, STILL)
+    assert not manoeuvre.active
+    block(grid, 1.5, 0.0, 2.5, 1.25)
+    block(grid, 1.5, 1.75, 2.5, 1.25)
+    closed = costmap_of(grid, footprint=str(CORNERS.tolist()))
+    assert not manoeuvre.begin(start, out, closed)
