@@ -20,6 +20,9 @@ from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costma
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
 
+_SHARES = (0.7, 0.5, 0.35)
+"""Of the lookahead, tried one after the other: a far point's arc cuts the corners of the path."""
+
 
 @dataclass(frozen=True)
 class RegulatedPurePursuitConfig:
@@ -153,19 +156,36 @@ class RegulatedPurePursuit:
             self.carrot = None
             command = Velocity(0.0, self._turn(wrap(goal.theta - pose.theta)))
             return self._checked(command, pose, costmap, math.inf)
-        carrot = self.carrot = pose.inverse() @ self._carrot(pose, velocity)
+        lookahead = self._lookahead(velocity)
+        carrot = pose.inverse() @ self._carrot(pose, lookahead)
         if self._must_turn(carrot):
+            self.carrot = carrot
             command = Velocity(0.0, self._turn(math.atan2(carrot.y, carrot.x)))
-        else:
-            command = self._pursue(carrot, pose, velocity, costmap)
+            return self._checked(command, pose, costmap, math.inf)
+        failed = result = self._along(carrot, pose, velocity, costmap)
+        for share in _SHARES:
+            if result.status is ControlStatus.SUCCEEDED:
+                return result
+            carrot = pose.inverse() @ self._carrot(pose, lookahead * share)
+            result = self._along(carrot, pose, velocity, costmap)
+        return result if result.status is ControlStatus.SUCCEEDED else failed
+
+    def _along(self, carrot: SE2, pose: SE2, velocity: Velocity, costmap: Costmap) -> ControlResult:
+        """Return what drives the arc through a point seen from the robot, if that is free."""
+        self.carrot = carrot
+        command = self._pursue(carrot, pose, velocity, costmap)
         return self._checked(command, pose, costmap, math.hypot(carrot.x, carrot.y))
 
-    def _carrot(self, pose: SE2, velocity: Velocity) -> SE2:
-        """Return the point of the path one lookahead away, between two poses where need be."""
-        config, distance = self._config, self._config.lookahead_dist
-        if config.use_velocity_scaled_lookahead_dist:
-            scaled = abs(velocity.v) * config.lookahead_time
-            distance = min(max(scaled, config.min_lookahead_dist), config.max_lookahead_dist)
+    def _lookahead(self, velocity: Velocity) -> float:
+        """Return the distance of the point aimed at [m]."""
+        config = self._config
+        if not config.use_velocity_scaled_lookahead_dist:
+            return float(config.lookahead_dist)
+        scaled = abs(velocity.v) * config.lookahead_time
+        return min(max(scaled, config.min_lookahead_dist), config.max_lookahead_dist)
+
+    def _carrot(self, pose: SE2, distance: float) -> SE2:
+        """Return the point of the path a distance away, between two poses where need be."""
         gaps = paths.distances(self.path, pose)
         beyond = np.flatnonzero(gaps >= distance)
         if not len(beyond):
@@ -200,8 +220,10 @@ class RegulatedPurePursuit:
         """Return the velocity along the arc through the carrot, regulated."""
         config = self._config
         curvature = 2.0 * carrot.y / max(carrot.x**2 + carrot.y**2, 1e-6)
-        speed = min(config.desired_linear_vel, self.speed_limit)
-        regulated = min(self._in_bend(speed, curvature), self._near_obstacles(speed, pose, costmap))
+        desired = config.desired_linear_vel
+        speed = min(desired, self.speed_limit)
+        slower = self._in_bend(desired, curvature), self._near_obstacles(desired, pose, costmap)
+        regulated = min(speed, *slower)  # not one after the other: each says what it allows
         floor = min(config.regulated_linear_scaling_min_speed, speed)
         v = self._towards_goal(max(regulated, floor), pose)
         w_max = config.rotate_to_heading_angular_vel

@@ -84,3 +84,34 @@ def test_slows_down_near_obstacles_and_at_the_goal(controller: Controller) -> No
     )
     assert beside_wall.velocity.v < in_the_open.velocity.v == pytest.approx(0.4)
     assert 0.05 <= at_goal.velocity.v < 0.25
+
+
+def test_takes_a_nearer_point_where_the_far_ones_arc_cuts_a_corner() -> None:
+    grid = empty_grid(6.0, 6.0)
+    block(grid, 0.0, 3.3, 2.7, 2.7)  # inside of the bend
+    path = polyline([(1.0, 3.0), (3.0, 3.0), (3.0, 5.0)], math.pi / 2)
+    costmap, start = costmap_of(grid), SE2(2.5, 3.0, 0.0)
+    config = RegulatedPurePursuitConfig(
+        lookahead_dist=0.9,
+        rotate_to_heading_min_angle=1.5,
+        max_allowed_time_to_collision_up_to_carrot=2.0,
+    )
+    controller = RegulatedPurePursuit(config, Footprint.circle(0.25), XY_TOLERANCE)
+    controller.set_path(path)
+    result = controller.compute(start, Unicycle(start).velocity, costmap, 0.0)
+    assert result.status is ControlStatus.SUCCEEDED
+    assert controller.carrot is not None
+    assert math.hypot(controller.carrot.x, controller.carrot.y) < 0.85
+
+
+def test_a_speed_limit_and_a_wall_do_not_slow_it_down_twice() -> None:
+    grid = empty_grid(6.0, 6.0)
+    block(grid, 0.0, 3.4, 6.0, 0.2)
+    controller, start = pure_pursuit(), SE2(1.0, 3.0, 0.0)
+    controller.set_path(polyline([(1.0, 3.0), (5.0, 3.0)], 0.0))
+    speeds = []
+    for limit in (math.inf, 0.3):
+        controller.speed_limit = limit
+        result = controller.compute(start, Unicycle(start).velocity, costmap_of(grid), 0.0)
+        speeds.append(result.velocity.v)
+    assert speeds[1] == pytest.approx(min(speeds[0], 0.3))
