@@ -218,9 +218,12 @@ class Navigator:
         if self.path is None or T_map_base is None or self._path_outdated or not self._path_valid:
             return False
         rest = paths.ahead(self.path, T_map_base)
+        beside = T_map_base.distance(SE2.from_array(rest[0]))
+        if beside > self.config.same_way_deviation:
+            return False  # the robot is not on it any more
         if paths.deviation(new, rest) <= self.config.same_way_deviation:
             return False
-        return paths.length(new) > self.config.shorter_ratio * paths.length(rest)
+        return paths.length(new) > self.config.shorter_ratio * (beside + paths.length(rest))
 
     def _take_path(self, path: NDArray[np.float64]) -> list[Command]:
         self.path, self._path_outdated = path, False

@@ -115,6 +115,14 @@ def test_leaves_a_free_path_for_a_clearly_shorter_one(script: Script) -> None:
     assert followed(script.tick(plan=planned(STRAIGHT), path_valid=True)) is STRAIGHT
 
 
+def test_leaves_a_free_path_that_it_is_not_on_any_more(script: Script) -> None:
+    script.follow()
+    script.tick(dt=1.0)
+    beside = SE2(1.0, 0.8, 0.0)
+    commands = script.tick(plan=planned(DETOUR), path_valid=True, pose=beside)
+    assert followed(commands) is DETOUR
+
+
 def test_clears_the_local_costmap_and_follows_once_more(script: Script) -> None:
     script.follow()
     trouble = failed(ControlStatus.NO_VALID_CONTROL)
