@@ -143,7 +143,12 @@ class MppiConfig:
         0.3, "How long what is tried hangs together; 0 for Nav2's white noise.", unit="s", minimum=0
     )
     motion_model: str = param("DiffDrive", "How the robot moves.", choices=("DiffDrive",))
-    prune_distance: float = param(1.5, "How much of the path counts.", unit="m", minimum=0.1)
+    prune_distance: float = param(
+        1.5,
+        "How much of the path counts; as much as the rollouts can reach at the least.",
+        unit="m",
+        minimum=0.1,
+    )
     max_robot_pose_search_dist: float = param(
         2.5, "How far along the path the robot is looked for.", unit="m", minimum=0.1
     )

@@ -78,7 +78,7 @@ class Mppi:
             return NO_PATH
         self._path.advance(pose)
         seen = pose.inverse() @ self._path.goal
-        path = path_seen(self._path.within(self._config.prune_distance), pose)
+        path = path_seen(self._path.within(self._prune_distance()), pose)
         grid = grid_seen(costmap, self._footprint, pose)
         scene = Scene(
             path, free_places(path, grid), seen, math.hypot(seen.x, seen.y), len(path) - 1, grid
@@ -92,6 +92,11 @@ class Mppi:
         where = f"({pose.x:.2f}, {pose.y:.2f})"
         message = f"collision ahead on every one of {self._config.batch_size} ways from {where}"
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
+
+    def _prune_distance(self) -> float:
+        """Return how much of the path counts [m]: less than the rollouts reach would hold it up."""
+        config = self._config
+        return max(config.prune_distance, config.vx_max * config.time_steps * config.model_dt)
 
     def _limits(self) -> Limits:
         config = self._config
