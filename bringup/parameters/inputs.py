@@ -49,10 +49,10 @@ _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
 def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
     """Return the groups of nodes that a command runs."""
     command = arguments.command
-    if vars(arguments).get("slam"):
-        command += " --slam"
     if command == "demo":
         return DEMO_GROUPS
+    if vars(arguments).get("slam"):
+        command += " --slam"
     if command in STACKS:
         return STACKS[command]
     without = {DESCRIPTION_GROUP} if arguments.robot is None else set()

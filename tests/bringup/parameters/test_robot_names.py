@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
 from bringup.parameters.composition import check_parameters, node_class
 from bringup.parameters.files import for_node
-from bringup.parameters.inputs import all_nodes, gather, groups_of, over_shipped
+from bringup.parameters.inputs import DEMO_GROUPS, all_nodes, gather, groups_of, over_shipped
 from bringup.parameters.robot_names import KEYS, of_names
 from bringup.stack import REAL_STACKS, VELOCITY_CHAIN
 
@@ -119,3 +120,7 @@ def test_standard_topics_are_no_names_of_the_robot(tmp_path: Path) -> None:
     amcl = gather(parse(given))["amcl"]
     assert "scan_topic" not in amcl
     assert amcl["base_frame_id"] == "robot_footprint"
+
+
+def test_the_demo_has_all_its_groups_with_slam_too() -> None:
+    assert groups_of(Namespace(command="demo", slam=True)) == DEMO_GROUPS
