@@ -28,8 +28,9 @@ def _children(pid: int) -> list[int]:
 
 
 def _imports(pid: int) -> bool:
-    """Whether a process is at its imports, or done with them."""
-    return "numpy" in Path(f"/proc/{pid}/maps").read_text()
+    """Whether a process of ours is at its imports, or done with them."""
+    of = Path(f"/proc/{pid}")
+    return b"bringup.host" in (of / "cmdline").read_bytes() and "numpy" in (of / "maps").read_text()
 
 
 def test_sim_comes_up_dies_comes_up_again_and_stops_cleanly() -> None:
