@@ -14,12 +14,13 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.collision import collides_in_cells
 from arjuna_nav.costmap.costmap import INSCRIBED, Costmap
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap.window import clipped
 from arjuna_nav.planners.base import Planner, PlanResult, PlanStatus
 from arjuna_nav.planners.potential import NEUTRAL, spread, traversal_costs
 from arjuna_nav.planners.turning.search import Goal, Ground, Prices, search
 
 _CHORD = 0.3  # over which a path's direction is taken; so far from its start it may turn [m]
-_CLOSED = 3.0  # radius of what is closed to planners where the outline collides [cells]
+_CLOSED = 3  # radius of what is closed to planners where the outline collides [cells]
 _WAYS_ROUND = 6
 _NEAREST = 1.5  # how near to its end a way can be asked to come [cells]
 
@@ -96,9 +97,12 @@ def plan_for_outline(
 def _close(costmap: Costmap, place: NDArray[np.float64]) -> None:
     """Close the cells about a place `(x, y, ...)` to planners."""
     row, column = costmap.frame.to_cell(float(place[0]), float(place[1]))
-    rows, columns = np.ogrid[: costmap.data.shape[0], : costmap.data.shape[1]]
+    ends = row - _CLOSED, row + _CLOSED + 1, column - _CLOSED, column + _CLOSED + 1
+    window = clipped(*ends, costmap.data.shape)
+    rows, columns = np.ogrid[window]
     near = (rows - row) ** 2 + (columns - column) ** 2 <= _CLOSED**2
-    costmap.data[near & (costmap.data < INSCRIBED)] = INSCRIBED
+    costs = costmap.data[window]
+    costs[near & (costs < INSCRIBED)] = INSCRIBED
 
 
 def find_way(
