@@ -19,7 +19,7 @@ demo: setup  ## drive through a world, map it and navigate: writes out/demo
 	@$(VENV) -m bringup demo --out out/demo
 
 test: setup  ## run the tests in random order, on all cores
-	$(VENV) -m pytest -q -n auto --maxprocesses=4 --dist=loadgroup $(PYTEST_ARGS)
+	$(VENV) -m pytest -q -n auto --maxprocesses=4 --dist=loadgroup --max-worker-restart=0 $(PYTEST_ARGS)
 
 check: setup  ## style, types and the packages' layers
 	$(VENV) -m ruff check .

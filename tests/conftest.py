@@ -16,10 +16,11 @@ _REAL_TIME = ("tests/system/", "tests/nodes/bringup/ros2/")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run what runs in real time on one core: beside each other they would be late."""
+    """Run the real processes of a folder one after the other: they would make each other late."""
     for item in items:
-        if item.nodeid.startswith(_REAL_TIME):
-            item.add_marker(pytest.mark.xdist_group("real time"))
+        for folder in _REAL_TIME:
+            if item.nodeid.startswith(folder):
+                item.add_marker(pytest.mark.xdist_group(folder))
 
 
 @pytest.fixture

@@ -11,10 +11,11 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 
 _TURN_STEP = 0.1  # between two poses; moves a corner 0.5 m out by one cell of 5 cm [rad]
+_MOST = 10_000  # poses: 500 m of cells of 5 cm
 
 
 def rollout(pose: SE2, velocity: Velocity, duration: float, spacing: float) -> NDArray[np.float64]:
-    """Return the poses along the arc that a constant velocity drives.
+    """Return the poses along the arc that a constant velocity drives, one round of it at most.
 
     Args:
         pose: Start.
@@ -25,8 +26,9 @@ def rollout(pose: SE2, velocity: Velocity, duration: float, spacing: float) -> N
     Returns:
         `(N, 3) float64` [m, m, rad], the start first.
     """
+    duration = min(duration, 2.0 * math.pi / max(abs(velocity.w), 1e-9))
     travel, turn = abs(velocity.v) * duration, abs(velocity.w) * duration
-    count = 1 + math.ceil(max(travel / spacing, turn / _TURN_STEP))
+    count = 1 + math.ceil(min(max(travel / spacing, turn / _TURN_STEP), _MOST))
     times = np.linspace(0.0, duration, count)
     theta = pose.theta + velocity.w * times
     middle = pose.theta + 0.5 * velocity.w * times

@@ -34,7 +34,6 @@ class CostmapNode(ManagedNode):
 
     Attributes:
         layered: The costs.
-        scan_topic: Where its scans come from, absolute; empty where it takes none.
     """
 
     Config = CostmapConfig
@@ -54,7 +53,6 @@ class CostmapNode(ManagedNode):
             self.subscribe(
                 OccupancyGridMsg, _absolute(topic), self._on_map, qos.LATCHED, while_inactive=True
             )
-        self.scan_topic = ""
         if "obstacle_layer" in config.plugins:
             self._listen(config.obstacle_layer)
         self._output = CostmapOutput(self)
@@ -73,8 +71,13 @@ class CostmapNode(ManagedNode):
             kind, add = kinds[source]
             topic = _absolute(getattr(layer, source).topic)
             self.subscribe(kind, topic, add, qos.SENSOR_SUBSCRIPTION)
-            if source == "scan":
-                self.scan_topic = topic
+
+    @property
+    def scan_topic(self) -> str:
+        """Where its scans come from, absolute; empty where it takes none."""
+        layer = self.config.obstacle_layer
+        used = "obstacle_layer" in self.config.plugins and "scan" in layer.observation_sources
+        return _absolute(layer.scan.topic) if used else ""
 
     def current(self, timeout: float) -> Costmap | None:
         """Return the costs, or None if they were not updated within a timeout [s]."""
@@ -167,9 +170,7 @@ class CostmapNode(ManagedNode):
         """Whether the scanner has been silent for longer than is borne."""
         config = self.config
         borne = config.obstacle_layer.scan.expected_update_rate
-        layer = config.obstacle_layer
-        used = "obstacle_layer" in config.plugins and layer.enabled
-        used = used and "scan" in layer.observation_sources
+        used = bool(self.scan_topic) and config.obstacle_layer.enabled
         return used and 0.0 < borne < self.now - self._scanned_at
 
     def _silence(self) -> str:

@@ -92,3 +92,10 @@ def test_rollout_is_exact() -> None:
     exact = SE2(1.0, 2.0, 0.3) @ SE2.exp(np.array([0.8, 0.0, 1.0]))
     np.testing.assert_allclose(arc[-1], exact.array(), atol=1e-12)
     assert np.hypot(*np.diff(arc[:, :2], axis=0).T).max() <= 0.05
+
+
+@pytest.mark.parametrize("velocity", [Velocity(0.0, 1e9), Velocity(1e9, 0.0), Velocity(1e9, -1e9)])
+def test_rollout_is_no_longer_than_a_round_however_fast(velocity: Velocity) -> None:
+    arc = rollout(SE2(), velocity, 1e3, 0.05)
+    assert 1 < len(arc) <= 10_001
+    assert abs(arc[-1, 2]) <= 2.0 * math.pi + 1e-6
