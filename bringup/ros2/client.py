@@ -18,7 +18,7 @@ from bringup.ros2 import interrupt
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.participants import on_this_machine
 
-STABLE = 0.3  # the graph is taken as known once it has not changed for so long [s]
+STABLE = 0.6  # the graph is taken as known once it has not changed for so long [s]
 MISSING = 1.0  # the same before something counts as not there
 SILENT = 3.5  # while some have not been heard of: each announces itself every 3 s
 LIMIT = 8.0  # how long a graph that goes on changing is watched
