@@ -223,34 +223,6 @@ def test_aborts_at_once_at_a_controllers_hopeless_error(
     assert end == [Finish(Ending.ABORTED, int(status), status.name)]
 
 
-@pytest.mark.parametrize("status", [ControlStatus.TF_ERROR, ControlStatus.CONTROLLER_TIMED_OUT])
-def test_an_outage_is_stood_through(script: Script, status: ControlStatus) -> None:
-    script.follow()
-    for _ in range(5):
-        assert script.tick(follow=failed(status)) == [Stop()]
-        assert status.name in script.navigator.trouble(script.now)
-        assert script.tick(0.9) == []
-        assert script.tick(0.2) == [ComputePath((GOAL,))]
-        assert followed(script.tick(plan=planned())) is STRAIGHT
-    script.tick(3.0)
-    assert script.navigator.trouble(script.now) == ""
-    assert script.navigator.recoveries == 0
-
-
-@pytest.mark.parametrize("status", [ControlStatus.TF_ERROR, PlanStatus.TF_ERROR])
-def test_an_outage_that_lasts_ends_the_goal_with_its_reason(status: int) -> None:
-    script = Script(Navigator(NavigatorConfig(outage_patience=4.0), (GOAL,), start=0.0))
-    script.tick()
-    end = script.tick()
-    while script.now < 20.0 and not any(isinstance(each, Finish) for each in end):
-        if status == PlanStatus.TF_ERROR:
-            end = script.tick(1.1, plan=no_plan(PlanStatus.TF_ERROR))
-        elif followed(script.tick(1.1, plan=planned())) is not None:
-            end = script.tick(follow=failed(ControlStatus.TF_ERROR))
-    assert end == [Finish(Ending.ABORTED, int(status), "TF_ERROR")]
-    assert 4.0 < script.now < 8.0
-
-
 @pytest.mark.parametrize("phase", ["planning", "following", "recovering"])
 def test_cancel_stops_everything_at_once(script: Script, phase: str) -> None:
     script.tick()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -19,17 +18,9 @@ from visualization_msgs.srv import GetInteractiveMarkers
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_msg
 from arjuna_core.se2 import SE2
-from tests.helpers.ros import RosBench
 from tests.helpers.slam_robot import Robot, started
 
 pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def robot() -> Iterator[Robot]:
-    bench = RosBench()
-    yield Robot(bench)
-    bench.close()
 
 
 def test_keyframes_can_be_moved_by_hand_and_are_put_back(robot: Robot) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -25,18 +24,10 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, scan_msg, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
-from tests.helpers.ros import RosBench
 from tests.helpers.slam_robot import DT, LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room
 
 pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def robot() -> Iterator[Robot]:
-    bench = RosBench()
-    yield Robot(bench)
-    bench.close()
 
 
 def test_the_pose_and_the_transform_follow_the_robot(robot: Robot) -> None:

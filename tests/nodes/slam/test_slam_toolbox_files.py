@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -21,20 +20,12 @@ from arjuna_core.ros.convert import pose_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.localization import Localizer
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
-from tests.helpers.ros import RosBench
 from tests.helpers.slam_robot import LOG, Robot, started
 
 pytestmark = pytest.mark.ros
 OK = SerializePoseGraph.Response.RESULT_SUCCESS
 FAILED = SerializePoseGraph.Response.RESULT_FAILED_TO_WRITE_FILE
 Request = DeserializePoseGraph.Request
-
-
-@pytest.fixture
-def robot() -> Iterator[Robot]:
-    bench = RosBench()
-    yield Robot(bench)
-    bench.close()
 
 
 @pytest.fixture

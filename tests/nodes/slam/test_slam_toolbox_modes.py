@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,19 +23,11 @@ from arjuna_slam.matching.scan_filter import Skip
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
 from arjuna_slam.slam_node_config import SlamNodeConfig
 from bringup.parameters.files import for_node, load_parameters
-from tests.helpers.ros import RosBench
 from tests.helpers.slam_robot import DT, LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room
 
 pytestmark = pytest.mark.ros
 STOCK = Path(__file__).with_name("slam_toolbox_online_async.yaml")
-
-
-@pytest.fixture
-def robot() -> Iterator[Robot]:
-    bench = RosBench()
-    yield Robot(bench)
-    bench.close()
 
 
 class Notes:
