@@ -36,6 +36,17 @@ class GoalEnd:
     refused: bool = False
 
 
+@dataclass(frozen=True)
+class _Order:
+    """A goal, to whom it is sent, until when [s], and who takes its feedback."""
+
+    action: Any
+    name: str
+    request: Any
+    deadline: float
+    progress: Callable[[Any], None]
+
+
 class _Watch:
     """Notices that nothing is heard of a goal any more: a server that died says nothing.
 
@@ -99,75 +110,62 @@ class Goals:
         timeout: float,
         progress: Callable[[Any], None],
     ) -> GoalEnd:
-        deadline = self._session.now + timeout
-        end = self._attempt(action, name, request, deadline, progress)
+        order = _Order(action, name, request, self._session.now + timeout, progress)
+        end = self._attempt(order)
         while end is None:
             self._session.client.get_logger().warning(
                 f"nothing is heard of the goal of '{name}' for {_SILENCE:g} s: it is sent again"
             )
-            end = self._again(action, name, request, deadline, progress)
+            end = self._again(order)
         return end
 
-    def _again(
-        self,
-        action: Any,
-        name: str,
-        request: Any,
-        deadline: float,
-        progress: Callable[[Any], None],
-    ) -> GoalEnd | None:
+    def _again(self, order: _Order) -> GoalEnd | None:
         """Send a goal again, until a server that comes up takes it."""
         session = self._session
         while True:
             try:
-                end = self._attempt(action, name, request, deadline, progress)
+                end = self._attempt(order)
             except ArjunaError:  # nobody answers, not yet
-                if session.now >= deadline:
+                if session.now >= order.deadline:
                     raise
                 continue
-            if end is None or not end.refused or session.now >= deadline:
+            if end is None or not end.refused or session.now >= order.deadline:
                 return end
             session.run_until(lambda: False, _PAUSE, required=False)
 
-    def _attempt(
-        self,
-        action: Any,
-        name: str,
-        request: Any,
-        deadline: float,
-        progress: Callable[[Any], None],
-    ) -> GoalEnd | None:
+    def _attempt(self, order: _Order) -> GoalEnd | None:
         """Send a goal and wait for its end; None where its server is heard no more."""
         session = self._session
-        watch = _Watch(session, progress)
-        handle = self._send(action, name, request, watch.hear)
+        watch = _Watch(session, order.progress)
+        handle = self._send(order, watch.hear)
         if not handle.accepted:
-            reason = f"'{name}' refuses the goal; is navigation active?"
+            reason = f"'{order.name}' refuses the goal; is navigation active?"
             return GoalEnd(False, reason, refused=True)
         result = handle.get_result_async()
         begun = session.now
         try:
             session.run_until(
-                lambda: result.done() or watch.is_silent(), deadline - begun, required=False
+                lambda: result.done() or watch.is_silent(), order.deadline - begun, required=False
             )
         except KeyboardInterrupt:
             self._cancel(handle)
             raise
         if result.done():
             return _end(result.result())
-        if session.now < deadline:
+        if session.now < order.deadline:
             return None
         self._cancel(handle)
-        return GoalEnd(False, f"not done within {deadline - begun:g} s, cancelled")
+        return GoalEnd(False, f"not done within {order.deadline - begun:g} s, cancelled")
 
-    def _send(self, action: Any, name: str, request: Any, progress: Callable[[Any], None]) -> Any:
+    def _send(self, order: _Order, progress: Callable[[Any], None]) -> Any:
+        name = order.name
         client = self._clients.get(name)
         if client is None:
-            client = self._clients[name] = ActionClient(self._session.client, action, name)
+            client = self._clients[name] = ActionClient(self._session.client, order.action, name)
         what = f"a server of '{name}'"
         wait_for(self._session, client.server_is_ready, _ANSWER_TIMEOUT, what, _CURE)
         sent = client.send_goal_async(
-            request, feedback_callback=lambda message: progress(message.feedback)
+            order.request, feedback_callback=lambda message: progress(message.feedback)
         )
         self._session.run_until(sent.done, _ANSWER_TIMEOUT, "an answer to the goal")
         return sent.result()

@@ -42,26 +42,27 @@ def of_simulated_robot(
     names = names_of(robot)
     if sim.get("standard_topics"):
         names = {key: name for key, name in names.items() if key == "base_frame"}
-    own = _unsaid(of_names(names, groups), parameters)
+    shipped = shipped_parameters()
+    own = _unsaid(of_names(names, groups), parameters, shipped)
     for node, prefix in _COSTMAPS.items():
         frame = _value(merged(parameters, own), node, f"{prefix}robot_base_frame") or "base_link"
-        if not any(_said(parameters, node, f"{prefix}{key}") for key in _SHAPE):
+        if not any(_said(parameters, shipped, node, f"{prefix}{key}") for key in _SHAPE):
             outline = footprint_of(robot, frame)
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
     return own
 
 
-def _unsaid(own: Parameters, parameters: Parameters) -> Parameters:
+def _unsaid(own: Parameters, parameters: Parameters, shipped: Parameters) -> Parameters:
     """Return what no file says."""
     return {
-        node: {key: value for key, value in values.items() if not _said(parameters, node, key)}
+        node: {k: value for k, value in values.items() if not _said(parameters, shipped, node, k)}
         for node, values in own.items()
     }
 
 
-def _said(parameters: Parameters, node: str, key: str) -> bool:
+def _said(parameters: Parameters, shipped: Parameters, node: str, key: str) -> bool:
     """Tell whether a file gives a value that is not the shipped one."""
-    return bool(_value(parameters, node, key) != _value(shipped_parameters(), node, key))
+    return bool(_value(parameters, node, key) != _value(shipped, node, key))
 
 
 def _value(parameters: Parameters, node: str, key: str) -> Any:
