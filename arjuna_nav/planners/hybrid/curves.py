@@ -195,12 +195,12 @@ def along(
         spacing: In the poses' unit.
     """
     total = 1
-    for i in range(5):
+    for i in range(curve.shape[1]):
         total += int(abs(curve[1, i]) * radius / spacing) + 1
     poses = np.empty((total, 3))
     x, y, theta = pose
     count = 0
-    for i in range(5):
+    for i in range(curve.shape[1]):
         length = curve[1, i]
         if abs(length) < _TINY:
             continue

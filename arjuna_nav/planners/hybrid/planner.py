@@ -63,7 +63,7 @@ class Hybrid:
                 f"bends by {config.minimum_turning_radius:g} m at the least; {looked} poses tried"
             )
             return PlanResult.failed(PlanStatus.NO_VALID_PATH, message)
-        poses = np.vstack((way_out, driven(nodes, row, curve, rules.radius)))
+        poses = np.vstack((way_out, driven(nodes, row, curve, rules)))
         return PlanResult(PlanStatus.SUCCEEDED, self._placed(poses, costmap, goal))
 
     def _end(self, query: Query) -> NDArray[np.float64] | PlanResult:

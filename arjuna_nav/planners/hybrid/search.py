@@ -7,14 +7,15 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, types
-from numba.typed import Dict
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_nav.costmap.collision import collides_in_cells
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
 from arjuna_nav.planners.hybrid.curves import along, moved, shortest
+from arjuna_nav.planners.pose_table import PoseTable, begun, rows_to, with_room
 
+_MOVES = 6  # left, straight, right; then the same backwards
 _STEP = 0.5  # between two poses that are looked at for collisions [cells]
 
 
@@ -56,52 +57,26 @@ class Rules(NamedTuple):
     limit: int
 
 
-class Nodes(NamedTuple):
-    """The poses reached, a row each.
-
-    Attributes:
-        poses: `(N, 3)` of the grid [cells, rad].
-        values: `(N,)` what it cost to come there.
-        before: `(N,)` the row before, -1 at the start.
-        kinds: `(N,)` piece that led there: 1 left, -1 right, 0 straight.
-        lengths: `(N,)` its length, negative backwards.
-    """
-
-    poses: NDArray[np.float64]
-    values: NDArray[np.float64]
-    before: NDArray[np.int64]
-    kinds: NDArray[np.float64]
-    lengths: NDArray[np.float64]
-
-
 @njit(cache=True)
 def search(
     start: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
-) -> tuple[Nodes, int, NDArray[np.float64], int]:
+) -> tuple[PoseTable, int, NDArray[np.float64], int]:
     """Search from a pose to another.
 
     Returns:
         The poses reached, the last row before the direct curve to the goal, that curve, and how
         many poses were looked at; the row is -1 where the goal was not reached.
     """
-    nodes = _room(4096)
-    rows = Dict.empty(key_type=types.int64, value_type=types.int64)
-    closed = Dict.empty(key_type=types.int64, value_type=types.boolean)
-    none = np.zeros((2, 5))
-    nodes.poses[0] = start
-    nodes.values[0] = 0.0
-    nodes.before[0] = -1
-    rows[_key(start, terrain, rules)] = 0
+    nodes = begun(start)
+    rows = {_key(start, terrain, rules): np.int64(0)}
     queue = [(_left(start, goal, terrain, rules), np.int64(0))]
     count, looked, until_direct = 1, 0, 0.0
     while len(queue) > 0 and looked < rules.limit:
         row = heapq.heappop(queue)[1]
         pose = nodes.poses[row].copy()
-        key = _key(pose, terrain, rules)
-        if key in closed or rows[key] != row:
+        if nodes.done[row] or rows[_key(pose, terrain, rules)] != row:
             continue
-        closed[key] = True
-        looked += 1
+        nodes.done[row], looked = True, looked + 1
         until_direct -= 1.0
         if until_direct <= 0.0:
             curve = _direct(pose, goal, terrain, rules)
@@ -109,69 +84,46 @@ def search(
                 return nodes, row, curve, looked
             distance = math.hypot(pose[0] - goal[0], pose[1] - goal[1])
             until_direct = max(distance / rules.direct_ratio / rules.piece, 1.0)
-        nodes, count = _expand(row, nodes, count, rows, closed, queue, goal, terrain, rules)
-    return nodes, -1, none, looked
+        nodes = with_room(nodes, count, _MOVES)
+        count = _expand(row, count, nodes, rows, queue, goal, terrain, rules)
+    return nodes, -1, np.zeros((2, 5)), looked
 
 
 @njit(cache=True)
 def _expand(
     row: int,
-    nodes: Nodes,
     count: int,
+    nodes: PoseTable,
     rows: Any,
-    closed: Any,
     queue: Any,
     goal: NDArray[np.float64],
     terrain: Terrain,
     rules: Rules,
-) -> tuple[Nodes, int]:
-    """Add the poses that one piece leads to from a row; return the rows and how many there are."""
+) -> int:
+    """Add the poses that one piece leads to from a row; return how many rows there are."""
     pose = nodes.poses[row].copy()
-    for k in range(6 if rules.reverse else 3):
-        kind, length = float(k % 3 - 1), rules.piece if k < 3 else -rules.piece
+    for move in range(_MOVES if rules.reverse else _MOVES // 2):
+        kind, length = _piece(move, rules)
         cost = _drive(pose, kind, length, terrain, rules)
         if cost == np.inf:
             continue
-        cost = _price(cost, kind, length, nodes.kinds[row], row > 0, rules)
-        value = nodes.values[row] + cost
-        x, y, theta = moved(pose[0], pose[1], pose[2], kind, length, rules.radius)
-        reached = np.array([x, y, theta])
-        other = _key(reached, terrain, rules)
-        if other in closed or (other in rows and nodes.values[rows[other]] <= value):
+        value = nodes.values[row] + cost * _factor(move, nodes.kinds[row], rules)
+        reached = np.array(moved(pose[0], pose[1], pose[2], kind, length, rules.radius))
+        key = _key(reached, terrain, rules)
+        if key in rows and (nodes.done[rows[key]] or nodes.values[rows[key]] <= value):
             continue
-        if count == len(nodes.values):
-            nodes = _grown(nodes)
-        nodes.poses[count] = reached
-        nodes.values[count], nodes.before[count] = value, row
-        nodes.kinds[count], nodes.lengths[count] = kind, length
-        rows[other] = count
-        left = _left(reached, goal, terrain, rules)
-        heapq.heappush(queue, (value + left, np.int64(count)))
+        rows[key] = count
+        nodes.poses[count], nodes.values[count] = reached, value
+        nodes.before[count], nodes.kinds[count] = row, move
+        heapq.heappush(queue, (value + _left(reached, goal, terrain, rules), np.int64(count)))
         count += 1
-    return nodes, count
+    return count
 
 
 @njit(cache=True)
-def _room(size: int) -> Nodes:
-    return Nodes(
-        np.empty((size, 3)),
-        np.empty(size),
-        np.empty(size, np.int64),
-        np.zeros(size),
-        np.zeros(size),
-    )
-
-
-@njit(cache=True)
-def _grown(nodes: Nodes) -> Nodes:
-    size = len(nodes.values)
-    larger = _room(2 * size)
-    larger.poses[:size] = nodes.poses
-    larger.values[:size] = nodes.values
-    larger.before[:size] = nodes.before
-    larger.kinds[:size] = nodes.kinds
-    larger.lengths[:size] = nodes.lengths
-    return larger
+def _piece(move: int, rules: Rules) -> tuple[float, float]:
+    """Return what a move drives: 1 left, -1 right, 0 straight; and its length, below 0 back."""
+    return float(move % 3 - 1), rules.piece if move < 3 else -rules.piece
 
 
 @njit(cache=True)
@@ -229,15 +181,14 @@ def cost_at(pose: NDArray[np.float64], terrain: Terrain) -> float:
 
 
 @njit(cache=True)
-def _price(
-    cost: float, kind: float, length: float, last: float, has_last: bool, rules: Rules
-) -> float:
-    """Return what a piece costs: bends, changes of side and driving back are dearer."""
-    factor = 1.0
-    if kind != 0.0:
-        changes = has_last and last == -kind
-        factor = rules.bend_penalty + (rules.change_penalty if changes else 0.0)
-    return cost * factor * (rules.reverse_penalty if length < 0.0 else 1.0)
+def _factor(move: int, last: int, rules: Rules) -> float:
+    """Return how dear a move is after another: bends, changes of side and driving back are."""
+    factor = rules.reverse_penalty if move >= 3 else 1.0
+    side = move % 3 - 1
+    if side == 0:
+        return factor
+    changes = last >= 0 and last % 3 - 1 == -side
+    return factor * (rules.bend_penalty + (rules.change_penalty if changes else 0.0))
 
 
 @njit(cache=True)
@@ -261,19 +212,16 @@ def _direct(
 
 @njit(cache=True)
 def driven(
-    nodes: Nodes, row: int, curve: NDArray[np.float64], radius: float
+    nodes: PoseTable, row: int, curve: NDArray[np.float64], rules: Rules
 ) -> NDArray[np.float64]:
     """Return the poses from the start to the goal, `(N, 3)`, at most a cell apart."""
-    chain = [row]
-    while nodes.before[chain[-1]] >= 0:
-        chain.append(nodes.before[chain[-1]])
-    pieces = [nodes.poses[chain[-1] : chain[-1] + 1].copy()]
-    for k in range(len(chain) - 1, 0, -1):
-        piece = np.zeros((2, 5))
-        piece[0, 0] = nodes.kinds[chain[k - 1]]
-        piece[1, 0] = nodes.lengths[chain[k - 1]] / radius
-        pieces.append(along(nodes.poses[chain[k]], piece, radius, 1.0))
-    pieces.append(along(nodes.poses[row], curve, radius, 1.0))
+    rows = rows_to(nodes, row)
+    pieces = [nodes.poses[:1].copy()]
+    for k in range(1, len(rows)):
+        kind, length = _piece(nodes.kinds[rows[k]], rules)
+        piece = np.array([[kind], [length / rules.radius]])
+        pieces.append(along(nodes.poses[rows[k - 1]], piece, rules.radius, 1.0))
+    pieces.append(along(nodes.poses[row], curve, rules.radius, 1.0))
     total = 0
     for part in pieces:
         total += len(part)

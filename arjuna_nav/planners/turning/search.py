@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_nav.costmap.collision import clearance_in_cells, collides_in_cells
+from arjuna_nav.planners.pose_table import PoseTable, begun, rows_to, with_room
 
 _TURN = 2.0 * math.pi / 32  # between two headings that are told apart
 _STRIDE = 1.5  # longer than a cell's diagonal: each leads to another cell [cells]
@@ -19,7 +20,6 @@ _BENDS = (0, 1, -1, 0, 1, -1)
 _BEND = 1.1  # price of a bend against straight on
 _LOOKS = 2  # at each move, for collisions
 _EPSILON = 1e-6
-_ROOM = 4096  # for poses at first; it doubles
 _DEAREST = 252  # of the costs that a centre may have
 
 
@@ -73,16 +73,6 @@ class Goal(NamedTuple):
     angle: float
 
 
-class _Nodes(NamedTuple):
-    """The poses reached, what that cost, the rows before, the moves, and which are done."""
-
-    poses: NDArray[np.float64]
-    values: NDArray[np.float64]
-    before: NDArray[np.int64]
-    kinds: NDArray[np.int64]
-    done: NDArray[np.bool_]
-
-
 @njit(cache=True)
 def search(
     start: NDArray[np.float64], goal: Goal, ground: Ground, prices: Prices, limit: int
@@ -103,8 +93,7 @@ def search(
         Pivtoraiko, Knepper and Kelly, Differentially constrained mobile robot motion planning in
         state lattices, JFR 2009.
     """
-    nodes = _room(_ROOM)
-    nodes.poses[0], nodes.values[0] = start, 0.0
+    nodes = begun(start)
     rows = {_key(start, start[2], ground): np.int64(0)}
     queue = [(_left(start, goal, ground), np.int64(0))]
     allowed, count, looked = _allowed(start, ground), 1, 0
@@ -113,10 +102,9 @@ def search(
         if nodes.done[row] or rows[_key(nodes.poses[row], start[2], ground)] != row:
             continue
         if _is_reached(nodes.poses[row], goal):
-            return _way(nodes, row)
+            return nodes.poses[rows_to(nodes, row)]
         nodes.done[row], looked = True, looked + 1
-        if count + len(_STRIDES) > len(nodes.values):
-            nodes = _grown(nodes)
+        nodes = with_room(nodes, count, len(_STRIDES))
         count = _expand(row, count, nodes, rows, queue, allowed, start[2], goal, ground, prices)
     return np.empty((0, 3))
 
@@ -125,7 +113,7 @@ def search(
 def _expand(
     row: int,
     count: int,
-    nodes: _Nodes,
+    nodes: PoseTable,
     rows: Any,
     queue: Any,
     allowed: float,
@@ -154,29 +142,6 @@ def _expand(
         heapq.heappush(queue, (value + _left(reached, goal, ground), np.int64(count)))
         count += 1
     return count
-
-
-@njit(cache=True)
-def _room(size: int) -> _Nodes:
-    return _Nodes(
-        np.empty((size, 3)),
-        np.empty(size),
-        np.full(size, -1, np.int64),
-        np.full(size, -1, np.int64),
-        np.zeros(size, np.bool_),
-    )
-
-
-@njit(cache=True)
-def _grown(nodes: _Nodes) -> _Nodes:
-    size = len(nodes.values)
-    larger = _room(2 * size)
-    larger.poses[:size] = nodes.poses
-    larger.values[:size] = nodes.values
-    larger.before[:size] = nodes.before
-    larger.kinds[:size] = nodes.kinds
-    larger.done[:size] = nodes.done
-    return larger
 
 
 @njit(cache=True)
@@ -245,16 +210,3 @@ def _key(pose: NDArray[np.float64], first: float, ground: Ground) -> int:
     cell = math.floor(pose[1]) * ground.data.shape[1] + math.floor(pose[0])
     key: int = cell * headings + heading
     return key
-
-
-@njit(cache=True)
-def _way(nodes: _Nodes, last: int) -> NDArray[np.float64]:
-    """Return the poses from the start to a row."""
-    count, row = 1, last
-    while nodes.before[row] >= 0:
-        row, count = nodes.before[row], count + 1
-    way, row = np.empty((count, 3)), last
-    for k in range(count - 1, -1, -1):
-        way[k] = nodes.poses[row]
-        row = nodes.before[row]
-    return way
