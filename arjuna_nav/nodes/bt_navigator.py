@@ -20,13 +20,13 @@ from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, pose_stamped
 from arjuna_core.ros.goal_client import GoalClient
-from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.se2 import SE2
 from arjuna_nav.commands import Ending, Finish, NavigatorState
 from arjuna_nav.navigator import Navigator, NavigatorConfig
 from arjuna_nav.nodes.goals.admission import Admission, RefusedGoalError, error_code
 from arjuna_nav.nodes.goals.memory import GoalMemory
+from arjuna_nav.nodes.goals.resuming_node import ResumingNode
 from arjuna_nav.nodes.navigation_clients import NavigationClients
 from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
@@ -67,7 +67,7 @@ class BtNavigatorConfig(NavigatorConfig):
     )
 
 
-class BtNavigatorNode(GoalNode):
+class BtNavigatorNode(ResumingNode):
     """Runs the navigator: tells it what happened, does what it says."""
 
     Config = BtNavigatorConfig
@@ -102,30 +102,18 @@ class BtNavigatorNode(GoalNode):
             for kind, action in _ACTIONS.items()
         }
         self._admission = Admission(self, self._others, self._trees, self._consider)
-        self._memory = GoalMemory(self, config.resume_file, _ACTIONS)
+        self.memory = GoalMemory(self, config.resume_file, _ACTIONS)
         self._own = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         for topic in ("goal_pose", "/move_base_simple/goal"):
             self.subscribe(PoseStamped, topic, self._on_goal_pose, qos.DEFAULT)
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         self.every(config.bt_loop_duration / 1000.0, self._work)
 
-    def activate(self) -> None:
-        """Look for a goal that was under way when the process ended."""
-        self._memory.recall()
-
-    def deactivate(self) -> None:
-        """Stop and abort what is asked for; it is not gone on with."""
-        super().deactivate()
-        self._memory.forget()
-
-    def on_time_jump(self) -> None:
-        """Stop and abort, or begin anew with the goal under way if that is asked for."""
-        if not self.config.resume_file:
-            super().on_time_jump()
-        elif self.active:
-            self.halt()
-            self._feedback_at = 0.0
-            self._admission.begin(self.config.outage_patience)
+    def go_on(self) -> None:
+        """Begin anew with the goal under way."""
+        self.halt()
+        self._feedback_at = 0.0
+        self._admission.begin(self.config.outage_patience)
 
     def halt(self) -> None:
         """Stop the robot and stop navigating."""
@@ -183,7 +171,7 @@ class BtNavigatorNode(GoalNode):
             return
         self.get_logger().info(f"{kind}: {_described(goals)} received")
         self._begun, self._kind = self.now, kind
-        self._memory.keep(kind, server.newest)
+        self.memory.keep(kind, server.newest)
         if preempts:
             server.accept_pending()
             self._new_goals = goals
@@ -199,7 +187,7 @@ class BtNavigatorNode(GoalNode):
         return TreeNavigator(tree, self.config.error_code_names, goals, self.now)
 
     def _work(self) -> None:
-        self._memory.resume()
+        self.memory.resume()
         self._consider()
         self._tick()
 
@@ -257,7 +245,7 @@ class BtNavigatorNode(GoalNode):
 
     def _finish(self, finish: Finish) -> None:
         self._navigator = None
-        self._memory.forget()
+        self.memory.forget()
         self._asked.stop()
         result = _ACTIONS[self._kind].Result(
             error_code=error_code(self._kind, finish.error_code), error_msg=finish.error_msg

@@ -13,9 +13,9 @@ from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
-from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_nav.nodes.goals.memory import GoalMemory
+from arjuna_nav.nodes.goals.resuming_node import ResumingNode
 from arjuna_nav.nodes.gps.anchor import GpsAnchor, GpsConfig, GpsError
 
 _PLUGIN = "nav2_waypoint_follower::WaitAtWaypoint"
@@ -55,7 +55,7 @@ class WaypointFollowerConfig:
     )
 
 
-class WaypointFollowerNode(GoalNode):
+class WaypointFollowerNode(ResumingNode):
     """Sends a `navigate_to_pose` goal for each waypoint; a newer list replaces the running one."""
 
     Config = WaypointFollowerConfig
@@ -72,23 +72,12 @@ class WaypointFollowerNode(GoalNode):
         self._navigator = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         self._kind = "follow_waypoints"
         self._servers = {kind: self._offer(kind) for kind in _ACTIONS}
-        self._memory = GoalMemory(self, self.config.resume_file, _ACTIONS)
+        self.memory = GoalMemory(self, self.config.resume_file, _ACTIONS)
         self.every(1.0 / self.config.loop_rate, self._tick)
 
-    def activate(self) -> None:
-        """Look for a list that was under way when the process ended."""
-        self._memory.recall()
-
-    def deactivate(self) -> None:
-        """Stop and abort what is asked for; it is not gone on with."""
-        super().deactivate()
-        self._memory.forget()
-
-    def on_time_jump(self) -> None:
-        """Stop and abort, or let the navigator go on if that is asked for."""
-        if not self.config.resume_file:
-            super().on_time_jump()
-        elif self._go_on_at is not None:
+    def go_on(self) -> None:
+        """Let the navigator go on; a pause ends."""
+        if self._go_on_at is not None:
             self._go_on_at = self.now
 
     def _offer(self, kind: str) -> GoalServer:
@@ -169,7 +158,7 @@ class WaypointFollowerNode(GoalNode):
         self._tell_waypoint()
         goal: Any = self._server.goal
         goal.goal_index, goal.number_of_loops = self._index, self._loops_left
-        self._memory.keep(self._kind, goal)
+        self.memory.keep(self._kind, goal)
         if self._navigator.ready:
             request = NavigateToPose.Goal(pose=self._poses[self._index])
             self._navigator.send(request, self._on_outcome)
@@ -207,7 +196,7 @@ class WaypointFollowerNode(GoalNode):
     def _tick(self) -> None:
         self._check_cancelled()
         if self._server.goal is None:
-            self._memory.resume()
+            self.memory.resume()
             return
         if self._go_on_at is None:
             self._tell_waypoint()
@@ -226,7 +215,7 @@ class WaypointFollowerNode(GoalNode):
         if self._index == len(self._poses):
             if not self._loops_left:
                 self._server.succeed(self._result())
-                self._memory.forget()
+                self.memory.forget()
                 return
             self._loops_left -= 1
             self._index = 0
@@ -237,7 +226,7 @@ class WaypointFollowerNode(GoalNode):
         if self._server.cancel_requested:
             self._navigator.cancel()
             self._server.cancel(self._result())
-            self._memory.forget()
+            self.memory.forget()
 
     def _result(self, **fields: Any) -> Any:
         return _ACTIONS[self._kind].Result(missed_waypoints=self._missed, **fields)
@@ -245,4 +234,4 @@ class WaypointFollowerNode(GoalNode):
     def _fail(self, message: str) -> None:
         self.get_logger().error(f"{self._kind} failed: {message}")
         self._server.abort(self._result(error_code=_UNKNOWN, error_msg=message))
-        self._memory.forget()
+        self.memory.forget()
