@@ -40,14 +40,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--cmd-vel", default="cmd_vel", metavar="TOPIC", help="to drive by hand (%(default)s)"
     )
-    parser.add_argument(
-        "--package-path",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="folder of ROS packages with the robot's meshes; may be given again",
-    )
+    robot_options.add_package_path(parser, "the robot's meshes")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -35,14 +35,7 @@ def add_robot(parser: argparse.ArgumentParser, otherwise: str) -> None:
     parser.add_argument(
         "--robot", type=Path, metavar="FILE", help=f"its URDF, xacro or SDF ({otherwise})"
     )
-    parser.add_argument(
-        "--package-path",
-        type=_folder,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="folder of ROS packages for package:// and $(find ...); may be given again",
-    )
+    add_package_path(parser, "package:// and $(find ...)")
     parser.add_argument(
         "robot_arguments",
         nargs="*",
@@ -50,6 +43,18 @@ def add_robot(parser: argparse.ArgumentParser, otherwise: str) -> None:
         default=[],
         metavar="NAME:=VALUE",
         help="arguments of the robot's xacro file",
+    )
+
+
+def add_package_path(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add where a robot's packages are; `what` says what is looked for there."""
+    parser.add_argument(
+        "--package-path",
+        type=_folder,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help=f"folder of ROS packages for {what}; may be given again",
     )
 
 

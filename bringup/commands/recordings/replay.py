@@ -24,14 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="the picture's moment, from the recording's beginning [s] (its end)",
     )
-    parser.add_argument(
-        "--package-path",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="folder of ROS packages with the robot's meshes; may be given again",
-    )
+    robot_options.add_package_path(parser, "the robot's meshes")
 
 
 def run(arguments: argparse.Namespace) -> int:
