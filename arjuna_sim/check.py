@@ -21,7 +21,7 @@ from arjuna_sim.files.xml_file import read_bytes
 from arjuna_sim.model.footprint import footprint
 from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.notes import Note, NoteKind
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import SOLO, Robot
 from arjuna_sim.model.settings import (
     AltimeterSettings,
     BumperSettings,
@@ -101,7 +101,7 @@ def check(
     if guess is not None:
         raise InputFileError(path, "is a world: only of a robot the drive is guessed")
     world = load_world(path, search)
-    build_scene(load_robot(shipped_file("urdf/arjuna.urdf")), world, ServoConfig(), _TIMESTEP)
+    build_scene({}, world, ServoConfig(), _TIMESTEP)
     return Found((f"{path}: loads", *_world_lines(world)), world.notes)
 
 
@@ -128,9 +128,8 @@ def _check_robot(
     path: Path, search: SearchPath, arguments: Mapping[str, str], guess: Path | None
 ) -> Found:
     robot = load_robot(path, search, arguments)
-    scene = build_scene(
-        robot, load_world(shipped_file("worlds/empty.world")), ServoConfig(), _TIMESTEP
-    )
+    empty = load_world(shipped_file("worlds/empty.world"))
+    scene = build_scene({SOLO: robot}, empty, ServoConfig(), _TIMESTEP).robots[SOLO]
     lines = [f"{path}: loads", *_robot_lines(robot)]
     lines.append(f"  stands with '{robot.urdf.root}' {scene.ride_height:.4g} m above the ground")
     if math.isfinite(scene.steady):

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from arjuna_sim.model.notes import Note
-from arjuna_sim.model.settings import DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import DriveSettings, GazeboSettings, SensorSettings
 from arjuna_sim.model.urdf import Urdf
 
+_Sensor = TypeVar("_Sensor", bound=SensorSettings)
 ANCHOR = "world"
 """Name of a root link that is fixed to the world."""
+SOLO = ""
+"""Name on the stage of a robot that has it for its own."""
+_BELOW = "//"
 
 
 @dataclass(frozen=True)
@@ -46,4 +51,64 @@ class Robot:
     @property
     def anchored(self) -> bool:
         """Whether it is fixed to the world, as Gazebo fixes a robot whose root is `world`."""
-        return self.urdf.root == ANCHOR
+        return self.urdf.root.rpartition(_BELOW)[2] == ANCHOR
+
+    def below(self, name: str) -> Robot:
+        """Return the robot with its links, joints and sensors below a name, `SOLO` for as they are.
+
+        So several can share a stage; its topics and frames keep their names.
+        """
+        if name == SOLO:
+            return self
+        prefix = name + _BELOW
+        return replace(
+            self,
+            urdf=_urdf_below(prefix, self.urdf),
+            settings=_settings_below(prefix, self.settings),
+            drive=_drive_below(prefix, self.drive),
+        )
+
+
+def _urdf_below(prefix: str, urdf: Urdf) -> Urdf:
+    links = {
+        prefix + name: replace(link, name=prefix + link.name) for name, link in urdf.links.items()
+    }
+    joints = {
+        prefix + name: replace(
+            joint,
+            name=prefix + joint.name,
+            parent=prefix + joint.parent,
+            child=prefix + joint.child,
+            mimic=joint.mimic and replace(joint.mimic, joint=prefix + joint.mimic.joint),
+        )
+        for name, joint in urdf.joints.items()
+    }
+    return replace(urdf, root=prefix + urdf.root, links=links, joints=joints)
+
+
+def _settings_below(prefix: str, settings: GazeboSettings) -> GazeboSettings:
+    def sensor(one: _Sensor) -> _Sensor:
+        return replace(one, link=prefix + one.link, name=prefix + one.name)
+
+    return replace(
+        settings,
+        lidar=settings.lidar and sensor(settings.lidar),
+        camera=settings.camera and sensor(settings.camera),
+        imu=settings.imu and sensor(settings.imu),
+        further=tuple(sensor(one) for one in settings.further),
+        friction={prefix + link: value for link, value in settings.friction.items()},
+        colours={prefix + link: value for link, value in settings.colours.items()},
+    )
+
+
+def _drive_below(prefix: str, drive: DriveSettings) -> DriveSettings:
+    def below(joints: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(prefix + joint for joint in joints)
+
+    return replace(
+        drive,
+        left=below(drive.left),
+        right=below(drive.right),
+        steering=below(drive.steering),
+        free=below(drive.free),
+    )

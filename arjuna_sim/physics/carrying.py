@@ -15,7 +15,7 @@ _SIZES = {
 
 
 def carry_over(old: Any, old_data: Any, new: Any, data: Any) -> None:
-    """Copy the state of all joints and mocap bodies that both models have.
+    """Copy the state of all joints, motors and mocap bodies that both models have.
 
     Args:
         old: The `mujoco.MjModel` that was simulated.
@@ -37,7 +37,13 @@ def carry_over(old: Any, old_data: Any, new: Any, data: Any) -> None:
             to_id, of_id = new.body_mocapid[i], old.body_mocapid[j]
             data.mocap_pos[to_id] = old_data.mocap_pos[of_id]
             data.mocap_quat[to_id] = old_data.mocap_quat[of_id]
-    data.ctrl[:], data.act[:] = old_data.ctrl, old_data.act  # only robots have actuators
+    for i in range(new.nu):
+        name = new.actuator(i).name
+        j = mujoco.mj_name2id(old, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
+        if j >= 0:
+            data.ctrl[i] = old_data.ctrl[j]
+            if new.actuator_actadr[i] >= 0:
+                data.act[new.actuator_actadr[i]] = old_data.act[old.actuator_actadr[j]]
     data.time = old_data.time
 
 

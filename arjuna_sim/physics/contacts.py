@@ -12,17 +12,18 @@ _UPRIGHT = 0.7  # of a contact's normal: a robot stands on what is less steep th
 _SINKS = 0.02  # deeper than a robot that stands [m]
 
 
-def touched(scene: Scene, data: Any) -> tuple[str, ...]:
-    """Return the names of what the robot touches, sorted; never what it stands on.
+def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
+    """Return the names of what a robot touches, sorted; never what it stands on.
 
     Args:
         scene: The compiled model.
         data: The `mujoco.MjData`, whose contacts are up to date.
+        robot: Its name in the scene.
     """
     pairs = data.contact.geom
     if len(pairs) == 0:
         return ()
-    rows, side = np.nonzero(scene.is_robot[pairs])
+    rows, side = np.nonzero(scene.robots[robot].is_solid[pairs])
     others = pairs[rows, 1 - side]
     is_hit = scene.is_obstacle[others]
     if not is_hit.any():

@@ -1,4 +1,4 @@
-"""Where a robot can stand: on the ground below it, clear of the world's models."""
+"""Where a robot can stand: on the ground below it, clear of models and other robots."""
 
 from __future__ import annotations
 
@@ -28,14 +28,16 @@ _HIT = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np
 
 
 class Placer:
-    """Finds places for the robot of a stage.
+    """Finds places for a robot of a stage.
 
     Args:
         stage: Holds the world as it is now.
+        robot: The robot's name.
     """
 
-    def __init__(self, stage: Stage) -> None:
+    def __init__(self, stage: Stage, robot: str) -> None:
         self._stage = stage
+        self._robot = robot
 
     def place(self, pose: SE2) -> Pose3:
         """Return where the robot's root is when it stands at a pose, blocked or not."""
@@ -95,7 +97,8 @@ class Placer:
         along, across = (self._rise(pose, level, turn) for turn in (0.0, math.pi / 2))
         pitch = -math.atan(along)
         roll = math.atan(across * math.cos(pitch))
-        height = self._stage.scene.ride_height / (math.cos(pitch) * math.cos(roll))
+        upright = self._stage.scene.robots[self._robot].ride_height
+        height = upright / (math.cos(pitch) * math.cos(roll))
         return Pose3.from_rpy((pose.x, pose.y, level + height), (roll, pitch, pose.theta))
 
     def _rise(self, pose: SE2, level: float, turn: float) -> float:
@@ -145,10 +148,10 @@ class Placer:
 
     def _contacts_at(self, placed: Pose3) -> tuple[str, ...]:
         model, data = self._stage.scene.model, self._stage.data
-        positions, (at, _) = data.qpos.copy(), self._stage.scene.base
+        positions, (at, _) = data.qpos.copy(), self._stage.scene.robots[self._robot].base
         data.qpos[at : at + 7] = (*placed.position, *placed.quaternion)
         mujoco.mj_fwdPosition(model, data)
-        touched = self._stage.contacts()
+        touched = self._stage.contacts(self._robot)
         data.qpos[:] = positions
         mujoco.mj_fwdPosition(model, data)
         return touched

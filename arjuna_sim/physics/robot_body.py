@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -18,10 +19,15 @@ from arjuna_sim.physics.wheels.rollers import add_rollers
 from arjuna_sim.physics.wheels.servo import ServoConfig, add_servo, add_steering, armature
 from arjuna_sim.physics.wheels.tyres import add_tyre
 
-BODY_JOINT = "arjuna_free_joint"
-"""Name of the joint on which the robot moves."""
 _PASSIVE_DAMPING = 1e-3  # [N m s/rad] lets casters come to rest
+ROBOTS_MAX = 30
+"""Robots in one world: each takes one of 31 bits that say what touches what."""
 _ANCHOR_WEIGHT = 1e9  # [kg] inertia that no arm can move
+
+
+def free_joint(robot: Robot) -> str:
+    """Return the name of the joint on which a robot moves."""
+    return f"free:{robot.urdf.root}"
 
 
 def add_robot(spec: Any, robot: Robot, servo: ServoConfig, sag: float) -> None:
@@ -39,7 +45,7 @@ def add_robot(spec: Any, robot: Robot, servo: ServoConfig, sag: float) -> None:
         RobotError: A moving part has no mass.
     """
     body = spec.worldbody.add_body(name=f"body:{robot.urdf.root}")
-    joint = body.add_freejoint(name=BODY_JOINT)
+    joint = body.add_freejoint(name=free_joint(robot))
     if robot.anchored:
         joint.armature, joint.damping[0] = _ANCHOR_WEIGHT, _ANCHOR_WEIGHT
     _fill_body(spec, body, robot, robot.urdf.root, servo)
@@ -51,6 +57,25 @@ def add_robot(spec: Any, robot: Robot, servo: ServoConfig, sag: float) -> None:
         add_steering(spec, name)
     for follower in robot.urdf.joints.values():
         _add_mimic(spec, follower)
+
+
+def let_meet(spec: Any, robots: Sequence[Robot]) -> None:
+    """Let robots that were added touch each other, and none itself.
+
+    MuJoCo lets shapes touch where a bit of the one's type is in the other's affinity. The lowest
+    bit is the world's type; each robot has one of its own.
+
+    Raises:
+        RobotError: They are more than there are bits.
+    """
+    if len(robots) > ROBOTS_MAX:
+        problem = f"is robot {ROBOTS_MAX + 1}; at most {ROBOTS_MAX} can be in one world"
+        raise RobotError(robots[ROBOTS_MAX].urdf.path, problem)
+    every = sum(2 << i for i in range(len(robots)))
+    for i, robot in enumerate(robots if len(robots) > 1 else ()):
+        for geom in spec.body(f"body:{robot.urdf.root}").find_all("geom"):
+            if geom.group == Group.ROBOT_COLLISION.value:
+                geom.contype, geom.conaffinity = 2 << i, 1 | (every & ~(2 << i))
 
 
 def add_mounts(spec: Any, robot: Robot) -> None:

@@ -1,17 +1,16 @@
-"""The robot on the stage: where it stands, how its joints are, and what its wheels are told."""
+"""A robot on the stage: where it stands, how its joints are, and what its wheels are told."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.physics.scene import Scene
+from arjuna_sim.physics.scene import RobotInScene
 from arjuna_sim.physics.stage import Stage
 
 
@@ -48,20 +47,22 @@ class Truth:
 
 
 class RobotMotion:
-    """Reads and moves the robot of a stage, whatever model the stage holds at the time.
+    """Reads and moves a robot of a stage, whatever model the stage holds at the time.
 
     Args:
         stage: The stage.
+        robot: The robot's name.
         joints: Names of the robot's moving joints, in the URDF's order.
     """
 
-    def __init__(self, stage: Stage, joints: tuple[str, ...]) -> None:
+    def __init__(self, stage: Stage, robot: str, joints: tuple[str, ...]) -> None:
         self._stage = stage
+        self._robot = robot
         self._joints = joints
 
     @property
-    def _scene(self) -> Scene:
-        return self._stage.scene
+    def _found(self) -> RobotInScene:
+        return self._stage.scene.robots[self._robot]
 
     @property
     def _data(self) -> Any:
@@ -69,13 +70,14 @@ class RobotMotion:
 
     def put(self, place: Pose3) -> None:
         """Put the robot's root somewhere, with all joints at rest."""
-        at, _ = self._scene.base
+        found = self._found
+        at, _ = found.base
         self._data.qpos[at : at + 3] = place.position
         self._data.qpos[at + 3 : at + 7] = place.quaternion
-        self._data.qvel[: self._scene.rates] = 0.0
-        self._data.qacc_warmstart[: self._scene.rates] = 0.0
-        self._scene.servos.rest(self._data)
-        self.refresh()
+        self._data.qvel[found.rates] = 0.0
+        self._data.qacc_warmstart[found.rates] = 0.0
+        found.servos.rest(self._data)
+        self._stage.settle()
 
     def turn_wheels(self, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
         """Tell the wheels' joints how fast to turn [rad/s], and the steering where to stand [rad].
@@ -84,33 +86,27 @@ class RobotMotion:
             speeds: In the order of `DriveSettings.wheels`, `(W,) float64`.
             angles: In the order of `DriveSettings.steering`, `(S,) float64`.
         """
-        self._scene.servos.turn(self._data, speeds, angles)
-
-    def refresh(self) -> None:
-        """Bring places and velocities up to the joints' state."""
-        mujoco.mj_kinematics(self._scene.model, self._data)
-        mujoco.mj_comPos(self._scene.model, self._data)
-        mujoco.mj_comVel(self._scene.model, self._data)
+        self._found.servos.turn(self._data, speeds, angles)
 
     def wheel_angles(self) -> NDArray[np.float64]:
         """Return how far the wheels' joints have turned, `(W,) float64` [rad]."""
-        angles: NDArray[np.float64] = self._data.qpos[self._scene.servos.position]
+        angles: NDArray[np.float64] = self._data.qpos[self._found.servos.position]
         return angles
 
     def steering_angles(self) -> NDArray[np.float64]:
         """Return where the steering joints stand, `(S,) float64` [rad]."""
-        angles: NDArray[np.float64] = self._data.qpos[self._scene.servos.steering]
+        angles: NDArray[np.float64] = self._data.qpos[self._found.servos.steering]
         return angles
 
     def joint_states(self) -> JointStates:
         """Return the moving joints' positions and velocities."""
-        scene, data = self._scene, self._data
-        positions, velocities = data.qpos[scene.joint_position], data.qvel[scene.joint_velocity]
+        found, data = self._found, self._data
+        positions, velocities = data.qpos[found.joint_position], data.qvel[found.joint_velocity]
         return JointStates(self._joints, positions, velocities)
 
     def truth(self) -> Truth:
         """Return where the robot is and how it moves."""
-        at, rate = self._scene.base
+        at, rate = self._found.base
         x, y, z, *quaternion = self._data.qpos[at : at + 7].tolist()
         pose = Pose3((x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))
         roll, pitch, yaw = pose.rpy()

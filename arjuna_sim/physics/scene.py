@@ -1,7 +1,8 @@
-"""Robot and world compiled into one MuJoCo model, and where to find things in it."""
+"""Robots and world compiled into one MuJoCo model, and where to find things in it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,15 +18,43 @@ from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity
-from arjuna_sim.physics.robot_body import BODY_JOINT, add_mounts, add_robot
+from arjuna_sim.physics.robot_body import add_mounts, add_robot, free_joint, let_meet
 from arjuna_sim.physics.sleeping import let_sleep
+from arjuna_sim.physics.wheels.grip import rank_friction
 from arjuna_sim.physics.wheels.rollers import roller_addresses
 from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, tune_servos
-from arjuna_sim.physics.wheels.tyres import STICTION, sag_of, tune_tyres
+from arjuna_sim.physics.wheels.tyres import STICTION, Standing, sag_of, tune_tyres
 from arjuna_sim.physics.world_geoms import add_world
 
 _SOLVER_TOLERANCE = 1e-6
 _ARENA = (64_000_000, 1_000_000_000)  # least and most memory for contacts [bytes]
+
+
+@dataclass(frozen=True)
+class RobotInScene:
+    """Where to find a robot in a compiled model.
+
+    Attributes:
+        base: Address of its root in qpos (7 values) and qvel (6 values).
+        rates: Which values of qvel are its own.
+        joint_position: Addresses of the moving joints in qpos, in the robot's order.
+        joint_velocity: Addresses of the moving joints in qvel, in the robot's order.
+        rollers: Addresses in qpos of what the rollers of wheels have turned.
+        is_solid: For each geom whether it is a collision shape of the robot, `(G,) bool`.
+        ride_height: Height of its root above the ground when it stands [m].
+        steady: Greatest acceleration at which it stands on all its feet and grips [m/s^2].
+        servos: The wheels' motors.
+    """
+
+    base: tuple[int, int]
+    rates: slice
+    joint_position: NDArray[np.int64]
+    joint_velocity: NDArray[np.int64]
+    rollers: NDArray[np.int64]
+    is_solid: NDArray[np.bool_]
+    ride_height: float
+    steady: float
+    servos: Servos
 
 
 @dataclass(frozen=True)
@@ -34,76 +63,80 @@ class Scene:
 
     Attributes:
         model: The `mujoco.MjModel`.
-        base: Address of the robot's root in qpos (7 values) and qvel (6 values).
-        rates: How many values of qvel are the robot's; they are the first.
-        joint_position: Addresses of the moving joints in qpos, in the robot's order.
-        joint_velocity: Addresses of the moving joints in qvel, in the robot's order.
-        rollers: Addresses in qpos of what the rollers of wheels have turned.
-        names: For each geom the model it belongs to, "" for the robot and the ground.
+        robots: Its robots by name.
+        names: For each geom the model or the robot it belongs to, "" for the ground.
         is_obstacle: For each geom whether it has such a name, `(G,) bool`.
-        is_robot: For each geom whether it is a collision shape of the robot, `(G,) bool`.
-        ride_height: Height of the robot's root above the ground when it stands [m].
-        steady: Greatest acceleration at which it stands on all its feet and grips [m/s^2].
-        servos: The wheels' motors.
+        rollers: Addresses in qpos of what the rollers of all wheels have turned.
     """
 
     model: Any
-    base: tuple[int, int]
-    rates: int
-    joint_position: NDArray[np.int64]
-    joint_velocity: NDArray[np.int64]
-    rollers: NDArray[np.int64]
+    robots: dict[str, RobotInScene]
     names: tuple[str, ...]
     is_obstacle: NDArray[np.bool_]
-    is_robot: NDArray[np.bool_]
-    ride_height: float
-    steady: float
-    servos: Servos
+    rollers: NDArray[np.int64]
 
 
 def build_scene(
-    robot: Robot,
+    robots: Mapping[str, Robot],
     world: World,
     servo: ServoConfig,
     timestep: float,
     entities: tuple[Entity, ...] = (),
 ) -> Scene:
-    """Compile a robot in a world.
+    """Compile robots in a world, each at the origin.
 
     Args:
-        robot: The robot.
+        robots: The robots by name; links, joints and sensors of no two have the same name.
         world: The world.
         servo: How the wheels are driven.
         timestep: Of the physics [s].
         entities: What moves by itself, was moved or was spawned.
 
     Raises:
-        RobotError: MuJoCo refuses the robot, with its reason.
+        RobotError: MuJoCo refuses a robot, with its reason, or there are too many.
         WorldError: It refuses the world.
     """
     spec = mujoco.MjSpec()
     _set_physics(spec, timestep)
     spec.option.gravity = world.gravity
     models = add_world(spec, world)
-    sag = sag_of(robot, timestep)
-    add_robot(spec, robot, servo, sag)
-    add_mounts(spec, robot)
-    for sensor in robot.settings.sensors:
-        if isinstance(sensor, CameraSettings):
-            add_camera(spec, sensor)
+    for robot in robots.values():
+        add_robot(spec, robot, servo, sag_of(robot, timestep))
+        add_mounts(spec, robot)
+        for sensor in robot.settings.sensors:
+            if isinstance(sensor, CameraSettings):
+                add_camera(spec, sensor)
+    let_meet(spec, tuple(robots.values()))
     owners = [entity.name for entity in entities for _ in range(add_entity(spec, entity))]
     moving = {entity.name for entity in entities if entity.mass > 0.0}
     spec.memory = _memory(sum(owner in moving for owner in owners))
+    model = _compiled(spec, robots, world)
+    let_sleep(model, [_root(model, robot) for robot in robots.values()])
+    return _scene(model, _tuned(model, robots, servo, timestep), models, owners)
+
+
+def _compiled(spec: Any, robots: Mapping[str, Robot], world: World) -> Any:
     try:
-        model = spec.compile()
+        return spec.compile()
     except ValueError as error:
         reason = f"cannot be simulated: {' '.join(str(error).split())}"
-        if _is_sound(world):
-            raise RobotError(robot.urdf.path, reason) from error
+        if robots and _is_sound(world):
+            raise RobotError(list(robots.values())[-1].urdf.path, reason) from error
         raise WorldError(world.path, reason) from error
-    let_sleep(model, f"body:{robot.urdf.root}")
-    standing = tune_tyres(model, robot, sag)
-    return _index(model, robot, models, owners, tune_servos(model, robot, servo), standing)
+
+
+def _tuned(
+    model: Any, robots: Mapping[str, Robot], servo: ServoConfig, timestep: float
+) -> dict[str, RobotInScene]:
+    """Set robots' contacts and motors, and find the robots."""
+    standing = {
+        name: tune_tyres(model, robot, sag_of(robot, timestep)) for name, robot in robots.items()
+    }
+    rank_friction(model, sorted(tyre for each in standing.values() for tyre in each.tyres))
+    return {
+        name: _found(model, robot, tune_servos(model, robot, servo), standing[name])
+        for name, robot in robots.items()
+    }
 
 
 def _memory(geoms: int) -> int:
@@ -145,32 +178,46 @@ def _set_physics(spec: Any, timestep: float) -> None:
     spec.compiler.degree = False
 
 
-def _index(
-    model: Any,
-    robot: Robot,
-    models: list[str],
-    owners: list[str],
-    servos: Servos,
-    standing: tuple[float, float],
-) -> Scene:
-    """Find things; geoms are in the order of their bodies: the world, the robot, the entities."""
+def _root(model: Any, robot: Robot) -> int:
+    return int(model.body(f"body:{robot.urdf.root}").id)
+
+
+def _found(model: Any, robot: Robot, servos: Servos, standing: Standing) -> RobotInScene:
+    """Find a robot's parts."""
 
     def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
         return np.array([model.joint(name).qposadr[0] for name in names], np.int64)
 
-    moving = robot.moving_joints
-    base = model.joint(BODY_JOINT)
-    names = [*models, *[""] * (model.ngeom - len(models) - len(owners)), *owners]
-    return Scene(
-        model,
+    moving, root = robot.moving_joints, _root(model, robot)
+    base = model.joint(free_joint(robot))
+    rates = np.flatnonzero(model.body_rootid[model.dof_bodyid] == root)
+    is_own = model.body_rootid[model.geom_bodyid] == root
+    return RobotInScene(
         (int(base.qposadr[0]), int(base.dofadr[0])),
-        int(np.isin(model.body_rootid[model.dof_bodyid], base.bodyid).sum()),
+        slice(int(rates[0]), int(rates[-1]) + 1),
         positions(moving),
         np.array([model.joint(name).dofadr[0] for name in moving], np.int64),
         roller_addresses(model, robot),
+        is_own & (model.geom_group == Group.ROBOT_COLLISION.value),
+        standing.ride_height,
+        standing.steady,
+        servos,
+    )
+
+
+def _scene(
+    model: Any, robots: dict[str, RobotInScene], models: list[str], owners: list[str]
+) -> Scene:
+    """Name geoms; they are in the order of their bodies: the world, the robots, the entities."""
+    names = [*models, *[""] * (model.ngeom - len(models) - len(owners)), *owners]
+    for name, robot in robots.items():
+        for geom in np.flatnonzero(robot.is_solid).tolist():
+            names[geom] = name
+    rollers = [robot.rollers for robot in robots.values()]
+    return Scene(
+        model,
+        robots,
         tuple(names),
         np.array([name != "" for name in names]),
-        model.geom_group == Group.ROBOT_COLLISION.value,
-        *standing,
-        servos,
+        np.concatenate([np.zeros(0, np.int64), *rollers]),
     )

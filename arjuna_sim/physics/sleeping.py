@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import mujoco
@@ -10,11 +11,12 @@ import numpy as np
 _SIZES = {0: 7, 1: 4}  # of a free joint and a ball in qpos; others have one value
 
 
-def let_sleep(model: Any, robot: str) -> None:
-    """Let all that moves sleep but the robot, whose root's body is named."""
+def let_sleep(model: Any, robots: Iterable[int]) -> None:
+    """Let all that moves sleep but robots, of which the roots' bodies are given."""
     model.tree_sleep_policy[:] = int(mujoco.mjtSleepPolicy.mjSLEEP_ALLOWED)
-    tree = model.body_treeid[model.body(robot).id]
-    model.tree_sleep_policy[tree] = int(mujoco.mjtSleepPolicy.mjSLEEP_NEVER)
+    for root in robots:
+        tree = model.body_treeid[root]
+        model.tree_sleep_policy[tree] = int(mujoco.mjtSleepPolicy.mjSLEEP_NEVER)
 
 
 class Stepper:

@@ -1,16 +1,15 @@
-"""The stage: robot, world and entities as one MuJoCo model, which may change as time goes on."""
+"""The stage: robots, world and entities as one MuJoCo model, which may change as time goes on."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from arjuna_core.errors import nearest
+from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import (
     Entity,
@@ -25,7 +24,7 @@ from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.carrying import carry_over
 from arjuna_sim.physics.contacts import touched
-from arjuna_sim.physics.entity_body import addresses_of, swinging
+from arjuna_sim.physics.entity_body import addresses_of, motion_of
 from arjuna_sim.physics.scene import Scene, build_scene
 from arjuna_sim.physics.sleeping import Stepper
 from arjuna_sim.physics.walkers import Walkers
@@ -39,23 +38,26 @@ class Stage:
     then compiled anew, as for a spawn, and every joint goes on as it was.
 
     Args:
-        robot: The robot.
+        robots: The robots by name; links, joints and sensors of no two have the same name.
         world: The world.
-        servo: How the robot's wheels are driven.
+        servo: How the robots' wheels are driven.
         timestep: Of the physics [s].
 
     Attributes:
         world: The world as it was read.
+        robots: The robots by name.
         scene: The compiled model and where to find things in it.
         data: The `mujoco.MjData`.
         on_rebuild: Called when `scene` and `data` were replaced.
 
     Raises:
-        RobotError: MuJoCo refuses the robot or the world.
+        RobotError: MuJoCo refuses a robot or the world.
     """
 
-    def __init__(self, robot: Robot, world: World, servo: ServoConfig, timestep: float) -> None:
-        self._robot = robot
+    def __init__(
+        self, robots: Mapping[str, Robot], world: World, servo: ServoConfig, timestep: float
+    ) -> None:
+        self.robots = dict(robots)
         self._servo = servo
         self._timestep = timestep
         self.on_rebuild: Callable[[], None] = lambda: None
@@ -73,7 +75,7 @@ class Stage:
         return self._steps * self._timestep
 
     def load(self, world: World) -> None:
-        """Replace the world and all entities; the robot is at the origin.
+        """Replace the world and all entities; the robots are at the origin.
 
         Raises:
             RobotError: MuJoCo refuses the world; nothing has changed.
@@ -107,7 +109,7 @@ class Stage:
         """Put an entity of a new name into the world; its trajectory begins now.
 
         Raises:
-            PlaceTakenError: It would stand in the robot; nothing has changed.
+            PlaceTakenError: It would stand in a robot; nothing has changed.
             RobotError: MuJoCo refuses it; nothing has changed.
         """
         if entity.trajectory is not None:
@@ -132,7 +134,7 @@ class Stage:
 
         Raises:
             UnknownEntityError: There is none of this name.
-            PlaceTakenError: It would stand in the robot; nothing has changed.
+            PlaceTakenError: It would stand in a robot; nothing has changed.
         """
         entity = self.entity(name)
         if entity.hinge is not None:  # its hinge goes with it
@@ -144,11 +146,12 @@ class Stage:
             self._change(entities, taken)
         before = self.motion(name).pose
         self._put(entity, pose)
-        if self._touches_robot(entity):
+        robot = self._touched_robot(entity)
+        if robot is not None:
             self._put(entity, before)
-            self._settle()
-            raise PlaceTakenError(f"'{name}' would stand in the robot there")
-        self._settle()
+            self.settle()
+            raise _stands_in(entity, robot)
+        self.settle()
 
     def motion(self, name: str) -> EntityMotion:
         """Return where an entity is and how it moves.
@@ -159,18 +162,11 @@ class Stage:
         entity = self.entity(name)
         if name not in self._entities:
             return EntityMotion(entity.start)
-        mocap, at, rate = self._handles[name]
-        if mocap >= 0:
-            pose = _pose(self.data.mocap_pos[mocap], self.data.mocap_quat[mocap])
-            if entity.trajectory is None:
-                return EntityMotion(pose)
-            vx, vy, w = entity.trajectory.velocity(self._on_the_way(name))
-            return EntityMotion(pose, (vx, vy, 0.0), (0.0, 0.0, w))
-        if entity.hinge is not None:
-            return swinging(self.scene.model, self.data, entity)
-        pose = _pose(self.data.qpos[at : at + 3], self.data.qpos[at + 3 : at + 7])
-        linear, spin = self.data.qvel[rate : rate + 3], self.data.qvel[rate + 3 : rate + 6]
-        return EntityMotion(pose, _triple(linear), _triple(pose.rotation() @ spin))
+        found = motion_of(self.scene.model, self.data, entity, self._handles[name])
+        if entity.trajectory is None:
+            return found
+        vx, vy, w = entity.trajectory.velocity(self._on_the_way(name))
+        return EntityMotion(found.pose, (vx, vy, 0.0), (0.0, 0.0, w))
 
     def clear_spawned(self) -> None:
         """Take out all that was spawned."""
@@ -214,9 +210,22 @@ class Stage:
             began = np.array([self._began.get(name, 0) for name in self._walking])
             self._walkers.put(self.data, (self._steps - began) * self._timestep)
 
-    def contacts(self) -> tuple[str, ...]:
-        """Return the names of what the robot touches, sorted; never what it stands on."""
-        return touched(self.scene, self.data)
+    def contacts(self, robot: str) -> tuple[str, ...]:
+        """Return the names of what a robot touches, sorted; never what it stands on."""
+        return touched(self.scene, self.data, robot)
+
+    def man(self, robots: Mapping[str, Robot]) -> None:
+        """Go on with other robots: those that stay go on as they were, new ones are at the origin.
+
+        Raises:
+            RobotError: MuJoCo refuses one; nothing has changed.
+        """
+        before, self.robots = self.robots, dict(robots)
+        try:
+            self._change(self._entities, self._taken)
+        except ArjunaError:
+            self.robots = before
+            raise
 
     def _compile(
         self, world: World, entities: dict[str, Entity], taken: frozenset[str]
@@ -224,22 +233,23 @@ class Stage:
         bodies = tuple(body for body in world.bodies if body.model not in taken)
         rest = dataclasses.replace(world, bodies=bodies)
         scene = build_scene(
-            self._robot, rest, self._servo, self._timestep, tuple(entities.values())
+            self.robots, rest, self._servo, self._timestep, tuple(entities.values())
         )
         return scene, mujoco.MjData(scene.model)
 
     def _change(
         self, entities: dict[str, Entity], taken: frozenset[str], new: Entity | None = None
     ) -> None:
-        """Compile anew and carry the state over; refuse what is new where the robot is."""
+        """Compile anew and carry the state over; refuse what is new where a robot is."""
         scene, data = self._compile(self.world, entities, taken)
         carry_over(self.scene.model, self.data, scene.model, data)
         before = (self.world, self._entities, self._taken, self.scene, self.data)
         self._install(self.world, entities, taken, scene, data)
-        if new is not None and self._touches_robot(new):
+        robot = None if new is None else self._touched_robot(new)
+        if new is not None and robot is not None:
             self._install(*before)
-            raise PlaceTakenError(f"'{new.name}' would stand in the robot there")
-        self._settle()
+            raise _stands_in(new, robot)
+        self.settle()
         self.on_rebuild()
 
     def _install(
@@ -271,22 +281,18 @@ class Stage:
             self.data.qvel[rate : rate + 6] = 0.0
             self.data.qacc_warmstart[rate : rate + 6] = 0.0
 
-    def _touches_robot(self, entity: Entity) -> bool:
+    def _touched_robot(self, entity: Entity) -> str | None:
+        """Return the name of a robot that an entity touches, None for none."""
         mujoco.mj_fwdPosition(self.scene.model, self.data)
-        return entity.name in self.contacts()
+        return next((name for name in self.robots if entity.name in self.contacts(name)), None)
 
-    def _settle(self) -> None:
+    def settle(self) -> None:
         """Bring places and velocities up to the state."""
         mujoco.mj_kinematics(self.scene.model, self.data)
         mujoco.mj_comPos(self.scene.model, self.data)
         mujoco.mj_comVel(self.scene.model, self.data)
 
 
-def _pose(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose3:
-    w, x, y, z = (float(value) for value in quaternion)
-    return Pose3(_triple(position), (w, x, y, z))
-
-
-def _triple(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return x, y, z
+def _stands_in(entity: Entity, robot: str) -> PlaceTakenError:
+    whom = f"robot '{robot}'" if robot else "the robot"
+    return PlaceTakenError(f"'{entity.name}' would stand in {whom} there")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ def name_friction(geom: Any, friction: float) -> None:
     geom.friction[0], geom.priority = friction, 1
 
 
-def rank_friction(model: Any, wheels: list[int]) -> None:
+def rank_friction(model: Any, wheels: Sequence[int]) -> None:
     """Let the lower friction hold wherever two named ones meet, and a named one over none.
 
     MuJoCo takes friction, stiffness and damping of the geom of the higher priority. So the ground
@@ -29,6 +30,6 @@ def rank_friction(model: Any, wheels: list[int]) -> None:
     if not wheels:
         return
     grounds = named[model.geom_bodyid[named] == 0]
-    grounds = grounds[model.geom_priority[grounds] > model.geom_priority[wheels].min()]
+    grounds = grounds[model.geom_priority[grounds] > model.geom_priority[list(wheels)].min()]
     model.geom_solref[grounds] = model.geom_solref[wheels[0]]
     model.geom_solimp[grounds] = model.geom_solimp[wheels[0]]

@@ -57,6 +57,9 @@ class Servos:
         response_time: In which wheels follow: by so much they may be late without making up [s].
         reach: How far it may run ahead until the torque is at its limit [rad].
         steering: Addresses of the steering joints in qpos.
+        motors: Which of all motors turn the wheels.
+        steerers: Which of them steer.
+        sums: Where MuJoCo keeps the wheels' wanted angles.
     """
 
     position: NDArray[np.int64]
@@ -65,6 +68,9 @@ class Servos:
     response_time: float
     reach: NDArray[np.float64]
     steering: NDArray[np.int64]
+    motors: slice
+    steerers: slice
+    sums: slice
 
     def turn(self, data: Any, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
         """Tell the wheels how fast to turn [rad/s], and the steering where to stand [rad].
@@ -74,18 +80,18 @@ class Servos:
         """
         angle = data.qpos[self.position]
         room = self.reach - self.lead * np.abs(speeds - data.qvel[self.velocity])
-        count = len(speeds)
-        behind = data.act - self.lead * data.ctrl[:count] - angle
-        behind -= self.response_time * (speeds - data.ctrl[:count])
+        told = data.ctrl[self.motors]
+        behind = data.act[self.sums] - self.lead * told - angle
+        behind -= self.response_time * (speeds - told)
         behind = np.clip(behind, -np.maximum(room, 0.0), np.maximum(room, 0.0))
-        data.act[:] = angle + behind + self.lead * speeds
-        data.ctrl[:count], data.ctrl[count:] = speeds, angles
+        data.act[self.sums] = angle + behind + self.lead * speeds
+        data.ctrl[self.motors], data.ctrl[self.steerers] = speeds, angles
 
     def rest(self, data: Any) -> None:
         """Tell the wheels, which stand, to stay where they are."""
-        data.act[:] = data.qpos[self.position]
-        data.ctrl[:] = 0.0
-        data.ctrl[len(self.position) :] = data.qpos[self.steering]
+        data.act[self.sums] = data.qpos[self.position]
+        data.ctrl[self.motors] = 0.0
+        data.ctrl[self.steerers] = data.qpos[self.steering]
 
 
 def armature(robot: Robot, config: ServoConfig, timestep: float) -> float:
@@ -133,20 +139,30 @@ def tune_servos(model: Any, robot: Robot, config: ServoConfig) -> Servos:
     velocity = np.array([joint.dofadr[0] for joint in joints], np.int64)
     damping = (model.dof_M0[velocity] + _share(robot)) / config.response_time
     stiffness = damping / config.integral_time
-    count = len(names)
-    model.actuator_gainprm[:count, 0] = stiffness
-    model.actuator_biasprm[:count, 1], model.actuator_biasprm[:count, 2] = -stiffness, -damping
+    motors, steerers = _actuators(model, names), _actuators(model, robot.drive.steering)
+    model.actuator_gainprm[motors, 0] = stiffness
+    model.actuator_biasprm[motors, 1], model.actuator_biasprm[motors, 2] = -stiffness, -damping
     steering = [model.joint(name) for name in robot.drive.steering]
     moved = model.dof_M0[[joint.dofadr[0] for joint in steering]]
     moved = moved + robot.urdf.mass * robot.drive.radius**2 / max(1, len(steering))
-    model.actuator_gainprm[count:, 0] = moved / _STEERING_TIME**2
-    model.actuator_biasprm[count:, 1] = -moved / _STEERING_TIME**2
-    model.actuator_biasprm[count:, 2] = -2.0 * moved / _STEERING_TIME
+    model.actuator_gainprm[steerers, 0] = moved / _STEERING_TIME**2
+    model.actuator_biasprm[steerers, 1] = -moved / _STEERING_TIME**2
+    model.actuator_biasprm[steerers, 2] = -2.0 * moved / _STEERING_TIME
+    first = int(model.actuator_actadr[motors.start]) if names else 0
     return Servos(
         np.array([joint.qposadr[0] for joint in joints], np.int64),
         velocity,
-        np.full(count, config.integral_time),
+        np.full(len(names), config.integral_time),
         config.response_time,
         robot.drive.torque / stiffness,
         np.array([joint.qposadr[0] for joint in steering], np.int64),
+        motors,
+        steerers,
+        slice(first, first + len(names)),
     )
+
+
+def _actuators(model: Any, joints: tuple[str, ...]) -> slice:
+    """Return which of all motors are those of joints, which were added one after the other."""
+    first = int(model.actuator(joints[0]).id) if joints else 0
+    return slice(first, first + len(joints))

@@ -13,6 +13,7 @@ one ratio of damping to regularization. Three things are wanted of a tyre:
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -23,7 +24,7 @@ from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.wheels import center, radius_of, width_of
 from arjuna_sim.physics.wheels.footing import Feet, Weight, steady_acceleration
-from arjuna_sim.physics.wheels.grip import name_friction, rank_friction
+from arjuna_sim.physics.wheels.grip import name_friction
 
 STICTION = 1e6
 """Damping along the ground, by the normal damping (MuJoCo's `impratio`)."""
@@ -39,6 +40,21 @@ _LEVEL = 0.1  # greatest part of a roller's axis along z
 _FLAT = 1e-3  # of a mesh's underside [m]
 _TOUCHES = 0.008  # how far off the ground a caster may be [m]
 _LEAST, _MOST = 1e-4, 0.9999  # of MuJoCo's impedance
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a robot stands.
+
+    Attributes:
+        ride_height: Height of its root above the ground [m].
+        steady: Greatest acceleration at which it stands on all its feet and grips [m/s^2].
+        tyres: Its tyres' geoms, rising.
+    """
+
+    ride_height: float
+    steady: float
+    tyres: tuple[int, ...]
 
 
 def sag_of(robot: Robot, timestep: float) -> float:
@@ -74,22 +90,18 @@ def add_tyre(body: Any, robot: Robot, joint: str, sag: float) -> None:
         name_friction(geom, robot.settings.friction.get(link, geom.friction[0]))
 
 
-def tune_tyres(model: Any, robot: Robot, sag: float) -> tuple[float, float]:
+def tune_tyres(model: Any, robot: Robot, sag: float) -> Standing:
     """Set how stiff and how damped the robot's contacts with the ground are.
 
     Args:
         model: The compiled `mujoco.MjModel`, which is changed.
         robot: The robot.
         sag: Of a tyre under its load [m].
-
-    Returns:
-        The height of the root above the ground when the robot stands [m], and the greatest
-        acceleration at which it stands on all its feet and grips [m/s^2].
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
-    lowest = _lowest_points(model, data)
+    lowest = _lowest_points(model, data, int(model.body(f"body:{robot.urdf.root}").id))
     bodies = _bodies(model, robot, robot.rolling_joints)
     round_ones = model.geom_type == mujoco.mjtGeom.mjGEOM_ELLIPSOID
     wheels = {g for g in lowest if round_ones[g] and model.geom_bodyid[g] in bodies}
@@ -103,14 +115,14 @@ def tune_tyres(model: Any, robot: Robot, sag: float) -> tuple[float, float]:
         _crown(model, data, geom)
         rubbing = max(float(model.geom_friction[geom, 0]), 1e-3)
         _set_contact(model, geom, load, sag, min(_CASTER_DAMPING, _RUB / rubbing))
-    rank_friction(model, sorted(wheels))
     sunk = [low + sag * (geom in wheels) for geom, low in lowest.items()]
     geoms = sorted(wheels) + sorted(casters)
     gaps = [(lowest[geom] - ground) / sag for geom in geoms]
     driven = _bodies(model, robot, robot.wheel_joints)
     feet = _feet(model, data, geoms, gaps, (driven, bodies - driven))
     weight = _weight(model, data, robot, ground)
-    return -min(sunk, default=0.0), steady_acceleration(feet, weight)
+    steady = steady_acceleration(feet, weight)
+    return Standing(-min(sunk, default=0.0), steady, tuple(sorted(wheels)))
 
 
 def _crown(model: Any, data: Any, geom: int) -> None:
@@ -175,9 +187,10 @@ def _set_contact(model: Any, geom: int, load: float, sag: float, share: float) -
     model.geom_solref[geom] = (-k * impedance, -b * impedance)
 
 
-def _lowest_points(model: Any, data: Any) -> dict[int, float]:
-    """Return how low each collision shape of the robot reaches from its root [m]."""
-    geoms = np.flatnonzero(model.geom_group == Group.ROBOT_COLLISION.value).tolist()
+def _lowest_points(model: Any, data: Any, root: int) -> dict[int, float]:
+    """Return how low each collision shape of the robot reaches from its root, a body [m]."""
+    own = model.body_rootid[model.geom_bodyid] == root
+    geoms = np.flatnonzero(own & (model.geom_group == Group.ROBOT_COLLISION.value)).tolist()
     return {
         geom: float(data.geom_xpos[geom][2]) + _lowest(model, geom, data.geom_xmat[geom][6:9])
         for geom in geoms

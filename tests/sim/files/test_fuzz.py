@@ -19,6 +19,7 @@ from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.robot import SOLO
 from arjuna_sim.physics.scene import build_scene
 from arjuna_sim.physics.wheels.servo import ServoConfig
 from tests.helpers.fuzz.mutations import MUTATIONS
@@ -36,7 +37,7 @@ def _load(path: Path) -> str:
         robot, world = load_robot(path, NOWHERE), load_world(EMPTY, NOWHERE)
     else:
         robot, world = load_robot(ROBOT, NOWHERE), load_world(path, NOWHERE)
-    build_scene(robot, world, ServoConfig(), 0.004)
+    build_scene({SOLO: robot}, world, ServoConfig(), 0.004)
     return "; ".join(note.text for note in world.notes if note.kind is NoteKind.BROKEN)
 
 

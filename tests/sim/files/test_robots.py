@@ -13,7 +13,7 @@ from arjuna_core.errors import RobotError
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import SOLO, Robot
 from tests.sim.builders import run, simulator, texts
 
 INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
@@ -85,7 +85,7 @@ def test_mimic_joint_follows(tmp_path: Path) -> None:
     mimic = limits + '<mimic joint="tool_joint" multiplier="-0.5" offset="0.1"/>'
     both = _joint("revolute", limits) + _joint("revolute", mimic, "other")
     sim = simulator(robot=_robot(tmp_path, FOUR + both))
-    sim.stage.data.qvel[sim.stage.scene.joint_velocity[-2]] = 0.5
+    sim.stage.data.qvel[sim.stage.scene.robots[SOLO].joint_velocity[-2]] = 0.5
     last = run(sim, 1.0)
     first, second = last.joints.positions[-2:]
     assert abs(first) > 0.1
@@ -178,7 +178,7 @@ def test_robot_whose_root_is_the_world_stays_there(tmp_path: Path) -> None:
 <child link="base"/></joint>{_joint("revolute", '<limit lower="-3" upper="3"/>')}"""
     sim = simulator(robot=_robot(tmp_path, arm))
     assert sim.robot.anchored
-    sim.stage.data.qvel[sim.stage.scene.joint_velocity[0]] = 2.0
+    sim.stage.data.qvel[sim.stage.scene.robots[SOLO].joint_velocity[0]] = 2.0
     last = run(sim, 2.0)
     assert last.truth.pose.distance(sim.spawn) < 1e-5
     assert abs(last.joints.positions[0]) > 0.1

@@ -15,6 +15,7 @@ from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import GROUND, World
 from tests.sim.builders import run, simulator, texts
 from tests.sim.world_cases import WorldMaker, write_stl
@@ -224,7 +225,7 @@ def test_shapes_are_met_where_they_are(tmp_path: Path) -> None:
         assert scan is not None
         ahead = scan.ranges[np.argmin(np.abs(scan.angles))]
         lidar = sim.robot.urdf.T_root("lidar_link").position
-        height = sim.stage.scene.ride_height + lidar[2]
+        height = sim.stage.scene.robots[SOLO].ride_height + lidar[2]
         if "cone" in shape:
             front = -0.5 * (1.0 - height) / 2.0
         elif "ellipsoid" in shape:

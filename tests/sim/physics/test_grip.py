@@ -12,6 +12,7 @@ import pytest
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.wheels.footing import LEAST
 from arjuna_sim.simulator import Simulator
@@ -55,7 +56,7 @@ def test_friction_of_a_caster_is_what_its_file_says() -> None:
 def test_robot_pulls_away_as_hard_as_it_grips(friction: float) -> None:
     """So that it comes as far as it is told, on ice as well."""
     sim = _simulator(dataclasses.replace(FOUR_WHEELS, friction=friction, grip=9.0), level())
-    steady = sim.stage.scene.steady
+    steady = sim.stage.scene.robots[SOLO].steady
     assert steady == pytest.approx(max(LEAST, 0.8 * friction * 9.81), rel=0.1)
     run(sim, 1.0 / 0.4, Velocity(0.4, 0.0))
     assert run(sim, 1.5, Velocity()).truth.pose.x == pytest.approx(1.0, rel=0.03)
@@ -63,7 +64,8 @@ def test_robot_pulls_away_as_hard_as_it_grips(friction: float) -> None:
 
 def test_tall_robot_pulls_away_no_harder_than_it_stands() -> None:
     low = _simulator(dataclasses.replace(FOUR_WHEELS, friction=9.0, grip=9.0), level())
-    assert low.stage.scene.steady == pytest.approx(9.81 * 1.5 / 1.6, rel=0.15)  # length by height
+    steady = low.stage.scene.robots[SOLO].steady
+    assert steady == pytest.approx(9.81 * 1.5 / 1.6, rel=0.15)  # length by height
 
 
 @pytest.mark.parametrize("chassis", BETWEEN, ids=lambda c: c.name)

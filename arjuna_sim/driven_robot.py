@@ -1,0 +1,233 @@
+"""A driven robot on a stage: its drive, its devices, and where it stands."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.pose3 import Pose3
+from arjuna_core.se2 import SE2
+from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices.camera import Camera, CameraError, Shot
+from arjuna_sim.devices.drive import Drive, DriveConfig, Velocity, limited
+from arjuna_sim.devices.driving.bases import base_of
+from arjuna_sim.devices.further_sensors import FurtherSensors, Reading
+from arjuna_sim.devices.imu import ImuReading
+from arjuna_sim.devices.odometry import Odometry
+from arjuna_sim.devices.sensors import Sensors, mounted
+from arjuna_sim.model.geometry.surfaces import surfaces
+from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.settings import CameraSettings, SensorSettings
+from arjuna_sim.observation import Observation
+from arjuna_sim.physics.placing import Placer
+from arjuna_sim.physics.robot_motion import RobotMotion, Truth
+from arjuna_sim.physics.stage import Stage
+from arjuna_sim.physics.wheels.footing import footing_notes
+
+
+class DrivenRobot:
+    """One robot of a simulation.
+
+    Args:
+        name: Its name on the stage, which holds it as `robot.below(name)`.
+        robot: The robot as its file has it.
+        stage: The stage.
+        config: Everything else.
+        seeds: Four, of all its noise.
+        wanted: Where it starts.
+
+    Attributes:
+        name: Its name.
+        robot: The robot as its file has it.
+        spawn: Where it starts: where that was wanted, or nearest to it.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        robot: Robot,
+        stage: Stage,
+        config: SimulatorConfig,
+        seeds: NDArray[np.uint64],
+        wanted: SE2,
+    ) -> None:
+        self.name, self.robot, self.spawn = name, robot, wanted
+        self._stage, self._config, self._seeds, self._wanted = stage, config, seeds, wanted
+        staged = stage.robots[name].settings.sensors
+        self._staged = dict(zip(map(_key, robot.settings.sensors), staged, strict=True))
+        self._motion = RobotMotion(stage, name, robot.moving_joints)
+        self._placer = Placer(stage, name)
+        self._base = base_of(robot, config.drive)
+        self._drive = Drive(self._limits())
+        self._cameras: dict[str, Camera] = {}
+        self._spawn_notes: tuple[str, ...] = ()
+        self.begin()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What its file says and the simulation leaves out, and how it stands."""
+        read = tuple(note.text for note in self.robot.notes)
+        return read + footing_notes(self._stage.scene.robots[self.name].steady) + self._spawn_notes
+
+    def begin(self) -> None:
+        """Make its devices anew, their noise rewound."""
+        config, seeds, staged = self._config, self._seeds, self._stage.robots[self.name]
+        model = self._stage.scene.model
+        self._sensors = Sensors(staged, model, config.lidar, config.imu, seeds[:2])
+        earth, seed = self._stage.world.earth, int(seeds[3])
+        self._further = FurtherSensors(staged, earth, config.lidar, config.imu, seed)
+        rng = np.random.default_rng(int(seeds[2]))
+        self._odometry = Odometry(config.odometry, self._base, rng)
+
+    def rebind(self) -> None:
+        """Go on with the stage's model, which is another now."""
+        self._sensors.rebind(self._stage.scene.model)
+
+    def adjust(self, config: SimulatorConfig) -> None:
+        """Take new limits of the drive and noises of the odometry, while it runs."""
+        self._config = config
+        self._drive.config = self._limits()
+        self._odometry.config = config.odometry
+
+    def _limits(self) -> DriveConfig:
+        steady = self._stage.scene.robots[self.name].steady
+        return limited(self._config.drive, self.robot.drive, steady)
+
+    def drive(self, command: Velocity | None) -> None:
+        """Tell the wheels what a tick's command wants, or the last one until it times out."""
+        elapsed, tick = self._stage.elapsed, self._config.tick
+        if command is not None:
+            self._drive.command(command, elapsed)
+        wanted = self._base.reachable(self._drive.velocity(elapsed, tick))
+        self._motion.turn_wheels(self._base.speeds(wanted), self._base.angles(wanted))
+
+    @property
+    def is_imu_faster(self) -> bool:
+        """Whether its IMU reads more often than once a tick."""
+        return self._sensors.is_imu_faster(self._config.tick)
+
+    def is_imu_due(self, now: float) -> bool:
+        """Tell whether its IMU is to be read at a time [s]; once a time says so."""
+        return self._sensors.is_imu_due(now)
+
+    def read_imu(self, now: float) -> ImuReading:
+        """Return its IMU's reading at a time [s] at which it is due."""
+        return self._sensors.imu(self._stage.data, now)
+
+    def observe(self, now: float, readings: list[ImuReading]) -> Observation:
+        """Return what a tick brought.
+
+        Args:
+            now: The time at its end [s].
+            readings: Of the IMU, on the way.
+        """
+        angles = self._motion.steering_angles()
+        return Observation(
+            now,
+            self._odometry.update(self.wheel_angles(), self._config.tick, angles),
+            self._motion.joint_states(),
+            readings[-1] if readings else None,
+            self._sensors.scan(self._stage.data, now),
+            self.truth(),
+            self._stage.contacts(self.name),
+            tuple(readings[:-1]),
+        )
+
+    def truth(self) -> Truth:
+        """Return where it is now."""
+        return self._motion.truth()
+
+    def wheel_angles(self) -> tuple[float, ...]:
+        """Return what the encoders count [rad].
+
+        Of a base of two sides how far the left and the right wheels have turned forward, in the
+        mean; else how far each wheel's joint has turned.
+        """
+        return tuple(self._base.encoders(self._motion.wheel_angles()).tolist())
+
+    def staged(self, sensor: SensorSettings) -> SensorSettings:
+        """Return one of its sensors as the stage knows it."""
+        return self._staged[_key(sensor)]
+
+    def picture(
+        self, color: bool = True, depth: bool = False, camera: CameraSettings | None = None
+    ) -> Shot:
+        """Return what a camera sees now: colours, distances or both.
+
+        Args:
+            color: Whether the colours are wanted.
+            depth: Whether the distances are wanted.
+            camera: One of its own; its first if None.
+
+        Raises:
+            CameraError: It has no camera, or this machine cannot draw.
+        """
+        camera = camera or self.robot.settings.camera
+        if camera is None:
+            raise CameraError(f"{self.robot.urdf.path}: has no camera sensor")
+        if camera.name not in self._cameras:
+            staged = self.staged(camera)
+            assert isinstance(staged, CameraSettings)
+            self._cameras[camera.name] = Camera(staged)
+        found = self._cameras[camera.name]
+        return found.shoot(self._stage.scene.model, self._stage.data, color, depth)
+
+    def sense(self, sensor: SensorSettings, now: float) -> Reading:
+        """Return what one of its further sensors says at a time [s]."""
+        stage = self._stage
+        return self._further.read(self.staged(sensor), stage.scene.model, stage.data, now)
+
+    def surfaces(self) -> NDArray[np.float64]:
+        """Return the world's true surfaces at the lidar's height.
+
+        Returns:
+            Line segments `(N, 4) float64` of `(x0, y0, x1, y1)` [m] in the world's frame.
+        """
+        lidar = self.robot.settings.lidar
+        above = 0.0 if lidar is None else mounted(self.robot, lidar).position[2]
+        height = self._stage.scene.robots[self.name].ride_height + above
+        return surfaces(self._stage.world, height)
+
+    def obstacles_at(self, pose: SE2) -> tuple[str, ...]:
+        """Return the names of what it would touch at a pose."""
+        touched = self._placer.touched(pose)
+        self._stage.settle()
+        return touched
+
+    def set_pose(self, pose: SE2) -> None:
+        """Pick it up and put it down at rest; its odometry does not notice."""
+        self._motion.put(self._placer.place(pose))
+        self._drive.reset()
+        self._sensors.settle()
+        self._further.settle()
+
+    def put_away(self, height: float) -> None:
+        """Lift it to a height [m] where it is in nobody's way."""
+        self._motion.put(Pose3((0.0, 0.0, height)))
+
+    def return_to_start(self) -> None:
+        """Put it where it starts, the odometry at its origin."""
+        self._odometry.reset()
+        self.set_pose(self.spawn)
+
+    def choose_spawn(self) -> None:
+        """Start at the pose that was asked for, or nearest to it where it can stand."""
+        wanted = self._wanted
+        self.spawn = self._placer.nearest_free(wanted)
+        self._spawn_notes = ()
+        if self.spawn != wanted:
+            names = ", ".join(self._placer.touched(wanted))
+            self._spawn_notes = (
+                f"the start ({wanted.x:.4g}, {wanted.y:.4g}) is inside {names}: the robot starts"
+                f" at ({self.spawn.x:.4g}, {self.spawn.y:.4g})",
+            )
+
+    def close(self) -> None:
+        """Free what the cameras hold."""
+        for camera in self._cameras.values():
+            camera.close()
+
+
+def _key(sensor: SensorSettings) -> tuple[str, str, str]:
+    """Return what of a sensor stays whatever its topics and frames are called."""
+    return type(sensor).__name__, sensor.site, sensor.name

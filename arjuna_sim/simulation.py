@@ -1,0 +1,186 @@
+"""The simulation: robots in one world, advanced tick by tick."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.devices.imu import ImuReading
+from arjuna_sim.driven_robot import DrivenRobot
+from arjuna_sim.model.robot import SOLO, Robot
+from arjuna_sim.model.world import World
+from arjuna_sim.observation import Observation
+from arjuna_sim.physics.stage import Stage
+
+_NANOSECONDS = 1_000_000_000
+_ALOFT = 1000.0  # where robots wait for their turn to be put down, and how far apart [m]
+
+
+@dataclass(frozen=True)
+class Start:
+    """A robot, and where it starts; the nearest free place if that is blocked."""
+
+    robot: Robot
+    pose: SE2 = IDENTITY
+
+
+class Simulation:
+    """Robots in a world. The same seed and commands give the same observations, bit by bit.
+
+    Args:
+        starts: The robots by name; a single one may be called `SOLO`.
+        world: The world.
+        config: Everything else.
+        rng: Seeds the noise; `reset` rewinds it to its present state.
+
+    Attributes:
+        robots: The robots by name.
+        stage: Holds the world.
+
+    Raises:
+        RobotError: A robot cannot be simulated.
+        WorldError: The world cannot be simulated.
+    """
+
+    def __init__(
+        self,
+        starts: Mapping[str, Start],
+        world: World,
+        config: SimulatorConfig,
+        rng: np.random.Generator,
+    ) -> None:
+        self.config = config
+        self._seeds = rng.bit_generator.random_raw(4)
+        staged = {name: start.robot.below(name) for name, start in starts.items()}
+        self.stage = Stage(staged, world, config.servo, config.physics_timestep)
+        self.robots = {name: self._made(name, start) for name, start in starts.items()}
+        self.stage.on_rebuild = self._rebind
+        self._choose_spawns()
+        self.reset()
+
+    def _made(self, name: str, start: Start) -> DrivenRobot:
+        seeds = self._seeds
+        if name != SOLO:  # a robot's noise is its own, whoever else is there
+            own = np.random.default_rng([*map(int, seeds), zlib.crc32(name.encode())])
+            seeds = own.bit_generator.random_raw(4)
+        return DrivenRobot(name, start.robot, self.stage, self.config, seeds, start.pose)
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the start or the last reset [s]."""
+        return self._ticks * round(self.config.tick * _NANOSECONDS) / _NANOSECONDS
+
+    @property
+    def world(self) -> World:
+        """The world as it was read."""
+        return self.stage.world
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the robots' and the world's files say and the simulation leaves out."""
+        of_robots = (
+            f"{name}: {note}" if name else note
+            for name, robot in self.robots.items()
+            for note in robot.notes
+        )
+        return (*of_robots, *(note.text for note in self.world.notes))
+
+    def advance(self, commands: Mapping[str, Velocity | None]) -> dict[str, Observation]:
+        """Advance one tick.
+
+        Args:
+            commands: New commands by robot; one without goes on with its last until it times out.
+
+        Returns:
+            What each robot's sensors and the world say at the tick's end.
+        """
+        for name, robot in self.robots.items():
+            robot.drive(commands.get(name))
+        readings, now = self._advance(), self.time
+        return {name: robot.observe(now, readings[name]) for name, robot in self.robots.items()}
+
+    def _advance(self) -> dict[str, list[ImuReading]]:
+        """Run a tick's physics; an IMU that is faster reads on the way, after a whole step."""
+        start, tick, steps = self.time, self.config.tick, self.config.substeps
+        faster = {name for name, robot in self.robots.items() if robot.is_imu_faster}
+        slices = steps if faster else 1
+        self._ticks += 1
+        readings: dict[str, list[ImuReading]] = {name: [] for name in self.robots}
+        for i in range(1, slices + 1):
+            self.stage.advance(steps // slices)
+            is_last = i == slices
+            now = self.time if is_last else start + i * tick / slices
+            asked = self.robots if is_last else faster
+            due = [name for name in self.robots if name in asked and self._is_imu_due(name, now)]
+            if due or is_last:
+                self.stage.settle()
+            for name in due:
+                readings[name].append(self.robots[name].read_imu(now))
+        return readings
+
+    def _is_imu_due(self, name: str, now: float) -> bool:
+        return self.robots[name].is_imu_due(now)
+
+    def adjust(self, config: SimulatorConfig) -> None:
+        """Take new limits of the drives and noises of the odometry, while it runs."""
+        self.config = config
+        for robot in self.robots.values():
+            robot.adjust(config)
+
+    def reset(self) -> None:
+        """Return to the start: time 0, the world as it was read, noise rewound."""
+        self._ticks = 0
+        self.stage.restore()
+        for robot in self.robots.values():
+            robot.begin()
+        self._return_to_start()
+
+    def reset_time(self) -> None:
+        """Set the time to 0, and leave everything where it is."""
+        self._ticks = 0
+
+    def reset_state(self) -> None:
+        """Put the robots and all entities that are there to their starts; time goes on."""
+        self.stage.rewind()
+        self._return_to_start()
+
+    def load_world(self, world: World) -> None:
+        """Replace the world and return to the start.
+
+        Raises:
+            RobotError: MuJoCo refuses the world; nothing has changed.
+        """
+        self.stage.load(world)
+        self._choose_spawns()
+        self.reset()
+
+    def _choose_spawns(self) -> None:
+        self._put_away()
+        for robot in self.robots.values():
+            robot.choose_spawn()
+            robot.set_pose(robot.spawn)
+
+    def _return_to_start(self) -> None:
+        self._put_away()
+        for robot in self.robots.values():
+            robot.return_to_start()
+
+    def _put_away(self) -> None:
+        """Lift robots, so that none is in the way of those that are put down before it."""
+        for i, robot in enumerate(self.robots.values() if len(self.robots) > 1 else ()):
+            robot.put_away(_ALOFT * (i + 1))
+
+    def _rebind(self) -> None:
+        for robot in self.robots.values():
+            robot.rebind()
+
+    def close(self) -> None:
+        """Free what the cameras hold."""
+        for robot in self.robots.values():
+            robot.close()
