@@ -15,6 +15,7 @@ import numpy as np
 from arjuna_core.se2 import SE2
 from bringup.parameters import options, robot_options
 from tests.helpers.nav.barn import AHEAD, REACHED, START, TIME_LIMIT, BarnWorld, load_worlds
+from tests.helpers.nav.barn_made import make_worlds
 from tests.helpers.nav.drives import Drive, placed
 
 _JACKAL = Path(__file__).parent / "jackal"
@@ -41,7 +42,11 @@ class Run:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add this benchmark's options."""
-    parser.add_argument("--worlds", type=Path, required=True, metavar="DIR", help="BARN's worlds")
+    worlds = parser.add_mutually_exclusive_group(required=True)
+    worlds.add_argument("--worlds", type=Path, metavar="DIR", help="BARN's worlds")
+    worlds.add_argument(
+        "--make", type=int, metavar="N", help="make N worlds like BARN's, by the seed"
+    )
     parser.add_argument("--runs", type=int, default=1, help="of each world (%(default)s)")
     parser.add_argument("--every", type=int, default=1, help="take each so manieth world only")
     parser.add_argument(
@@ -71,11 +76,18 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     arguments.params = [_JACKAL / "jackal.yaml", *arguments.params]
     runs: list[tuple[BarnWorld, Run]] = []
     with TemporaryDirectory() as folder:
-        for world in load_worlds(arguments.worlds, Path(folder), arguments.every):
+        for world in _worlds(arguments, Path(folder)):
             for number in range(arguments.runs):
                 runs.append((world, _cross(world, arguments, (arguments.seed or 0) + number)))
                 print(_line(*runs[-1]), flush=True)
     return _figures(runs)
+
+
+def _worlds(arguments: argparse.Namespace, folder: Path) -> list[BarnWorld]:
+    given = arguments.worlds
+    if given is None:
+        given = make_worlds(folder, arguments.make, np.random.default_rng(arguments.seed or 0))
+    return load_worlds(given, folder, arguments.every)
 
 
 def _cross(world: BarnWorld, arguments: argparse.Namespace, seed: int) -> Run:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import lzma
 import math
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +18,8 @@ import pytest
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
 from tests.bench import barn, goals, planner
-from tests.helpers.nav.barn import START, load_worlds
+from tests.helpers.nav.barn import CELL, START, load_worlds
+from tests.helpers.nav.barn_made import make_worlds
 from tests.helpers.nav.drives import Ground
 from tests.nav.worlds import block, empty_grid
 
@@ -91,6 +93,25 @@ def test_a_score_is_half_up_to_twice_the_best_time_and_a_failure_none(tmp_path: 
     assert world.score(4.0 * best) == pytest.approx(0.25)
     assert world.score(100.0) == 0.125
     assert world.score(None) == 0.0
+
+
+def test_made_worlds_have_cylinders_and_a_way_between_them(tmp_path: Path) -> None:
+    folders = [tmp_path / name for name in ("one", "same", "other")]
+    for folder, seed in zip(folders, (3, 3, 4), strict=True):
+        folder.mkdir()
+        make_worlds(folder, 3, np.random.default_rng(seed))
+    texts = [[world.world.read_text() for world in load_worlds(f, f)] for f in folders]
+    assert texts[0] == texts[1] != texts[2]
+    places = [
+        [float(v) for v in p.split()[:2]] for p in re.findall("<pose>(.*?)</pose>", texts[0][2])
+    ]
+    cells = np.load(folders[0] / "path_2.npy")
+    way = cells * CELL + (-4.575, 5.075)
+    gaps = np.hypot(*(way[:, None] - np.array(places)[None]).transpose(2, 0, 1))
+    assert 0.05 < (np.array(places)[:, 1] > 5.1).sum() / 900 < 0.4
+    assert gaps.min() > 0.35  # a Jackal with room beside it
+    assert np.abs(np.diff(cells, axis=0)).max() <= 1
+    assert all(9.9 < world.optimal < 20.0 for world in load_worlds(folders[0], tmp_path))
 
 
 def test_a_folder_without_worlds_or_paths_is_refused(tmp_path: Path) -> None:

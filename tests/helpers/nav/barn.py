@@ -22,7 +22,7 @@ AHEAD = 10.0  # from the start to the goal [m]
 REACHED = 1.0  # distance from the goal that counts as reached [m]
 TIME_LIMIT = 100.0  # [s]
 FASTEST = 2.0  # speed that the optimal time is reckoned with [m/s]
-_CELL = 0.15  # of the path files [m]
+CELL = 0.15  # of the path files [m]
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def _optimal(path: Path, number: str) -> float:
     if not found:
         raise InputFileError(path, f"has no path_{number}.npy beside it or in path_files/")
     cells = np.load(found[0], allow_pickle=False).astype(np.float64)
-    points = cells * _CELL + (-4.575, 5.075)
+    points = cells * CELL + (-4.575, 5.075)
     ends = np.array([[START.x, START.y], [START.x, START.y + AHEAD]])
     way = np.vstack((ends[:1], points, ends[1:]))
     return float(np.hypot(*np.diff(way, axis=0).T).sum())
