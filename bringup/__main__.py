@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 from bringup.cli_parser import parse
@@ -11,6 +12,7 @@ _INTERRUPTED = 130  # as a shell tells of it
 
 def main() -> int:
     """Run a command and return its exit code; what it needs is imported only then."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads only wait, on small matrices
     arguments = parse()
     try:
         from bringup.cli import run

@@ -30,12 +30,14 @@ class Group:
         manager: Name of their lifecycle manager.
         commandable: Whether clients may command that manager. Not the simulator's: a client that
             shuts every manager down, as nav2_simple_commander can, means the robot, not the world.
+        cores: The modules of their algorithms, which import no ROS.
     """
 
     name: str
     nodes: tuple[NodeSpec, ...]
     manager: str = field(default="")
     commandable: bool = True
+    cores: tuple[str, ...] = ()
 
 
 SIM = NodeSpec("sim", "arjuna_sim.nodes.sim", "SimNode")
@@ -78,9 +80,32 @@ WAYPOINT_FOLLOWER = NodeSpec(
 DOCKING_SERVER = NodeSpec("docking_server", "arjuna_nav.nodes.docking.server", "DockingServerNode")
 EXPLORER = NodeSpec("explorer", "arjuna_nav.nodes.explorer", "ExplorerNode")
 
-SIM_GROUP = Group("sim", (SIM, EKF, ROBOT_STATE_PUBLISHER), "lifecycle_manager_sim", False)
-SLAM_GROUP = Group("slam", (SLAM_TOOLBOX, MAP_SAVER), "lifecycle_manager_slam")
-LOCALIZATION_GROUP = Group("localization", (MAP_SERVER, AMCL), "lifecycle_manager_localization")
+MESSAGES = (
+    *("geometry_msgs.msg", "nav_msgs.msg", "nav_msgs.srv", "sensor_msgs.msg", "tf2_msgs.msg"),
+    *("lifecycle_msgs.srv", "rcl_interfaces.srv", "diagnostic_msgs.msg", "std_srvs.srv"),
+    *("type_description_interfaces.srv", "rosgraph_msgs.msg"),
+)
+"""The modules of the messages that every process needs."""
+
+SIM_GROUP = Group(
+    "sim",
+    (SIM, EKF, ROBOT_STATE_PUBLISHER),
+    "lifecycle_manager_sim",
+    commandable=False,
+    cores=("arjuna_sim.simulator", "arjuna_sim.devices.ekf", "simulation_interfaces.srv"),
+)
+SLAM_GROUP = Group(
+    "slam",
+    (SLAM_TOOLBOX, MAP_SAVER),
+    "lifecycle_manager_slam",
+    cores=("arjuna_slam.slam", "arjuna_slam.localization"),
+)
+LOCALIZATION_GROUP = Group(
+    "localization",
+    (MAP_SERVER, AMCL),
+    "lifecycle_manager_localization",
+    cores=("arjuna_slam.amcl.filter",),
+)
 NAVIGATION_GROUP = Group(
     "navigation",
     (
@@ -97,6 +122,10 @@ NAVIGATION_GROUP = Group(
         DOCKING_SERVER,
     ),
     "lifecycle_manager_navigation",
+    cores=(
+        *("arjuna_nav.navigator", "arjuna_nav.tree_navigator", "arjuna_nav.docking.docking"),
+        *("arjuna_nav.safety.collision_monitor", "nav2_msgs.action", "nav2_msgs.srv"),
+    ),
 )
 VELOCITY_CHAIN = tuple(
     spec.name
@@ -110,8 +139,15 @@ VELOCITY_CHAIN = tuple(
 )
 """The nodes that a velocity passes, or comes from, on its way to the wheels."""
 EXPLORER_GROUP = Group("explorer", (EXPLORER,), "lifecycle_manager_explorer")
-DESCRIPTION_GROUP = Group("description", (ROBOT_STATE_PUBLISHER,), "lifecycle_manager_description")
-ODOMETRY_GROUP = Group("odometry", (EKF,), "lifecycle_manager_odometry")
+DESCRIPTION_GROUP = Group(
+    "description",
+    (ROBOT_STATE_PUBLISHER,),
+    "lifecycle_manager_description",
+    cores=("arjuna_sim.inputs",),
+)
+ODOMETRY_GROUP = Group(
+    "odometry", (EKF,), "lifecycle_manager_odometry", cores=("arjuna_sim.devices.ekf",)
+)
 
 STACKS: dict[str, tuple[Group, ...]] = {
     "sim": (SIM_GROUP,),

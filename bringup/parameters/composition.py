@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import gc
 import importlib
+import inspect
 from collections.abc import Iterable
 from typing import Any
 
 from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
 from bringup.parameters.files import Parameters, for_node, unknown_nodes
-from bringup.stack import Group, NodeSpec
+from bringup.stack import MESSAGES, Group, NodeSpec
 
 
 def node_class(spec: NodeSpec) -> Any:
@@ -26,6 +29,27 @@ def create_node(process: Any, spec: NodeSpec, parameters: Parameters) -> Any:
     namespace, _, name = spec.name.rpartition("/")
     values = for_node(parameters, spec.name)
     return node_class(spec)(process, values, name=name, namespace=namespace)
+
+
+def warm_up(groups: Iterable[Group]) -> None:
+    """Import and compile what groups of nodes stand on, for processes that are forked then.
+
+    It starts no thread, as rclpy's own modules would. What is missing, a process misses itself.
+    """
+    import numba
+
+    for name in (*MESSAGES, *(core for group in groups for core in group.cores)):
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+    compiled: Any = numba.njit(_nothing)
+    compiled()  # the first compiled function takes ten times as long
+    inspect.getmodule(warm_up.__code__)  # the first line that rclpy logs asks every module so
+    gc.collect()
+    gc.freeze()  # what is shared stays shared
+
+
+def _nothing() -> int:
+    return 0
 
 
 def problems_of(parameters: Parameters, specs: Iterable[NodeSpec], known: list[str]) -> list[str]:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import select
 import signal
 import subprocess
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-_PR_SET_PDEATHSIG = 1
-_LIBC = ctypes.CDLL(None, use_errno=True)
+from bringup.processes.fork import Fork, can_fork, die_with
+
 _CHUNK = 65536
 
 
@@ -24,11 +22,14 @@ class ChildSpec:
         name: Marks the lines of its output.
         command: Program and arguments.
         needed: Whether the others end if it cannot be kept running.
+        run: Does the same in a fork of this process, which is there at once; None to start the
+            program.
     """
 
     name: str
     command: Sequence[str]
     needed: bool = True
+    run: Callable[[], int] | None = None
 
 
 class Child:
@@ -46,16 +47,7 @@ class Child:
         self.spec = spec
         self._write = write
         self._rest = b""
-        parent = os.getpid()
-        self._process = subprocess.Popen(  # noqa: S603 - our own modules, no shell
-            list(spec.command),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            env=dict(os.environ, PYTHONUNBUFFERED="1"),
-            start_new_session=True,
-            preexec_fn=lambda: _die_with(parent),  # safe: the supervisor has no threads
-        )
+        self._process = _started(spec)
         os.set_blocking(self.output, False)
 
     @property
@@ -120,8 +112,16 @@ def describe_exit(code: int) -> str:
         return f"signal {-code}"
 
 
-def _die_with(parent: int) -> None:
-    """Runs in the child before the program: be killed when the parent dies."""
-    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # it died before prctl
-        sys.exit(1)
+def _started(spec: ChildSpec) -> subprocess.Popen[bytes] | Fork:
+    if spec.run is not None and can_fork():
+        return Fork(spec.command, spec.run)
+    parent = os.getpid()
+    return subprocess.Popen(  # noqa: S603 - our own modules, no shell
+        list(spec.command),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env=dict(os.environ, PYTHONUNBUFFERED="1"),
+        start_new_session=True,
+        preexec_fn=lambda: die_with(parent),  # safe: the supervisor has no threads
+    )

@@ -6,20 +6,23 @@ import argparse
 import json
 import sys
 import time
+from collections.abc import Sequence
 from contextlib import closing
 from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from arjuna_core.errors import InputFileError
+from bringup.parameters.composition import warm_up
 from bringup.parameters.files import Parameters, merged
 from bringup.parameters.inputs import gather, groups_of
 from bringup.processes.child import ChildSpec
+from bringup.processes.fork import in_fork
 from bringup.processes.output import JsonOutput, TextOutput
 from bringup.processes.run_log import RunLog
 from bringup.processes.status import StartUp
 from bringup.processes.supervisor import Supervisor
-from bringup.stack import BT_NAVIGATOR, WAYPOINT_FOLLOWER
+from bringup.stack import BT_NAVIGATOR, WAYPOINT_FOLLOWER, Group
 
 
 def supervise(arguments: argparse.Namespace) -> int:
@@ -35,10 +38,12 @@ def supervise(arguments: argparse.Namespace) -> int:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
     with TemporaryDirectory(prefix="arjuna-goal-") as folder:
-        parameters = gather(arguments)
+        parameters = in_fork(lambda: gather(arguments))  # it may import rclpy and its threads
         if vars(arguments).get("resume"):
             parameters = merged(parameters, _resuming(Path(folder)))
-        return _supervise(arguments, json.dumps(parameters))
+        groups = groups_of(arguments)
+        warm_up(groups)
+        return _supervise(arguments, groups, json.dumps(parameters))
 
 
 def _resuming(folder: Path) -> Parameters:
@@ -47,9 +52,11 @@ def _resuming(folder: Path) -> Parameters:
     return {spec.name: {"resume_file": str(folder / spec.name)} for spec in nodes}
 
 
-def _supervise(arguments: argparse.Namespace, parameters: str) -> int:
-    names = [group.name for group in groups_of(arguments)]
-    specs = [ChildSpec(name, host_command(name, parameters, arguments)) for name in names]
+def _supervise(arguments: argparse.Namespace, groups: Sequence[Group], parameters: str) -> int:
+    names = [group.name for group in groups]
+    specs = [
+        ChildSpec(name, host_command(name, parameters, arguments), run=_run_host) for name in names
+    ]
     if arguments.record is not None:
         specs.append(
             ChildSpec("record", record_command(arguments.record, arguments.namespace), needed=False)
@@ -60,6 +67,13 @@ def _supervise(arguments: argparse.Namespace, parameters: str) -> int:
         where = "no log file: its folder cannot be written" if log.path is None else log.path
         output.line("bringup", f"log: {where}")
         return Supervisor(specs, output).run()
+
+
+def _run_host() -> int:
+    """Run what `sys.argv` says; rclpy is imported here, for a fork does not take its threads."""
+    from bringup.processes.host import main
+
+    return main()
 
 
 def record_command(folder: Path, namespace: str) -> list[str]:

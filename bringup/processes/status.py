@@ -29,12 +29,27 @@ def read_event(line: str) -> dict[str, Any] | None:
 
 
 @dataclass
-class _ProcessState:
-    """A process: its nodes' states, what it waits for, and whether all were active once."""
+class ProcessState:
+    """A process in one of its lives, as it tells it.
+
+    Attributes:
+        nodes: Its nodes' states.
+        waiting: What it waits for.
+        up: Whether all its nodes were active once.
+    """
 
     nodes: dict[str, str] = field(default_factory=dict)
     waiting: str = "imports its nodes"
     up: bool = False
+
+    def take(self, event: dict[str, Any]) -> None:
+        """Take an event: a node's state, or what is waited for."""
+        if "node" in event:
+            self.nodes[event["node"]] = event["state"]
+        self.waiting = event.get("waiting", self.waiting)
+        states = self.nodes.values()
+        if states and not self.waiting and all(state == ACTIVE for state in states):
+            self.up = True
 
 
 class StartUp:
@@ -46,7 +61,7 @@ class StartUp:
     """
 
     def __init__(self, names: Iterable[str], now: float) -> None:
-        self._processes = {name: _ProcessState() for name in names}
+        self._processes = {name: ProcessState() for name in names}
         self._since = self._changed = now
         self._said = ""
         self._up = not self._processes
@@ -58,19 +73,12 @@ class StartUp:
         if self._up:
             self._since = now
         self._up = False
-        self._processes[name] = _ProcessState()
+        self._processes[name] = ProcessState()
 
     def take(self, name: str, event: dict[str, Any]) -> None:
         """Take an event of a process: a node's state, or what it waits for."""
-        process = self._processes.get(name)
-        if process is None:
-            return
-        if "node" in event:
-            process.nodes[event["node"]] = event["state"]
-        process.waiting = event.get("waiting", process.waiting)
-        states = process.nodes.values()
-        if states and not process.waiting and all(state == ACTIVE for state in states):
-            process.up = True
+        if name in self._processes:
+            self._processes[name].take(event)
 
     @property
     def waiting(self) -> str:

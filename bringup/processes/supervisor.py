@@ -14,7 +14,7 @@ from bringup.processes.child import Child, ChildSpec, describe_exit
 from bringup.processes.heartbeat import Heartbeat, starved
 from bringup.processes.output import OWN, Output
 from bringup.processes.restart import RestartLimits, RestartPolicy
-from bringup.processes.status import read_event
+from bringup.processes.status import ProcessState, read_event
 
 USAGE_EXIT = 2
 """The exit code of a process that refuses its input: to start it again changes nothing."""
@@ -52,6 +52,7 @@ class _Supervised:
         self.child: Child | None = None
         self.start_at: float | None = 0.0
         self.heartbeat = Heartbeat()
+        self.state = ProcessState()
         self.kill_at: float | None = None
 
 
@@ -124,7 +125,7 @@ class Supervisor:
     def _start(self, place: _Supervised) -> None:
         name = place.spec.name
         place.start_at = place.kill_at = None
-        place.heartbeat = Heartbeat()
+        place.heartbeat, place.state = Heartbeat(), ProcessState()
         place.child = Child(place.spec, lambda line: self._take(place, line))
         self._selector.register(place.child.output, selectors.EVENT_READ, place.child.read)
         self._output.state(name, "started")
@@ -139,6 +140,7 @@ class Supervisor:
     def _take(self, place: _Supervised, line: str) -> None:
         """Take a line of a process: a sign of life, or what there is to show."""
         event = read_event(line)
+        place.state.take(event or {})
         if event is None or "alive" not in event:
             self._output.line(place.spec.name, line)
         elif place.child is not None:
@@ -183,7 +185,7 @@ class Supervisor:
             self._signals += 1
             self._output.state(name, "quit", f"{name} quit, and so do all")
             return
-        delay = None if code == USAGE_EXIT else place.policy.on_death(now)
+        delay = None if code == USAGE_EXIT else place.policy.on_death(now, place.state.up)
         if delay is not None:
             place.start_at = now + delay
             text = f"{name} died ({how}); it starts again in {delay:g} s"

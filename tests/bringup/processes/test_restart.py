@@ -27,6 +27,11 @@ def test_deaths_older_than_the_window_no_longer_count() -> None:
     assert policy.on_death(13.0) is None
 
 
+def test_a_process_that_came_up_each_time_always_starts_again_at_once() -> None:
+    policy = RestartPolicy()
+    assert [policy.on_death(3.0 * n, was_up=True) for n in range(20)] == [0.2] * 20
+
+
 def test_policies_do_not_share_their_deaths() -> None:
     first, second = RestartPolicy(), RestartPolicy()
     first.on_death(0.0)
