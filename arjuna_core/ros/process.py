@@ -25,6 +25,7 @@ from arjuna_core.ros.tf import TransformBuffer, TransformListener
 _POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
 _DRAIN_STEP = 0.001  # [s, wall]; the queue holds a marker, so that it is never waited out
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+_ISOLATED_DOMAIN = 231  # whose ports nobody uses: those who hold one of a domain are waited for
 
 
 @contextlib.contextmanager
@@ -102,7 +103,7 @@ class Process:
         self.use_sim_time = use_sim_time
         self.namespace = namespace.strip("/")
         with _discovery(isolated):
-            self.context = new_context()
+            self.context = new_context(_ISOLATED_DOMAIN if isolated else None)
             # the middleware reads the range when the context's first node is made
             # clients that ask every node for its parameters wait for one that does not answer
             self.node = GuardedNode(

@@ -15,12 +15,10 @@ from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
 from bringup.client.session import POLL, Connection
 from bringup.ros2 import interrupt
+from bringup.ros2.discovery import Graph, look, time_to_settle
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.participants import on_this_machine
 
-STABLE = 0.6  # the graph is taken as known once it has not changed for so long [s]
-MISSING = 1.0  # the same before something counts as not there
-SILENT = 3.5  # while some have not been heard of: each announces itself every 3 s
+MISSING = 1.0  # a graph must stand still for so long before something counts as not there [s]
 LIMIT = 8.0  # how long a graph that goes on changing is watched
 ANSWER = 10.0  # how long a service may take to appear, and again to answer [s]
 
@@ -71,40 +69,20 @@ class Client:
             Whether it was found; False if nothing was looked for.
         """
         start = changed = time.monotonic()
-        seen: Any = None
+        seen: Graph | None = None
         polls = 0  # a machine so busy that few fit into the time needs longer
         while found is None or not found():
-            now, graph = time.monotonic(), self._graph()
+            now, graph = time.monotonic(), look(self.node)
             polls += 1
             if graph != seen:
                 seen, changed, polls = graph, now, 0
-            quiet = STABLE if found is None else MISSING
-            if not self._complete(seen[0]):
-                quiet = SILENT
+            quiet = max(time_to_settle(self.node, graph), 0.0 if found is None else MISSING)
             settled = now > changed + quiet and polls > 0.8 * quiet / POLL
             end = start + LIMIT if self._limit is None else start + float(self._limit)
             if now > end or (settled and self._limit is None):
                 return False
             self._session.spin_once()
         return True
-
-    def _complete(self, nodes: list[tuple[str, str]]) -> bool:
-        """Tell whether every participant has been heard of, as far as that can be told."""
-        here = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "LOCALHOST"
-        expected = on_this_machine(self.node.context.get_domain_id()) if here else None
-        if expected is None:
-            return any(name != self._name for name, _ in nodes)
-        each = self.node.get_publishers_info_by_topic("ros_discovery_info", no_mangle=True)
-        # a participant is seen before it has told its nodes, and has one at least
-        return min(len(each), len(nodes)) >= expected
-
-    def _graph(self) -> tuple[Any, Any, Any]:
-        node = self.node
-        return (
-            node.get_node_names_and_namespaces(),
-            node.get_topic_names_and_types(),
-            node.get_service_names_and_types(),
-        )
 
     def nodes(self, hidden: bool = False) -> list[str]:
         """Return the full names of the nodes, sorted, a name that occurs twice twice."""

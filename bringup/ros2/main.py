@@ -24,16 +24,26 @@ def main(argv: Sequence[str] | None = None) -> int:
     Args:
         argv: The words after `ros2`; those of the process if None.
     """
-    words = list(sys.argv[1:] if argv is None else argv)
+    if argv is not None:
+        return _guarded(list(argv))
     real = real_ros2(os.environ, Path(sys.argv[0]))
-    if argv is None and real is not None:
+    if real is not None:
         os.environ[_HANDED_ON] = "1"
-        os.execv(real, [real, *words])  # noqa: S606 - the program that the user asked for
+        os.execv(real, [real, *sys.argv[1:]])  # noqa: S606 - the program that the user asked for
+    code = _guarded(sys.argv[1:])
+    sys.stderr.flush()
+    os._exit(code)  # all is closed; taking the modules apart costs a fifth of a command
+
+
+def _guarded(words: list[str]) -> int:
+    """Run one command; its mistakes and its end by the user or the reader become exit codes."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     interrupt.watch()
     sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
     try:
-        return _run(words)
+        code = _run(words)
+        sys.stdout.flush()
+        return code
     except ArjunaError as error:
         sys.stderr.write(f"{error}\n")
     except ModuleNotFoundError as error:

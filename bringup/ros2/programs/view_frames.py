@@ -10,7 +10,8 @@ from typing import Any
 import yaml
 from tf2_ros import Buffer, TransformListener
 
-from bringup.ros2.client import SILENT, Client
+from bringup.ros2.client import Client
+from bringup.ros2.discovery import SILENT
 from bringup.ros2.errors import Ros2Error
 
 Frames = dict[str, dict[str, Any]]

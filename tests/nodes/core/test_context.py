@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.ros.context import new_context
+from arjuna_core.ros.process import Process
 
 _SEGMENT = 4 << 20  # [bytes] what the profile asks for
 _NODE = """
@@ -48,3 +49,13 @@ def test_environment_comes_first(
     new_context().shutdown()
     assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "OFF"
     assert Path(os.environ[name]).name == (own or "fastdds.xml")
+
+
+def test_an_isolated_process_holds_no_port_of_the_domain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "99")
+    process = Process("alone", isolated=True)
+    try:
+        assert process.context.get_domain_id() != 99
+        assert os.environ["ROS_DOMAIN_ID"] == "99"
+    finally:
+        process.close()

@@ -1,0 +1,64 @@
+"""When a node has heard of all there is: DDS tells a graph in parts, over a second."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, NamedTuple
+
+from bringup.ros2.participants import on_this_machine
+
+WHOLE = 0.15  # a graph in which nothing is seen to lack must stand still for so long [s]
+STABLE = 0.6  # one of which that cannot be told
+SILENT = 3.5  # one some of whose participants have not been heard of
+_UNNAMED = "_NODE_NAME_UNKNOWN_"
+_REQUEST, _REPLY = ("rq/", "Request"), ("rr/", "Reply")
+
+
+class Graph(NamedTuple):
+    """What a node sees at one time: nodes as (name, namespace), DDS topics as (name, types)."""
+
+    nodes: list[tuple[str, str]]
+    topics: list[tuple[str, list[str]]]
+
+
+def look(node: Any) -> Graph:
+    """Return the graph that a node sees; services are topics of it."""
+    return Graph(
+        node.get_node_names_and_namespaces(), node.get_topic_names_and_types(no_demangle=True)
+    )
+
+
+def time_to_settle(node: Any, graph: Graph) -> float:
+    """Return how long a graph must stand still until it is taken as known [s]."""
+    if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") != "LOCALHOST":
+        expected = None
+    else:
+        expected = on_this_machine(node.context.get_domain_id())
+    if expected is None:  # on a network nobody knows how many there are
+        return STABLE if any(name != node.get_name() for name, _ in graph.nodes) else SILENT
+    participants = _participants(node, "ros_discovery_info")
+    # a participant is seen before it has told its nodes, and has one at least
+    if min(len(participants), len(graph.nodes)) < expected:
+        return SILENT
+    named = _participants(node, "rt/rosout")
+    told = set(participants) <= set(named) and _UNNAMED not in named.values()
+    return WHOLE if told and not _halves(graph) else STABLE
+
+
+def _participants(node: Any, topic: str) -> dict[bytes, str]:
+    """Return who publishes a topic: a node's name of each participant, unnamed if one is."""
+    found: dict[bytes, str] = {}
+    for end in node.get_publishers_info_by_topic(topic, no_mangle=True):
+        guid = bytes(end.endpoint_gid[:12])  # DDSI-RTPS 2.5, section 9.3.1: the participant's part
+        found[guid] = end.node_name if found.get(guid) != _UNNAMED else _UNNAMED
+    return found
+
+
+def _halves(graph: Graph) -> set[str]:
+    """Return the services of which requests are known and replies are not, or the reverse."""
+    names = [name for name, _ in graph.topics]
+    requests, replies = (
+        {n.removeprefix(start).removesuffix(end) for n in names if n.startswith(start)}
+        for start, end in (_REQUEST, _REPLY)
+    )
+    return requests ^ replies
