@@ -74,7 +74,8 @@ def _smoothed(field: NDArray[np.bool_]) -> NDArray[np.bool_]:
     padded = np.pad(padded, ((0, 0), (1, 1)), constant_values=True)
     around = convolve(padded.astype(np.int64), np.ones((3, 3), np.int64), mode="constant")
     neighbours = (around - padded)[1:-1, 1:-1]
-    return (field | (neighbours > 4)) & (neighbours >= 2)
+    kept: NDArray[np.bool_] = (field | (neighbours > 4)) & (neighbours >= 2)
+    return kept
 
 
 def _way(field: NDArray[np.bool_]) -> NDArray[np.int64] | None:
