@@ -13,6 +13,7 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.driven_robot import DrivenRobot
+from arjuna_sim.model.entities import PlaceTakenError
 from arjuna_sim.model.robot import SOLO, Robot
 from arjuna_sim.model.world import World
 from arjuna_sim.observation import Observation
@@ -59,7 +60,8 @@ class Simulation:
         self._seeds = rng.bit_generator.random_raw(4)
         staged = {name: start.robot.below(name) for name, start in starts.items()}
         self.stage = Stage(staged, world, config.servo, config.physics_timestep)
-        self.robots = {name: self._made(name, start) for name, start in starts.items()}
+        self._first = {name: self._made(name, start) for name, start in starts.items()}
+        self.robots = dict(self._first)
         self.stage.on_rebuild = self._rebind
         self._choose_spawns()
         self.reset()
@@ -90,6 +92,42 @@ class Simulation:
             for note in robot.notes
         )
         return (*of_robots, *(note.text for note in self.world.notes))
+
+    def add(self, name: str, start: Start) -> None:
+        """Put a robot of a new name into the world.
+
+        Raises:
+            RobotError: It cannot be simulated; nothing has changed.
+            PlaceTakenError: It would stand in something; nothing has changed.
+        """
+        before = dict(self.stage.robots)
+        self.stage.man({**before, name: start.robot.below(name)})
+        robot = self._made(name, start)
+        if touched := robot.obstacles_at(start.pose):
+            self.stage.man(before)
+            raise PlaceTakenError(f"'{name}' would stand in {', '.join(touched)} there")
+        robot.set_pose(start.pose)
+        self.robots[name] = robot
+
+    def remove(self, name: str) -> None:
+        """Take a robot out of the world."""
+        self._keep({key: robot for key, robot in self.robots.items() if key != name})
+
+    def clear_spawned(self) -> None:
+        """Take out all robots and entities that came after the start."""
+        first = self._first.items()
+        self._keep({name: robot for name, robot in first if self.robots.get(name) is robot})
+        self.stage.clear_spawned()
+
+    def _keep(self, robots: dict[str, DrivenRobot]) -> None:
+        """Go on with just these robots, which were there before."""
+        if robots == self.robots:
+            return
+        for robot in self.robots.values():
+            if robot not in robots.values():
+                robot.close()
+        self.robots = robots
+        self.stage.man({name: robot.robot.below(name) for name, robot in robots.items()})
 
     def advance(self, commands: Mapping[str, Velocity | None]) -> dict[str, Observation]:
         """Advance one tick.
@@ -136,6 +174,7 @@ class Simulation:
     def reset(self) -> None:
         """Return to the start: time 0, the world as it was read, noise rewound."""
         self._ticks = 0
+        self._keep(dict(self._first))
         self.stage.restore()
         for robot in self.robots.values():
             robot.begin()
@@ -157,6 +196,7 @@ class Simulation:
             RobotError: MuJoCo refuses the world; nothing has changed.
         """
         self.stage.load(world)
+        self._keep(dict(self._first))
         self._choose_spawns()
         self.reset()
 

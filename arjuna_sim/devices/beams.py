@@ -9,8 +9,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_sim.devices.lidar import SEEN
+from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.settings import CloudSettings
+
+_SEEN = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,63 @@ class Cloud:
     rows: NDArray[np.uint16]
 
 
+class Rays:
+    """Casts rays of a sensor, which sees the world and other robots but not its own.
+
+    Args:
+        model: The compiled `mujoco.MjModel`.
+        site: Name of the sensor's site.
+    """
+
+    def __init__(self, model: Any, site: str) -> None:
+        self._name = site
+        self._hits = np.zeros((0, 1), np.int32)
+        self.rebind(model)
+
+    def rebind(self, model: Any) -> None:
+        """Go on with another model, in which the robot is the same."""
+        self._model = model
+        self.site = int(model.site(self._name).id)
+        own = model.body_rootid[model.site_bodyid[self.site]]
+        is_robot = model.geom_group == Group.ROBOT_COLLISION.value
+        others = model.body_rootid[model.geom_bodyid] != own
+        self._others = np.flatnonzero(is_robot & others)
+
+    def cast(
+        self, data: Any, origin: NDArray[np.float64], rays: NDArray[np.float64], reach: float
+    ) -> NDArray[np.float64]:
+        """Return exact distances from one place along unit vectors, inf where nothing is hit [m].
+
+        Args:
+            data: The `mujoco.MjData`, with positions up to date.
+            origin: The place, `(3,) float64` [m].
+            rays: The unit vectors, `(N, 3) float64`.
+            reach: How far they go [m].
+        """
+        if len(self._hits) != len(rays):
+            self._hits = np.zeros((len(rays), 1), np.int32)
+        groups = self._model.geom_group
+        groups[self._others] = Group.WORLD_COLLISION.value  # which rays see
+        ranges = np.empty(len(rays))
+        mujoco.mj_multiRay(
+            self._model,
+            data,
+            np.ascontiguousarray(origin).reshape(3, 1),
+            np.ascontiguousarray(rays).reshape(-1, 1),
+            _SEEN,
+            True,
+            -1,
+            self._hits,
+            ranges.reshape(-1, 1),
+            None,
+            len(rays),
+            reach,
+        )
+        groups[self._others] = Group.ROBOT_COLLISION.value
+        ranges[ranges < 0.0] = np.inf
+        return ranges
+
+
 class Beams:
     """Casts the beams of a lidar of several rows, or those in a sonar's cone, all at once.
 
@@ -38,7 +97,7 @@ class Beams:
     def __init__(self, model: Any, settings: CloudSettings, rng: np.random.Generator) -> None:
         self._settings = settings
         self._rng = rng
-        self.rebind(model)
+        self._caster = Rays(model, settings.site)
         across = np.linspace(settings.angle_min, settings.angle_max, settings.samples)
         if settings.samples == 1:
             across = np.array([(settings.angle_min + settings.angle_max) / 2])
@@ -49,12 +108,10 @@ class Beams:
         level = np.cos(tilt)
         self._rays = np.column_stack((level * np.cos(turn), level * np.sin(turn), np.sin(tilt)))
         self._rows = np.repeat(np.arange(settings.rows, dtype=np.uint16), settings.samples)
-        self._hits = np.zeros((len(turn), 1), np.int32)
 
     def rebind(self, model: Any) -> None:
         """Go on with another model, in which the robot is the same."""
-        self._model = model
-        self._site = model.site(self._settings.site).id
+        self._caster.rebind(model)
 
     def cloud(self, data: Any) -> Cloud:
         """Return where the beams end.
@@ -77,23 +134,9 @@ class Beams:
 
     def _ranges(self, data: Any) -> NDArray[np.float64]:
         """Return the distances with their noise, inf where nothing is hit [m]."""
-        rotation = data.site_xmat[self._site].reshape(3, 3)
-        ranges = np.empty(len(self._rays))
-        mujoco.mj_multiRay(
-            self._model,
-            data,
-            np.ascontiguousarray(data.site_xpos[self._site]).reshape(3, 1),
-            np.ascontiguousarray(self._rays @ rotation.T).reshape(-1, 1),
-            SEEN,
-            True,
-            -1,
-            self._hits,
-            ranges.reshape(-1, 1),
-            None,
-            len(ranges),
-            self._settings.range_max,
-        )
-        ranges[ranges < 0.0] = np.inf
+        site = self._caster.site
+        rays = self._rays @ data.site_xmat[site].reshape(3, 3).T
+        ranges = self._caster.cast(data, data.site_xpos[site], rays, self._settings.range_max)
         if self._settings.noise > 0.0:
             ranges += self._settings.noise * self._rng.standard_normal(len(ranges))
         return ranges

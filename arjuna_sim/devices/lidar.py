@@ -6,19 +6,16 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_sim.model.geometry.shapes import Group
+from arjuna_sim.devices.beams import Rays
 from arjuna_sim.model.settings import LidarSettings
 
 _SIGMAS = 6.0  # a surface so much beyond the range is read within it once in 1e9 beams
-SEEN = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
-"""By group of geoms, whether rays of sensors see it, `(6,) uint8`."""
 _STRIDE = 1e-3  # [m] beams cast from one place may lie this far apart on the sensor's path
 
 
@@ -68,18 +65,16 @@ class Lidar:
         config: LidarConfig,
         rng: np.random.Generator,
     ) -> None:
-        self._model = model
         self._settings = settings
         self._T_base_sensor = T_base_sensor
         self._config = config
         self._noise = settings.noise if config.noise < 0.0 else config.noise
         self._rng = rng
-        self._site = model.site(settings.site).id
+        self._rays = Rays(model, settings.site)
         span = settings.angle_max - settings.angle_min
         self._increment = span / max(1, settings.samples - 1)
         angles = settings.angle_min + self._increment * np.arange(settings.samples)
         self._beams = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(len(angles))))
-        self._hits = np.zeros((settings.samples, 1), np.int32)
         # A mirror that turns once a scan: a narrow view is swept in a part of the period.
         revolutions = self._increment / (2.0 * math.pi)
         self._time_increment = revolutions / settings.rate if config.sweep else 0.0
@@ -88,8 +83,7 @@ class Lidar:
 
     def rebind(self, model: Any) -> None:
         """Go on with another model, in which the robot is the same."""
-        self._model = model
-        self._site = model.site(self._settings.site).id
+        self._rays.rebind(model)
 
     def settle(self) -> None:
         """Forget the path, since the robot was lifted to another place."""
@@ -99,7 +93,8 @@ class Lidar:
         """Remember where the sensor is at a time [s]; to be called each tick, before `scan`."""
         if not self._config.sweep:
             return
-        place = np.concatenate((data.site_xpos[self._site], data.site_xmat[self._site]))
+        site = self._rays.site
+        place = np.concatenate((data.site_xpos[site], data.site_xmat[site]))
         self._trail.append((now, place))
         oldest = now - float(self._ages[0])
         while len(self._trail) > 2 and self._trail[1][0] <= oldest:
@@ -134,8 +129,9 @@ class Lidar:
         )
 
     def _cast_at_once(self, data: Any) -> NDArray[np.float64]:
-        rotation = data.site_xmat[self._site].reshape(3, 3)
-        return self._cast(data, data.site_xpos[self._site], self._beams @ rotation.T)
+        site = self._rays.site
+        rotation = data.site_xmat[site].reshape(3, 3)
+        return self._cast(data, data.site_xpos[site], self._beams @ rotation.T)
 
     def _sweep(self, data: Any, now: float) -> NDArray[np.float64]:
         """Cast beams from where the sensor was, those from places close together at once."""
@@ -165,20 +161,5 @@ class Lidar:
         self, data: Any, origin: NDArray[np.float64], rays: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Return exact distances from one place along unit vectors, inf where nothing is hit."""
-        ranges = np.empty(len(rays))
-        mujoco.mj_multiRay(
-            self._model,
-            data,
-            np.ascontiguousarray(origin).reshape(3, 1),
-            np.ascontiguousarray(rays).reshape(-1, 1),
-            SEEN,
-            True,
-            -1,
-            self._hits[: len(rays)],
-            ranges.reshape(-1, 1),
-            None,
-            len(rays),
-            self._settings.range_max + _SIGMAS * self._noise,
-        )
-        ranges[ranges < 0.0] = np.inf
-        return ranges
+        reach = self._settings.range_max + _SIGMAS * self._noise
+        return self._rays.cast(data, origin, rays, reach)

@@ -68,7 +68,7 @@ class SimulationServices:
             problem = f"scope {scope} is unknown; valid: 0, 255, or a sum of 1, 2 and 4"
             raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
         if scope & kind.SCOPE_SPAWNED:
-            simulator.stage.clear_spawned()
+            simulator.clear_spawned()
         if scope & kind.SCOPE_STATE:
             simulator.reset_state()
         if scope & kind.SCOPE_TIME:

@@ -1,0 +1,223 @@
+"""Several robots in one world: they meet, sense each other, come and go, and repeat themselves."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import RobotError
+from arjuna_core.se2 import SE2
+from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices.beams import Cloud
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.devices.lidar import LidarConfig
+from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.entities import PlaceTakenError
+from arjuna_sim.model.robot import SOLO, Robot
+from arjuna_sim.model.settings import CloudSettings
+from arjuna_sim.observation import Observation
+from arjuna_sim.physics.robot_body import ROBOTS_MAX
+from arjuna_sim.simulation import Simulation, Start
+from tests.sim.builders import EMPTY, ROBOT, ROOT, simulator
+
+ARJUNA = load_robot(ROBOT)
+BURGER = load_robot(ROOT / "urdf" / "burger.urdf")
+EXACT = SimulatorConfig(lidar=LidarConfig(noise=0.0))
+HALF = 0.2  # of Arjuna's length, about [m]
+
+
+def together(
+    starts: Mapping[str, Start], seed: int = 0, config: SimulatorConfig = EXACT
+) -> Simulation:
+    """Return robots by name in the empty world."""
+    return Simulation(starts, load_world(EMPTY), config, np.random.default_rng(seed))
+
+
+def pair(seed: int = 0, config: SimulatorConfig = EXACT, second: Robot = ARJUNA) -> Simulation:
+    """Return `a` at the origin, and `b` 2 m before it that faces it."""
+    behind = Start(second, SE2(2.0, 0.0, math.pi))
+    return together({"a": Start(ARJUNA), "b": behind}, seed, config)
+
+
+def run(
+    simulation: Simulation, seconds: float, commands: Mapping[str, Velocity] | None = None
+) -> dict[str, Observation]:
+    """Step for a time, repeating commands; return the last observations."""
+    for _ in range(round(seconds / simulation.config.tick)):
+        last = simulation.advance(commands or {})
+    return last
+
+
+def ahead(seen: Observation) -> float:
+    """Return the range ahead [m]."""
+    assert seen.scan is not None
+    return float(seen.scan.ranges[len(seen.scan.ranges) // 2])
+
+
+def sensed(seen: Mapping[str, Observation]) -> bytes:
+    """Return all that robots sensed in a tick."""
+    parts = []
+    for name in seen:
+        one = seen[name]
+        parts += [one.odometry.T_odom_base.array(), one.truth.pose.array(), one.joints.positions]
+        parts += [] if one.imu is None else [one.imu.linear_acceleration, one.imu.angular_velocity]
+        parts += [] if one.scan is None else [one.scan.ranges]
+    return b"".join(np.ascontiguousarray(part).tobytes() for part in parts)
+
+
+def test_each_lidar_sees_the_other_robot_and_not_its_own() -> None:
+    simulation = pair()
+    seen = run(simulation, 0.1)
+    for name in ("a", "b"):
+        assert 2.0 - 2.0 * HALF < ahead(seen[name]) < 2.0
+        scan = seen[name].scan
+        assert scan is not None
+        assert np.isfinite(scan.ranges).sum() < 40  # the other alone: nothing else is there
+    simulation.remove("b")
+    assert ahead(run(simulation, 0.1)["a"]) == math.inf
+
+
+def test_a_lidar_of_several_rows_sees_the_other_robot_and_not_its_own() -> None:
+    rows = CloudSettings(
+        link="lidar_link",
+        frame="lidar_link",
+        rate=10.0,
+        topic="cloud",
+        name="rows",
+        samples=361,
+        angle_min=-math.pi,
+        angle_max=math.pi,
+        range_min=0.1,
+        range_max=10.0,
+        noise=0.0,
+        rows=5,
+        tilt_min=-0.2,
+        tilt_max=0.2,
+    )
+    settings = dataclasses.replace(ARJUNA.settings, further=(rows,))
+    robot = dataclasses.replace(ARJUNA, settings=settings)
+    simulation = together({"a": Start(robot), "b": Start(ARJUNA, SE2(2.0))})
+    run(simulation, 0.02)
+    cloud = simulation.robots["a"].sense(rows, 0.02)
+    assert isinstance(cloud, Cloud)
+    above = cloud.points[cloud.points[:, 2] > -0.1]  # lower ones are of the ground
+    assert len(above) > 0
+    assert ((above[:, 0] > 1.5) & (above[:, 0] < 2.3)).all()
+
+
+def test_a_robot_that_runs_into_another_is_told_so_and_stopped() -> None:
+    simulation = pair(second=BURGER)
+    seen = run(simulation, 6.0, {"a": Velocity(0.4), "b": Velocity(0.2)})
+    assert (seen["a"].contacts, seen["b"].contacts) == (("b",), ("a",))
+    gap = seen["b"].truth.pose.x - seen["a"].truth.pose.x
+    assert gap > 0.15
+    assert seen["b"].truth.pose.x > 0.5  # else it went through
+
+
+def test_a_command_moves_only_its_own_robot() -> None:
+    simulation = pair()
+    run(simulation, 0.2)
+    seen = run(simulation, 1.0, {"b": Velocity(0.2)})
+    assert seen["a"].truth.pose.distance(SE2()) < 1e-4
+    assert seen["b"].truth.pose.x == pytest.approx(1.83, abs=0.03)
+    seen = run(simulation, 1.0)  # the watchdog
+    assert abs(seen["b"].truth.v) < 1e-3
+
+
+def test_robots_of_every_shipped_file_share_a_world() -> None:
+    files = sorted(p for p in (ROOT / "urdf").iterdir() if p.suffix in (".urdf", ".xacro"))
+    robots = {f"r{i}": load_robot(path) for i, path in enumerate(files)}
+    starts = {n: Start(r, SE2(3.0 * i)) for i, (n, r) in enumerate(robots.items())}
+    simulation = together(starts)
+    seen = run(simulation, 2.0, dict.fromkeys(starts, Velocity(0.2)))
+    for name, start in starts.items():
+        way = seen[name].truth.pose.x - start.pose.x
+        alone = simulator(robot=files[list(starts).index(name)])
+        for _ in range(100):
+            last = alone.step(Velocity(0.2))
+        assert way == pytest.approx(last.truth.pose.x, abs=1e-3)
+        assert seen[name].joints.names == last.joints.names
+
+
+def test_each_robot_has_noise_of_its_own_whoever_else_is_there() -> None:
+    config = SimulatorConfig()
+    both = run(pair(config=config), 0.2)
+    assert both["a"].imu is not None
+    assert both["b"].imu is not None
+    assert both["a"].imu.rpy[:2] != both["b"].imu.rpy[:2]
+    only = {"b": Start(ARJUNA, SE2(2.0, 0.0, math.pi))}
+    alone = run(together(only, config=config), 0.2)["b"].imu
+    assert alone is not None
+    assert both["b"].imu.angular_velocity == pytest.approx(alone.angular_velocity, abs=1e-9)
+
+
+def _coming_and_going(seed: int) -> bytes:
+    simulation = pair(seed, SimulatorConfig())
+    drive = {"a": Velocity(0.2, 0.3), "b": Velocity(0.1, -0.2), "c": Velocity(0.2)}
+    parts = [sensed(simulation.advance(drive)) for _ in range(20)]
+    simulation.add("c", Start(BURGER, SE2(0.0, 1.5, 1.0)))
+    parts += [sensed(simulation.advance(drive)) for _ in range(20)]
+    simulation.remove("a")
+    parts += [sensed(simulation.advance(drive)) for _ in range(20)]
+    simulation.reset()
+    assert set(simulation.robots) == {"a", "b"}
+    again = [sensed(simulation.advance(drive)) for _ in range(20)]
+    assert again == parts[:20]
+    return b"".join(parts)
+
+
+def test_robots_that_come_and_go_repeat_themselves() -> None:
+    first = _coming_and_going(3)
+    assert first == _coming_and_going(3)
+    assert first != _coming_and_going(4)
+
+
+def test_a_robot_goes_on_as_it_was_when_another_comes_or_goes() -> None:
+    simulation = pair()
+    run(simulation, 0.5, {"a": Velocity(0.3, 0.5)})
+    before, wheels = simulation.robots["a"].truth(), simulation.robots["a"].wheel_angles()
+    simulation.add("c", Start(ARJUNA, SE2(0.0, 2.0)))
+    assert simulation.robots["a"].truth() == before
+    simulation.remove("b")
+    assert simulation.robots["a"].truth() == before
+    assert simulation.robots["a"].wheel_angles() == wheels
+    seen = run(simulation, 0.2, {"a": Velocity(0.3, 0.5)})
+    assert seen["a"].truth.v == pytest.approx(0.3, abs=0.02)
+
+
+def test_robots_that_start_at_one_place_stand_beside_each_other() -> None:
+    simulation = together({"a": Start(ARJUNA), "b": Start(ARJUNA)})
+    first, second = (robot.spawn for robot in simulation.robots.values())
+    assert first == SE2()
+    assert 0.3 < second.distance(first) < 1.0
+    assert any(note.startswith("b: the start (0, 0) is inside a") for note in simulation.notes)
+
+
+def test_a_place_that_is_taken_is_refused_and_nothing_changes() -> None:
+    simulation = pair()
+    with pytest.raises(PlaceTakenError, match="'c' would stand in b there"):
+        simulation.add("c", Start(BURGER, SE2(2.05)))
+    assert set(simulation.robots) == set(simulation.stage.robots) == {"a", "b"}
+    simulation.add("c", Start(BURGER, SE2(3.0)))
+    simulation.clear_spawned()
+    assert set(simulation.robots) == {"a", "b"}
+
+
+def test_a_robot_beside_one_without_a_name_comes_and_goes() -> None:
+    sim = simulator()
+    sim.add("b", Start(ARJUNA, SE2(2.0)))
+    assert set(sim.advance({"b": Velocity(0.1)})) == {SOLO, "b"}
+    assert math.isfinite(ahead(run(sim, 0.08)[SOLO]))
+    sim.remove("b")
+    assert set(sim.advance({})) == {SOLO}
+
+
+def test_more_robots_than_there_are_bits_are_refused() -> None:
+    starts = {f"r{i}": Start(BURGER, SE2(i)) for i in range(ROBOTS_MAX + 1)}
+    with pytest.raises(RobotError, match=f"at most {ROBOTS_MAX} can be in one world"):
+        together(starts)
