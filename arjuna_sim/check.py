@@ -15,7 +15,7 @@ from arjuna_core.pose3 import ORIGIN
 from arjuna_sim.files.map_world import MAP_SUFFIXES
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.guess import save_guess
-from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.files.urdf.robot_file import load_robot, names_drive
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import read_bytes
 from arjuna_sim.model.footprint import footprint
@@ -46,7 +46,6 @@ _TIMESTEP = 0.004
 _ROBOT_SUFFIXES = (".urdf", ".xacro")
 _WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
 _ROOT = re.compile(rb"<\s*(sdf|robot)\b")
-_DRIVES = re.compile(rb"<plugin[^>]*(drive|control|planar|ackermann|steering)", re.IGNORECASE)
 
 _KINDS: dict[type[SensorSettings], str] = {
     LidarSettings: "lidar",
@@ -116,7 +115,7 @@ def is_robot(path: Path) -> bool:
     text = read_bytes(path, InputFileError)
     root = _ROOT.search(text)
     if root is not None and path.suffix not in MAP_SUFFIXES:
-        drives = b"<world" not in text and _DRIVES.search(text) is not None
+        drives = b"<world" not in text and names_drive(text)
         return root.group(1) == b"robot" or drives
     if path.suffix not in (*_ROBOT_SUFFIXES, *_WORLD_SUFFIXES):
         valid = ", ".join((*_ROBOT_SUFFIXES, *_WORLD_SUFFIXES))

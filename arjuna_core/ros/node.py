@@ -282,6 +282,11 @@ class ManagedNode(Guarded, LifecycleNode):
         self._release()
         return TransitionCallbackReturn.SUCCESS
 
+    def destroy_node(self) -> None:
+        """Leave the graph, with the publisher of transitions, which rclpy forgets."""
+        super().destroy_node()
+        self._state_machine.destroy_when_not_in_use()
+
     def _release(self) -> None:
         self._tasks.clear()
         while self._made:

@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from typing import Any, Protocol
 
+from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
@@ -83,6 +84,8 @@ class Process:
         namespace: The robot's namespace: all its nodes and topics are below, /tf and /clock too.
         strict: Whether what a callback raises is raised by `drain`, for tests; else it is told and
             counted, and the process goes on.
+        beside: A process whose executor, place in the graph and guard it shares: of one that has
+            several robots each has a clock, transforms and nodes below a namespace of its own.
 
     Attributes:
         guard: Where what a callback raises ends.
@@ -96,14 +99,20 @@ class Process:
         isolated: bool = False,
         namespace: str = "",
         strict: bool = False,
+        beside: Process | None = None,
     ) -> None:
         self.now = 0.0
-        self.guard = Guard(lambda: self.now, strict)
+        self._beside = beside
+        self.guard: Guard = beside.guard if beside else Guard(lambda: self.now, strict)
         self.on_long_step: Callable[[float], None] = lambda patience: None
+        if beside is not None:
+            self.on_long_step = lambda patience: beside.on_long_step(patience)
         self.use_sim_time = use_sim_time
         self.namespace = namespace.strip("/")
         with _discovery(isolated):
-            self.context = new_context(_ISOLATED_DOMAIN if isolated else None)
+            self.context: Context = (
+                beside.context if beside else new_context(_ISOLATED_DOMAIN if isolated else None)
+            )
             # the middleware reads the range when the context's first node is made
             # clients that ask every node for its parameters wait for one that does not answer
             self.node = GuardedNode(
@@ -114,7 +123,9 @@ class Process:
                 start_parameter_services=not isolated,
             )
         describe_sim_time(self.node)
-        self.executor = EventsExecutor(context=self.context)
+        self.executor: EventsExecutor = (
+            beside.executor if beside else EventsExecutor(context=self.context)
+        )
         self.nodes: list[ClockedNode] = []
         self.executor.add_node(self.node)
         self._diagnostics = Diagnostics(self.node, self.guard)
@@ -210,9 +221,12 @@ class Process:
 
     def close(self) -> None:
         """Destroy every node and leave the graph."""
-        for node in self.nodes:
+        for node in (*self.nodes, self.node):
+            if self._beside is not None:
+                self.executor.remove_node(node)
             node.destroy_node()
-        self.node.destroy_node()
+        if self._beside is not None:
+            return
         self.executor.shutdown()
         if self.context.ok():
             self.context.shutdown()

@@ -14,6 +14,8 @@ from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.library import Fault, Library, ResourceError
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
+from arjuna_sim.files.urdf.robot_file import is_sdf, names_drive, robot_of_text
+from arjuna_sim.files.urdf.xacro_file import Expanded
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import person
 from arjuna_sim.model.entities import (
@@ -25,6 +27,7 @@ from arjuna_sim.model.entities import (
 )
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.notes import Note, NoteKind
+from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.world import GROUND, World
 
 FORMATS = ("sdf", "urdf")
@@ -57,17 +60,49 @@ def read_entity(uri: str, text: str, library: Library) -> Entity:
     Raises:
         ResourceError: It cannot be read or is nothing that can be spawned.
     """
-    if not uri.strip():
-        return _read_text(library.folder / "resource_string", text, library)
     primitive = _PRIMITIVE.fullmatch(uri.strip())
     if primitive is not None:
         return _primitive(*primitive.groups())
+    return _read_text(*_content(uri, text, library), library)
+
+
+def read_driven(uri: str, text: str, library: Library) -> Robot | None:
+    """Return what a client asks to spawn as a robot, None where it is none that drives itself.
+
+    An SDF model drives where it has a plugin for it, a URDF also where its wheels are found.
+
+    Args:
+        uri: As `read_entity` takes it, which has to accept it.
+        text: As `read_entity` takes it.
+        library: Where files are found.
+
+    Raises:
+        ResourceError: A file that names a drive cannot be read as a robot.
+    """
+    if _PRIMITIVE.fullmatch(uri.strip()) is not None:
+        return None
+    path, content = _content(uri, text, library)
+    told = content.encode()
+    if is_sdf(told) and not names_drive(told):
+        return None
+    try:
+        robot = robot_of_text(path, Expanded(told), library.search)
+    except InputFileError as error:
+        if not names_drive(told):
+            return None
+        raise ResourceError(Fault.RESOURCE_PARSE_ERROR, str(error)) from error
+    return robot if robot.drive.wheels else None
+
+
+def _content(uri: str, text: str, library: Library) -> tuple[Path, str]:
+    """Return the text that a client names or sends, and where it is from."""
+    if not uri.strip():
+        return library.folder / "resource_string", text
     path = library.find(uri.strip(), (".sdf", ".urdf"))
     try:
-        content = path.read_text(encoding="utf-8", errors="replace")
+        return path, path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise ResourceError(Fault.FORBIDDEN, f"'{uri}' cannot be read: {error.strerror}") from error
-    return _read_text(path, content, library)
 
 
 def _primitive(kind: str, sizes: str | None, mass: str | None) -> Entity:

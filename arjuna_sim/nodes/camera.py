@@ -13,9 +13,10 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.camera import CameraError, Shot, focal_length, points
 from arjuna_sim.devices.camera_thread import CameraThread
+from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.nodes.sensor_messages import cloud_msg
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.physics.stage import Stage
 
 
 class CameraTopics:
@@ -26,13 +27,16 @@ class CameraTopics:
 
     Args:
         node: The node, being configured.
-        simulator: Has the camera.
+        robot: Has the camera.
+        stage: What it sees.
         settings: The camera, whose topic is that of the colour image.
     """
 
-    def __init__(self, node: ManagedNode, simulator: Simulator, settings: CameraSettings) -> None:
+    def __init__(
+        self, node: ManagedNode, robot: DrivenRobot, stage: Stage, settings: CameraSettings
+    ) -> None:
         self._log = node.get_logger()
-        self._simulator = simulator
+        self._robot, self._stage = robot, stage
         self._settings = settings
         depth = settings.depth_topic or beside(settings.topic, "depth/image_raw")
         info = settings.info_topic or beside(settings.topic, "camera_info")
@@ -79,13 +83,14 @@ class CameraTopics:
 
     def _ask(self, now: float, color: bool, depth: bool) -> None:
         if self._thread is None:
-            self._thread = CameraThread(self._settings)
-        stage = self._simulator.stage
-        self._thread.ask(stage.scene.model, stage.data, now, color, depth)
+            staged = self._robot.staged(self._settings)
+            assert isinstance(staged, CameraSettings)
+            self._thread = CameraThread(staged)
+        self._thread.ask(self._stage.scene.model, self._stage.data, now, color, depth)
 
     def _shoot(self, now: float, color: bool, depth: bool) -> None:
         try:
-            shot: Shot | CameraError = self._simulator.picture(color, depth, self._settings)
+            shot: Shot | CameraError = self._robot.picture(color, depth, self._settings)
         except CameraError as error:
             shot = error
         self._finish(now, shot)

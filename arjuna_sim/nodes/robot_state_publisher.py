@@ -17,6 +17,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.inputs import named_robot
 from arjuna_sim.model.optical import sensor_frame
+from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.nodes.messages import transform3_msg
 
@@ -37,14 +38,20 @@ class RobotStatePublisherConfig:
 
 
 class RobotStatePublisherNode(ManagedNode):
-    """Publishes /robot_description, /tf_static and, from /joint_states, /tf."""
+    """Publishes /robot_description, /tf_static and, from /joint_states, /tf.
+
+    Attributes:
+        given: The robot, where it is not to be read from the parameters' file.
+    """
 
     Config = RobotStatePublisherConfig
     DEFAULT_NAME = "robot_state_publisher"
+    given: Robot | None = None
 
     def configure(self) -> None:
         """Load the robot and create the topics."""
-        self._robot = named_robot(self.config.robot, self.config.robot_arguments)
+        config: RobotStatePublisherConfig = self.config
+        self._robot = self.given or named_robot(config.robot, config.robot_arguments)
         self._urdf: Urdf = self._robot.urdf
         self._description = self.publisher(String, "robot_description", qos.LATCHED)
         self._static = self.publisher(TFMessage, "/tf_static", qos.TF_STATIC)

@@ -31,6 +31,7 @@ from arjuna_sim.model.settings import (
 )
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
+from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.observation import Observation
 from arjuna_sim.physics.robot_motion import Truth
 
@@ -97,25 +98,28 @@ class RobotTopics:
     Args:
         node: The node, being configured.
         robot: The robot.
+        config: The simulator's parameters.
 
     Attributes:
         settings: The sensors, with their topics.
         drive: The drive, with its topics.
+        is_fused: Whether odometry is left to the filter of wheels and gyro.
     """
 
-    def __init__(self, node: ManagedNode, robot: Robot) -> None:
-        plain = node.config.standard_topics
+    def __init__(self, node: ManagedNode, robot: Robot, config: SimConfig) -> None:
+        plain = config.standard_topics
         settings = standard(robot.settings) if plain else robot.settings
         self.settings = _with_frames(settings, robot)
         self.drive = standard_drive(robot.drive) if plain else robot.drive
         # a file that asks for the world's odometry gets it; the filter knows no way to the side
         is_wheels = not self.drive.from_world and self.drive.kind is DriveKind.SIDES
-        if node.config.fused_odometry and is_wheels and self.settings.imu is not None:
+        self.is_fused = bool(config.fused_odometry and is_wheels and self.settings.imu)
+        if self.is_fused:
             self.drive = wheels_alone(self.drive)
         self._base = robot.urdf.root
-        self._truth = node.config.publish_ground_truth
+        self._truth = config.publish_ground_truth
         _check_topics(robot.urdf.path, self.drive, self.settings)
-        _check_rates(node, self.settings)
+        _check_rates(node, self.settings, config)
         self._tf_out = node.publisher(TFMessage, "/tf", qos.TF)
         self._odom_out = node.publisher(Odometry, self.drive.odometry_topic, qos.DEFAULT)
         self._joints_out = node.publisher(JointState, "joint_states", qos.DEFAULT)
@@ -126,7 +130,7 @@ class RobotTopics:
         self._scan_out = node.publisher(LaserScan, lidar or TOPICS["lidar"], qos.SENSOR_PUBLISHER)
         self._truth_out = node.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
         self._static_out = node.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
-        self._odom_due = _slower(self.drive.rate, node.config.tick)
+        self._odom_due = _slower(self.drive.rate, config.tick)
 
     def publish_static(self, now: float) -> None:
         """Publish where the world is at a time [s]: a map has the world's coordinates."""
@@ -179,9 +183,9 @@ def _check_topics(path: Path, drive: DriveSettings, settings: GazeboSettings) ->
             raise RobotError(path, problem) from error
 
 
-def _check_rates(node: ManagedNode, settings: GazeboSettings) -> None:
+def _check_rates(node: ManagedNode, settings: GazeboSettings, config: SimConfig) -> None:
     """Say where a sensor is asked to be faster than the simulation."""
-    tick, step = node.config.tick, node.config.physics_timestep
+    tick, step = config.tick, config.physics_timestep
     for name, sensor, period in (
         ("lidar", settings.lidar, tick),
         ("camera", settings.camera, tick),

@@ -13,6 +13,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, scan_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
+from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.settings import (
     AltimeterSettings,
     BumperSettings,
@@ -26,7 +27,6 @@ from arjuna_sim.model.settings import (
 )
 from arjuna_sim.nodes.messages import imu_msg
 from arjuna_sim.nodes.sensor_messages import cloud_msg, field_msg, fix_msg, range_msg
-from arjuna_sim.simulator import Simulator
 
 _Convert = Callable[[Any, Any, float], Any]
 
@@ -71,14 +71,14 @@ class SensorTopics:
 
     Args:
         node: The node, being configured.
-        simulator: Has the sensors.
+        robot: Has the sensors.
         sensors: The sensors, with their topics and frames; cameras have topics of their own.
     """
 
     def __init__(
-        self, node: ManagedNode, simulator: Simulator, sensors: tuple[SensorSettings, ...]
+        self, node: ManagedNode, robot: DrivenRobot, sensors: tuple[SensorSettings, ...]
     ) -> None:
-        self._simulator = simulator
+        self._robot = robot
         self._all = [
             (sensor, node.publisher(kind, sensor.topic, qos.SENSOR_PUBLISHER), convert, due)
             for sensor in sensors
@@ -91,4 +91,4 @@ class SensorTopics:
         """Publish what is due at a time [s]."""
         for sensor, out, convert, due in self._all:
             if due.due(now) and out.get_subscription_count() > 0:
-                out.publish(convert(sensor, self._simulator.sense(sensor), now))
+                out.publish(convert(sensor, self._robot.sense(sensor, now), now))

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
 from arjuna_core.config import SEED_MAX, param
+from arjuna_core.errors import ConfigError
 from arjuna_sim.config import SimulatorConfig
+
+NAMESPACE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 
 @dataclass(frozen=True)
@@ -63,3 +67,36 @@ class SimConfig(SimulatorConfig):
         read_only=True,
     )
     initial_pose: InitialPose = field(default_factory=InitialPose)
+    namespaces: tuple[str, ...] = param(
+        (),
+        "Namespaces of several robots, each with nodes, topics, /tf and /clock of its own below"
+        " it; empty for one robot, in the simulator's own.",
+        read_only=True,
+    )
+    robots: tuple[str, ...] = param(
+        (), "Their files, one for each namespace; empty takes 'robot' for all.", read_only=True
+    )
+    starts: tuple[float, ...] = param(
+        (),
+        "Where they start, x, y and yaw of one after the other; empty takes 'initial_pose' for the"
+        " first and what is free beside it for the others.",
+        unit="m, m, rad",
+        read_only=True,
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse robots that lack a namespace of their own, or a start."""
+        super().__post_init__()
+        names = [name.strip("/") for name in self.namespaces]
+        for name in names:
+            if not NAMESPACE.fullmatch(name):
+                raise ConfigError(f"'{name}' is no namespace; valid: as a or a/b")
+            if names.count(name) > 1:
+                problem = f"namespace '{name}' is given {names.count(name)} times"
+                raise ConfigError(f"{problem}; each robot needs one of its own")
+        if self.robots and len(self.robots) != len(names):
+            problem = f"{len(self.robots)} robots and {len(names)} namespaces"
+            raise ConfigError(f"{problem} are given; each robot needs one of its own")
+        if self.starts and len(self.starts) != 3 * len(names):
+            problem = f"{len(self.starts)} numbers for the starts of {len(names)} robots"
+            raise ConfigError(f"{problem}; each takes x, y and yaw")

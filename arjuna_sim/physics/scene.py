@@ -35,6 +35,7 @@ class RobotInScene:
     """Where to find a robot in a compiled model.
 
     Attributes:
+        title: What others call it: its name, or its file's where it is `SOLO`.
         base: Address of its root in qpos (7 values) and qvel (6 values).
         rates: Which values of qvel are its own.
         joint_position: Addresses of the moving joints in qpos, in the robot's order.
@@ -46,6 +47,7 @@ class RobotInScene:
         servos: The wheels' motors.
     """
 
+    title: str
     base: tuple[int, int]
     rates: slice
     joint_position: NDArray[np.int64]
@@ -64,7 +66,8 @@ class Scene:
     Attributes:
         model: The `mujoco.MjModel`.
         robots: Its robots by name.
-        names: For each geom the model or the robot it belongs to, "" for the ground.
+        names: For each geom the model, or the one of several robots, that it belongs to; "" for the
+            ground.
         is_obstacle: For each geom whether it has such a name, `(G,) bool`.
         rollers: Addresses in qpos of what the rollers of all wheels have turned.
     """
@@ -134,7 +137,7 @@ def _tuned(
     }
     rank_friction(model, sorted(tyre for each in standing.values() for tyre in each.tyres))
     return {
-        name: _found(model, robot, tune_servos(model, robot, servo), standing[name])
+        name: _found(model, name, robot, tune_servos(model, robot, servo), standing[name])
         for name, robot in robots.items()
     }
 
@@ -182,7 +185,7 @@ def _root(model: Any, robot: Robot) -> int:
     return int(model.body(f"body:{robot.urdf.root}").id)
 
 
-def _found(model: Any, robot: Robot, servos: Servos, standing: Standing) -> RobotInScene:
+def _found(model: Any, name: str, robot: Robot, servos: Servos, standing: Standing) -> RobotInScene:
     """Find a robot's parts."""
 
     def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
@@ -193,6 +196,7 @@ def _found(model: Any, robot: Robot, servos: Servos, standing: Standing) -> Robo
     rates = np.flatnonzero(model.body_rootid[model.dof_bodyid] == root)
     is_own = model.body_rootid[model.geom_bodyid] == root
     return RobotInScene(
+        name or robot.urdf.name,
         (int(base.qposadr[0]), int(base.dofadr[0])),
         slice(int(rates[0]), int(rates[-1]) + 1),
         positions(moving),
@@ -210,9 +214,9 @@ def _scene(
 ) -> Scene:
     """Name geoms; they are in the order of their bodies: the world, the robots, the entities."""
     names = [*models, *[""] * (model.ngeom - len(models) - len(owners)), *owners]
-    for name, robot in robots.items():
+    for robot in robots.values() if len(robots) > 1 else ():
         for geom in np.flatnonzero(robot.is_solid).tolist():
-            names[geom] = name
+            names[geom] = robot.title
     rollers = [robot.rollers for robot in robots.values()]
     return Scene(
         model,

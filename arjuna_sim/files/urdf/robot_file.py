@@ -22,6 +22,7 @@ from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.wheels import eccentricity, is_round, wheel_sign
 
+_DRIVES = re.compile(rb"<plugin[^>]*(drive|control|planar|ackermann|steering)", re.IGNORECASE)
 _ROOT = re.compile(rb"<\s*(sdf|robot)\b")
 
 
@@ -46,6 +47,20 @@ def load_robot(
     search = SearchPath.of() if search is None else search
     if has_macros(path, text):
         expanded = expand(path, search, arguments or {})
+    return robot_of_text(path, expanded, search)
+
+
+def robot_of_text(path: Path, expanded: Expanded, search: SearchPath) -> Robot:
+    """Read a robot from a URDF or SDF without macros.
+
+    Args:
+        path: The file, for messages and for what stands beside it.
+        expanded: Its text.
+        search: Where to look for what it refers to.
+
+    Raises:
+        RobotError: It does not describe a robot.
+    """
     text, notes = expanded.text, expanded.notes
     if is_sdf(text):
         sdf = XmlFile(path, "sdf", RobotError, text, search)
@@ -55,6 +70,11 @@ def load_robot(
     xml.beside = (path, *expanded.files)
     xml.keep(*notes)
     return read_robot(xml)
+
+
+def names_drive(text: bytes) -> bool:
+    """Tell whether a file has a plugin that drives or controls."""
+    return _DRIVES.search(text) is not None
 
 
 def is_sdf(text: bytes) -> bool:

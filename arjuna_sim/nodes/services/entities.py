@@ -10,6 +10,7 @@ from simulation_interfaces.msg import Result, SimulationState
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import Entity, PlaceTakenError
+from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.messages import box_msg
 from arjuna_sim.nodes.services.entity_filters import matching
 from arjuna_sim.nodes.services.host import Host
@@ -78,10 +79,14 @@ class EntityServices:
 
     def _delete(self, request: Any, response: Any) -> None:
         entity = self._known.find(request.entity)
-        if entity is self._known.robot:
+        robot = self._known.robot(entity)
+        if robot is None:
+            self._host.simulator.stage.delete(entity.name)
+        elif robot.name == SOLO:
             problem = "the robot cannot be deleted, for the simulation is its own"
             raise RequestError(Result.RESULT_OPERATION_FAILED, problem)
-        self._host.simulator.stage.delete(entity.name)
+        else:
+            self._host.fleet.remove(robot.name)
         self._known.infos.pop(entity.name, None)
 
     def _set_entity_state(self, request: Any, response: Any) -> None:
@@ -100,10 +105,10 @@ class EntityServices:
             raise RequestError(invalid, str(error)) from error
 
     def _move(self, entity: Entity, pose: Pose3) -> None:
-        simulator = self._host.simulator
-        if entity is not self._known.robot:
-            simulator.stage.move(entity.name, entity.lifted(pose))
+        robot = self._known.robot(entity)
+        if robot is None:
+            self._host.simulator.stage.move(entity.name, entity.lifted(pose))
             return
-        if touched := simulator.obstacles_at(pose.planar()):
+        if touched := robot.obstacles_at(pose.planar()):
             raise PlaceTakenError(f"the place is taken by {', '.join(touched)}")
-        simulator.set_pose(pose.planar())
+        robot.set_pose(pose.planar())

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from arjuna_sim.files.library import Library
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.nodes.fleet import Fleet
+from arjuna_sim.simulation import Simulation
 
 
 class Host(Protocol):
@@ -14,12 +15,14 @@ class Host(Protocol):
 
     Attributes:
         simulator: The core.
+        fleet: The robots that have nodes of their own.
         library: What clients may name.
         state: A SimulationState constant: whether simulated time runs.
         quitting: Whether a client asked the process to end.
     """
 
-    simulator: Simulator
+    simulator: Simulation
+    fleet: Fleet
     library: Library
     state: int
     quitting: bool

@@ -2,40 +2,59 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 from simulation_interfaces.msg import EntityCategory, EntityInfo, EntityState, Result
 
 from arjuna_core.errors import nearest
 from arjuna_core.pose3 import Pose3
+from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.entities import Entity, entity_of_robot
+from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.messages import WORLD, entity_state, motion_msg, pose3_from_msg
 from arjuna_sim.nodes.services.results import RequestError
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation
 
 ALIAS = "robot"
-"""A name for the robot, whatever its file calls it."""
+"""A name for the simulator's own robot, whatever its file calls it."""
 
 
 class KnownEntities:
-    """The robot, and what the stage holds.
+    """The robots, and what the stage holds.
 
     Args:
         simulator: Holds them.
 
     Attributes:
-        robot: The robot as an entity.
         infos: Descriptions and tags that clients gave, by name.
     """
 
-    def __init__(self, simulator: Simulator) -> None:
+    def __init__(self, simulator: Simulation) -> None:
         self._simulator = simulator
-        self.robot = entity_of_robot(simulator.robot.urdf)
+        self._entities: dict[str, tuple[DrivenRobot, Entity]] = {}
         self.infos: dict[str, EntityInfo] = {}
 
     def all(self) -> list[Entity]:
-        """Return the robot, and what the stage holds."""
-        return [self.robot, *self._simulator.stage.entities]
+        """Return the robots, and what the stage holds."""
+        robots = [self._entity(robot) for robot in self._simulator.robots.values()]
+        taken = {robot.name for robot in robots}
+        return [*robots, *(e for e in self._simulator.stage.entities if e.name not in taken)]
+
+    def _entity(self, robot: DrivenRobot) -> Entity:
+        """Return a robot as an entity; the simulator's own has the name of its file."""
+        known = self._entities.get(robot.name)
+        if known is None or known[0] is not robot:
+            entity = entity_of_robot(robot.robot.urdf)
+            if robot.name != SOLO:
+                entity = dataclasses.replace(entity, name=robot.name)
+            known = self._entities[robot.name] = robot, entity
+        return known[1]
+
+    def robot(self, entity: Entity) -> DrivenRobot | None:
+        """Return the robot that an entity is, None where it is none."""
+        found = (each for each in self._simulator.robots.values() if self._entity(each) is entity)
+        return next(found, None)
 
     def find(self, name: str) -> Entity:
         """Return the entity of a name.
@@ -45,8 +64,8 @@ class KnownEntities:
         """
         wanted = name.strip("/")
         entities = {entity.name: entity for entity in self.all()}
-        if wanted == ALIAS and wanted not in entities:
-            return self.robot
+        if wanted == ALIAS and wanted not in entities and SOLO in self._simulator.robots:
+            return self._entity(self._simulator.robots[SOLO])
         if wanted not in entities:
             problem = f"entity '{name}' does not exist; {nearest(wanted, [*entities, ALIAS])}"
             raise RequestError(Result.RESULT_NOT_FOUND, problem)
@@ -55,8 +74,9 @@ class KnownEntities:
     def state(self, entity: Entity) -> EntityState:
         """Return where an entity is and how it moves."""
         simulator = self._simulator
-        if entity is self.robot:
-            return entity_state(simulator.truth(), simulator.time)
+        robot = self.robot(entity)
+        if robot is not None:
+            return entity_state(robot.truth(), simulator.time)
         return motion_msg(simulator.stage.motion(entity.name), simulator.time)
 
     def info(self, entity: Entity) -> EntityInfo:

@@ -69,6 +69,7 @@ class SimulationServices:
             raise RequestError(Result.RESULT_FEATURE_UNSUPPORTED, problem)
         if scope & kind.SCOPE_SPAWNED:
             simulator.clear_spawned()
+            self._host.fleet.match()
         if scope & kind.SCOPE_STATE:
             simulator.reset_state()
         if scope & kind.SCOPE_TIME:

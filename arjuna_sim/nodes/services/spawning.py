@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Callable
 from typing import Any
 
 from simulation_interfaces.msg import Resource, Result, Spawnable, SpawnResult
@@ -12,16 +13,17 @@ from simulation_interfaces.srv import GetSpawnables, SpawnEntities, SpawnEntity
 from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.library import ResourceError
-from arjuna_sim.files.spawned import read_entity
+from arjuna_sim.files.spawned import read_driven, read_entity
 from arjuna_sim.model.actors import Trajectory
 from arjuna_sim.model.entities import Entity, PlaceTakenError
+from arjuna_sim.nodes.fleet import NamespaceError
 from arjuna_sim.nodes.services.entities import in_world
 from arjuna_sim.nodes.services.host import Host
 from arjuna_sim.nodes.services.known_entities import ALIAS, KnownEntities
 from arjuna_sim.nodes.services.results import OK, RequestError, resource_error
+from arjuna_sim.nodes.sim_config import NAMESPACE
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./:-]{0,127}")
-_NAMESPACE = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 _EXAMPLES = ("box:0.5,0.5,1.0", "cylinder:0.2,1.0", "sphere:0.25", "person")
 
 
@@ -80,23 +82,35 @@ class SpawnServices:
         if not request.name and not request.allow_renaming:
             problem = "the name is empty; give one, or allow renaming"
             raise RequestError(codes.NAME_INVALID, problem)
-        if request.entity_namespace and not _NAMESPACE.fullmatch(request.entity_namespace):
+        wanted = request.entity_namespace.removeprefix("/")
+        if wanted and not NAMESPACE.fullmatch(wanted):
             problem = f"namespace '{request.entity_namespace}' is invalid; valid: as /a/b"
             raise RequestError(codes.NAMESPACE_INVALID, problem)
-        resource = request.entity_resource
+        what = request.entity_resource.uri, request.entity_resource.resource_string
         try:
-            entity = read_entity(resource.uri, resource.resource_string, self._host.library)
+            entity = read_entity(*what, self._host.library)
+            robot = None if _is_static(entity) else read_driven(*what, self._host.library)
         except ResourceError as error:
             raise resource_error(codes, error) from error
         name = self._free_name(request.name or entity.name, request.allow_renaming)
         start = request.initial_pose
         pose = self._known.pose(start.header.frame_id, start.pose, codes.INVALID_POSE)
-        self._put(placed(entity, name, pose))
+        if robot is None:
+            self._put(lambda: self._host.simulator.stage.spawn(placed(entity, name, pose)))
+            return name
+        namespace = (request.entity_namespace or name).strip("/")
+        if not NAMESPACE.fullmatch(namespace):
+            problem = f"a robot that drives needs an entity_namespace, for '{name}' cannot be one"
+            raise RequestError(codes.NAMESPACE_INVALID, f"{problem}; valid: as /a/b")
+        self._put(lambda: self._host.fleet.add(name, namespace, robot, pose.planar()))
         return name
 
-    def _put(self, entity: Entity) -> None:
+    def _put(self, put: Callable[[], None]) -> None:
         try:
-            self._host.simulator.stage.spawn(entity)
+            put()
+        except NamespaceError as error:
+            code = SpawnEntity.Response.NAMESPACE_INVALID
+            raise RequestError(code, str(error)) from error
         except PlaceTakenError as error:
             raise RequestError(SpawnEntity.Response.INVALID_POSE, str(error)) from error
         except ArjunaError as error:  # MuJoCo refuses it
@@ -114,6 +128,10 @@ class SpawnServices:
         while f"{name}_{number}" in taken:
             number += 1
         return f"{name}_{number}"
+
+
+def _is_static(entity: Entity) -> bool:
+    return entity.mass == 0.0 or entity.trajectory is not None
 
 
 def placed(entity: Entity, name: str, pose: Pose3) -> Entity:

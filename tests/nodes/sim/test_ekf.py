@@ -19,6 +19,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import header, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
+from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.ekf import EkfNode
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import TICK, RosBench
@@ -142,7 +143,8 @@ def test_a_file_that_asks_for_the_worlds_odometry_gets_it(bench: RosBench, tmp_p
     wheels, odometry = bench.collect(Odometry, "wheel_odom"), bench.collect(Odometry, "odom")
     run(bench, sim, 50)
     assert (len(wheels), len(odometry)) == (0, 50)
-    assert se2_from_pose(odometry[-1].pose.pose).distance(sim.simulator.truth().pose) < 1e-9
+    truth = sim.simulator.robots[SOLO].truth().pose
+    assert se2_from_pose(odometry[-1].pose.pose).distance(truth) < 1e-9
 
 
 def test_wheels_that_are_silent_for_the_timeout_end_the_odometry(bench: RosBench) -> None:

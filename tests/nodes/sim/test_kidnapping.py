@@ -15,6 +15,7 @@ from simulation_interfaces.srv import (
 )
 
 from arjuna_core.se2 import SE2
+from arjuna_sim.model.robot import SOLO
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
 
@@ -62,4 +63,4 @@ def test_impossible_kidnap_is_refused_and_moves_nothing(
     response = bench.call(SetEntityState, "/set_entity_state", request)
     assert response.result.result == code
     assert words in response.result.error_message
-    assert sim.simulator.truth().pose.distance(SE2()) < 1e-6
+    assert sim.simulator.robots[SOLO].truth().pose.distance(SE2()) < 1e-6

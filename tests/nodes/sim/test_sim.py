@@ -29,6 +29,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
+from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
@@ -180,7 +181,7 @@ def test_initial_pose_and_nested_parameters_reach_the_core(bench: RosBench) -> N
     sim = start_sim(
         bench, initial_pose={"x": 1.0, "yaw": 0.5}, drive={"max_linear_velocity": 0.2}, seed=4
     )
-    pose = sim.simulator.truth().pose
+    pose = sim.simulator.robots[SOLO].truth().pose
     assert (pose.x, pose.y, pose.theta) == pytest.approx((1.0, 0.0, 0.5))
     assert sim.simulator.config.drive.max_linear_velocity == 0.2
 

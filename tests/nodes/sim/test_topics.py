@@ -17,6 +17,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
+from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
@@ -108,7 +109,7 @@ def test_world_odometry_is_the_truth(bench: RosBench, tmp_path: Path) -> None:
     sim = start_sim(bench, robot=robot, initial_pose={"x": 1.0, "y": 0.5, "yaw": 0.3})
     odom = bench.collect(Odometry, "/odom")
     run(bench, sim, 5)
-    truth = sim.simulator.truth().pose
+    truth = sim.simulator.robots[SOLO].truth().pose
     place = odom[-1].pose.pose.position
     assert (place.x, place.y) == pytest.approx((truth.x, truth.y), abs=1e-9)
     assert truth.x == pytest.approx(1.0, abs=1e-3)

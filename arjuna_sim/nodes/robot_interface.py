@@ -1,0 +1,109 @@
+"""What the graph sees of one robot: topics of its drive and sensors, and its command."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import Twist, TwistStamped
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.node import ManagedNode
+from arjuna_sim.devices.drive import CommandError, Velocity
+from arjuna_sim.driven_robot import DrivenRobot
+from arjuna_sim.model.settings import CameraSettings
+from arjuna_sim.nodes.camera import CameraTopics
+from arjuna_sim.nodes.contacts import ContactTopic
+from arjuna_sim.nodes.robot_topics import RobotTopics
+from arjuna_sim.nodes.sensor_topics import SensorTopics
+from arjuna_sim.nodes.sim_config import SimConfig
+from arjuna_sim.observation import Observation
+from arjuna_sim.physics.stage import Stage
+
+_CHECK_PERIOD = 2.0  # [s] between looks for who publishes the wrong type
+_TYPES = {False: "geometry_msgs/msg/Twist", True: "geometry_msgs/msg/TwistStamped"}
+
+
+class RobotInterface:
+    """Publishes what a simulated robot senses and takes its commands.
+
+    Args:
+        node: The node, being configured.
+        robot: The robot.
+        stage: What it stands on.
+        config: The simulator's parameters.
+
+    Attributes:
+        contacts: Counts what the robot touches.
+        topics: Its usual topics.
+    """
+
+    def __init__(
+        self, node: ManagedNode, robot: DrivenRobot, stage: Stage, config: SimConfig
+    ) -> None:
+        self._node = node
+        self._command: Velocity | None = None
+        self._warned = False
+        self._truth = config.publish_ground_truth
+        self.topics = RobotTopics(node, robot.robot, config)
+        sensors = self.topics.settings.sensors
+        cameras = [s for s in sensors if isinstance(s, CameraSettings)]
+        self._cameras = [CameraTopics(node, robot, stage, camera) for camera in cameras]
+        self._further = SensorTopics(node, robot, self.topics.settings.further)
+        self.contacts = ContactTopic(node, robot.robot.urdf.name)
+        self._topic = self.topics.drive.command_topic
+        self._stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
+        if self._stamped:
+            take = self._on_stamped
+            node.subscribe(TwistStamped, self._topic, take, qos.LATEST)
+        else:
+            node.subscribe(Twist, self._topic, self._on_twist, qos.LATEST)
+        node.every(_CHECK_PERIOD, self._check_command_type)
+
+    def begin(self, now: float) -> None:
+        """Say where the world is at a time [s]."""
+        if self._truth:
+            self.topics.publish_static(now)
+
+    def take_command(self) -> Velocity | None:
+        """Return the command that came since the last call, if one did."""
+        command, self._command = self._command, None
+        return command
+
+    def publish(self, observation: Observation, interactive: bool) -> None:
+        """Publish what a tick brought: transforms before sensors.
+
+        Args:
+            observation: What it brought.
+            interactive: Whether time is real, so that drawing pictures must not take any.
+        """
+        now = observation.time
+        self.topics.publish(observation)
+        self._further.publish(now)
+        for camera in self._cameras:
+            camera.publish(now, interactive)
+        self.contacts.update(observation.contacts, now)
+
+    def close(self) -> None:
+        """End drawing beside the physics."""
+        for camera in self._cameras:
+            camera.close()
+
+    def _on_stamped(self, message: Any) -> None:
+        self._on_twist(message.twist)
+
+    def _on_twist(self, message: Any) -> None:
+        try:
+            self._command = Velocity(message.linear.x, message.angular.z, message.linear.y)
+        except CommandError as error:
+            self._node.get_logger().warning(f"{self._topic} ignored: {error}")
+
+    def _check_command_type(self) -> None:
+        """Warn once where someone publishes the type that is not listened to."""
+        node, listened = self._node, _TYPES[self._stamped]
+        for info in node.get_publishers_info_by_topic(node.process.absolute(self._topic)):
+            if info.topic_type != listened and not self._warned:
+                self._warned = True
+                node.get_logger().warning(
+                    f"'{info.node_name}' publishes {self._topic} as {info.topic_type}, but"
+                    f" {listened} is listened to; the parameter enable_stamped_cmd_vel chooses"
+                )
