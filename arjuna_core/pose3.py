@@ -41,7 +41,9 @@ class Pose3:
     def __matmul__(self, other: Pose3) -> Pose3:
         """Compose two transforms."""
         x, y, z = self.apply(np.array([other.position]))[0]
-        return Pose3((float(x), float(y), float(z)), _product(self.quaternion, other.quaternion))
+        return Pose3(
+            (float(x), float(y), float(z)), quaternion_product(self.quaternion, other.quaternion)
+        )
 
     def inverse(self) -> Pose3:
         """Return the transform that undoes this one."""
@@ -98,10 +100,10 @@ class Pose3:
 ORIGIN = Pose3()
 
 
-def _product(
+def quaternion_product(
     a: tuple[float, float, float, float], b: tuple[float, float, float, float]
 ) -> tuple[float, float, float, float]:
-    """Multiply two quaternions."""
+    """Multiply two quaternions `(w, x, y, z)`."""
     return (
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
         a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],

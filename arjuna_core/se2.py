@@ -77,12 +77,12 @@ class SE2:
         return SE2(float(values[0]), float(values[1]), float(values[2]))
 
     @staticmethod
-    def exp(tangent: NDArray[np.float64]) -> SE2:
+    def exp(tangent: NDArray[np.float64] | tuple[float, float, float]) -> SE2:
         """Exponential map of a `(3,)` twist `vx, vy, omega` over unit time.
 
         Source: Sola et al., A micro Lie theory, 2018, appendix C.
         """
-        vx, vy, w = (float(v) for v in tangent)
+        vx, vy, w = map(float, tangent)
         if abs(w) < _SMALL_ANGLE:
             return SE2(vx, vy, w)
         a, b = math.sin(w) / w, (1.0 - math.cos(w)) / w

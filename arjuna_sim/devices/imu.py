@@ -8,10 +8,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.pose3 import Pose3
+from arjuna_core.pose3 import Pose3, quaternion_product
 from arjuna_core.se2 import wrap
 from arjuna_sim.devices.noise import BiasedNoise
 from arjuna_sim.model.settings import ImuSettings
@@ -116,46 +117,41 @@ class Imu:
             now: The time [s].
             dt: Time since the last reading [s].
         """
-        rotation = data.site_xmat[self._site].reshape(3, 3)
-        velocity, spin = self._motion(data)
+        rotation, motion = data.site_xmat[self._site], self._motion(data)
         heading = _heading(data.xmat[self._root])
         if self._last is None:  # put down here: the gyros have not felt how it came
             self._true_heading = heading
-        last = velocity if self._last is None else self._last
-        self._last = velocity
-        force = rotation.T @ ((velocity - last) / dt - self._model.opt.gravity)
-        errors = self._gyro.sample(dt)
-        drift = float(rotation[2] @ errors) * dt  # of the errors, what turns it about the vertical
+        last = motion if self._last is None else self._last
+        self._last = motion
+        errors = np.concatenate((self._gyro.sample(dt), self._accel.sample(dt)))
+        felt, up = _felt(rotation, motion, last, dt, self._model.opt.gravity, errors)
+        drift = up * dt  # of the gyros' errors, what turns it about the vertical
         self._heading = wrap(self._heading + wrap(heading - self._true_heading) + drift)
         self._true_heading = heading
-        rates = rotation.T @ spin + errors
-        return self._reading(rates, force + self._accel.sample(dt), rotation, now)
+        return self._reading(felt, rotation, now)
 
-    def _motion(self, data: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the site's velocity and turn rate along the world's axes."""
+    def _motion(self, data: Any) -> NDArray[np.float64]:
+        """Return the site's turn rate and velocity along the world's axes, `(6,) float64`."""
         result = np.zeros(6)
         kind = mujoco.mjtObj.mjOBJ_SITE
         mujoco.mj_objectVelocity(self._model, data, kind, self._site, result, 0)
-        return result[3:], result[:3]
+        return result
 
     def _reading(
-        self,
-        rates: NDArray[np.float64],
-        force: NDArray[np.float64],
-        rotation: NDArray[np.float64],
-        now: float,
+        self, felt: NDArray[np.float64], rotation: NDArray[np.float64], now: float
     ) -> ImuReading:
         config = self._config
         quaternion = np.zeros(4)
-        mujoco.mju_mat2Quat(quaternion, rotation.reshape(-1))
-        w, x, y, z = (float(value) for value in quaternion)
-        errors = config.tilt_noise * self._rng.standard_normal(2)
-        level = _about(yaw=-self._true_heading) @ Pose3(quaternion=(w, x, y, z))
-        tilted = _about(float(errors[0]), float(errors[1])) @ level
+        mujoco.mju_mat2Quat(quaternion, rotation)
+        w, x, y, z = quaternion.tolist()
+        roll, pitch = (config.tilt_noise * self._rng.standard_normal(2)).tolist()
+        level = quaternion_product(_about_vertical(-self._true_heading), (w, x, y, z))
+        tilt = Pose3.from_rpy((0.0, 0.0, 0.0), (roll, pitch, 0.0)).quaternion
+        tilted = quaternion_product(tilt, level)
         return ImuReading(
-            rates,
-            force,
-            _about(yaw=self._heading) @ tilted,
+            felt[:3],
+            felt[3:],
+            Pose3(quaternion=quaternion_product(_about_vertical(self._heading), tilted)),
             config.gyro_noise**2,
             config.accel_noise**2,
             config.tilt_noise**2,
@@ -168,5 +164,34 @@ def _heading(rotation: NDArray[np.float64]) -> float:
     return math.atan2(float(rotation[3]), float(rotation[0]))
 
 
-def _about(roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> Pose3:
-    return Pose3.from_rpy((0.0, 0.0, 0.0), (roll, pitch, yaw))
+def _about_vertical(angle: float) -> tuple[float, float, float, float]:
+    return math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
+
+
+@njit(cache=True)
+def _felt(
+    rotation: NDArray[np.float64],
+    motion: NDArray[np.float64],
+    last: NDArray[np.float64],
+    dt: float,
+    gravity: NDArray[np.float64],
+    errors: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], float]:
+    """Return turn rates and specific force in a frame, and the gyros' error about the vertical.
+
+    Args:
+        rotation: Of the frame, row by row, `(9,) float64`.
+        motion: Its turn rate and velocity along the world's axes, `(6,) float64`.
+        last: The same a time `dt` [s] before.
+        dt: [s].
+        gravity: `(3,) float64` [m/s^2].
+        errors: Of each turn rate and acceleration, `(6,) float64`.
+    """
+    felt, up = errors.copy(), 0.0
+    for i in range(3):
+        for j in range(3):
+            along = (motion[3 + j] - last[3 + j]) / dt - gravity[j]
+            felt[i] += rotation[3 * j + i] * motion[j]
+            felt[3 + i] += rotation[3 * j + i] * along
+        up += rotation[6 + i] * errors[i]
+    return felt, up

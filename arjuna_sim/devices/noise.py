@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,5 +28,5 @@ class BiasedNoise:
         """Return the error of the next reading, `(size,) float64`, `dt` [s] after the last."""
         size = len(self.bias)
         draws = self._rng.standard_normal(2 * size)
-        self.bias = self.bias + self._walk * np.sqrt(dt) * draws[:size]
+        self.bias = self.bias + self._walk * math.sqrt(dt) * draws[:size]
         return self.bias + self._sigma * draws[size:]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
@@ -115,10 +116,10 @@ class Odometry:
         self._ticks = ticks
         path, side, turn = self._kinematics.motion(turns, angles)
         variance_path, variance_turn = self._grow(path, side, turn)
-        self._pose = self._pose @ SE2.exp(np.array([path, side, turn]))
+        self._pose = self._pose @ SE2.exp((path, side, turn))
         twist_variance = (variance_path / dt**2, variance_turn / dt**2)
         return OdometryEstimate(
-            self._pose, path / dt, turn / dt, self._covariance.copy(), twist_variance, side / dt
+            self._pose, path / dt, turn / dt, self._covariance, twist_variance, side / dt
         )
 
     def _to_ticks(self, wheels: Sequence[float]) -> NDArray[np.float64]:
@@ -128,14 +129,29 @@ class Odometry:
         return np.round(ticks)
 
     def _grow(self, path: float, side: float, turn: float) -> tuple[float, float]:
-        """Propagate the covariance by the motion's Jacobians, at the middle heading."""
+        """Propagate the covariance, at the middle heading; return variances of path and turn."""
         config, way = self.config, math.hypot(path, side)
         variance_path = config.linear_noise**2 * way
         variance_turn = config.angular_noise**2 * abs(turn) + config.drift_noise**2 * way
         heading = self._pose.theta + turn / 2 + math.atan2(side, path)
         c, s = math.cos(heading), math.sin(heading)
-        by_pose = np.array([[1.0, 0.0, -way * s], [0.0, 1.0, way * c], [0.0, 0.0, 1.0]])
-        by_motion = np.array([[c, -way * s / 2], [s, way * c / 2], [0.0, 1.0]])
-        self._covariance = by_pose @ self._covariance @ by_pose.T
-        self._covariance += (by_motion * (variance_path, variance_turn)) @ by_motion.T
+        self._covariance = _grown(self._covariance, c, s, way, variance_path, variance_turn)
         return variance_path, variance_turn
+
+
+@njit(cache=True)
+def _grown(
+    old: NDArray[np.float64], c: float, s: float, way: float, along: float, about: float
+) -> NDArray[np.float64]:
+    """Return a pose's covariance after a way at a heading, by the motion's Jacobians."""
+    by_pose = np.array([[1.0, 0.0, -way * s], [0.0, 1.0, way * c], [0.0, 0.0, 1.0]])
+    by_motion = np.array([[c, -way * s / 2], [s, way * c / 2], [0.0, 1.0]])
+    grown = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            grown[i, j] += by_motion[i, 0] * along * by_motion[j, 0]
+            grown[i, j] += by_motion[i, 1] * about * by_motion[j, 1]
+            for k in range(3):
+                for m in range(3):
+                    grown[i, j] += by_pose[i, k] * old[k, m] * by_pose[j, m]
+    return grown

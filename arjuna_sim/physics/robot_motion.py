@@ -107,8 +107,11 @@ class RobotMotion:
     def truth(self) -> Truth:
         """Return where the robot is and how it moves."""
         at, rate = self._found.base
-        x, y, z, *quaternion = self._data.qpos[at : at + 7].tolist()
-        pose = Pose3((x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))
-        roll, pitch, yaw = pose.rpy()
-        v, side, _ = (self._data.qvel[rate : rate + 3] @ pose.rotation()).tolist()
-        return Truth(SE2(x, y, yaw), v, float(self._data.qvel[rate + 5]), z, roll, pitch, side)
+        x, y, z, qw, qx, qy, qz = self._data.qpos[at : at + 7].tolist()
+        vx, vy, vz, _, _, w = self._data.qvel[rate : rate + 6].tolist()
+        roll, pitch, yaw = Pose3((x, y, z), (qw, qx, qy, qz)).rpy()
+        ahead = 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz), 2 * (qx * qz - qw * qy)
+        left = 2 * (qx * qy - qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qw * qx)
+        v = vx * ahead[0] + vy * ahead[1] + vz * ahead[2]
+        side = vx * left[0] + vy * left[1] + vz * left[2]
+        return Truth(SE2(x, y, yaw), v, w, z, roll, pitch, side)

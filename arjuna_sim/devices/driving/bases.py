@@ -55,7 +55,7 @@ class SidesBase:
 
     def reachable(self, velocity: Velocity) -> Velocity:
         """Return a velocity without its way to the side."""
-        return Velocity(velocity.v, velocity.w)
+        return Velocity(velocity.v, velocity.w) if velocity.side else velocity
 
     def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return how fast the wheels' joints turn."""

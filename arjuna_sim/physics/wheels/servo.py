@@ -7,6 +7,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
@@ -78,13 +79,10 @@ class Servos:
         The wanted angle runs ahead by the wanted speed, and by what the load holds back as far as
         the torque goes: a wheel that was held does not make up for it.
         """
-        angle = data.qpos[self.position]
-        room = self.reach - self.lead * np.abs(speeds - data.qvel[self.velocity])
-        told = data.ctrl[self.motors]
-        behind = data.act[self.sums] - self.lead * told - angle
-        behind -= self.response_time * (speeds - told)
-        behind = np.clip(behind, -np.maximum(room, 0.0), np.maximum(room, 0.0))
-        data.act[self.sums] = angle + behind + self.lead * speeds
+        wanted, told = data.act[self.sums], data.ctrl[self.motors]
+        angle, turning = data.qpos[self.position], data.qvel[self.velocity]
+        _lead(angle, turning, wanted, told, speeds, self.lead, self.reach, self.response_time)
+        data.act[self.sums] = wanted
         data.ctrl[self.motors], data.ctrl[self.steerers] = speeds, angles
 
     def rest(self, data: Any) -> None:
@@ -92,6 +90,25 @@ class Servos:
         data.act[self.sums] = data.qpos[self.position]
         data.ctrl[self.motors] = 0.0
         data.ctrl[self.steerers] = data.qpos[self.steering]
+
+
+@njit(cache=True)
+def _lead(
+    angles: NDArray[np.float64],
+    turning: NDArray[np.float64],
+    wanted: NDArray[np.float64],
+    told: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    lead: NDArray[np.float64],
+    reach: NDArray[np.float64],
+    response_time: float,
+) -> None:
+    """Set the wheels' wanted angles, in place (`bench sim`: 9 us of a tick in NumPy)."""
+    for i in range(len(speeds)):
+        room = max(reach[i] - lead[i] * abs(speeds[i] - turning[i]), 0.0)
+        behind = wanted[i] - lead[i] * told[i] - angles[i]
+        behind -= response_time * (speeds[i] - told[i])
+        wanted[i] = angles[i] + min(max(behind, -room), room) + lead[i] * speeds[i]
 
 
 def armature(robot: Robot, config: ServoConfig, timestep: float) -> float:
