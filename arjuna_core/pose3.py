@@ -40,7 +40,9 @@ class Pose3:
 
     def __matmul__(self, other: Pose3) -> Pose3:
         """Compose two transforms."""
-        x, y, z = self.apply(np.array([other.position]))[0]
+        x, y, z = self.position
+        if any(other.position):
+            x, y, z = self.apply(np.array([other.position]))[0].tolist()
         return Pose3(
             (float(x), float(y), float(z)), quaternion_product(self.quaternion, other.quaternion)
         )

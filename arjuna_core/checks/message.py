@@ -110,6 +110,8 @@ def _items_problem(kind: str, items: Any) -> str | None:
     """Return what is wrong with an item, after its index."""
     if kind in ("double[]", "float[]"):
         numbers = np.asarray(items, dtype=np.float64)
+        if np.vdot(numbers, numbers) <= limits.GREATEST:  # as nearly always, told at half the cost
+            return None
         if len(numbers) and not np.abs(numbers).max() <= limits.GREATEST:  # NaN is not, either
             worst = float(numbers[~(np.abs(numbers) <= limits.GREATEST)][0])
             return f": one is {worst}, {_fault(worst)}"

@@ -47,6 +47,12 @@ def header(frame_id: str, now: float) -> Header:
     return Header(frame_id=frame_id, stamp=time_msg(now))
 
 
+def set_header(message: Header, frame_id: str, now: float) -> None:
+    """Make a header that is used again one for a frame and a time [s]."""
+    message.frame_id = frame_id
+    message.stamp.sec, message.stamp.nanosec = divmod(round(now * _NANO), _NANO)
+
+
 def quaternion(yaw: float) -> Quaternion:
     """Return a rotation about z [rad] as a quaternion."""
     return Quaternion(z=math.sin(yaw / 2.0), w=math.cos(yaw / 2.0))
@@ -85,11 +91,25 @@ def pose_stamped(pose: SE2, frame_id: str, now: float) -> PoseStamped:
     return PoseStamped(header=header(frame_id, now), pose=pose_msg(pose))
 
 
-def transform_msg(T: SE2, parent: str, child: str, now: float) -> TransformStamped:
-    """Return `T_parent_child` at a time [s] as a TransformStamped message."""
-    transform = Transform(rotation=quaternion(T.theta))
-    transform.translation.x, transform.translation.y = T.x, T.y
-    return TransformStamped(header=header(parent, now), child_frame_id=child, transform=transform)
+def transform_msg(
+    T: SE2, parent: str, child: str, now: float, into: TransformStamped | None = None
+) -> TransformStamped:
+    """Return `T_parent_child` at a time [s] as a TransformStamped message.
+
+    Args:
+        T: The transform.
+        parent: Frame mapped into.
+        child: Frame mapped from.
+        now: [s].
+        into: One that an earlier call returned, to be used again.
+    """
+    message = into or TransformStamped()
+    set_header(message.header, parent, now)
+    message.child_frame_id = child
+    translation, rotation = message.transform.translation, message.transform.rotation
+    translation.x, translation.y = T.x, T.y
+    rotation.z, rotation.w = math.sin(T.theta / 2.0), math.cos(T.theta / 2.0)
+    return message
 
 
 def se2_from_transform(message: Transform) -> SE2:
@@ -207,13 +227,14 @@ def poses_from_path(message: Path) -> NDArray[np.float64]:
     return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 
-_X_Y_YAW = np.array([0, 1, 5, 6, 7, 11, 30, 31, 35])  # places in a 6 x 6 covariance, row by row
+PLANAR = np.array([0, 1, 5, 6, 7, 11, 30, 31, 35])
+"""Places of x, y and yaw in a message's 6 x 6 covariance, row by row."""
 
 
 def planar_covariance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     """Spread a `(3, 3)` covariance of x, y, yaw over a pose message's `(36,) float64`."""
     full = np.zeros(36)
-    full[_X_Y_YAW] = np.asarray(covariance).ravel()
+    full[PLANAR] = np.asarray(covariance).ravel()
     return full
 
 

@@ -10,13 +10,15 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.se2 import SE2, wrap
+from arjuna_core.se2 import SE2
 from arjuna_sim.devices.odometry import OdometryEstimate
 
-_X, _Y, _THETA, _V, _W, _BIAS = range(6)
+_X, _Y, _THETA, _V, _SIDE, _W, _BIAS = range(7)
+_SIZE = 7
 _TOLD = 3.0  # least bias that is taken off a moving robot's gyro, by its standard deviation
 _QUIET = 2.0  # greatest variance of a gyro at rest, by its noise's
 _STRAIGHT = 1e-9  # [rad] below it sin(x) / x is 1 in double precision
@@ -89,9 +91,9 @@ class FusedEstimate(OdometryEstimate):
 
 
 class FusedOdometry:
-    """An extended Kalman filter over pose, speed, turn rate and the gyro's bias.
+    """An extended Kalman filter over pose, speed ahead and to the left, turn rate and gyro's bias.
 
-    Speed and turn rate are driven by white accelerations. At rest what the gyro says is its bias,
+    Speeds and turn rate are driven by white accelerations. At rest what the gyro says is its bias,
     which is learnt then alone and else only considered. A robot whose wheels stand may still slide
     or rock: it is at rest when the gyro has varied no more than its noise for a while.
 
@@ -104,8 +106,8 @@ class FusedOdometry:
 
     def __init__(self, config: FusedOdometryConfig) -> None:
         self.config = config
-        self._state = np.zeros(6)
-        self._covariance = np.zeros((6, 6))
+        self._state = np.zeros(_SIZE)
+        self._covariance = np.zeros((_SIZE, _SIZE))
         self._covariance[_BIAS, _BIAS] = config.bias_noise**2
         self._stands = False  # by the wheels
         self._at_rest = False  # by wheels and gyro
@@ -116,53 +118,44 @@ class FusedOdometry:
     @property
     def estimate(self) -> FusedEstimate:
         """What is known now."""
-        x, y, theta, v, w, bias = self._state.tolist()
+        x, y, theta, v, side, w, bias = self._state.tolist()
         pose = self._covariance[:3, :3].copy()
         twist = float(self._covariance[_V, _V]), float(self._covariance[_W, _W])
-        return FusedEstimate(SE2(x, y, theta), v, w, pose, twist, bias=bias)
+        return FusedEstimate(SE2(x, y, theta), v, w, pose, twist, side, bias)
 
     def predict(self, dt: float) -> None:
-        """Go on by a time [s] along the arc of the present speed and turn rate."""
+        """Go on by a time [s] along the arc of the present speeds and turn rate."""
         if dt <= 0.0:
             return
         self._time += dt
-        _, _, theta, v, w, _ = self._state.tolist()
-        path, turn = v * dt, w * dt
-        middle = theta + turn / 2
-        c, s = math.cos(middle), math.sin(middle)
-        chord = path * (math.sin(turn / 2) / (turn / 2) if abs(turn) > _STRAIGHT else 1.0)
-        self._state[:3] += (chord * c, chord * s, turn)
-        self._state[_THETA] = wrap(float(self._state[_THETA]))
-        by_state = np.eye(6)
-        by_state[_X, _THETA], by_state[_Y, _THETA] = -path * s, path * c
-        by_state[_X, _V], by_state[_Y, _V] = c * dt, s * dt
-        by_state[_X, _W], by_state[_Y, _W] = -path * s * dt / 2, path * c * dt / 2
-        by_state[_THETA, _W] = dt
-        self._covariance = by_state @ self._covariance @ by_state.T + self._drive_noise(dt, c, s)
-
-    def _drive_noise(self, dt: float, c: float, s: float) -> NDArray[np.float64]:
-        """Return what white accelerations along and about do in a time (continuous model)."""
         config = self.config
-        along, about = np.zeros((6, 2)), np.zeros((6, 2))
-        along[_X, 0], along[_Y, 0], along[_V, 1] = c, s, 1.0
-        about[_THETA, 0], about[_W, 1] = 1.0, 1.0
-        block = np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
-        noise: NDArray[np.float64] = config.linear_acceleration**2 * along @ block @ along.T
-        noise += config.angular_acceleration**2 * about @ block @ about.T
-        noise[_BIAS, _BIAS] = config.bias_walk**2 * dt
-        return noise
+        _predict(
+            self._state,
+            self._covariance,
+            dt,
+            config.linear_acceleration**2,
+            config.angular_acceleration**2,
+            config.bias_walk**2,
+        )
 
-    def wheels(self, v: float, w: float) -> None:
-        """Take the speed [m/s] and turn rate [rad/s] that the wheels' encoders say.
+    def wheels(self, v: float, w: float, side: float = 0.0) -> None:
+        """Take what the wheels' encoders say.
 
         Wheels err by slip, which lasts: their turn rate counts only at rest, where it is exact and
         shows the gyro's bias, and where no gyro has come since the last call.
+
+        Args:
+            v: Speed ahead [m/s].
+            w: Turn rate [rad/s].
+            side: Speed to the left, 0 of a base that cannot [m/s].
         """
         config = self.config
-        self._measure(_V, 0.0, v, config.rest_noise**2 + (config.wheel_speed_noise * v) ** 2)
+        variance = config.rest_noise**2 + config.wheel_speed_noise**2 * (v * v + side * side)
+        self._measure(_V, 0.0, v, variance)
+        self._measure(_SIDE, 0.0, side, variance if side else config.rest_noise**2)
         if not self._gyro_came:
             self._measure(_W, 0.0, w, config.rest_noise**2 + (config.wheel_turn_noise * w) ** 2)
-        self._stands, self._gyro_came = max(abs(v), abs(w)) < config.rest_speed, False
+        self._stands, self._gyro_came = max(abs(v), abs(w), abs(side)) < config.rest_speed, False
         if not self._stands:
             self._rates.clear()
             self._at_rest = False
@@ -196,15 +189,99 @@ class FusedOdometry:
 
     def _measure(self, index: int, bias: float, value: float, variance: float) -> None:
         """Correct by one number that measures a state, plus the gyro's bias if told so."""
-        row = np.zeros(6)
-        row[index], row[_BIAS] = 1.0, bias
-        along = self._covariance @ row
-        gain = along / (float(row @ along) + variance)
-        if self._at_rest:
-            gain[:_V] = 0.0  # one rest tells too little of the bias to turn the past by it
-        else:
-            gain[_BIAS] = 0.0  # a push or a bump is no bias; Joseph's form takes any gain
-        self._state = self._state + gain * (value - float(row @ self._state))
-        self._state[_THETA] = wrap(float(self._state[_THETA]))
-        rest = np.eye(6) - np.outer(gain, row)
-        self._covariance = rest @ self._covariance @ rest.T + variance * np.outer(gain, gain)
+        at_rest = self._at_rest
+        _correct(self._state, self._covariance, index, bias, value, variance, at_rest)
+
+
+@njit(cache=True)
+def _predict(
+    state: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    dt: float,
+    linear: float,
+    angular: float,
+    walk: float,
+) -> None:
+    """Bring state and covariance to a time later (`bench sim`: 30 us of a tick in NumPy).
+
+    Args:
+        state: `(7,) float64`, changed in place, as what Numba returns costs 1 us an array.
+        covariance: `(7, 7) float64`, changed in place.
+        dt: [s].
+        linear: Of the white accelerations ahead and to the left, which are integrated exactly.
+        angular: Of the white acceleration about.
+        walk: Of the gyro's bias.
+    """
+    path, left, turn = state[_V] * dt, state[_SIDE] * dt, state[_W] * dt
+    middle = state[_THETA] + turn / 2
+    c, s = math.cos(middle), math.sin(middle)
+    chord = math.sin(turn / 2) / (turn / 2) if abs(turn) > _STRAIGHT else 1.0
+    state[_X] += chord * (path * c - left * s)
+    state[_Y] += chord * (path * s + left * c)
+    state[_THETA] = (state[_THETA] + turn + math.pi) % (2.0 * math.pi) - math.pi
+    by_state = np.eye(_SIZE)
+    by_state[_X, _THETA], by_state[_Y, _THETA] = -path * s - left * c, path * c - left * s
+    by_state[_X, _V], by_state[_Y, _V] = c * dt, s * dt
+    by_state[_X, _SIDE], by_state[_Y, _SIDE] = -s * dt, c * dt
+    by_state[_X, _W] = by_state[_X, _THETA] * dt / 2
+    by_state[_Y, _W] = by_state[_Y, _THETA] * dt / 2
+    by_state[_THETA, _W] = dt
+    _frame(by_state, covariance)
+    along = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    for k in range(3):
+        power = linear if k < 2 else angular
+        for i in range(3):
+            for j in range(3):
+                covariance[i, j] += power * dt**3 / 3 * along[k, i] * along[k, j]
+            covariance[i, _V + k] += power * dt**2 / 2 * along[k, i]
+            covariance[_V + k, i] += power * dt**2 / 2 * along[k, i]
+        covariance[_V + k, _V + k] += power * dt
+    covariance[_BIAS, _BIAS] += walk * dt
+
+
+@njit(cache=True)
+def _correct(
+    state: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    index: int,
+    bias: float,
+    value: float,
+    variance: float,
+    at_rest: bool,
+) -> None:
+    """Correct state and covariance by one number that measures a state, plus some of the bias."""
+    row = np.zeros(_SIZE)
+    row[index], row[_BIAS] = 1.0, bias
+    gain = covariance[:, index] + bias * covariance[:, _BIAS]
+    gain /= gain[index] + bias * gain[_BIAS] + variance
+    if at_rest:
+        gain[:_V] = 0.0  # one rest tells too little of the bias to turn the past by it
+    else:
+        gain[_BIAS] = 0.0  # a push or a bump is no bias; Joseph's form takes any gain
+    state += gain * (value - state[index] - bias * state[_BIAS])
+    state[_THETA] = (state[_THETA] + math.pi) % (2.0 * math.pi) - math.pi
+    rest = np.eye(_SIZE)
+    for i in range(_SIZE):
+        for j in range(_SIZE):
+            rest[i, j] -= gain[i] * row[j]
+    _frame(rest, covariance)
+    for i in range(_SIZE):
+        for j in range(_SIZE):
+            covariance[i, j] += variance * gain[i] * gain[j]
+
+
+@njit(cache=True)
+def _frame(frame: NDArray[np.float64], inner: NDArray[np.float64]) -> None:
+    """Make `inner` into `frame @ inner @ frame.T`, all `(7, 7) float64`."""
+    half = np.zeros((_SIZE, _SIZE))
+    for i in range(_SIZE):
+        for k in range(_SIZE):
+            if frame[i, k] != 0.0:
+                for j in range(_SIZE):
+                    half[i, j] += frame[i, k] * inner[k, j]
+    inner[:] = 0.0
+    for j in range(_SIZE):
+        for k in range(_SIZE):
+            if frame[j, k] != 0.0:
+                for i in range(_SIZE):
+                    inner[i, j] += half[i, k] * frame[j, k]

@@ -123,9 +123,8 @@ class Imu:
             self._true_heading = heading
         last = motion if self._last is None else self._last
         self._last = motion
-        errors = np.concatenate((self._gyro.sample(dt), self._accel.sample(dt)))
-        felt, up = _felt(rotation, motion, last, dt, self._model.opt.gravity, errors)
-        drift = up * dt  # of the gyros' errors, what turns it about the vertical
+        felt = np.concatenate((self._gyro.sample(dt), self._accel.sample(dt)))
+        drift = dt * _feel(rotation, motion, last, dt, self._model.opt.gravity, felt)
         self._heading = wrap(self._heading + wrap(heading - self._true_heading) + drift)
         self._true_heading = heading
         return self._reading(felt, rotation, now)
@@ -169,15 +168,15 @@ def _about_vertical(angle: float) -> tuple[float, float, float, float]:
 
 
 @njit(cache=True)
-def _felt(
+def _feel(
     rotation: NDArray[np.float64],
     motion: NDArray[np.float64],
     last: NDArray[np.float64],
     dt: float,
     gravity: NDArray[np.float64],
-    errors: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], float]:
-    """Return turn rates and specific force in a frame, and the gyros' error about the vertical.
+    felt: NDArray[np.float64],
+) -> float:
+    """Add turn rates and specific force in a frame to errors; return what those turn it.
 
     Args:
         rotation: Of the frame, row by row, `(9,) float64`.
@@ -185,13 +184,16 @@ def _felt(
         last: The same a time `dt` [s] before.
         dt: [s].
         gravity: `(3,) float64` [m/s^2].
-        errors: Of each turn rate and acceleration, `(6,) float64`.
+        felt: Errors of each turn rate and acceleration, `(6,) float64`, changed in place.
+
+    Returns:
+        The gyros' error about the vertical [rad/s].
     """
-    felt, up = errors.copy(), 0.0
+    up = 0.0
     for i in range(3):
+        up += rotation[6 + i] * felt[i]
         for j in range(3):
             along = (motion[3 + j] - last[3 + j]) / dt - gravity[j]
             felt[i] += rotation[3 * j + i] * motion[j]
             felt[3 + i] += rotation[3 * j + i] * along
-        up += rotation[6 + i] * errors[i]
-    return felt, up
+    return up

@@ -115,7 +115,7 @@ class Odometry:
         turns = (ticks - self._ticks) * self._angle_per_tick
         self._ticks = ticks
         path, side, turn = self._kinematics.motion(turns, angles)
-        variance_path, variance_turn = self._grow(path, side, turn)
+        variance_path, variance_turn = self._spread(path, side, turn)
         self._pose = self._pose @ SE2.exp((path, side, turn))
         twist_variance = (variance_path / dt**2, variance_turn / dt**2)
         return OdometryEstimate(
@@ -128,25 +128,32 @@ class Odometry:
             ticks += self.config.encoder_noise * self._rng.standard_normal(len(ticks))
         return np.round(ticks)
 
-    def _grow(self, path: float, side: float, turn: float) -> tuple[float, float]:
+    def _spread(self, path: float, side: float, turn: float) -> tuple[float, float]:
         """Propagate the covariance, at the middle heading; return variances of path and turn."""
         config, way = self.config, math.hypot(path, side)
         variance_path = config.linear_noise**2 * way
         variance_turn = config.angular_noise**2 * abs(turn) + config.drift_noise**2 * way
         heading = self._pose.theta + turn / 2 + math.atan2(side, path)
         c, s = math.cos(heading), math.sin(heading)
-        self._covariance = _grown(self._covariance, c, s, way, variance_path, variance_turn)
+        grown = np.zeros((3, 3))
+        _grow(self._covariance, grown, c, s, way, variance_path, variance_turn)
+        self._covariance = grown
         return variance_path, variance_turn
 
 
 @njit(cache=True)
-def _grown(
-    old: NDArray[np.float64], c: float, s: float, way: float, along: float, about: float
-) -> NDArray[np.float64]:
-    """Return a pose's covariance after a way at a heading, by the motion's Jacobians."""
+def _grow(
+    old: NDArray[np.float64],
+    grown: NDArray[np.float64],
+    c: float,
+    s: float,
+    way: float,
+    along: float,
+    about: float,
+) -> None:
+    """Add a pose's covariance after a way at a heading to zeros, by the motion's Jacobians."""
     by_pose = np.array([[1.0, 0.0, -way * s], [0.0, 1.0, way * c], [0.0, 0.0, 1.0]])
     by_motion = np.array([[c, -way * s / 2], [s, way * c / 2], [0.0, 1.0]])
-    grown = np.zeros((3, 3))
     for i in range(3):
         for j in range(3):
             grown[i, j] += by_motion[i, 0] * along * by_motion[j, 0]
@@ -154,4 +161,3 @@ def _grown(
             for k in range(3):
                 for m in range(3):
                     grown[i, j] += by_pose[i, k] * old[k, m] * by_pose[j, m]
-    return grown

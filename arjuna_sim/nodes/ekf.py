@@ -5,21 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import param
-from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, transform_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
 from arjuna_sim.devices.ekf import FusedEstimate, FusedOdometry, FusedOdometryConfig
 from arjuna_sim.nodes.messages import odometry_msg
 
 WHEEL_ODOMETRY = "wheel_odom"
 _UNIT = 0.01  # how far off a quaternion's length may be
+_Vector = tuple[float, float, float]
 _YAW_RATE = 8  # place of its variance in an IMU's covariance
 
 
@@ -29,7 +29,9 @@ class EkfConfig(FusedOdometryConfig):
 
     odom0: str = param(WHEEL_ODOMETRY, "Topic of the wheels' odometry.", read_only=True)
     imu0: str = param(
-        "imu/data", "Topic of the IMU; one that sits askew tells its orientation.", read_only=True
+        "imu/data",
+        "Topic of the IMU; of one that tells no orientation /tf says how it sits.",
+        read_only=True,
     )
     odom_topic: str = param("odom", "Topic of the fused odometry.", read_only=True)
     sensor_timeout: float = param(
@@ -52,6 +54,8 @@ class EkfNode(ManagedNode):
         """Build the filter and create the topics."""
         config: EkfConfig = self.config
         self._begin()
+        self._odom: Odometry | None = None  # filled anew each time, as is `_moved`
+        self._moved = TFMessage()
         self._tf_out = self.publisher(TFMessage, "/tf", qos.TF)
         self._odom_out = self.publisher(Odometry, config.odom_topic, qos.DEFAULT)
         self.subscribe(Odometry, config.odom0, self._on_wheels, qos.DEFAULT)
@@ -70,6 +74,7 @@ class EkfNode(ManagedNode):
         self._filter = FusedOdometry(self.config)
         self._stamp: float | None = None
         self._wheels: Any = None  # their last message
+        self._mounts: dict[str, _Vector] = {}  # the vertical, by the frame of an IMU that sits fast
         self._waiting = False  # it is not in the filter yet
 
     def _on_wheels(self, message: Any) -> None:
@@ -89,14 +94,32 @@ class EkfNode(ManagedNode):
             self._take_wheels()
         self._go_on(now)
         variance = float(message.angular_velocity_covariance[_YAW_RATE])
-        self._filter.gyro(_yaw_rate(message), variance)
+        rates, up = message.angular_velocity, self._up(message)
+        self._filter.gyro(up[0] * rates.x + up[1] * rates.y + up[2] * rates.z, variance)
         self._publish(self._filter.estimate)
+
+    def _up(self, message: Any) -> _Vector:
+        """Return the vertical in an IMU's frame, by what it says or else by how it is mounted."""
+        q = message.orientation
+        length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
+        if message.orientation_covariance[0] >= 0.0 and abs(length - 1.0) <= _UNIT:
+            x, y = 2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x)
+            return x, y, 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
+        frame = message.header.frame_id.lstrip("/")
+        if frame not in self._mounts:
+            try:
+                mount = self.transforms.mount(self._wheels.child_frame_id.lstrip("/"), frame)
+            except TransformError:
+                return 0.0, 0.0, 1.0
+            x, y, z = mount.rotation()[2].tolist()
+            self._mounts[frame] = x, y, z
+        return self._mounts[frame]
 
     def _take_wheels(self) -> None:
         twist = self._wheels.twist.twist
         self._waiting = False
         self._go_on(seconds(self._wheels.header.stamp))
-        self._filter.wheels(twist.linear.x, twist.angular.z)
+        self._filter.wheels(twist.linear.x, twist.angular.z, twist.linear.y)
 
     def _go_on(self, now: float) -> None:
         """Bring the filter up to a time [s]; what comes late counts as of now."""
@@ -109,16 +132,9 @@ class EkfNode(ManagedNode):
         now, frame = self._stamp, self._wheels.header.frame_id
         child = self._wheels.child_frame_id
         if self.config.publish_tf:
-            T = transform_msg(estimate.T_odom_base, frame, child, now)
-            self._tf_out.publish(TFMessage(transforms=[T]))
-        self._odom_out.publish(odometry_msg(estimate, frame, child, now))
-
-
-def _yaw_rate(message: Any) -> float:
-    """Return an IMU's turn rate about the vertical [rad/s], its z axis if it knows no tilt."""
-    rates, q = message.angular_velocity, message.orientation
-    length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
-    if message.orientation_covariance[0] < 0.0 or abs(length - 1.0) > _UNIT:
-        return float(rates.z)
-    up = np.array(Pose3(quaternion=(q.w, q.x, q.y, q.z)).rotation()[2])
-    return float(up @ (rates.x, rates.y, rates.z))
+            moved = self._moved.transforms
+            T = transform_msg(estimate.T_odom_base, frame, child, now, *moved)
+            self._moved.transforms = [T]
+            self._tf_out.publish(self._moved)
+        self._odom = odometry_msg(estimate, frame, child, now, self._odom)
+        self._odom_out.publish(self._odom)

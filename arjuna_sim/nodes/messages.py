@@ -6,14 +6,13 @@ import array
 import math
 from typing import Any
 
-import numpy as np
 from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from simulation_interfaces.msg import Bounds, EntityState
 
 from arjuna_core.pose3 import Pose3
-from arjuna_core.ros.convert import header, planar_covariance, pose_msg
+from arjuna_core.ros.convert import PLANAR, header, set_header
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.model.entities import EntityMotion
@@ -22,6 +21,7 @@ from arjuna_sim.physics.robot_motion import JointStates, Truth
 WORLD = "world"
 # The gyro's sum drifts without bound; a client must not take it for a compass.
 _YAW_VARIANCE = 0.1
+_DIAGONAL = PLANAR[::4]
 _FARTHEST = 10_000.0  # [m] beyond it single precision tears meshes apart
 
 
@@ -33,17 +33,29 @@ def transform3_msg(T: Pose3, parent: str, child: str, now: float) -> TransformSt
     return TransformStamped(header=header(parent, now), child_frame_id=child, transform=transform)
 
 
-def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float) -> Odometry:
-    """Return dead reckoning at a time [s] as an Odometry message."""
-    message = Odometry(header=header(frame, now), child_frame_id=child)
-    message.pose.pose = pose_msg(estimate.T_odom_base)
-    message.pose.covariance = planar_covariance(estimate.covariance)
-    message.twist.twist.linear.x, message.twist.twist.linear.y = estimate.v, estimate.side
-    message.twist.twist.angular.z = estimate.w
+def odometry_msg(
+    estimate: OdometryEstimate, frame: str, child: str, now: float, into: Odometry | None = None
+) -> Odometry:
+    """Return dead reckoning at a time [s] as an Odometry message.
+
+    Args:
+        estimate: Where the robot is and how it moves.
+        frame: In which it is.
+        child: The robot's frame.
+        now: [s].
+        into: One that an earlier call returned, to be used again.
+    """
+    message = into or Odometry()
+    set_header(message.header, frame, now)
+    message.child_frame_id = child
+    pose, twist, T = message.pose.pose, message.twist.twist, estimate.T_odom_base
+    pose.position.x, pose.position.y = T.x, T.y
+    pose.orientation.z, pose.orientation.w = math.sin(T.theta / 2.0), math.cos(T.theta / 2.0)
+    message.pose.covariance[PLANAR] = estimate.covariance.ravel()
+    twist.linear.x, twist.linear.y, twist.angular.z = estimate.v, estimate.side, estimate.w
     v_variance, w_variance = estimate.twist_variance
-    message.twist.covariance = planar_covariance(
-        np.diag([v_variance, v_variance * (estimate.side != 0.0), w_variance])
-    )
+    side_variance = v_variance if estimate.side else 0.0
+    message.twist.covariance[_DIAGONAL] = v_variance, side_variance, w_variance
     return message
 
 
@@ -106,29 +118,42 @@ def box_msg(low: Any, high: Any) -> Bounds:
     return Bounds(type=Bounds.TYPE_BOX, points=points)
 
 
-def joint_state_msg(joints: JointStates, now: float) -> JointState:
-    """Return joint positions and velocities at a time [s] as a JointState message."""
-    return JointState(
-        header=header("", now),
-        name=list(joints.names),
-        position=array.array("d", joints.positions.tobytes()),
-        velocity=array.array("d", joints.velocities.tobytes()),
-    )
+def joint_state_msg(joints: JointStates, now: float, into: JointState | None = None) -> JointState:
+    """Return joint positions and velocities at a time [s] as a JointState message.
+
+    Args:
+        joints: Their names, positions and velocities.
+        now: [s].
+        into: One that an earlier call for the same joints returned, to be used again.
+    """
+    message = into or JointState(name=list(joints.names))
+    set_header(message.header, "", now)
+    message.position = array.array("d", joints.positions.tobytes())
+    message.velocity = array.array("d", joints.velocities.tobytes())
+    return message
 
 
-def imu_msg(reading: ImuReading, frame: str, now: float) -> Imu:
-    """Return an IMU's reading at a time [s] as an Imu message."""
-    message = Imu(header=header(frame, now))
-    w, x, y, z = reading.orientation.quaternion
-    message.orientation = Quaternion(x=x, y=y, z=z, w=w)
-    _set(message.angular_velocity, reading.angular_velocity)
-    _set(message.linear_acceleration, reading.linear_acceleration)
-    tilt = reading.tilt_variance
-    message.orientation_covariance = np.diag([tilt, tilt, _YAW_VARIANCE]).ravel()
-    message.angular_velocity_covariance = np.eye(3).ravel() * reading.angular_variance
-    message.linear_acceleration_covariance = np.eye(3).ravel() * reading.linear_variance
+def imu_msg(reading: ImuReading, frame: str, now: float, into: Imu | None = None) -> Imu:
+    """Return an IMU's reading at a time [s] as an Imu message.
+
+    Args:
+        reading: What it says.
+        frame: Its frame.
+        now: [s].
+        into: One that an earlier call returned, to be used again.
+    """
+    message = into or Imu()
+    set_header(message.header, frame, now)
+    turn = message.orientation
+    turn.w, turn.x, turn.y, turn.z = reading.orientation.quaternion
+    _set(message.angular_velocity, reading.angular_velocity.tolist())
+    _set(message.linear_acceleration, reading.linear_acceleration.tolist())
+    message.orientation_covariance[:8:4] = reading.tilt_variance
+    message.orientation_covariance[8] = _YAW_VARIANCE
+    message.angular_velocity_covariance[::4] = reading.angular_variance
+    message.linear_acceleration_covariance[::4] = reading.linear_variance
     return message
 
 
 def _set(vector: Any, values: Any) -> None:
-    vector.x, vector.y, vector.z = (float(value) for value in values)
+    vector.x, vector.y, vector.z = map(float, values)

@@ -24,7 +24,6 @@ from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import (
     TOPICS,
-    DriveKind,
     DriveSettings,
     GazeboSettings,
     SensorSettings,
@@ -111,8 +110,7 @@ class RobotTopics:
         settings = standard(robot.settings) if plain else robot.settings
         self.settings = _with_frames(settings, robot)
         self.drive = standard_drive(robot.drive) if plain else robot.drive
-        # a file that asks for the world's odometry gets it; the filter knows no way to the side
-        is_wheels = not self.drive.from_world and self.drive.kind is DriveKind.SIDES
+        is_wheels = not self.drive.from_world  # a file that asks for the world's odometry gets it
         self.is_fused = bool(config.fused_odometry and is_wheels and self.settings.imu)
         if self.is_fused:
             self.drive = wheels_alone(self.drive)
@@ -131,6 +129,11 @@ class RobotTopics:
         self._truth_out = node.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
         self._static_out = node.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
         self._odom_due = _slower(self.drive.rate, config.tick)
+        # what comes each tick is filled anew: making an Odometry costs five times as much
+        self._odom: Odometry | None = None
+        self._joints: JointState | None = None
+        self._imu: Imu | None = None
+        self._moved = TFMessage()
 
     def publish_static(self, now: float) -> None:
         """Publish where the world is at a time [s]: a map has the world's coordinates."""
@@ -143,7 +146,8 @@ class RobotTopics:
         if self.drive.wheels and (self._odom_due is None or self._odom_due.due(now)):
             self._publish_odometry(observation)
         if self._joints_out.get_subscription_count() > 0:
-            self._joints_out.publish(joint_state_msg(observation.joints, now))
+            self._joints = joint_state_msg(observation.joints, now, self._joints)
+            self._joints_out.publish(self._joints)
         self._publish_sensors(observation)
         if self._truth and self._truth_out.get_subscription_count() > 0:
             self._truth_out.publish(truth_msg(observation.truth, self._base, now))
@@ -155,17 +159,21 @@ class RobotTopics:
             estimate = _exact(observation.truth)
         frame = drive.odometry_frame
         if "odom_tf" in drive.publishes:
-            T = transform_msg(estimate.T_odom_base, frame, self._base, now)
-            self._tf_out.publish(TFMessage(transforms=[T]))
+            moved = self._moved.transforms
+            T = transform_msg(estimate.T_odom_base, frame, self._base, now, *moved)
+            self._moved.transforms = [T]
+            self._tf_out.publish(self._moved)
         if "odom" in drive.publishes:
-            self._odom_out.publish(odometry_msg(estimate, frame, self._base, now))
+            self._odom = odometry_msg(estimate, frame, self._base, now, self._odom)
+            self._odom_out.publish(self._odom)
 
     def _publish_sensors(self, observation: Observation) -> None:
         settings = self.settings
         if observation.imu is not None and self._imu_out.get_subscription_count() > 0:
             assert settings.imu is not None
             for reading in (*observation.imu_before, observation.imu):
-                self._imu_out.publish(imu_msg(reading, settings.imu.frame, reading.stamp))
+                self._imu = imu_msg(reading, settings.imu.frame, reading.stamp, self._imu)
+                self._imu_out.publish(self._imu)
         if observation.scan is not None:
             lidar = settings.lidar
             assert lidar is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Imu
@@ -17,14 +19,17 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.pose3 import Pose3
+from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.ekf import EkfNode
+from arjuna_sim.nodes.messages import transform3_msg
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import TICK, RosBench
 from tests.nodes.sim.running import run, start, start_sim
 from tests.sim.builders import edited
+from tests.sim.drive_cases import mecanum
 
 pytestmark = pytest.mark.ros
 
@@ -76,6 +81,40 @@ def test_imu_may_sit_askew_or_upside_down(bench: RosBench, rpy: tuple[float, flo
         bench.publish(Odometry, "wheel_odom", _wheels(i * TICK, 0.5, 1.0))
         bench.publish(Imu, "imu/data", message)
     assert odometry[-1].twist.twist.angular.z == pytest.approx(0.6, abs=0.01)
+
+
+def test_an_imu_that_knows_no_orientation_is_taken_as_it_is_mounted(bench: RosBench) -> None:
+    start(bench, EkfNode(bench.process))
+    odometry = bench.collect(Odometry, "odom")
+    mount = Pose3.from_rpy((0.1, 0.0, 0.2), (math.pi, 0.4, 0.3))
+    fixed = transform3_msg(mount, "base_footprint", "imu_link", 0.0)
+    bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[fixed]), qos.TF_STATIC)
+    rates = Pose3(quaternion=mount.quaternion).inverse().apply(np.array([[0.0, 0.0, 0.6]]))
+    for i in range(1, 101):
+        message = Imu(header=header("imu_link", i * TICK))
+        turn = message.angular_velocity
+        turn.x, turn.y, turn.z = rates[0].tolist()
+        message.orientation_covariance[0] = -1.0
+        bench.publish(Odometry, "wheel_odom", _wheels(i * TICK, 0.5, 1.0))
+        bench.publish(Imu, "imu/data", message)
+    assert odometry[-1].twist.twist.angular.z == pytest.approx(0.6, abs=0.01)
+
+
+def test_a_base_that_moves_sideways_has_fused_odometry(bench: RosBench, tmp_path: Path) -> None:
+    sensor = "<sensor name='imu' type='imu'><update_rate>50</update_rate></sensor>"
+    imu = f"<gazebo reference='base'>{sensor}</gazebo>"
+    robot = replace(mecanum(), extra=mecanum().extra + imu).write(tmp_path)
+    sim = start_sim(bench, fused_odometry=True, robot=str(robot))
+    start(bench, EkfNode(bench.process))
+    odometry = bench.collect(Odometry, "odom")
+    command = Twist()
+    command.linear.y = 0.2
+    for _ in range(50):
+        bench.publish(Twist, "cmd_vel", command)
+        run(bench, sim, 1)
+    last = odometry[-1]
+    assert last.twist.twist.linear.y == pytest.approx(0.2, abs=0.02)
+    assert se2_from_pose(last.pose.pose).y == pytest.approx(sim.simulator.truth().pose.y, rel=0.05)
 
 
 def test_wheels_alone_make_odometry_a_message_late(bench: RosBench) -> None:

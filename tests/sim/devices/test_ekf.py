@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from arjuna_core.se2 import wrap
+from arjuna_core.se2 import SE2, wrap
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.ekf import FusedEstimate, FusedOdometry, FusedOdometryConfig
@@ -99,6 +99,24 @@ def _square(bias: float, rest: float, seed: int) -> tuple[float, float]:
 
 def _legs(rest: float, turn: float) -> tuple[tuple[float, float, float], ...]:
     return ((0.5, 0.0, 10.0), (0.0, 0.0, rest), (0.0, 0.8, turn), (0.0, 0.0, rest))
+
+
+def test_a_base_that_moves_sideways_is_followed_while_it_turns() -> None:
+    """Along the exact arc of a constant twist, whatever its direction."""
+    filter_ = FusedOdometry(FusedOdometryConfig(bias_noise=0.0))
+    poses = []
+    for _ in range(125):
+        poses.append(filter_.estimate.T_odom_base)
+        filter_.predict(DT)
+        filter_.wheels(0.2, 0.5, 0.3)
+        filter_.gyro(0.5)
+    end = filter_.estimate
+    expected = SE2.exp((0.4, 0.6, 1.0))
+    step = poses[25].inverse() @ end.T_odom_base
+    assert (step.x, step.y, step.theta) == pytest.approx(
+        (expected.x, expected.y, expected.theta), abs=2e-3
+    )
+    assert (end.v, end.side) == pytest.approx((0.2, 0.3), abs=1e-3)
 
 
 def test_wheels_serve_alone_where_no_gyro_comes() -> None:
