@@ -6,7 +6,7 @@ import array
 import math
 from typing import Any
 
-from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Vector3
+from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from simulation_interfaces.msg import Bounds, EntityState
@@ -25,12 +25,25 @@ _DIAGONAL = PLANAR[::4]
 _FARTHEST = 10_000.0  # [m] beyond it single precision tears meshes apart
 
 
-def transform3_msg(T: Pose3, parent: str, child: str, now: float) -> TransformStamped:
-    """Return `T_parent_child` in space at a time [s] as a TransformStamped message."""
-    w, x, y, z = T.quaternion
-    transform = Transform(rotation=Quaternion(x=x, y=y, z=z, w=w))
-    transform.translation.x, transform.translation.y, transform.translation.z = T.position
-    return TransformStamped(header=header(parent, now), child_frame_id=child, transform=transform)
+def transform3_msg(
+    T: Pose3, parent: str, child: str, now: float, into: TransformStamped | None = None
+) -> TransformStamped:
+    """Return `T_parent_child` in space at a time [s] as a TransformStamped message.
+
+    Args:
+        T: The transform.
+        parent: Frame mapped into.
+        child: Frame mapped from.
+        now: [s].
+        into: One that an earlier call returned, to be used again.
+    """
+    message = into or TransformStamped()
+    set_header(message.header, parent, now)
+    message.child_frame_id = child
+    at, turn = message.transform.translation, message.transform.rotation
+    at.x, at.y, at.z = T.position
+    turn.w, turn.x, turn.y, turn.z = T.quaternion
+    return message
 
 
 def odometry_msg(

@@ -82,7 +82,6 @@ class Servos:
         wanted, told = data.act[self.sums], data.ctrl[self.motors]
         angle, turning = data.qpos[self.position], data.qvel[self.velocity]
         _lead(angle, turning, wanted, told, speeds, self.lead, self.reach, self.response_time)
-        data.act[self.sums] = wanted
         data.ctrl[self.motors], data.ctrl[self.steerers] = speeds, angles
 
     def rest(self, data: Any) -> None:
