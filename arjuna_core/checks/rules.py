@@ -10,7 +10,7 @@ import numpy as np
 
 from arjuna_core.checks import limits
 
-_MEASUREMENTS = ("LaserScan", "Odometry", "Imu", "JointState", "PointCloud2", "Image")
+_MEASUREMENTS = ("LaserScan", "Odometry", "Imu", "JointState", "PointCloud2", "Image", "Range")
 _TURN = 2.0 * math.pi
 _REALS = {7: 4, 8: 8}  # bytes of PointField.FLOAT32 and FLOAT64
 
@@ -47,6 +47,15 @@ def scan_problem(scan: Any) -> str | None:
         return f"ranges from {scan.range_min} to {scan.range_max} m; valid: 0 <= min < max"
     if not abs(scan.time_increment) * beams <= limits.FUTURE:
         return f"{beams} beams, each {scan.time_increment} s on"
+    return None
+
+
+def range_problem(reading: Any) -> str | None:
+    """Return why a sonar's cone cannot be; its range may be inf or NaN."""
+    if not 0.0 < reading.field_of_view <= _TURN:
+        return f"field_of_view is {reading.field_of_view} rad; valid: above 0, to 2 pi"
+    if not 0.0 <= reading.min_range <= reading.max_range <= limits.FARTHEST:
+        return f"ranges from {reading.min_range} to {reading.max_range} m; valid: 0 <= min <= max"
     return None
 
 
@@ -112,6 +121,7 @@ def transform_problem(stamped: Any) -> str | None:
 
 RULES: dict[str, Callable[[Any], str | None]] = {
     "LaserScan": scan_problem,
+    "Range": range_problem,
     "OccupancyGrid": grid_problem,
     "PointCloud2": cloud_problem,
     "Imu": imu_problem,

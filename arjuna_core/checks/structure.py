@@ -13,7 +13,11 @@ QUATERNION = "geometry_msgs/Quaternion"
 _SPECIAL = (TIME, DURATION, QUATERNION)
 _WITHIN = "within "
 # fields that may hold what is no number: REP 117, and unmeasured parts of an IMU's message
-_FREE = {"LaserScan": ("ranges", "intensities"), "Imu": ("orientation",)}
+_FREE = {
+    "LaserScan": ("ranges", "intensities"),
+    "Imu": ("orientation",),
+    "Range": ("range",),
+}
 
 
 @dataclass(frozen=True)

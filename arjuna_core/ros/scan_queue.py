@@ -1,4 +1,4 @@
-"""Scans and clouds of points that wait for the transforms at their stamp."""
+"""Scans, clouds of points and distances that wait for the transforms at their stamp."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any, Generic, TypeVar
 
 from arjuna_core.cloud import Cloud
+from arjuna_core.ranging import RangeReading
 from arjuna_core.ros.convert import cloud_from_msg, scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
@@ -142,3 +143,19 @@ class CloudQueue(PosedQueue[Cloud]):
 
     def _read(self, message: Any, frame: str) -> Cloud:
         return cloud_from_msg(message, self._node.transforms.mount(self._base_frame, frame))
+
+
+class RangeQueue(PosedQueue[RangeReading]):
+    """Distances of sonars and infrared sensors."""
+
+    _WHAT = "ranges"
+
+    def _read(self, message: Any, frame: str) -> RangeReading:
+        return RangeReading(
+            float(message.range),
+            float(message.field_of_view),
+            float(message.min_range),
+            float(message.max_range),
+            seconds(message.header.stamp),
+            self._lookup(self._base_frame, frame),
+        )

@@ -11,6 +11,7 @@ from arjuna_nav.costmap.costmap import (
 )
 from arjuna_nav.costmap.layered import LayeredCostmap
 from arjuna_nav.costmap.layers import PlacedScan
+from arjuna_nav.costmap.ranges import PlacedRange
 from arjuna_nav.costmap.voxels import PlacedCloud
 
 __all__ = [
@@ -23,5 +24,6 @@ __all__ = [
     "CostmapConfig",
     "LayeredCostmap",
     "PlacedCloud",
+    "PlacedRange",
     "PlacedScan",
 ]

@@ -8,7 +8,8 @@ from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_nav.costmap.footprint import Footprint
 
-LAYERS = ("static_layer", "obstacle_layer", "inflation_layer")
+LAYERS = ("static_layer", "obstacle_layer", "range_layer", "denoise_layer", "inflation_layer")
+_DEFAULT = ("static_layer", "obstacle_layer", "inflation_layer")
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,56 @@ class ObstacleConfig:
 
 
 @dataclass(frozen=True)
+class RangeConfig:
+    """The layer that holds what sonars and infrared sensors tell."""
+
+    plugin: str = param(
+        "nav2_costmap_2d::RangeSensorLayer",
+        "Nav2's name of what is used.",
+        choices=("nav2_costmap_2d::RangeSensorLayer",),
+    )
+    enabled: bool = param(True, "Whether the layer takes part.")
+    topics: tuple[str, ...] = param((), "Topics of the readings.", read_only=True)
+    input_sensor_type: str = param(
+        "ALL",
+        "Which readings are taken: VARIABLE distances, those of a FIXED one, or both.",
+        choices=("ALL", "VARIABLE", "FIXED"),
+    )
+    phi: float = param(1.2, "Distance beyond which a sensor is believed less.", unit="m")
+    inflate_cone: float = param(
+        1.0, "Share of a cone's area that cells may lie beside it.", minimum=0.0, maximum=1.0
+    )
+    clear_threshold: float = param(
+        0.2, "Probability below which a cell is free.", minimum=0.0, maximum=1.0
+    )
+    mark_threshold: float = param(
+        0.8, "Probability above which a cell is lethal.", minimum=0.0, maximum=1.0
+    )
+    clear_on_max_reading: bool = param(False, "Whether a reading of nothing frees its cone.")
+    no_readings_timeout: float = param(
+        0.0, "Longest silence of all sensors borne; 0 bears any.", unit="s", minimum=0.0
+    )
+
+
+@dataclass(frozen=True)
+class DenoiseConfig:
+    """The layer that sets small groups of lethal cells free; before the inflation."""
+
+    plugin: str = param(
+        "nav2_costmap_2d::DenoiseLayer",
+        "Nav2's name of what is used.",
+        choices=("nav2_costmap_2d::DenoiseLayer",),
+    )
+    enabled: bool = param(True, "Whether the layer takes part.")
+    minimal_group_size: int = param(
+        2, "Cells of the smallest group that stays.", minimum=0, maximum=100
+    )
+    group_connectivity_type: int = param(
+        8, "Neighbours that a cell is in a group with.", choices=(4, 8)
+    )
+
+
+@dataclass(frozen=True)
 class InflationConfig:
     """The layer that spreads cost round obstacles."""
 
@@ -138,9 +189,11 @@ class CostmapConfig:
         "Whether the whole grid is published each time, beside what has changed in it; else only"
         " where its size or place changes and where someone subscribes.",
     )
-    plugins: tuple[str, ...] = param(LAYERS, "Layers in order.", choices=LAYERS, read_only=True)
+    plugins: tuple[str, ...] = param(_DEFAULT, "Layers in order.", choices=LAYERS, read_only=True)
     static_layer: StaticConfig = field(default_factory=StaticConfig)
     obstacle_layer: ObstacleConfig = field(default_factory=ObstacleConfig)
+    range_layer: RangeConfig = field(default_factory=RangeConfig)
+    denoise_layer: DenoiseConfig = field(default_factory=DenoiseConfig)
     inflation_layer: InflationConfig = field(default_factory=InflationConfig)
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""The costmap of layers: map, then obstacles, then inflation."""
+"""The costmap of layers: map, then obstacles, cleaned of noise, then inflation."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.costmap import FREE, UNKNOWN, Costmap
+from arjuna_nav.costmap.denoise import denoise
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import Inflation, clearances, cost_at_distance
 from arjuna_nav.costmap.layers import ObstacleLayer, PlacedScan, interpret_map
+from arjuna_nav.costmap.ranges import PlacedRange, RangeLayer
 from arjuna_nav.costmap.voxels import PlacedCloud, VoxelLayer
 from arjuna_nav.costmap.window import Window, grown, joined, seen_in, whole
 
@@ -40,7 +42,9 @@ class LayeredCostmap:
         self._obstacles = ObstacleLayer(frame, config)
         uses_clouds = "cloud" in config.obstacle_layer.observation_sources
         self._voxels = VoxelLayer(frame, config) if uses_clouds else None
-        self._seen = [layer for layer in (self._obstacles, self._voxels) if layer is not None]
+        self._ranges = RangeLayer(frame, config) if "range_layer" in config.plugins else None
+        seen = (self._obstacles, self._voxels, self._ranges)
+        self._seen = [layer for layer in seen if layer is not None]
         self._inflation = self._make_inflation()
         self._stamp = 0.0
         self._changed: Window | None = None
@@ -80,6 +84,7 @@ class LayeredCostmap:
         now: float,
         scans: Sequence[PlacedScan],
         clouds: Sequence[PlacedCloud] = (),
+        ranges: Sequence[PlacedRange] = (),
     ) -> None:
         """Bring the costmap up to date.
 
@@ -88,6 +93,7 @@ class LayeredCostmap:
             now: Time of the update [s].
             scans: What came since the last update, oldest first.
             clouds: The same.
+            ranges: The same.
         """
         self._stamp = now
         before, changed = self._obstacles.frame, None
@@ -97,6 +103,8 @@ class LayeredCostmap:
             changed = self._obstacles.update(T_global_base, self.footprint, scans)
         if self._voxels is not None and self._uses("obstacle_layer"):
             changed = joined(changed, self._voxels.update(T_global_base, self.footprint, clouds))
+        if self._ranges is not None and self._uses("range_layer"):
+            changed = joined(changed, self._ranges.update(T_global_base, self.footprint, ranges))
         if self._obstacles.frame != before:
             self._compose_all()
         else:
@@ -129,7 +137,11 @@ class LayeredCostmap:
         frame = self._obstacles.frame
         data = self._layers(whole(frame.shape))
         self._costmap = Costmap(
-            frame, data, self._stamp, self._circumscribed_cost(), self._clearances()
+            frame,
+            data,
+            self._stamp,
+            self._circumscribed_cost(),
+            self._clearances(),
         )
         self._changed = whole(frame.shape)
 
@@ -140,6 +152,8 @@ class LayeredCostmap:
             return
         shape = self._costmap.data.shape
         reach = self._inflation.reach if self._uses("inflation_layer") else 0
+        if self._uses("denoise_layer"):  # a group that is small lies wholly within so much
+            reach += self._config.denoise_layer.minimal_group_size
         window = grown(changed, reach, shape)
         source = grown(window, reach, shape)
         self._costmap.data[window] = self._layers(source)[seen_in(window, source)]
@@ -152,9 +166,11 @@ class LayeredCostmap:
         data = np.full(shape, unknown, dtype=np.uint8)
         if self._map is not None and self._uses("static_layer"):
             data[:] = self._map[window]
-        if self._uses("obstacle_layer"):
-            for layer in self._seen:
+        for layer in self._seen:
+            if self._uses("range_layer" if layer is self._ranges else "obstacle_layer"):
                 layer.merge_into(data, window)
+        if self._uses("denoise_layer"):
+            denoise(data, self._config.denoise_layer)
         if self._uses("inflation_layer"):
             self._inflation.apply(data)
         return data

@@ -7,17 +7,24 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import Polygon
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
-from sensor_msgs.msg import LaserScan, PointCloud2
+from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.scan_queue import CloudQueue, ScanQueue
+from arjuna_core.ros.scan_queue import CloudQueue, RangeQueue, ScanQueue
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedCloud, PlacedScan
+from arjuna_nav.costmap import (
+    Costmap,
+    CostmapConfig,
+    LayeredCostmap,
+    PlacedCloud,
+    PlacedRange,
+    PlacedScan,
+)
 from arjuna_nav.costmap.config import ObstacleConfig
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.messages import points_from_polygon
@@ -44,10 +51,11 @@ class CostmapNode(ManagedNode):
         config: CostmapConfig = self.config
         self.layered = LayeredCostmap(config)
         self._map: OccupancyGrid | None = None
-        self._updated_at = self._scanned_at = -np.inf
+        self._updated_at = self._scanned_at = self._ranged_at = -np.inf
         self._problem = "it is not active"
         queue = config.global_frame, config.robot_base_frame, _QUEUE, "robot_base_frame"
         self._scans, self._clouds = ScanQueue(self, *queue), CloudQueue(self, *queue)
+        self._ranges = RangeQueue(self, *queue)
         if "static_layer" in config.plugins:
             topic = config.static_layer.map_topic or config.map_topic
             self.subscribe(
@@ -55,6 +63,9 @@ class CostmapNode(ManagedNode):
             )
         if "obstacle_layer" in config.plugins:
             self._listen(config.obstacle_layer)
+        if "range_layer" in config.plugins:
+            for topic in config.range_layer.topics:
+                self.subscribe(Range, _absolute(topic), self._ranges.add, qos.SENSOR_SUBSCRIPTION)
         self._output = CostmapOutput(self)
         self.subscribe(Polygon, "footprint", self._on_footprint, qos.DEFAULT)
         CostmapServices(self, self)
@@ -114,9 +125,11 @@ class CostmapNode(ManagedNode):
         """Start from what is seen from now on."""
         self._scans.clear()
         self._clouds.clear()
+        self._ranges.clear()
         self._updated_at = -np.inf
         self._output.reset()
-        self._scanned_at, self._problem = self.now, "no update was due yet"
+        self._scanned_at = self._ranged_at = self.now
+        self._problem = "no update was due yet"
 
     def on_time_jump(self) -> None:
         """Forget what was seen in another run of time."""
@@ -151,30 +164,33 @@ class CostmapNode(ManagedNode):
     def _update(self) -> None:
         scans = [PlacedScan(scan, T) for scan, T in self._scans.ready()]
         clouds = [PlacedCloud(cloud, T) for cloud, T in self._clouds.ready()]
-        if scans:
-            self._scanned_at = self.now
+        ranges = [PlacedRange(reading, T) for reading, T in self._ranges.ready()]
+        self._scanned_at = self.now if scans else self._scanned_at
+        self._ranged_at = self.now if ranges else self._ranged_at
         if not self.layered.has_map:
             self._problem = "no map has come"
             return
         try:
-            self.layered.update(self.robot_pose(), self.now, scans, clouds)
+            self.layered.update(self.robot_pose(), self.now, scans, clouds, ranges)
         except TransformError as error:
             self._problem = str(error)
             return
-        if self._is_blind():
-            self._problem = self._silence()
+        silence = self._silence()
+        if silence:
+            self._problem = silence
             return
         self._updated_at, self._problem = self.now, "no update was due yet"
 
-    def _is_blind(self) -> bool:
-        """Whether the scanner has been silent for longer than is borne."""
-        config = self.config
-        borne = config.obstacle_layer.scan.expected_update_rate
-        used = bool(self.scan_topic) and config.obstacle_layer.enabled
-        return used and 0.0 < borne < self.now - self._scanned_at
-
     def _silence(self) -> str:
-        return f"no scan on {self.scan_topic} for {self.now - self._scanned_at:.2f} s"
+        """Say which sensors have been silent for longer than is borne; empty where none has."""
+        config, far = self.config, self.config.range_layer
+        scan, silent = config.obstacle_layer.scan.expected_update_rate, self.now - self._scanned_at
+        if self.scan_topic and config.obstacle_layer.enabled and 0.0 < scan < silent:
+            return f"no scan on {self.scan_topic} for {silent:.2f} s"
+        silent, used = self.now - self._ranged_at, "range_layer" in config.plugins
+        if used and far.enabled and far.topics and 0.0 < far.no_readings_timeout < silent:
+            return f"no range on {', '.join(map(_absolute, far.topics))} for {silent:.2f} s"
+        return ""
 
 
 def _absolute(topic: str) -> str:

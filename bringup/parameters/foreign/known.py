@@ -25,7 +25,7 @@ _COSTMAP = """
     *.raytrace_range *.trinary_costmap *.use_maximum *.track_unknown_space *.lethal_cost_threshold
     *.topic *.data_type *.marking *.clearing *.expected_update_rate *.inf_is_valid
     *.obstacle_max_range *.obstacle_min_range *.raytrace_max_range *.raytrace_min_range
-    *.observation_sources voxel_layer.* denoise_layer.* range_layer.* *_filter.*
+    *.observation_sources voxel_layer.* *_filter.*
 """
 _SMAC = """
     *.allow_primitive_interpolation *.allow_reverse_expansion *.allow_unknown

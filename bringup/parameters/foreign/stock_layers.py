@@ -11,6 +11,8 @@ _OURS = {
     "nav2_costmap_2d::StaticLayer": "static_layer",
     "nav2_costmap_2d::ObstacleLayer": "obstacle_layer",
     "nav2_costmap_2d::VoxelLayer": "obstacle_layer",
+    "nav2_costmap_2d::RangeSensorLayer": "range_layer",
+    "nav2_costmap_2d::DenoiseLayer": "denoise_layer",
     "nav2_costmap_2d::InflationLayer": "inflation_layer",
 }
 _SOURCES = {"LaserScan": "scan", "PointCloud2": "cloud"}

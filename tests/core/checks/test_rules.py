@@ -13,6 +13,7 @@ from arjuna_core.checks.rules import (
     covariance_problem,
     grid_problem,
     imu_problem,
+    range_problem,
     rotation_problem,
     scan_problem,
     transform_problem,
@@ -49,6 +50,23 @@ def transform(x: float = 1.0, turn: Any = None, **changed: Any) -> Any:
         child_frame_id=names["child_frame_id"],
         transform=SimpleNamespace(translation=place, rotation=turn or rotation()),
     )
+
+
+@pytest.mark.parametrize(
+    ("changed", "problem"),
+    [
+        ({}, None),
+        ({"min_range": 0.5, "max_range": 0.5}, None),
+        ({"field_of_view": 0.0}, "field_of_view is 0.0 rad"),
+        ({"field_of_view": math.nan}, "field_of_view is nan rad"),
+        ({"min_range": 3.0}, "ranges from 3.0 to 2.0 m"),
+        ({"max_range": math.inf}, "ranges from 0.1 to inf m"),
+    ],
+)
+def test_a_sonar_has_a_cone(changed: dict[str, float], problem: str | None) -> None:
+    good = {"field_of_view": 0.4, "min_range": 0.1, "max_range": 2.0}
+    found = range_problem(SimpleNamespace(**{**good, **changed}))
+    assert found is None if problem is None else problem in str(found)
 
 
 @pytest.mark.parametrize("norm", [1.0, 0.01, 1000.0])

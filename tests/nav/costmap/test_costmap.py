@@ -241,7 +241,7 @@ def test_a_costmap_seen_from_another_frame_lies_where_it_did() -> None:
 
 
 def test_refuses_a_rolling_window_with_a_map() -> None:
-    with pytest.raises(ConfigError, match="valid plugins: obstacle_layer, inflation_layer"):
+    with pytest.raises(ConfigError, match="valid plugins: obstacle_layer, range_layer"):
         CostmapConfig(rolling_window=True)
 
 

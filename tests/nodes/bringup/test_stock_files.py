@@ -63,6 +63,20 @@ def test_nothing_is_kept_of_a_plugin_that_the_file_replaces(tmp_path: Path) -> N
     assert not [key for key in kept if key.startswith("FollowPath.")]
 
 
+def test_layers_of_ranges_and_against_noise_may_have_any_name(tmp_path: Path) -> None:
+    text = """
+local_costmap: {local_costmap: {ros__parameters: {plugins: [sonars, specks, inflation_layer],
+  sonars: {plugin: "nav2_costmap_2d::RangeSensorLayer", topics: [/a, /b], phi: 2.0},
+  specks: {plugin: "nav2_costmap_2d::DenoiseLayer", minimal_group_size: 3}}}}
+"""
+    assert problems_in(written(tmp_path, text)) == []
+    values = understood(tmp_path, text).parameters["local_costmap/local_costmap"]
+    assert values["plugins"] == ["range_layer", "denoise_layer", "inflation_layer"]
+    assert values["range_layer.topics"] == ["/a", "/b"]
+    assert values["range_layer.phi"] == 2.0
+    assert values["denoise_layer.minimal_group_size"] == 3
+
+
 def test_a_source_may_have_any_name(tmp_path: Path) -> None:
     text = """
 local_costmap: {local_costmap: {ros__parameters: {plugins: [seen, grown],

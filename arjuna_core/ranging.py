@@ -1,0 +1,33 @@
+"""A distance along one axis, as sonars and infrared sensors measure it, free of ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from arjuna_core.se2 import SE2
+
+
+@dataclass(frozen=True)
+class RangeReading:
+    """One reading of a sensor that sees the nearest thing in a cone.
+
+    Attributes:
+        distance: To it [m]; of a sensor of fixed distance -inf for something, inf for nothing.
+        field_of_view: Angle of the cone [rad].
+        range_min: Shortest valid distance [m].
+        range_max: Longest valid distance [m]; the shortest again for a fixed distance.
+        stamp: When [s].
+        T_base_sensor: Pose of the sensor in the robot's base frame, the cone about its x axis.
+    """
+
+    distance: float
+    field_of_view: float
+    range_min: float
+    range_max: float
+    stamp: float
+    T_base_sensor: SE2
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the sensor tells something from nothing at one distance."""
+        return self.range_min == self.range_max
