@@ -18,6 +18,7 @@ from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
 from arjuna_nav.controllers.foresight import Foresight, ForesightConfig
 from arjuna_nav.controllers.manoeuvre.manoeuvre import Manoeuvre, ManoeuvreConfig
+from arjuna_nav.controllers.passage.passage import Passage, PassageConfig
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -48,6 +49,7 @@ class FollowerConfig:
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ArrivalConfig = field(default_factory=ArrivalConfig)
     manoeuvre: ManoeuvreConfig = field(default_factory=ManoeuvreConfig)
+    passage: PassageConfig = field(default_factory=PassageConfig)
 
 
 class FollowState(enum.Enum):
@@ -97,6 +99,7 @@ class PathFollower:
         config: Parameters, as `load` made them.
         footprint: The robot.
         chosen: The plug-ins; the first of each kind if None.
+        body: The robot without its padding; the footprint if None.
 
     Attributes:
         chosen: The plug-ins.
@@ -106,7 +109,11 @@ class PathFollower:
     """
 
     def __init__(
-        self, config: FollowerConfig, footprint: Footprint, chosen: Chosen | None = None
+        self,
+        config: FollowerConfig,
+        footprint: Footprint,
+        chosen: Chosen | None = None,
+        body: Footprint | None = None,
     ) -> None:
         self._config = config
         self._footprint = footprint
@@ -123,8 +130,10 @@ class PathFollower:
         self._foresight = Foresight(config.foresight)
         self._arrival = Arrival(config.arrival, footprint)
         self._manoeuvre = Manoeuvre(config.manoeuvre, footprint)
+        self._passage = Passage(config.passage, config.manoeuvre, footprint, body or footprint)
         self._end: SE2 | None = None
         self._failing_since: float | None = None
+        self._sought = False
         self.speed_limit = math.inf
 
     @property
@@ -153,7 +162,8 @@ class PathFollower:
         self._goal.reset()
         self._arrival.reset()
         self._manoeuvre.reset()
-        self._failing_since = None
+        self._passage.reset()
+        self._failing_since, self._sought = None, False
         self._controller = self._make_controller()  # the last goal's arrival is not this one's
         self.change(path)
 
@@ -173,12 +183,14 @@ class PathFollower:
     def tick(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
         """Return what to drive; pose and costmap are of the path's frame."""
         assert self._end is not None
+        if self._passage.active:
+            self._progress.reset()  # it is slow
         if not self._progress.check(pose, now):
             return FollowResult.failed(
                 ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.complaint()
             )
         distance = paths.length(self._controller.path)
-        if paths.ends_here(self._controller.path, pose):
+        if not self._passage.active and paths.ends_here(self._controller.path, pose):
             arriving = self._arrive(pose, velocity, costmap, now, distance)
             if arriving is not None:
                 self._failing_since = None
@@ -202,15 +214,21 @@ class PathFollower:
         self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
     ) -> ControlResult:
         """Ask the controller; where it finds no way on, look for one and drive that first."""
-        manoeuvre = self._manoeuvre
-        command = manoeuvre.compute(pose, costmap)
+        manoeuvre, passage = self._manoeuvre, self._passage
+        command = passage.compute(pose, velocity, costmap, now)
+        command = manoeuvre.compute(pose, costmap) if command is None else command
         if command is not None:
             return ControlResult(ControlStatus.SUCCEEDED, command)
         control = self._controller.compute(pose, velocity, costmap, now)
-        fails = control.status is ControlStatus.NO_VALID_CONTROL and self._failing_since is None
-        if not fails or abs(velocity.v) > _STILL:
+        if control.status is not ControlStatus.NO_VALID_CONTROL:
+            self._sought = False
             return control
-        if manoeuvre.begin(pose, self._controller.path, costmap):
+        if self._sought or abs(velocity.v) > _STILL:
+            return control
+        self._sought = True  # once: what is not found now is not found the next tick
+        if passage.begin(pose, self._controller.path, costmap):
+            command = passage.compute(pose, velocity, costmap, now)
+        elif manoeuvre.begin(pose, self._controller.path, costmap):
             command = manoeuvre.compute(pose, costmap)
         return control if command is None else ControlResult(ControlStatus.SUCCEEDED, command)
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.hits import hit_points
 
 FREE = 0
 MAX_NON_OBSTACLE = 252
@@ -42,6 +43,8 @@ class Costmap:
             heading collides. 0 where the inflation does not reach that far.
         clearances: `(256,) float64` how far beyond its inscribed radius the robot is from an
             obstacle where a cost is [m]; inf where the cost does not tell.
+        hits: `(height, width) uint32` where in their cells obstacles lie, as `hit_points` reads
+            them; None where only the cells are known.
     """
 
     frame: GridFrame
@@ -49,6 +52,7 @@ class Costmap:
     stamp: float = 0.0
     circumscribed_cost: int = 0
     clearances: NDArray[np.float64] = field(default_factory=lambda: np.full(256, np.inf))
+    hits: NDArray[np.uint32] | None = None
 
     def __post_init__(self) -> None:
         if self.data.shape != self.frame.shape:
@@ -58,6 +62,17 @@ class Costmap:
         """Return the cost at a point [m] of the frame, None outside the grid."""
         row, column = self.frame.to_cell(x, y)
         return int(self.data[row, column]) if self.frame.contains(row, column) else None
+
+    def obstacles(self, x: float, y: float, radius: float) -> NDArray[np.float64]:
+        """Return where obstacles are about a place, `(N, 2) float64` [m] of the frame.
+
+        Finer than the cells where scans have hit them, else the cells' middles.
+        """
+        T_frame_grid, cell = self.frame.origin, self.frame.resolution
+        at = T_frame_grid.inverse().apply(np.array([[x, y]]))[0] / cell
+        hits = np.zeros(self.frame.shape, np.uint32) if self.hits is None else self.hits
+        points = hit_points(self.data, hits, float(at[0]), float(at[1]), radius / cell, LETHAL)
+        return T_frame_grid.apply(points * cell)
 
     def seen_from(self, T_other_frame: SE2) -> Costmap:
         """Return the same costs with the grid placed in another frame; the data is shared.

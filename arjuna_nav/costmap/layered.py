@@ -142,6 +142,7 @@ class LayeredCostmap:
             self._stamp,
             self._circumscribed_cost(),
             self._clearances(),
+            self._obstacles.hits,
         )
         self._changed = whole(frame.shape)
 

@@ -127,8 +127,20 @@ class SeenLayer(Generic[T]):
 class ObstacleLayer(SeenLayer[PlacedScan]):
     """Marks what scans hit and clears what their rays cross; marks stay until a ray clears them.
 
+    Attributes:
+        hits: `(height, width) uint32` where in its cell each mark lies, as `hit_points` reads it.
+
     Source: nav2_costmap_2d, obstacle layer.
     """
+
+    def __init__(self, frame: GridFrame, config: CostmapConfig) -> None:
+        super().__init__(frame, config)
+        self.hits: NDArray[np.uint32] = np.zeros(frame.shape, np.uint32)
+
+    def move(self, frame: GridFrame) -> None:
+        """Continue on another grid of the same resolution; what both cover is kept."""
+        self.hits = moved(self.hits, self.frame, frame, 0)
+        super().move(frame)
 
     def _reach(self, seen: PlacedScan) -> tuple[SE2, float]:
         limits = _limits(seen.scan, self._config.scan)
@@ -139,6 +151,7 @@ class ObstacleLayer(SeenLayer[PlacedScan]):
         T_grid_sensor = self.frame.origin.inverse() @ seen.T_global_base @ scan.T_base_sensor
         enter_scan(
             self.data,
+            self.hits,
             T_grid_sensor.array() / (self.frame.resolution, self.frame.resolution, 1.0),
             scan.ranges / self.frame.resolution,
             scan.angles,

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from arjuna_core.raycast import line_cells
 from arjuna_nav.costmap.costmap import FREE, LETHAL
+from arjuna_nav.costmap.hits import blended
 
 
 @njit(cache=True)
 def enter_scan(
     data: NDArray[np.uint8],
+    hits: NDArray[np.uint32],
     sensor: NDArray[np.float64],
     ranges: NDArray[np.float64],
     bearings: NDArray[np.float64],
@@ -29,6 +31,7 @@ def enter_scan(
 
     Args:
         data: `(height, width) uint8`.
+        hits: `(height, width) uint32` where in its cell each mark lies; see `hit_points`.
         sensor: `(3,)` x, y, heading of the sensor in the grid.
         ranges: `(N,)`; inf is no return, NaN invalid.
         bearings: `(N,)` in the sensor frame [rad].
@@ -53,10 +56,12 @@ def enter_scan(
             hit = range_min <= ranges[i] < range_max
             if hit and mark_min <= ranges[i] <= mark_max:
                 angle = sensor[2] + bearings[i]
-                column = math.floor(sensor[0] + ranges[i] * math.cos(angle))
-                row = math.floor(sensor[1] + ranges[i] * math.sin(angle))
+                x = sensor[0] + ranges[i] * math.cos(angle)
+                y = sensor[1] + ranges[i] * math.sin(angle)
+                row, column = math.floor(y), math.floor(x)
                 if 0 <= row < height and 0 <= column < width:
                     data[row, column] = LETHAL
+                    hits[row, column] = blended(hits[row, column], x - column, y - row)
 
 
 @njit(cache=True)

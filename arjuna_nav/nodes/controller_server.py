@@ -138,7 +138,9 @@ class ControllerServerNode(GoalNode):
             kept.change(poses)
             return
         self._unknown_since, self._outdated = math.inf, False
-        self._follower = PathFollower(self.config, self._costmap.layered.footprint, chosen)
+        footprint = self._costmap.layered.footprint
+        body = footprint.without(self._costmap.config.footprint_padding)
+        self._follower = PathFollower(self.config, footprint, chosen, body)
         self._limit(self._follower)
         self._follower.start(poses, self.now)
 

@@ -88,15 +88,23 @@ class Manoeuvre:
         self.reset()
         if not self._config.enabled:
             return False
-        turn = self._config.max_speed / self._config.max_angular_velocity  # by its time
-        terms = Terms(turn, _STOP * turn, back=2.0, distance=0.1, angle=0.26, limit=60000)
-        least = math.inf
+        terms, least = self._terms(), math.inf
         for target, along in self._targets(path, costmap):
             way = find_way(pose, target, costmap, self._footprint, terms)
             if len(way) > 1 and terms.worth(way) - along < least:
                 least = terms.worth(way) - along
                 self._pieces = list(_pieces(way))
         return self.active
+
+    def begin_to(self, pose: SE2, target: SE2, costmap: Costmap) -> bool:
+        """Look for a way to near a pose, and tell whether there is one."""
+        way = find_way(pose, target, costmap, self._footprint, self._terms())
+        self._pieces = list(_pieces(way)) if len(way) > 1 else []
+        return len(way) > 0
+
+    def _terms(self) -> Terms:
+        turn = self._config.max_speed / self._config.max_angular_velocity  # by its time
+        return Terms(turn, _STOP * turn, back=2.0, distance=0.1, angle=0.26, limit=60000)
 
     def compute(self, pose: SE2, costmap: Costmap) -> Velocity | None:
         """Return what to drive, None where it has come to its end or something is in the way."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.collision import collides_in_cells
-from arjuna_nav.costmap.costmap import INSCRIBED, Costmap
+from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.window import clipped
 from arjuna_nav.planners.base import Planner, PlanResult, PlanStatus
@@ -22,6 +22,7 @@ from arjuna_nav.planners.turning.search import Goal, Ground, Prices, search
 _CHORD = 0.3  # over which a path's direction is taken; so far from its start it may turn [m]
 _CLOSED = 3  # radius of what is closed to planners where the outline collides [cells]
 _WAYS_ROUND = 6
+_COARSENESS = (0.5, 1.1)  # that gaps may be wider than cells say: of one side, of both [cells]
 _NEAREST = 1.5  # how near to its end a way can be asked to come [cells]
 
 
@@ -74,6 +75,8 @@ def plan_for_outline(
         footprint: The robot's outline.
     """
     plan = planner.plan(costmap, start, goal)
+    if plan.status is PlanStatus.NO_VALID_PATH:
+        return _through_gaps(planner, costmap, start, goal, footprint) or plan
     if plan.status is not PlanStatus.SUCCEEDED or footprint.circular:
         return plan
     blocked = _first_blocked(plan.path, costmap, footprint)
@@ -92,6 +95,47 @@ def plan_for_outline(
         if blocked is None:
             return other
     return plan
+
+
+def _through_gaps(
+    planner: Planner, costmap: Costmap, start: SE2, goal: SE2, footprint: Footprint
+) -> PlanResult | None:
+    """Return a plan through gaps that only the coarseness of cells may close, None where none is.
+
+    Walls lie somewhere in their cells, and the robot's centre need not lie in a cell's middle.
+    """
+    for coarseness in _COARSENESS:
+        radius = footprint.inscribed_radius / costmap.frame.resolution - coarseness
+        data = opened(costmap.data, radius)
+        plan = planner.plan(replace(costmap, data=data), start, goal)
+        if plan.status is PlanStatus.SUCCEEDED:
+            return plan
+    return None
+
+
+@njit(cache=True)
+def opened(data: NDArray[np.uint8], radius: float) -> NDArray[np.uint8]:
+    """Return costs in which cells are the dearest, not closed, beyond a radius of lethal ones.
+
+    Args:
+        data: `(height, width) uint8` of a costmap.
+        radius: Between the cells' middles [cells].
+    """
+    height, width = data.shape
+    reach = math.floor(radius)
+    result: NDArray[np.uint8] = data.copy()
+    for row in range(height):
+        for column in range(width):
+            if data[row, column] != INSCRIBED:
+                continue
+            closed = False
+            for r in range(max(row - reach, 0), min(row + reach + 1, height)):
+                for c in range(max(column - reach, 0), min(column + reach + 1, width)):
+                    near = (r - row) ** 2 + (c - column) ** 2 <= radius * radius
+                    closed = closed or (near and data[r, c] == LETHAL)
+            if not closed:
+                result[row, column] = MAX_NON_OBSTACLE
+    return result
 
 
 def _close(costmap: Costmap, place: NDArray[np.float64]) -> None:

@@ -1,0 +1,1 @@
+"""Places hardly wider than the robot, driven through along their middle."""

@@ -1,0 +1,264 @@
+"""Drives played without physics or ROS: noisy scans of walls, places that err, the real cores."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import load
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers.follower import FollowerConfig, FollowState, PathFollower
+from arjuna_nav.costmap import CostmapConfig, LayeredCostmap, PlacedScan
+from arjuna_nav.costmap.config import InflationConfig, ObstacleConfig, SourceConfig
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners.base import PlanStatus
+from arjuna_nav.planners.navfn import NavFn, NavFnConfig
+from arjuna_nav.planners.through import plan_through
+from tests.nav.worlds import Unicycle
+
+_TICK, _SCANS, _MAPS, _PLANS = 0.05, 2, 10, 20  # [s], and ticks from one to the next
+_STANDS = 2.0  # after a failure [s]
+_BEAMS, _RANGE = 360, 12.0
+_KEPT = 0.98  # of an error from tick to tick
+_INFLATION = InflationConfig(inflation_radius=0.6, cost_scaling_factor=5.0)
+_FOLLOW_PATH = {
+    "plugin": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
+    "desired_linear_vel": 0.4,
+    "use_velocity_scaled_lookahead_dist": True,
+    "rotate_to_heading_angular_vel": 1.6,
+    "rotate_to_heading_gain": 2.5,
+    "max_angular_accel": 3.0,
+    "inflation_cost_scaling_factor": 5.0,
+    "regulated_linear_scaling_min_speed": 0.15,
+}
+
+
+@dataclass(frozen=True)
+class Errors:
+    """What the robot's senses err by.
+
+    Attributes:
+        scan: Deviation of ranges [m].
+        place: Deviation of where on the map it believes to be, slowly changing [m].
+        heading: The same of its heading [rad].
+        drift: Of odometry, a metre driven [m].
+    """
+
+    scan: float = 0.01
+    place: float = 0.02
+    heading: float = 0.01
+    drift: float = 0.06
+
+
+@dataclass(frozen=True)
+class Body:
+    """A robot.
+
+    Attributes:
+        corners: Its true outline `(N, 2)` [m].
+        radius: Of a robot that is navigated as a circle; 0 for its outline.
+        padding: Of what it is navigated as [m].
+    """
+
+    corners: NDArray[np.float64]
+    radius: float = 0.0
+    padding: float = 0.01
+
+    @staticmethod
+    def box(length: float, width: float) -> Body:
+        """Return a rectangle about its middle."""
+        x, y = length / 2.0, width / 2.0
+        return Body(np.array([[x, y], [x, -y], [-x, -y], [-x, y]]))
+
+    @staticmethod
+    def disc(radius: float) -> Body:
+        """Return a round robot."""
+        return Body(Footprint.circle(radius).points, radius)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """A costmap's parameters of it."""
+        outline = "[]" if self.radius else str(self.corners.tolist())
+        radius = {"robot_radius": self.radius} if self.radius else {}
+        return {"footprint": outline, "footprint_padding": self.padding, **radius}
+
+
+class Play:
+    """One drive.
+
+    Args:
+        walls: Segments `(N, 4)` x0, y0, x1, y1 of the world [m].
+        grid: The map; None for none: it navigates in odom.
+        start: In the world.
+        goal: In the world.
+        body: The robot.
+        rng: For what errs.
+        errors: How much.
+
+    Attributes:
+        arrived: Whether the follower says so.
+        touched: Whether the robot met a wall.
+        time: [s]
+        why: What was said last where it did not go on.
+    """
+
+    def __init__(
+        self,
+        walls: NDArray[np.float64],
+        grid: OccupancyGrid | None,
+        start: SE2,
+        goal: SE2,
+        body: Body,
+        rng: np.random.Generator,
+        errors: Errors | None = None,
+    ) -> None:
+        self._walls, self._goal, self._body, self._rng = walls, goal, body, rng
+        self._errors = errors or Errors()
+        self._near = LayeredCostmap(_window(3, 2.5, body))
+        self._far = LayeredCostmap(_window(14, 3.0, body) if grid is None else _map(body))
+        if grid is not None:
+            self._far.set_map(grid)
+        self._has_map = grid is not None
+        self._config = load(FollowerConfig, {"FollowPath": _FOLLOW_PATH})
+        self._follower: PathFollower | None = None
+        self._stands = -math.inf
+        self._T_true_map = self._T_true_odom = SE2()
+        self.robot = Unicycle(start, period=_TICK)
+        self.arrived = self.touched = False
+        self.time, self.why = 0.0, ""
+
+    def run(self, timeout: float = 90.0) -> Play:
+        """Drive to the end."""
+        for k in range(round(timeout / _TICK)):
+            self.time = k * _TICK
+            self._err()
+            self._see(k)
+            self.robot.drive(self._command(k))
+            self.touched = _crosses(self._walls, self.robot.pose.apply(self._body.corners))
+            if self.arrived or self.touched:
+                break
+        return self
+
+    def _err(self) -> None:
+        errors, spread = self._errors, math.sqrt(1.0 - _KEPT**2)
+        x, y, w = (
+            spread * self._rng.normal(0.0, 1.0, 3) * (errors.place, errors.place, errors.heading)
+        )
+        at, driven = self._T_true_map, abs(self.robot.velocity.v) * _TICK
+        self._T_true_map = SE2(_KEPT * at.x + x, _KEPT * at.y + y, _KEPT * at.theta + w)
+        slips = self._rng.normal(0.0, errors.drift * driven, 3).tolist()
+        self._T_true_odom = self._T_true_odom @ SE2(*slips)
+
+    @property
+    def _in_odom(self) -> SE2:
+        return self.robot.pose @ self._T_true_odom
+
+    @property
+    def _in_map(self) -> SE2:
+        return self.robot.pose @ self._T_true_map if self._has_map else self._in_odom
+
+    def _see(self, tick: int) -> None:
+        if tick % _SCANS:
+            return
+        scan = _scan(self._walls, self.robot.pose, self._rng, self._errors.scan)
+        self._near.update(self._in_odom, self.time, [PlacedScan(scan, self._in_odom)])
+        if tick % _MAPS == 0:
+            self._far.update(self._in_map, self.time, [PlacedScan(scan, self._in_map)])
+
+    def _command(self, tick: int) -> Velocity:
+        if self.time < self._stands:
+            return STILL
+        if (self._follower is None or tick % _PLANS == 0) and not self._plan():
+            return STILL
+        assert self._follower is not None
+        T_map_odom = self._in_map @ self._in_odom.inverse()
+        costmap = self._near.costmap.seen_from(T_map_odom)
+        told = self._follower.tick(self._in_map, self.robot.velocity, costmap, self.time)
+        if told.state is FollowState.FAILED:
+            self._fail(told.message)
+        self.arrived = told.state is FollowState.SUCCEEDED
+        return told.velocity
+
+    def _plan(self) -> bool:
+        planner, far = NavFn(NavFnConfig()), self._far
+        plan = plan_through(planner, far.costmap, self._in_map, [self._goal], far.footprint)
+        if plan.status is not PlanStatus.SUCCEEDED:
+            self._fail(plan.message)
+            return False
+        if self._follower is None:
+            footprint = self._near.footprint
+            bare = footprint.without(self._body.padding)
+            self._follower = PathFollower(self._config, footprint, body=bare)
+            self._follower.start(plan.path, self.time)
+        self._follower.change(plan.path)
+        return True
+
+    def _fail(self, why: str) -> None:
+        self.why, self._stands, self._follower = why, self.time + _STANDS, None
+
+
+def _scan(
+    walls: NDArray[np.float64], pose: SE2, rng: np.random.Generator, deviation: float
+) -> Scan:
+    """Return a noisy scan of segments."""
+    step = 2.0 * math.pi / _BEAMS
+    angles = -math.pi + step * np.arange(_BEAMS) + pose.theta
+    d = np.column_stack((np.cos(angles), np.sin(angles)))
+    a, e = walls[:, :2] - (pose.x, pose.y), walls[:, 2:] - walls[:, :2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cross = d[:, :1] * e[:, 1] - d[:, 1:] * e[:, 0]
+        t = (a[:, 0] * e[:, 1] - a[:, 1] * e[:, 0]) / cross
+        u = (a[:, 0] * d[:, 1:] - a[:, 1] * d[:, :1]) / cross
+    t[~((t > 0.0) & (u >= 0.0) & (u <= 1.0))] = np.inf
+    ranges = t.min(axis=1) + rng.normal(0.0, deviation, _BEAMS)
+    ranges[ranges >= _RANGE] = np.inf
+    return Scan(ranges, -math.pi, step, 0.12, _RANGE)
+
+
+def _crosses(walls: NDArray[np.float64], corners: NDArray[np.float64]) -> bool:
+    """Tell whether an outline crosses a segment."""
+    a, b = corners, np.roll(corners, -1, axis=0)
+    p, q = walls[:, None, :2], walls[:, None, 2:]
+
+    def side(o: Any, v: Any, w: Any) -> Any:
+        v, w = v - o, w - o
+        return v[..., 0] * w[..., 1] - v[..., 1] * w[..., 0]
+
+    across = (side(a, b, p) * side(a, b, q) < 0) & (side(p, q, a) * side(p, q, b) < 0)
+    return bool(across.any())
+
+
+def _window(edge: int, reach: float, body: Body) -> CostmapConfig:
+    return CostmapConfig(
+        global_frame="odom",
+        rolling_window=True,
+        width=edge,
+        height=edge,
+        resolution=0.05,
+        plugins=("obstacle_layer", "inflation_layer"),
+        obstacle_layer=_obstacles(reach),
+        inflation_layer=_INFLATION,
+        **body.parameters,
+    )
+
+
+def _map(body: Body) -> CostmapConfig:
+    return CostmapConfig(
+        resolution=0.05,
+        track_unknown_space=True,
+        obstacle_layer=_obstacles(3.0),
+        inflation_layer=_INFLATION,
+        **body.parameters,
+    )
+
+
+def _obstacles(reach: float) -> ObstacleConfig:
+    source = SourceConfig(obstacle_max_range=reach, raytrace_max_range=reach + 1.0)
+    return ObstacleConfig(scan=source)

@@ -1,0 +1,95 @@
+"""Passages: through doors hardly wider than the robot, lined up on what the scans have hit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL
+from arjuna_nav.controllers.manoeuvre.manoeuvre import ManoeuvreConfig
+from arjuna_nav.controllers.passage.passage import Passage, PassageConfig
+from arjuna_nav.controllers.passage.strip import follow_line, widest_strip
+from arjuna_nav.costmap import CostmapConfig, LayeredCostmap, PlacedScan
+from arjuna_nav.costmap.footprint import Footprint
+from tests.helpers.nav.doors import Door
+from tests.helpers.nav.played import Body, Play
+from tests.nav.worlds import costmap_of, empty_grid, polyline
+
+ROBOT = Body.box(0.45, 0.38)
+
+
+def sides(width: float, length: float = 0.2) -> NDArray[np.float64]:
+    """Return the points of two jambs left and right of the x axis."""
+    along = np.linspace(-length / 2.0, length / 2.0, 9)
+    jamb = np.column_stack((along, np.full(9, width / 2.0)))
+    return np.vstack((jamb, jamb * (1.0, -1.0)))
+
+
+@pytest.mark.parametrize("at", [SE2(), SE2(0.05, 0.1, 0.3), SE2(-0.05, -0.12, -0.5)])
+def test_the_widest_strip_lies_in_the_middle_of_a_gap(at: SE2) -> None:
+    found = widest_strip(at.inverse().apply(sides(0.45)), (-0.3, 0.3), 0.25, 0.8)
+    assert found is not None
+    line, width = at @ found[0], found[1]
+    assert abs(line.y) < 0.01
+    assert abs(line.theta) < 0.02
+    assert width == pytest.approx(0.45, abs=0.01)
+
+
+def test_there_is_no_strip_beside_one_wall() -> None:
+    assert widest_strip(sides(0.45)[:9], (-0.3, 0.3), 0.25, 0.8) is None
+
+
+def test_a_motion_ends_where_the_outline_meets_a_point() -> None:
+    outline = ROBOT.corners
+    free = follow_line((-0.5, 0.0, 0.0), sides(0.45), outline, 0.2, 6.0, 1.0, 0.02)
+    assert free == 1.0
+    closed = follow_line((-0.5, 0.0, 0.0), sides(0.36), outline, 0.2, 6.0, 1.0, 0.02)
+    assert closed == pytest.approx(0.5 - 0.1 - 0.225, abs=0.03)
+
+
+def test_obstacles_lie_where_scans_hit_and_in_the_middle_of_a_maps_cells() -> None:
+    config = CostmapConfig(
+        width=4, height=4, resolution=0.1, plugins=("obstacle_layer", "inflation_layer")
+    )
+    layered = LayeredCostmap(config)
+    for noise in (0.01, -0.01, 0.01, -0.01, 0.01, -0.01):
+        scan = Scan(np.array([1.03 + noise]), 0.0, 0.1, 0.1, 10.0)
+        layered.update(SE2(1.0, 2.02), 0.0, [PlacedScan(scan, SE2(1.0, 2.02))])
+    (point,) = layered.costmap.obstacles(2.0, 2.0, 0.3)
+    assert point == pytest.approx((2.03, 2.02), abs=0.005)
+    grid = empty_grid(4.0, 4.0, SE2(1.0, 0.0, math.pi / 2.0), 0.1)
+    grid.data[20, 10] = 100
+    (point,) = costmap_of(grid).obstacles(-1.0, 1.0, 0.3)
+    assert point == pytest.approx((1.0 - 2.05, 1.05), abs=1e-9)
+
+
+@pytest.mark.parametrize(("seed", "has_map"), [(1, True), (2, False)])
+def test_passes_a_door_seven_centimetres_wider_than_it(seed: int, has_map: bool) -> None:
+    door = Door.draw(0.45, np.random.default_rng(seed))
+    rng, grid = np.random.default_rng(seed), door.map() if has_map else None
+    drive = Play(door.edges(), grid, door.start, door.goal, ROBOT, rng).run()
+    assert not drive.touched
+    assert drive.arrived, drive.why
+    assert door.is_through(drive.robot.pose)
+
+
+def test_leaves_a_door_alone_that_is_too_narrow() -> None:
+    door = Door.draw(0.36, np.random.default_rng(1))
+    rng = np.random.default_rng(1)
+    drive = Play(door.edges(), None, door.start, door.goal, ROBOT, rng).run(12.0)
+    assert not drive.touched
+    assert not drive.arrived
+
+
+def test_does_nothing_where_there_is_room_or_where_it_is_not_wanted() -> None:
+    outline = Footprint.polygon(ROBOT.corners)
+    costmap, path = costmap_of(empty_grid(4.0, 4.0)), polyline([(1.0, 2.0), (3.0, 2.0)], 0.0)
+    passage = Passage(PassageConfig(), ManoeuvreConfig(), outline, outline)
+    assert not passage.begin(SE2(1.0, 2.0), path, costmap)
+    assert passage.compute(SE2(1.0, 2.0), STILL, costmap, 0.0) is None
+    assert not passage.active
