@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import types
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from arjuna_core.errors import ConfigError, nearest
@@ -13,6 +14,8 @@ from arjuna_core.param import SEED_MAX, ParamInfo, info_of, key_of, param, plugi
 from arjuna_core.plugins import shaped
 
 T = TypeVar("T")
+_hints: Callable[[Any], dict[str, Any]] = functools.lru_cache(maxsize=512)(get_type_hints)
+"""A class's types by field; a node loads its config for each parameter that is set."""
 __all__ = [
     "SEED_MAX",
     "ParamInfo",
@@ -40,7 +43,7 @@ def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
 
 def infos(cls: type[Any], prefix: str = "") -> dict[str, ParamInfo]:
     """Return what is known of each parameter of a config dataclass, by dotted name."""
-    hints = get_type_hints(cls)
+    hints = _hints(cls)
     result: dict[str, ParamInfo] = {}
     for item in dataclasses.fields(cls):
         hint = hints[item.name]
@@ -86,7 +89,7 @@ def _flat_mapping(values: Mapping[str, Any], prefix: str = "") -> list[tuple[str
 
 def _build(cls: type[T], flat: dict[str, Any], prefix: str, where: str, problems: list[str]) -> T:
     """Build a config; what is wrong goes to the problems, and its default takes its place."""
-    hints = get_type_hints(cls)
+    hints = _hints(cls)
     arguments: dict[str, Any] = {}
     known: list[str] = []
     before = len(problems)

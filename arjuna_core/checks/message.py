@@ -25,7 +25,12 @@ def problem_of(message: Any, now: float = 0.0) -> str | None:
         message: Of any type.
         now: The time [s], which a measurement's stamp must not be far ahead of; 0 if unknown.
     """
-    return stamp_problem(message, now) or _problem(message)
+    return unread(message) or stamp_problem(message, now) or _problem(message)
+
+
+def unread(message: Any) -> str | None:
+    """Return why the lists of a message were not read, or None if they were."""
+    return getattr(message, "refusal", None)
 
 
 def _problem(message: Any) -> str | None:

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from action_msgs.msg import GoalStatus
+from action_msgs.msg import GoalStatus, GoalStatusArray
 from rclpy.action import ActionClient
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_server import YIELDING
+from arjuna_core.ros.health.bounded import bound
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.retirement import retire
 
@@ -55,6 +56,8 @@ class GoalClient:
     def __init__(self, node: ManagedNode, action_type: Any, name: str) -> None:
         self.name = name
         self._node = node
+        parts = action_type.Impl
+        bound([GoalStatusArray, parts.FeedbackMessage, parts.GetResultService.Response])
         self._client = _SettlingActionClient(
             node,
             action_type,

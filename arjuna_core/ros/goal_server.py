@@ -11,6 +11,7 @@ from unique_identifier_msgs.msg import UUID
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.health.answers import invalid_code
+from arjuna_core.ros.health.bounded import bound
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.retirement import retire
 
@@ -91,6 +92,7 @@ class GoalServer:
         self._destroyed = False
         self._current: ServerGoalHandle | None = None
         self._pending: ServerGoalHandle | None = None
+        bound([action_type.Impl.SendGoalService.Request])
         self._server = _DeferredActionServer(
             node,
             action_type,

@@ -17,6 +17,7 @@ from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
 from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.health.bounded import raise_what_was_raised
 from arjuna_core.ros.health.diagnostics import Diagnostics
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.health.guarded import GuardedNode
@@ -194,7 +195,11 @@ class Process:
 
         Callbacks of nodes end their own exceptions; here end those of rclpy's own tasks.
         """
-        self.guard.call(self.node, "executor", self.executor.spin_once, timeout)
+        self.guard.call(self.node, "executor", self._spin_once, timeout)
+
+    def _spin_once(self, timeout: float) -> None:
+        self.executor.spin_once(timeout)
+        raise_what_was_raised()
 
     def drain(self) -> None:
         """Run everything that waits, and everything that it causes, until nothing is left.

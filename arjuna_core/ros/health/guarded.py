@@ -8,8 +8,10 @@ from typing import Any
 
 from rclpy.node import Node
 
+from arjuna_core.checks.message import unread
 from arjuna_core.ros import qos
 from arjuna_core.ros.health import answers
+from arjuna_core.ros.health.bounded import bound
 from arjuna_core.ros.health.guard import Failure, Guard
 
 
@@ -53,16 +55,35 @@ class Guarded:
         return run
 
     def answering(self, name: str, callback: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a service's callback that answers also where it fails."""
+        """Return a service's callback that answers also where it fails, or cannot be read."""
+
+        @functools.wraps(callback)
+        def run(ask: Any, answer: Any) -> Any:
+            problem = unread(ask)
+            if problem is None:
+                return callback(ask, answer)
+            self._refuse(name, problem)
+            return answers.failed(ask, answer, problem, invalid=True)
+
         return self.guarded(
-            name, callback, lambda reason, ask, answer: answers.failed(ask, answer, reason)
+            name, run, lambda reason, ask, answer: answers.failed(ask, answer, reason)
         )
+
+    def _refuse(self, source: str, problem: str) -> None:
+        self.guard.refused(self, source, problem)
 
     def create_subscription(
         self, kind: Any, topic: str, callback: Any, *options: Any, **named: Any
     ) -> Any:
-        """Create a subscription whose callback is guarded."""
-        guarded = self.guarded(topic, callback)
+        """Create a subscription whose callback is guarded; what cannot be read does not come."""
+
+        @functools.wraps(callback)
+        def deliver(message: Any) -> Any:
+            problem = unread(message)
+            return callback(message) if problem is None else self._refuse(topic, problem)
+
+        bound([kind])
+        guarded = self.guarded(topic, deliver)
         return super().create_subscription(kind, topic, guarded, *options, **named)  # type: ignore[misc]
 
     def create_service(
@@ -70,6 +91,7 @@ class Guarded:
     ) -> Any:
         """Create a service that answers also where its callback fails, and many at once."""
         named.setdefault("qos_profile", qos.SERVICES)
+        bound([kind.Request])
         answering = self.answering(name, callback)
         return super().create_service(kind, name, answering, *options, **named)  # type: ignore[misc]
 

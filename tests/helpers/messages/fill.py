@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 from typing import Any
 
 import numpy as np
 from rosidl_parser import definition
+
+from arjuna_core.ros.health.bounded import interface
 
 MOODS = (0.0, 0.03, 0.2, 1.0)  # the share of a message's values that are extreme
 _FLOATS = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e38, 1e9, 1e-9, 5e-324, 0.0, -0.0, -1.0)
@@ -21,21 +22,15 @@ _NAMES = (
     *("map", "odom", "base_footprint", "base_link", "lidar_link", "", "GridBased", "FollowPath"),
     *("box", "a", "arjuna_room", "test_map", "goal_checker", "SmoothPath", "false", "1"),
 )
-_LENGTHS = (0, 1, 7, 1000, 20_000)
+LENGTHS = (0, 1, 7, 1000, 20_000)
+ZIGZAG = 100_000
+"""Poses of a path that goes to and fro."""
 _MOST = 200_000  # items of a message, those within items too
 _INTEGERS = {
     f"{sign}int{bits}": (0 if sign else -(2 ** (bits - 1)), 2 ** (bits if sign else bits - 1) - 1)
     for sign in ("", "u")
     for bits in (8, 16, 32, 64)
 }
-
-
-def interface(kind: Any) -> Any:
-    """Return the class of a field's type; an action's parts are classes of the action."""
-    module = importlib.import_module(".".join(kind.namespaces))
-    whole, _, part = kind.name.rpartition("_")
-    is_part = part in ("Goal", "Result", "Feedback") and hasattr(module, whole)
-    return getattr(getattr(module, whole), part) if is_part else getattr(module, kind.name)
 
 
 class Filler:
@@ -108,8 +103,8 @@ class Filler:
         primitive = isinstance(kind, definition.BasicType)
         number = int(self._rng.integers(0, 6))
         if self._extreme():
-            number = int(self._pick(_LENGTHS))
-            number = self._budget if primitive and number == _LENGTHS[-1] else number
+            number = int(self._pick(LENGTHS))
+            number = self._budget if primitive and number == LENGTHS[-1] else number
         number = min(number, most, self._budget)
         budget, self._budget = self._budget, self._budget // max(number, 1)
         few = [self._value(kind) for _ in range(min(number, 5))]
@@ -172,4 +167,4 @@ class Filler:
         for item in message.poses:
             item.header.frame_id = "map"
         if message.poses and self._rng.random() < 0.3:
-            message.poses = (message.poses * 100_000)[:100_000]
+            message.poses = (message.poses * ZIGZAG)[:ZIGZAG]
