@@ -12,6 +12,7 @@ from arjuna_core.files.yaml_file import read_yaml
 
 Parameters = dict[str, dict[str, Any]]
 _KEY = "ros__parameters"
+_ROS1 = "a file of ROS 1: 'python -m bringup params convert FILE'"
 EVERY_NODE = "/**"
 _CLASS = (".plugin", ".action_type")  # what a plug-in is of
 
@@ -43,7 +44,7 @@ def _read(path: Path) -> Parameters:
 def _collect(path: Path, item: Any, name: str, found: Parameters) -> None:
     """Walk namespaces down to `ros__parameters`."""
     if not isinstance(item, Mapping):
-        problem = f"expected 'node: {{{_KEY}: {{name: value}}}}', got {item!r}"
+        problem = f"expected 'node: {{{_KEY}: {{name: value}}}}', got {item!r}; {_ROS1}"
         raise InputFileError(path, problem, name or None)
     for key, value in item.items():
         if key != _KEY:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -151,11 +151,28 @@ def problems_in(path: Path) -> list[str]:
     parameters = understood.parameters
     problems = [*understood.problems, *problems_of(parameters, all_nodes(), _known())]
     for spec in all_nodes():
+        values = for_node(parameters, spec.name)
+        if spec.name == "map_server" and _lacking_map(values):
+            continue
         try:
-            _read_files(spec, for_node(parameters, spec.name))
+            _read_files(spec, values)
         except ArjunaError as error:
             problems.append(f"{spec.name}: {error}")
     return problems
+
+
+def notes_in(path: Path) -> list[str]:
+    """Return what of a file that loads is not used here, and the map that it names in vain."""
+    understood = understand(load_parameters([path]), shipped_parameters(), all_nodes())
+    lacking = _lacking_map(understood.parameters.get("map_server", {}))
+    note = f"map_server: there is no {lacking}; 'nav --map FILE' takes its place"
+    return [*understood.notes, *([note] if lacking else [])]
+
+
+def _lacking_map(values: Mapping[str, Any]) -> str:
+    """Return the map that stock files name and nobody has, or nothing."""
+    name = str(values.get("yaml_filename") or "")
+    return "" if Path(name).exists() else name
 
 
 def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Parameters:

@@ -56,13 +56,15 @@ def _dump(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from bringup.parameters.inputs import problems_in
+    from bringup.parameters.inputs import notes_in, problems_in
     from bringup.terminal import show
 
     problems = problems_in(arguments.file)
-    for problem in problems:
-        show(problem)
-    show(f"{arguments.file}: {len(problems)} problems" if problems else f"{arguments.file}: loads")
+    lines = problems or [f"not used here: {note}" for note in notes_in(arguments.file)]
+    for line in lines:
+        show(line)
+    count = f"{len(problems)} problem{'s'[: len(problems) != 1]}"
+    show(f"{arguments.file}: {count if problems else 'loads'}")
     return 1 if problems else 0
 
 

@@ -1,4 +1,4 @@
-"""ROS 1's parameter files of gmapping, amcl, move_base and its parts, as our nodes' parameters."""
+"""ROS 1's parameter files of gmapping, karto, amcl, move_base and its parts, as ours."""
 
 from __future__ import annotations
 
@@ -8,7 +8,14 @@ from typing import Any, NamedTuple
 
 from arjuna_core.errors import nearest
 from bringup.parameters.files import Parameters
-from bringup.parameters.foreign.ros1_names import CLASSES, NODES, SECTIONS, TABLES, targets
+from bringup.parameters.foreign.ros1_names import (
+    CLASSES,
+    NODES,
+    SECTIONS,
+    TABLES,
+    targets,
+)
+from bringup.parameters.foreign.ros1_others import WITHOUT
 
 _COSTMAPS = ("global_costmap", "local_costmap")
 _SOURCE = {
@@ -61,12 +68,20 @@ class _Conversion:
 
     def take(self, document: Mapping[str, Any]) -> None:
         """Take a file, or a section that holds sections."""
-        alone = {k: v for k, v in document.items() if not _is_section(k, v)}
+        alone = {}
         for key, value in document.items():
-            if key not in alone:
+            if _is_section(key, value):
                 self._section(SECTIONS[key], value)
-        for section in _sections_of(alone) if alone else ():
+            elif key in WITHOUT:
+                self._without[key] = None
+            else:
+                alone[key] = value
+        sections = _sections_of(alone)
+        for section in sections:
             self._section(section, alone)
+        if alone and not sections:
+            names = ", ".join(f"'{key}'" for key in alone)
+            self._unknown[f"of no node that is known: {names}; valid: {', '.join(TABLES)}"] = None
 
     def done(self) -> Converted:
         """Return what was found, completed by what ROS 1 leaves unsaid."""
@@ -96,6 +111,8 @@ class _Conversion:
                     self._without[f"{section}: {key}"] = None
             elif key in table:
                 self._without[f"{section}: {key}: {value}"] = None
+            elif key in WITHOUT or any(key in targets(other) for other in TABLES):
+                self._without[f"{section}: {key}"] = None  # another's: not read there in ROS 1
             else:
                 self._unknown[f"{section}: nobody knows '{key}'; {nearest(key, table)}"] = None
         if section in _COSTMAPS and "static_map" in values and "plugins" not in values:
@@ -136,9 +153,11 @@ def _is_section(key: str, value: Any) -> bool:
 
 
 def _sections_of(values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the section whose names these are for the most part; both costmaps if one is."""
+    """Return whose names these are for the most part, nobody's if none is known."""
     known = {name: len(values.keys() & targets(name).keys()) for name in TABLES}
     best = max(known, key=lambda name: known[name])
+    if not known[best]:
+        return ()
     return _COSTMAPS if best in _COSTMAPS else (best,)
 
 

@@ -1,6 +1,8 @@
-"""Names of ROS 1's gmapping, amcl, move_base, its costmaps and local planners, and ours."""
+"""Names of ROS 1's gmapping, karto, amcl, move_base, its costmaps and planners, and ours."""
 
 from __future__ import annotations
+
+from bringup.parameters.foreign.ros1_others import KARTO
 
 _FOLLOW = "controller_server:FollowPath"
 _GOAL = "controller_server:general_goal_checker"
@@ -233,16 +235,19 @@ planner_window_y -
 """,
     "global_costmap": _COSTMAP,
     "local_costmap": _COSTMAP,
+    "slam_toolbox": KARTO,
 }
 NODES = {
     "amcl": "amcl",
     "gmapping": "slam_toolbox",
+    "slam_toolbox": "slam_toolbox",
     "global_costmap": "global_costmap/global_costmap",
     "local_costmap": "local_costmap/local_costmap",
 }
 """Which of our nodes stands for a section, where its table does not say."""
 SECTIONS = {
     "slam_gmapping": "gmapping",
+    "slam_karto": "slam_toolbox",
     "DWAPlanner": "DWAPlannerROS",
     "GlobalPlanner": "NavfnROS",
     **{name: name for name in TABLES},

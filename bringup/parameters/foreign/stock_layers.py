@@ -24,7 +24,7 @@ def layers_as_ours(given: dict[str, Any], below: dict[str, Any]) -> dict[str, An
 
     A layer may have any name, and a voxel layer's scans mark and clear as an obstacle layer's. A
     layer of a class that we do not have, or the second of a class, is left out of `plugins`; its
-    values keep their names.
+    values keep their names. A name without a class stays: the node's own check tells of it.
 
     Args:
         given: A file's values by dotted name.
@@ -36,7 +36,8 @@ def layers_as_ours(given: dict[str, Any], below: dict[str, Any]) -> dict[str, An
     ours: dict[str, str] = {}
     for name in dict.fromkeys([*names, *sections]):
         default = _CLASSES.get(name, "nav2_costmap_2d::VoxelLayer" if "voxel" in name else "")
-        kind = _OURS.get(canonical(str(given.get(f"{name}.plugin", default))))
+        class_name = str(given.get(f"{name}.plugin", default))
+        kind = _OURS.get(canonical(class_name)) if class_name else name
         if kind is not None and kind not in ours.values():
             ours[name] = kind
     values = {}

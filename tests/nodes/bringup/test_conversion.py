@@ -67,6 +67,16 @@ observation_sources: laser_scan_sensor
 laser_scan_sensor: {sensor_frame: hokuyo, data_type: LaserScan, topic: /laser/scan, marking: true,
   clearing: true}
 """
+KARTO = """
+minimum_travel_distance: 0.12
+scan_buffer_size: 70
+loop_search_maximum_distance: 3.5
+do_loop_closing: true
+"""
+OTHERS = """
+move_base: {controller_frequency: 5.0, TebLocalPlannerROS: {max_vel_x: 0.4}}
+DWAPlannerROS: {controller_frequency: 10.0}
+"""
 LOCAL = """
 local_costmap: {global_frame: /odom, rolling_window: true, static_map: false, width: 4.0,
   height: 3.5, footprint: [[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2]],
@@ -76,6 +86,21 @@ local_costmap: {global_frame: /odom, rolling_window: true, static_map: false, wi
 """
 CASES = {
     "gmapping": (GMAPPING, "slam_toolbox", "max_laser_range", 10.0, "gmapping: maxRange"),
+    "karto": (KARTO, "slam_toolbox", "minimum_travel_distance", 0.12, ""),
+    "a planner that is not here": (
+        OTHERS,
+        "controller_server",
+        "controller_frequency",
+        5.0,
+        "move_base: TebLocalPlannerROS",
+    ),
+    "a name of another section": (
+        OTHERS,
+        "controller_server",
+        "controller_frequency",
+        5.0,
+        "DWAPlannerROS: controller_frequency",
+    ),
     "amcl": (AMCL, "amcl", "pf_err", 0.001, "amcl: gui_publish_rate"),
     "a model": (AMCL, "amcl", "robot_model_type", "nav2_amcl::DifferentialMotionModel", ""),
     "a pose": (AMCL, "amcl", "set_initial_pose", True, ""),
@@ -155,9 +180,18 @@ def test_all_that_nobody_knows_is_told_at_once(
     assert "max_particles: 80" in told.out
 
 
+def test_a_file_of_no_known_node_is_told_once(tmp_path: Path) -> None:
+    result = converted(written(tmp_path, "{speed_lim_v: 0.8, accel_lim_w: 2.0}"))
+    assert len(result.problems) == 1
+    assert (
+        "of no node that is known: 'speed_lim_v', 'accel_lim_w'; valid: amcl, gmapping"
+        in (result.problems[0])
+    )
+
+
 def test_the_page_has_every_name() -> None:
     page = (Path(__file__).parents[3] / "docs" / "coming-from-ros1.md").read_text(encoding="utf-8")
-    for section in (name for name in TABLES if name != "local_costmap"):
+    for section in (name for name in TABLES if name not in ("local_costmap", "slam_toolbox")):
         for old, ours in targets(section).items():
             row = ", ".join(f"`{node}` `{name}`" for node, name in ours) or "-"
             assert f"| `{old}` | {row} |\n" in page, f"{section}: {old}"

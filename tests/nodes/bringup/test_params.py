@@ -31,14 +31,15 @@ def test_a_file_s_mistakes_are_all_named(tmp_path: Path) -> None:
     path.write_text(
         "amcl: {ros__parameters: {alpha1: -3.0, alpah2: 0.2}}\n"
         "amlc: {ros__parameters: {x: 1}}\n"
-        "map_server: {ros__parameters: {yaml_filename: /none.yaml}}\n"
+        f"map_server: {{ros__parameters: {{yaml_filename: {path}}}}}\n"
     )
-    assert problems_in(path) == [
+    *told, of_map = problems_in(path)
+    assert told == [
         "parameters for unknown node 'amlc'; did you mean 'amcl'?",
         "amcl: 'alpha1' is -3.0; the least valid is 0.0",
         "amcl: unknown parameter 'alpah2'; did you mean 'alpha2'?",
-        "map_server: /none.yaml: cannot be read: No such file or directory",
     ]
+    assert of_map.startswith(f"map_server: {path}")
 
 
 def test_a_difference_is_shown_with_both_values(

@@ -13,7 +13,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from bringup.cli_parser import parse
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
 from bringup.parameters.foreign.stock import Understood, understand
-from bringup.parameters.inputs import all_nodes, gather, problems_in
+from bringup.parameters.inputs import all_nodes, gather, notes_in, problems_in
 from tests.helpers.nav.stock_files import FILES, humble_file, nav2_file
 
 pytestmark = pytest.mark.ros
@@ -75,6 +75,25 @@ local_costmap: {local_costmap: {ros__parameters: {plugins: [sonars, specks, infl
     assert values["range_layer.topics"] == ["/a", "/b"]
     assert values["range_layer.phi"] == 2.0
     assert values["denoise_layer.minimal_group_size"] == 3
+
+
+def test_a_layer_of_no_class_is_told(tmp_path: Path) -> None:
+    text = "local_costmap: {local_costmap: {ros__parameters: {plugins: [obstacle_layr]}}}"
+    (problem,) = problems_in(written(tmp_path, text))
+    assert "'plugins' is 'obstacle_layr'; valid: static_layer, obstacle_layer" in problem
+
+
+def test_a_map_that_nobody_has_is_a_note(tmp_path: Path) -> None:
+    path = written(tmp_path, "map_server: {ros__parameters: {yaml_filename: /no/map.yaml}}")
+    assert problems_in(path) == []
+    assert notes_in(path) == [
+        "map_server: there is no /no/map.yaml; 'nav --map FILE' takes its place"
+    ]
+
+
+def test_a_file_of_ros1_is_told_apart(tmp_path: Path) -> None:
+    (problem,) = problems_in(written(tmp_path, "maxUrange: 3.0"))
+    assert "params convert FILE" in problem
 
 
 def test_a_source_may_have_any_name(tmp_path: Path) -> None:

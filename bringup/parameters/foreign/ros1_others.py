@@ -1,0 +1,79 @@
+"""Names of ROS 1 that need no table: those that stay, and those of what is not here."""
+
+from __future__ import annotations
+
+KARTO = """
+base_frame
+odom_frame
+map_frame
+map_name
+scan_topic
+mode
+resolution
+delta resolution
+max_laser_range
+map_update_interval
+transform_publish_period
+transform_timeout
+tf_buffer_duration
+throttle_scans
+minimum_time_interval
+minimum_travel_distance
+minimum_travel_heading
+solver_plugin
+ceres_linear_solver
+ceres_preconditioner
+ceres_trust_strategy
+ceres_dogleg_type
+ceres_loss_function
+debug_logging
+stack_size_to_use
+enable_interactive_mode
+use_map_saver
+map_file_name
+map_start_pose
+map_start_at_dock
+use_scan_matching
+use_scan_barycenter
+scan_buffer_size
+scan_buffer_maximum_scan_distance
+link_match_minimum_response_fine
+link_scan_maximum_distance
+loop_search_maximum_distance
+do_loop_closing
+loop_match_minimum_chain_size
+loop_match_maximum_variance_coarse
+loop_match_minimum_response_coarse
+loop_match_minimum_response_fine
+correlation_search_space_dimension
+correlation_search_space_resolution
+correlation_search_space_smear_deviation
+loop_search_space_dimension
+loop_search_space_resolution
+loop_search_space_smear_deviation
+distance_variance_penalty
+angle_variance_penalty
+fine_search_angle_offset
+coarse_search_angle_offset
+coarse_angle_resolution
+minimum_angle_penalty
+minimum_distance_penalty
+use_response_expansion
+min_pass_through
+occupancy_threshold
+lifelong_minimum_score
+lifelong_iou_match
+lifelong_node_removal_score
+lifelong_overlap_score_scale
+lifelong_constraint_multiplier
+lifelong_nearby_penalty
+lifelong_candidates_scale
+"""
+"""What slam_karto and slam_toolbox called as ROS 2's slam_toolbox does, which tells of each."""
+_ELSEWHERE = """
+TebLocalPlannerROS EBandPlannerROS MpcLocalPlannerROS SBPLLatticePlanner CarrotPlanner
+aggressive_reset conservative_reset clearing_rotation rotate_recovery clear_costmap_recovery
+move_slow_and_clear velocity_smoother navigation_velocity_smoother cmd_vel_mux
+"""
+WITHOUT = frozenset(_ELSEWHERE.split())
+"""Sections of planners, recoveries and helpers that are not here."""
