@@ -13,6 +13,7 @@ from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from sensor_msgs.msg import LaserScan
 
+from arjuna_core.files.map_image import MAP_SAVER, MapOptions
 from arjuna_core.files.maps import save_map
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
@@ -108,17 +109,29 @@ class Robot:
         """Return the lidar's next scan, in the lidar's frame."""
         return scan_from_msg(self.message(LaserScan, "scan", qos.SENSOR_SUBSCRIPTION))
 
-    def map(self) -> OccupancyGrid:
-        """Return the map."""
-        return grid_from_msg(self.message(OccupancyGridMsg, "map", qos.LATCHED))
+    def map(self, topic: str = "map") -> OccupancyGrid:
+        """Return the map that a topic has."""
+        return grid_from_msg(self.message(OccupancyGridMsg, topic, qos.LATCHED))
 
-    def save_map(self, path: str | Path) -> Path:
+    def save_map(
+        self,
+        path: str | Path,
+        topic: str = "map",
+        image_format: str = "pgm",
+        options: MapOptions = MAP_SAVER,
+    ) -> Path:
         """Write the map as `path.pgm` and `path.yaml`; return the YAML's path.
+
+        Args:
+            path: Without suffix.
+            topic: The map's.
+            image_format: `pgm` or `png`.
+            options: Thresholds and mode.
 
         Raises:
             ArjunaError: There is no map, or the files cannot be written.
         """
-        return save_map(self.map(), path)[0]
+        return save_map(self.map(topic), path, image_format, options)[0]
 
     def goto(
         self,

@@ -7,6 +7,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "sim": (
         "sim",
         "sim --robot urdf/burger.urdf --world worlds/pillar_arena.world",
+        "sim --at -2 0.5 --yaw 1.57",
         "sim --check my.urdf",
         "sim --world worlds/office.world --record",
     ),

@@ -21,6 +21,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="FACTOR",
         help="simulated seconds per real second, 0 for as fast as it goes (1)",
     )
+    where = "where the robot starts, or the nearest free place [m] (0 0)"
+    parser.add_argument("--at", nargs=2, type=options.finite, metavar=("X", "Y"), help=where)
+    parser.add_argument("--yaw", type=options.finite, metavar="RAD", help="its heading there (0)")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -189,6 +189,9 @@ def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Par
         put(node, "robot", _absolute(options.get("robot")))
         put(node, "robot_arguments", shlex.join(options.get("robot_arguments") or []) or None)
     put("sim", "real_time_factor", options.get("rtf"))
+    for key, value in zip(("x", "y"), options.get("at") or (), strict=False):
+        put("sim", f"initial_pose.{key}", value)
+    put("sim", "initial_pose.yaw", options.get("yaw"))
     put("map_server", "yaml_filename", _absolute(options.get("map")))
     for node in ("map_saver", "map_server", "slam_toolbox"):
         put(node, "maps_folder", _absolute(options.get("maps_folder")))

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from bringup.ros2.tables.graph import ACTION, LIFECYCLE, NODE, SERVICE
-from bringup.ros2.tables.others import BAG, DAEMON, DOCTOR, INTERFACE, PARAM, PKG, RUN, WTF
+from bringup.ros2.tables.others import (
+    BAG,
+    DAEMON,
+    DOCTOR,
+    INTERFACE,
+    LAUNCH,
+    PARAM,
+    PKG,
+    RUN,
+    WTF,
+)
 from bringup.ros2.tables.topic import TOPIC
 
 COMMANDS = (
-    *(ACTION, BAG, DAEMON, DOCTOR, INTERFACE, LIFECYCLE, NODE),
+    *(ACTION, BAG, DAEMON, DOCTOR, INTERFACE, LAUNCH, LIFECYCLE, NODE),
     *(PARAM, PKG, RUN, SERVICE, TOPIC, WTF),
 )

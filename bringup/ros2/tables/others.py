@@ -140,4 +140,5 @@ BAG = Command("bag", "Record, play and describe recordings", forward="forward:ba
 DAEMON = Command("daemon", "There is no daemon: none is needed", forward="forward:daemon")
 DOCTOR = Command("doctor", "Check the system for what goes wrong", forward="forward:doctor")
 WTF = Command("wtf", "The same as 'ros2 doctor'", forward="forward:doctor")
+LAUNCH = Command("launch", "Start what a known launch file starts", forward="launch:run")
 RUN = Command("run", "Run a package specific executable", forward="forward:run")

@@ -31,12 +31,17 @@ def _teleop(words: list[str]) -> int:
 
 def _save_map(words: list[str]) -> int:
     """Run map_saver_cli: its options as ours."""
-    rest, _, parameters = ros_arguments(words)
+    rest, remapped, parameters = ros_arguments(words)
     parser = argparse.ArgumentParser(prog="ros2 run nav2_map_server map_saver_cli")
     parser.add_argument("-f", dest="name", default="map", help="path without suffix (map)")
-    name = parser.parse_args(rest).name
-    timeout = parameters.get("save_map_timeout", "10.0")
-    return arjuna("save-map", [name, "--timeout", timeout])
+    parser.add_argument("-t", dest="topic", default=remapped.get("map"), help="the map's (map)")
+    for name in ("occ", "free", "mode", "fmt"):
+        parser.add_argument(f"--{name}", help=f"as 'arjuna save-map --{name}'")
+    given = vars(parser.parse_args(rest))
+    options = [given.pop("name"), "--timeout", parameters.get("save_map_timeout", "10.0")]
+    for name, value in given.items():
+        options += [f"--{name}", value] if value is not None else []
+    return arjuna("save-map", options)
 
 
 # What `ros2 run PACKAGE EXECUTABLE` runs

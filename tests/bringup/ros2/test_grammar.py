@@ -13,7 +13,7 @@ from bringup.ros2.grammar import VERBS, build_parser
 from bringup.ros2.main import main, real_ros2
 from bringup.ros2.programs.bag import translated
 from bringup.ros2.tables import COMMANDS
-from bringup.ros2.verbs import forward
+from bringup.ros2.verbs import forward, launch
 from bringup.ros2.verbs.forward import ros_arguments
 
 ALL = [(command.name, verb) for command in COMMANDS for verb in command.verbs]
@@ -140,6 +140,10 @@ def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
             "teleop --keys twist --topic /x --speed 0.2",
         ),
         ("nav2_map_server map_saver_cli -f maps/room", "save-map maps/room --timeout 10.0"),
+        (
+            "nav2_map_server map_saver_cli -f a --occ 65 --fmt png --ros-args -r map:=/plan",
+            "save-map a --timeout 10.0 --topic /plan --occ 65 --fmt png",
+        ),
     ],
 )
 def test_run_becomes_a_command_of_arjuna(
@@ -150,6 +154,48 @@ def test_run_becomes_a_command_of_arjuna(
     main(["run", *words.split()])
     assert started == [expected.split()]
     parse(started[0])
+
+
+@pytest.mark.parametrize(
+    ("words", "expected", "unused"),
+    [
+        ("nav2_bringup bringup_launch.py map:=m.yaml", "nav --map m.yaml", []),
+        (
+            "nav2_bringup bringup_launch.py map:=m.yaml params_file:=p.yaml use_sim_time:=false",
+            "robot --map m.yaml --params p.yaml",
+            [],
+        ),
+        ("nav2_bringup bringup_launch.py slam:=True map:=m.yaml", "nav --slam", []),
+        (
+            "slam_toolbox online_async_launch.py slam_params_file:=s.yaml autostart:=true",
+            "slam --params s.yaml",
+            ["autostart:=true"],
+        ),
+        ("slam_toolbox online_sync_launch.py use_sim_time:=False", "robot --slam", []),
+    ],
+)
+def test_a_known_launch_file_becomes_a_command_of_arjuna(
+    words: str,
+    expected: str,
+    unused: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    started: list[list[str]] = []
+    monkeypatch.setattr(launch, "arjuna", lambda command, rest: started.append([command, *rest]))
+    main(["launch", *words.split()])
+    assert started == [expected.split()]
+    told = capsys.readouterr().out
+    assert f"$ python -m bringup {expected}\n" in told
+    assert all(word in told for word in unused)
+    parse(started[0])
+
+
+def test_an_unknown_launch_file_names_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["launch", "slam_toolbox", "online_asynch_launch.py"]) == 1
+    told = capsys.readouterr().err
+    assert "did you mean 'slam_toolbox online_async_launch.py'?" in told
+    assert "python -m bringup" in told
 
 
 @pytest.mark.parametrize(

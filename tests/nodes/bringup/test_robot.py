@@ -35,6 +35,8 @@ def test_a_script_drives_maps_and_saves(stack: Callable[..., LockStep], tmp_path
         assert end.succeeded, end.reason
         assert robot.pose().distance(SE2(1.0, 0.5, 0.0)) < 0.3
         saved = load_map(robot.save_map(tmp_path / "room"))
+        costs = robot.save_map(tmp_path / "costs", "global_costmap/costmap", "png")
+    assert (load_map(costs).data == 100).any()
     assert (saved.data == 100).sum() > 100
 
 
