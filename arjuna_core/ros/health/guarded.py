@@ -62,14 +62,14 @@ class Guarded:
             problem = unread(ask)
             if problem is None:
                 return callback(ask, answer)
-            self._refuse(name, problem)
+            self._refuse_unread(name, problem)
             return answers.failed(ask, answer, problem, invalid=True)
 
         return self.guarded(
             name, run, lambda reason, ask, answer: answers.failed(ask, answer, reason)
         )
 
-    def _refuse(self, source: str, problem: str) -> None:
+    def _refuse_unread(self, source: str, problem: str) -> None:
         self.guard.refused(self, source, problem)
 
     def create_subscription(
@@ -80,7 +80,7 @@ class Guarded:
         @functools.wraps(callback)
         def deliver(message: Any) -> Any:
             problem = unread(message)
-            return callback(message) if problem is None else self._refuse(topic, problem)
+            return callback(message) if problem is None else self._refuse_unread(topic, problem)
 
         bound([kind])
         guarded = self.guarded(topic, deliver)
