@@ -114,7 +114,9 @@ def test_a_base_that_moves_sideways_has_fused_odometry(bench: RosBench, tmp_path
         run(bench, sim, 1)
     last = odometry[-1]
     assert last.twist.twist.linear.y == pytest.approx(0.2, abs=0.02)
-    assert se2_from_pose(last.pose.pose).y == pytest.approx(sim.simulator.robots[SOLO].truth().pose.y, rel=0.05)
+    assert se2_from_pose(last.pose.pose).y == pytest.approx(
+        sim.simulator.robots[SOLO].truth().pose.y, rel=0.05
+    )
 
 
 def test_wheels_alone_make_odometry_a_message_late(bench: RosBench) -> None:
