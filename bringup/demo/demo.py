@@ -133,15 +133,21 @@ class Demo:
         pose: SE2 = self._robot.sim.last.truth.pose
         return pose
 
+    @property
+    def _frames(self) -> tuple[str, str]:
+        return "map", self._robot.sim.simulator.robot.urdf.root
+
     def _estimate(self) -> SE2 | None:
-        base = self._robot.sim.simulator.robot.urdf.root
-        return self._robot.process.transforms.try_lookup("map", base)
+        return self._robot.process.transforms.try_lookup(*self._frames)
 
     def _sample(self) -> None:
         robot = self._robot
         self._recorder.poll()
         contacts = robot.sim.last.contacts
-        self._log.add(robot.now, self._truth(), self._estimate(), contacts, self._judge)
+        estimate = self._estimate()
+        known = self._robot.process.transforms
+        stamp = None if estimate is None else known.latest_common(*self._frames)
+        self._log.add(robot.now, self._truth(), estimate, contacts, self._judge, stamp)
         self._progress.update(robot.now, self._exploration if not self._judge else "")
 
     def _explore(self) -> None:

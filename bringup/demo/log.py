@@ -13,6 +13,7 @@ from arjuna_core.se2 import SE2
 from bringup.demo.measures import rmse
 
 _ROW = 7
+_SAME = 1e-6  # times so close are one [s]
 
 
 @dataclass
@@ -23,18 +24,38 @@ class RunLog:
         rows: `time, true x, y, theta, estimated x, y, theta`; NaN where there is no estimate.
         judged: For each row whether the estimate counts as localization (after mapping and not
             between a kidnap and the recovery from it).
+        stamps: For each row of when the estimate is [s]: as late as the robot's odometry comes.
         collisions: How often a contact with the world began.
         goals: `(x, y, yaw, reached)` in order.
     """
 
     rows: list[tuple[float, ...]] = field(default_factory=list)
     judged: list[bool] = field(default_factory=list)
+    stamps: list[float] = field(default_factory=list)
     collisions: int = 0
     goals: list[tuple[float, float, float, bool]] = field(default_factory=list)
     _touching: bool = False
 
-    def add(self, now: float, truth: SE2, estimate: SE2 | None, contacts: Any, judge: bool) -> None:
-        """Add one tick's sample at a time [s]; `contacts` are the things the robot touches."""
+    def add(
+        self,
+        now: float,
+        truth: SE2,
+        estimate: SE2 | None,
+        contacts: Any,
+        judge: bool,
+        stamp: float | None = None,
+    ) -> None:
+        """Add one tick's sample.
+
+        Args:
+            now: [s].
+            truth: Where the robot is.
+            estimate: Where it believes it was.
+            contacts: The things it touches.
+            judge: Whether the estimate counts.
+            stamp: Of when the estimate is [s]; now if None.
+        """
+        self.stamps.append(now if stamp is None else stamp)
         guess = (np.nan,) * 3 if estimate is None else (estimate.x, estimate.y, estimate.theta)
         self.rows.append((now, truth.x, truth.y, truth.theta, *guess))
         self.judged.append(judge and estimate is not None)
@@ -57,6 +78,11 @@ class RunLog:
         return float(steps[steps < 0.1].sum())
 
     def localization_rmse(self) -> tuple[float, float]:
-        """Return the root mean square errors [m], [rad] of the judged samples."""
-        judged = self.table[np.array(self.judged, dtype=bool)]
-        return rmse(judged[:, 4:7], judged[:, 1:4])
+        """Return the root mean square errors [m], [rad] of the judged samples.
+
+        Each is compared with where the robot was at the estimate's stamp: odometry of 10 Hz is up
+        to 0.1 s old, in which a robot turns by degrees.
+        """
+        table, judged = self.table, np.array(self.judged, dtype=bool)
+        dated = np.searchsorted(table[:, 0], np.array(self.stamps)[judged] - _SAME)
+        return rmse(table[judged, 4:7], table[np.minimum(dated, len(table) - 1), 1:4])
