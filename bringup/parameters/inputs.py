@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from arjuna_core.errors import ArjunaError, InputFileError
+from arjuna_core.errors import ArjunaError, ConfigError, InputFileError
 from arjuna_core.files.maps import load_map
 from bringup.parameters.composition import check_parameters, node_class, problems_of
 from bringup.parameters.files import (
@@ -94,7 +94,7 @@ def over_shipped(paths: Iterable[Path], namespace: str = "") -> Parameters:
         namespace: Of the robot, which the files' nodes may stand below.
 
     Raises:
-        InputFileError: A file cannot be used.
+        ArjunaError: A file cannot be used.
     """
     parameters = shipped_parameters()
     for path in paths:
@@ -114,12 +114,12 @@ def _understood(path: Path, named: Parameters, below: Parameters) -> Parameters:
     """Return parameters with those of a file over them; tell once what of it is not used.
 
     Raises:
-        InputFileError: A node or key is unknown, or a value not valid, of any node in the file.
+        ConfigError: Nodes or keys are unknown, or values not valid, all of the file at once.
     """
     understood = understand(named, below, all_nodes())
     problems = [*understood.problems, *_problems_of(named, understood.parameters)]
     if problems:
-        raise InputFileError(path, "\n".join(problems))
+        raise ConfigError(*(f"{path}: {problem}" for problem in problems))
     if understood.notes:
         lines = "\n  ".join(understood.notes)
         sys.stderr.write(f"{path}: known to others, not used here:\n  {lines}\n")

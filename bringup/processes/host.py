@@ -18,6 +18,7 @@ from bringup.parameters.inputs import ALL_GROUPS
 from bringup.processes.lifecycle import LifecycleManager
 from bringup.processes.reporter import Reporter
 from bringup.processes.supervisor import QUIT_EXIT
+from bringup.processes.twins import Twins
 from bringup.stack import Group
 from bringup.terminal import show
 
@@ -54,6 +55,8 @@ class Host:
         self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
         self._start_at = time.monotonic() + _CLOCK_PATIENCE
         self._reporter = Reporter(self.process, self.nodes, write)
+        names = [node.get_fully_qualified_name() for node in self.nodes]
+        self._twins = Twins(self.process.node, names)
         self.manager = LifecycleManager(
             self.process,
             group.manager,
@@ -90,6 +93,7 @@ class Host:
         """Run what waits; a simulator's tick is due by the wall clock, not by an event."""
         wait = _POLL
         self._reporter.update(time.monotonic())
+        self._twins.look(time.monotonic())
         for node in self._paced:
             due = node.realtime_due(time.monotonic()) if node.active else _POLL
             if due <= 0.0:

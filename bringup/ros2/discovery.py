@@ -30,10 +30,7 @@ def look(node: Any) -> Graph:
 
 def time_to_settle(node: Any, graph: Graph) -> float:
     """Return how long a graph must stand still until it is taken as known [s]."""
-    if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") != "LOCALHOST":
-        expected = None
-    else:
-        expected = on_this_machine(node.context.get_domain_id())
+    expected = _expected(node)
     if expected is None:  # on a network nobody knows how many there are
         return STABLE if any(name != node.get_name() for name, _ in graph.nodes) else SILENT
     participants = _participants(node, "ros_discovery_info")
@@ -43,6 +40,19 @@ def time_to_settle(node: Any, graph: Graph) -> float:
     named = _participants(node, "rt/rosout")
     told = set(participants) <= set(named) and _UNNAMED not in named.values()
     return WHOLE if told and not _halves(graph) else STABLE
+
+
+def any_dead(node: Any) -> bool:
+    """Tell whether a participant that a node knows may have died: it holds no port here."""
+    expected = _expected(node)
+    return expected is None or len(_participants(node, "ros_discovery_info")) > expected
+
+
+def _expected(node: Any) -> int | None:
+    """Return how many participants there are, None where that cannot be counted."""
+    if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") != "LOCALHOST":
+        return None
+    return on_this_machine(node.context.get_domain_id())
 
 
 def _participants(node: Any, topic: str) -> dict[bytes, str]:
