@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import argparse
 
+from arjuna_core.errors import nearest
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.tables.topic import positive
 
-_VERBS = ("info", "play", "record")
+VERBS = {
+    "info": "say what a recording holds",
+    "play": "publish a recording's messages",
+    "record": "record topics",
+}
 
 
 def translated(words: list[str]) -> list[str]:
@@ -16,8 +21,9 @@ def translated(words: list[str]) -> list[str]:
     Raises:
         Ros2Error: There is no such verb.
     """
-    if not words or words[0] not in _VERBS:
-        raise Ros2Error(f"usage: ros2 bag {'|'.join(_VERBS)} ...")
+    if not words or words[0] not in VERBS:
+        given = words[0] if words else ""
+        raise Ros2Error(f"ros2 bag: no verb '{given}'; {nearest(given, VERBS)}")
     if words[0] == "record":
         return ["record", *_record(words[1:])]
     storage = argparse.ArgumentParser(add_help=False, allow_abbrev=False)

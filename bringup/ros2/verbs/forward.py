@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from arjuna_core.errors import nearest
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.programs.bag import translated
+from bringup.ros2.programs.bag import VERBS, translated
 
 _PROGRAMS = "bringup.ros2.programs"
 
@@ -120,6 +120,10 @@ def daemon(words: list[str]) -> int:
 
 def bag(words: list[str]) -> int:
     """Record, play or describe a recording."""
+    if words[:1] in ([], ["-h"], ["--help"]):
+        print("usage: ros2 bag [-h] VERB ...\n")
+        print("\n".join(f"  {verb:8}{about}" for verb, about in VERBS.items()))
+        return 0
     command, *rest = translated(words)
     return arjuna(command, rest)
 

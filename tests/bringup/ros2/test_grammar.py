@@ -215,6 +215,17 @@ def test_bag_words_become_those_of_arjuna(words: str, expected: str) -> None:
     assert translated(words.split()) == expected.split()
 
 
+@pytest.mark.parametrize("words", ["bag", "bag -h", "bag --help", "launch --help", "run --help"])
+def test_commands_that_hand_on_have_help(words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code = main(words.split())
+    assert (code, capsys.readouterr().out[:12]) == (0, "usage: ros2 ")
+
+
+def test_an_unknown_verb_of_bag_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bag", "recrod"]) == 1
+    assert "no verb 'recrod'; did you mean 'record'?" in capsys.readouterr().err
+
+
 def test_recording_nothing_in_particular_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         translated(["record"])
