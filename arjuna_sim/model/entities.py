@@ -14,10 +14,10 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.actors import Actor, Trajectory
 from arjuna_sim.model.geometry.convex_pieces import CUBE
-from arjuna_sim.model.geometry.shapes import Kind, Part, corners
+from arjuna_sim.model.geometry.shapes import Part, corners
 from arjuna_sim.model.joints import Hinge
 from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.model.world import GROUND, World
+from arjuna_sim.model.world import World
 
 _PREFIX = "entity:"
 
@@ -124,21 +124,14 @@ def bounds(parts: Iterable[Part]) -> tuple[NDArray[np.float64], NDArray[np.float
     return found.min(axis=0), found.max(axis=0)
 
 
-def model_names(world: World) -> tuple[str, ...]:
-    """Return the names of a world's models, the ground's left out, in the file's order."""
-    flat = {b.model for b in world.bodies if b.part.shape.kind in (Kind.PLANE, Kind.TERRAIN)}
-    return tuple(
-        dict.fromkeys(b.model for b in world.bodies if b.model not in flat and b.model != GROUND)
-    )
-
-
 def entity_of_model(world: World, name: str) -> Entity:
     """Return a model of a world as an entity that stands where the world has it."""
-    bodies = [body for body in world.bodies if body.model == name]
+    bodies = world.models[name]
     T_world_model = bodies[0].T_world_model
+    T_model_world = T_world_model.inverse()
     parts: dict[bool, list[Part]] = {True: [], False: []}
     for body in bodies:
-        pose = T_world_model.inverse() @ body.part.pose
+        pose = T_model_world @ body.part.pose
         parts[body.collides].append(dataclasses.replace(body.part, pose=pose))
     about = f"a model of the world '{world.name}'"
     return Entity(name, tuple(parts[True]), tuple(parts[False]), T_world_model, description=about)

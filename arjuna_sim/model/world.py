@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -133,6 +134,23 @@ class World:
     floating: frozenset[str] = frozenset()
     earth: Earth = Earth()
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+
+    @cached_property
+    def models(self) -> dict[str, tuple[Body, ...]]:
+        """The bodies by their model's name, in the file's order; found once, for all who ask."""
+        found: dict[str, list[Body]] = {}
+        for body in self.bodies:
+            found.setdefault(body.model, []).append(body)
+        return {name: tuple(bodies) for name, bodies in found.items()}
+
+    @cached_property
+    def model_names(self) -> tuple[str, ...]:
+        """The names of its models, those that are ground left out, in the file's order."""
+        return tuple(
+            name
+            for name, bodies in self.models.items()
+            if not any(is_ground(name, body.part) for body in bodies)
+        )
 
 
 def ground() -> list[Body]:

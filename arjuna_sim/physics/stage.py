@@ -17,7 +17,6 @@ from arjuna_sim.model.entities import (
     PlaceTakenError,
     UnknownEntityError,
     entity_of_model,
-    model_names,
     moving_entities,
 )
 from arjuna_sim.model.robot import Robot
@@ -86,7 +85,7 @@ class Stage:
     @property
     def entities(self) -> tuple[Entity, ...]:
         """All entities: those of the world first, then those that were spawned."""
-        models = [n for n in model_names(self.world) if n not in self._taken]
+        models = [n for n in self.world.model_names if n not in self._taken]
         fixed = [entity_of_model(self.world, name) for name in models]
         return (*fixed, *self._entities.values())
 
@@ -98,7 +97,7 @@ class Stage:
         """
         if name in self._entities:
             return self._entities[name]
-        models = [n for n in model_names(self.world) if n not in self._taken]
+        models = [n for n in self.world.model_names if n not in self._taken]
         if name in models:
             return entity_of_model(self.world, name)
         raise UnknownEntityError(
