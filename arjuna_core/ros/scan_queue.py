@@ -120,7 +120,7 @@ class PosedQueue(Generic[T]):
         self.dropped += 1
         if self.dropped % _TELL_EVERY == 1:
             self._node.get_logger().warning(
-                f"{self.dropped} {self._WHAT} dropped so far; the last, of "
+                f"{self._WHAT} dropped so far: {self.dropped}; the last, of "
                 f"{seconds(message.header.stamp):.3f} s, at {self._node.now:.3f} s: {reason}"
             )
 

@@ -11,6 +11,7 @@ import numpy as np
 from arjuna_interfaces.msg import LocalizationQuality
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.srv import SaveMap
+from numpy.typing import NDArray
 from std_msgs.msg import String
 
 from arjuna_core.files.maps import load_map
@@ -19,7 +20,7 @@ from arjuna_core.ros.convert import header, planar_covariance, pose_msg
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.demo.log import RunLog
-from bringup.demo.measures import distance_to_surfaces
+from bringup.demo.measures import distance_to_surfaces, segments_from
 from bringup.demo.report import Report, write_report
 from bringup.lockstep import LockStep, LockStepError
 from bringup.parameters.files import Parameters, merged
@@ -129,9 +130,20 @@ class Demo:
     def _on_status(self, message: Any) -> None:
         self._exploration = message.data
 
+    def _origin(self) -> SE2:
+        """Return where in the world the map begins: where the robot, or its odometry, does."""
+        simulator = self._robot.sim.simulator
+        start: SE2 = SE2() if simulator.robot.drive.from_world else simulator.spawn
+        return start
+
     def _truth(self) -> SE2:
-        pose: SE2 = self._robot.sim.last.truth.pose
+        """Return where on the map the robot is."""
+        pose: SE2 = self._origin().inverse() @ self._robot.sim.last.truth.pose
         return pose
+
+    def _surfaces(self) -> NDArray[np.float64]:
+        """Return the true segments on the map, `(M, 4) float64` [m]."""
+        return segments_from(self._origin(), self._robot.sim.simulator.surfaces())
 
     @property
     def _frames(self) -> tuple[str, str]:
@@ -200,7 +212,7 @@ class Demo:
 
     def _elsewhere(self) -> SE2:
         """Draw a free pose at least 2 m away; the truth serves only not to drop it into a box."""
-        surfaces = self._robot.sim.simulator.surfaces()
+        surfaces = self._surfaces()
         while True:
             x, y = self._rng.uniform(-4.3, 4.3, size=2)
             pose = SE2(float(x), float(y), float(self._rng.uniform(-np.pi, np.pi)))
@@ -214,7 +226,7 @@ class Demo:
         pose = self._elsewhere()
         self._progress.phase(f"kidnapped to ({pose.x:.1f}, {pose.y:.1f})", robot.now)
         self._judge = False
-        robot.sim.simulator.set_pose(pose)
+        robot.sim.simulator.set_pose(self._origin() @ pose)
         start = robot.now
         robot.run_until(lambda: self._quality < KNOWS, _NOTICE_TIMEOUT, required=False)
         found = self._found_itself(3.0)
@@ -248,11 +260,10 @@ class Demo:
         grid = load_map(out / "map.yaml")
         draw_map(out / "map.png", grid)
         draw_trajectory(out / "trajectory.png", grid, self._log.table, self._log.goals)
-        simulator = self._robot.sim.simulator
         report = Report.of(
             self._log,
             grid,
-            simulator.surfaces(),
+            self._surfaces(),
             self._options.seed,
             self._progress.wall_time,
             recovered,

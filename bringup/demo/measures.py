@@ -54,6 +54,16 @@ def map_error(grid: OccupancyGrid, surfaces: NDArray[np.float64]) -> float:
     return float(distance_to_surfaces(grid.frame.to_points(cells), surfaces).mean())
 
 
+def segments_from(frame: SE2, segments: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return segments as seen from a frame, `(M, 4) float64` [m].
+
+    Args:
+        frame: The frame, in the coordinates of the segments.
+        segments: `(M, 4) float64` [m].
+    """
+    return frame.inverse().apply(segments.reshape(-1, 2)).reshape(-1, 4)
+
+
 def explored_fraction(
     grid: OccupancyGrid, surfaces: NDArray[np.float64], start: SE2, resolution: float = 0.05
 ) -> float:

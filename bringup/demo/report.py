@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
-from arjuna_core.se2 import IDENTITY
+from arjuna_core.se2 import SE2
 from bringup.demo.log import RunLog
 from bringup.demo.measures import explored_fraction, map_error
 
@@ -53,8 +53,8 @@ class Report:
 
         Args:
             log: What the run saw.
-            grid: The saved map, in the world's frame.
-            surfaces: True segments, `(M, 4) float64` [m].
+            grid: The saved map.
+            surfaces: True segments on the map, `(M, 4) float64` [m].
             seed: The run's seed.
             wall_time: Wall time of the run [s].
             kidnap_recovered: Whether the robot found itself and drove home; None for no kidnap.
@@ -72,7 +72,7 @@ class Report:
             localization_rmse_m=position,
             localization_rmse_rad=heading,
             map_error_m=map_error(grid, surfaces),
-            explored_fraction=explored_fraction(grid, surfaces, IDENTITY),
+            explored_fraction=explored_fraction(grid, surfaces, SE2.from_array(log.table[0, 1:4])),
             path_length_m=log.path_length(),
             sim_time_s=sim_time,
             wall_time_s=wall_time,

@@ -7,7 +7,13 @@ import pytest
 
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
-from bringup.demo.measures import distance_to_surfaces, explored_fraction, map_error, rmse
+from bringup.demo.measures import (
+    distance_to_surfaces,
+    explored_fraction,
+    map_error,
+    rmse,
+    segments_from,
+)
 
 SQUARE = np.array([[0, 0, 4, 0], [4, 0, 4, 4], [4, 4, 0, 4], [0, 4, 0, 0]], dtype=np.float64)
 
@@ -21,6 +27,14 @@ def test_distance_is_to_the_segment_not_its_line() -> None:
     points = np.array([[2.0, 1.0], [5.0, 5.0], [-3.0, 0.0]])
     expected = [1.0, np.sqrt(2.0), 3.0]
     np.testing.assert_allclose(distance_to_surfaces(points, SQUARE), expected)
+
+
+def test_a_map_that_begins_elsewhere_is_measured_there() -> None:
+    start = SE2(1.0, 2.0, np.pi / 2.0)
+    seen = segments_from(start, SQUARE)
+    np.testing.assert_allclose(seen[0], [-2.0, 1.0, -2.0, -3.0], atol=1e-12)
+    here, there = np.array([[0.5, 0.5]]), start.apply(np.array([[0.5, 0.5]]))
+    assert distance_to_surfaces(here, seen) == pytest.approx(distance_to_surfaces(there, SQUARE))
 
 
 def test_map_error_is_the_mean_gap_of_occupied_cells() -> None:
