@@ -30,6 +30,8 @@ class LockStep:
         namespace: The robot's namespace.
         isolated: Whether nothing outside the process can see it.
         strict: Whether what a callback raises is raised by `step`, for tests.
+        beside: One with the simulator of several robots, of which this is one in its namespace;
+            it steps that one, and is closed before it.
 
     Attributes:
         process: The process of every node.
@@ -44,9 +46,12 @@ class LockStep:
         namespace: str = "",
         isolated: bool = True,
         strict: bool = False,
+        beside: LockStep | None = None,
     ) -> None:
         self._parameters = parameters
-        self.process = Process("lockstep", True, isolated, namespace, strict)
+        self._beside = beside
+        shared = None if beside is None else beside.process
+        self.process: Process = Process("lockstep", True, isolated, namespace, strict, shared)
         self.client = Node("lockstep_client", context=self.process.context, namespace=namespace)
         self.process.executor.add_node(self.client)
         self.nodes: dict[str, Any] = {}
@@ -55,7 +60,7 @@ class LockStep:
     @property
     def sim(self) -> Any:
         """The simulator's node; its truth is for measuring only."""
-        return self.nodes["sim"]
+        return self.nodes["sim"] if self._beside is None else self._beside.sim
 
     @property
     def now(self) -> float:
@@ -95,6 +100,9 @@ class LockStep:
 
     def step(self) -> None:
         """Advance by one tick and run everything it causes."""
+        if self._beside is not None:
+            self._beside.step()
+            return
         self.sim.tick()
         self.process.drain()
         self.on_tick()
@@ -145,5 +153,6 @@ class LockStep:
 
     def close(self) -> None:
         """Leave the graph."""
+        self.process.executor.remove_node(self.client)
         self.client.destroy_node()
         self.process.close()

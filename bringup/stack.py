@@ -94,6 +94,8 @@ SIM_GROUP = Group(
     commandable=False,
     cores=("arjuna_sim.simulator", "arjuna_sim.devices.ekf", "simulation_interfaces.srv"),
 )
+WORLD_GROUP = Group("world", (SIM,), SIM_GROUP.manager, False)
+"""The simulator of several robots, which makes what else each of them needs itself."""
 SLAM_GROUP = Group(
     "slam",
     (SLAM_TOOLBOX, MAP_SAVER),

@@ -60,6 +60,10 @@ class Fleet:
         """Return each robot's name and nodes."""
         return iter(self._nodes.items())
 
+    def nodes(self, name: str) -> RobotNodes:
+        """Return the nodes of a robot."""
+        return self._nodes[name]
+
     def add(self, name: str, namespace: str, robot: Robot, pose: SE2) -> None:
         """Put a robot into the world, with nodes below a namespace.
 

@@ -30,6 +30,7 @@ from arjuna_sim.nodes.services.worlds import WorldServices
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.observation import Observation
 from arjuna_sim.physics.pacing import PaceMeter, Pacer
+from arjuna_sim.physics.viewer import Viewer
 from arjuna_sim.simulation import Simulation
 from arjuna_sim.simulator import Simulator
 
@@ -67,6 +68,7 @@ class SimNode(ManagedNode):
         self.interactive = False
         self._pacer = Pacer(config.real_time_factor, lambda: self._wall)
         self._meter, self._ticks = PaceMeter(), 0
+        self._viewer = Viewer() if config.viewer else None
         self._create_topics()
         self._create_services()
 
@@ -112,6 +114,8 @@ class SimNode(ManagedNode):
             self._own.close()
         self.fleet.deactivate()
         self.simulator.close()
+        if self._viewer is not None:
+            self._viewer.close()
         if self._meter.summary is not None:
             self.get_logger().info(self._meter.summary)
 
@@ -127,7 +131,7 @@ class SimNode(ManagedNode):
 
     def cleanup(self) -> None:
         """Drop the simulation."""
-        self.last = None
+        self.last = self._viewer = None
         del self.simulator
 
     def on_config(self, config: Any) -> None:
@@ -187,6 +191,8 @@ class SimNode(ManagedNode):
             Real time to wait [s]; 0 or less means now, inf that no tick will come of itself.
         """
         self.interactive = True
+        if self._viewer is not None:
+            self._viewer.show(self.simulator.stage.scene.model, self.simulator.stage.data, wall_now)
         if not self.active or self.paused:
             self._pacer.restart()
             self._meter.pause()

@@ -67,6 +67,11 @@ class SimConfig(SimulatorConfig):
         read_only=True,
     )
     initial_pose: InitialPose = field(default_factory=InitialPose)
+    viewer: bool = param(
+        False,
+        "Whether MuJoCo's own viewer shows the world, in real time and where there is a screen.",
+        read_only=True,
+    )
     namespaces: tuple[str, ...] = param(
         (),
         "Namespaces of several robots, each with nodes, topics, /tf and /clock of its own below"

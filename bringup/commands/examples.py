@@ -9,6 +9,8 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "sim --robot urdf/burger.urdf --world worlds/pillar_arena.world",
         "sim --at -2 0.5 --yaw 1.57",
         "sim --check my.urdf",
+        "sim --viewer",
+        "sim --namespace a --namespace b --at -2 0 --at 2 2",
         "sim --world worlds/office.world --record",
     ),
     "slam": ("slam", "slam --params guides/ros2/params.yaml", "slam --offline drive.mcap"),

@@ -21,6 +21,7 @@ from bringup.parameters.files import (
     merged,
     shipped_parameters,
 )
+from bringup.parameters.fleet_options import is_fleet, of_starts
 from bringup.parameters.foreign.stock import understand
 from bringup.parameters.robot_names import NO_SIM_TIME, of_names
 from bringup.parameters.simulated_robot import of_simulated_robot
@@ -30,14 +31,15 @@ from bringup.stack import (
     REAL_STACKS,
     STACKS,
     VELOCITY_CHAIN,
+    WORLD_GROUP,
     Group,
     NodeSpec,
 )
 
 DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group in groups))
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
-ALL_GROUPS = (*DEMO_GROUPS, DESCRIPTION_GROUP, ODOMETRY_GROUP)
-"""Those and the ones that a real robot has in place of the simulator's."""
+ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
+"""Those, and the ones that several robots or a real one have in place of the simulator's."""
 
 _STAMPED = "enable_stamped_cmd_vel"
 _OF_SIMULATED_ROBOT = ("demo", "slam", "nav")
@@ -51,6 +53,8 @@ def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
     command = arguments.command
     if command == "demo":
         return DEMO_GROUPS
+    if command == "sim" and is_fleet(vars(arguments)):
+        return (WORLD_GROUP,)
     if vars(arguments).get("slam"):
         command += " --slam"
     if command in STACKS:
@@ -188,10 +192,10 @@ def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Par
     for node in ("sim", "robot_state_publisher"):
         put(node, "robot", _absolute(options.get("robot")))
         put(node, "robot_arguments", shlex.join(options.get("robot_arguments") or []) or None)
+    for key, value in of_starts(options).items():
+        put("sim", key, value)
+    put("sim", "viewer", options.get("viewer") or None)
     put("sim", "real_time_factor", options.get("rtf"))
-    for key, value in zip(("x", "y"), options.get("at") or (), strict=False):
-        put("sim", f"initial_pose.{key}", value)
-    put("sim", "initial_pose.yaw", options.get("yaw"))
     put("map_server", "yaml_filename", _absolute(options.get("map")))
     for node in ("map_saver", "map_server", "slam_toolbox"):
         put(node, "maps_folder", _absolute(options.get("maps_folder")))
@@ -212,6 +216,15 @@ def _read_files(spec: NodeSpec, values: dict[str, Any]) -> None:
         from arjuna_sim.inputs import named_robot
 
         named_robot(values["robot"], values.get("robot_arguments", ""))
+    if spec.name == "sim" and values.get("robots"):
+        from arjuna_sim.inputs import named_robot
+
+        for path in values["robots"]:
+            named_robot(path, values.get("robot_arguments", ""))
+    if spec.name == "sim" and values.get("viewer"):
+        from arjuna_sim.physics.viewer import need_screen
+
+        need_screen()
     if spec.name == "sim" and values.get("world"):
         from arjuna_sim.inputs import named_world
 

@@ -39,9 +39,16 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_supervision(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a command that runs supervised processes."""
-    add_robot_choice(parser)
+def add_supervision(
+    parser: argparse.ArgumentParser, action: str | type[argparse.Action] = "store"
+) -> None:
+    """Add the options of a command that runs supervised processes.
+
+    Args:
+        parser: The command's.
+        action: What is done with a robot's namespace.
+    """
+    add_robot_choice(parser, action)
     parser.add_argument(
         "--json", action="store_true", help="print states and log as JSON, an object a line"
     )
@@ -56,10 +63,18 @@ def add_resume(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_robot_choice(parser: argparse.ArgumentParser) -> None:
-    """Add which robot is meant, where there may be several."""
+def add_robot_choice(
+    parser: argparse.ArgumentParser, action: str | type[argparse.Action] = "store"
+) -> None:
+    """Add which robot is meant, where there may be several.
+
+    Args:
+        parser: The command's.
+        action: What is done with the robot's namespace.
+    """
     parser.add_argument(
         "--namespace",
+        action=action,
         type=namespace,
         default="",
         metavar="NAME",

@@ -11,9 +11,16 @@ _PACKAGES, _MODELS = "ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH"
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*:=")
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that every command with a simulator has."""
-    add_robot(parser, "urdf/arjuna.urdf")
+def add_options(
+    parser: argparse.ArgumentParser, action: str | type[argparse.Action] = "store"
+) -> None:
+    """Add the options that every command with a simulator has.
+
+    Args:
+        parser: The command's.
+        action: What is done with a robot's file.
+    """
+    add_robot(parser, "urdf/arjuna.urdf", action)
     parser.add_argument(
         "--world",
         type=Path,
@@ -30,11 +37,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_robot(parser: argparse.ArgumentParser, otherwise: str) -> None:
+def add_robot(
+    parser: argparse.ArgumentParser,
+    otherwise: str,
+    action: str | type[argparse.Action] = "store",
+) -> None:
     """Add the options that say which robot it is, and what is taken where none is named."""
-    parser.add_argument(
-        "--robot", type=Path, metavar="FILE", help=f"its URDF, xacro or SDF ({otherwise})"
-    )
+    about = f"its URDF, xacro or SDF ({otherwise})"
+    parser.add_argument("--robot", type=Path, action=action, metavar="FILE", help=about)
     add_package_path(parser, "package:// and $(find ...)")
     parser.add_argument(
         "robot_arguments",

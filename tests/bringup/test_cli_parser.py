@@ -113,3 +113,11 @@ def test_help_imports_neither_numpy_nor_ros() -> None:
     )
     run = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=True)
     assert run.stdout.splitlines()[-1] == "[]"
+
+
+def test_sim_takes_several_robots_each_with_its_namespace_and_start() -> None:
+    first, second = "--robot a.urdf --namespace /a/ --at 1 -2", "--robot b.urdf --namespace b"
+    arguments = parse(["sim", *first.split(), *second.split(), "--at", "0", "0"])
+    assert arguments.robots == [Path("a.urdf"), Path("b.urdf")]
+    assert arguments.namespaces == ["a", "b"]
+    assert arguments.ats == [[1.0, -2.0], [0.0, 0.0]]

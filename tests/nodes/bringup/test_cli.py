@@ -18,6 +18,7 @@ from bringup.processes import interactive
 from bringup.stack import LOCALIZATION_GROUP
 
 pytestmark = pytest.mark.ros
+BURGER = str(shipped_file("urdf/burger.urdf"))
 
 
 class Starts:
@@ -79,6 +80,19 @@ def test_a_simulated_robot_starts_where_it_is_told() -> None:
     assert [values[f"initial_pose.{key}"] for key in ("x", "y", "yaw")] == [-2.0, 0.5, 1.5]
 
 
+def test_several_robots_are_parameters_of_a_simulator_without_a_namespace() -> None:
+    argv = ["sim", "--robot", BURGER, "--namespace", "a", "--namespace", "b", "--at", "1", "2"]
+    argv += ["--yaw", "3", "--at", "4", "5", "--yaw", "6"]
+    values = inputs.gather(parse(argv))["sim"]
+    assert values["namespaces"] == ["a", "b"]
+    assert values["robots"] == [BURGER, BURGER]
+    assert values["starts"] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert cli.run(parse(argv)) == 0
+    (host,) = Starts.specs
+    assert host.name == "world"
+    assert "--namespace" not in host.command
+
+
 def test_a_namespaced_robot_takes_files_with_and_without_its_namespace() -> None:
     plain = _write("a.yaml", _sim("seed", 3))
     below = _write("b.yaml", _sim("real_time_factor", 2.0, "robot1/sim"))
@@ -105,6 +119,14 @@ def test_a_domain_is_that_of_the_processes(monkeypatch: pytest.MonkeyPatch) -> N
     ("files", "argv", "problem"),
     [
         ({}, ["--world", "no.world"], "no.world: cannot be read"),
+        ({}, ["--viewer"], "needs a screen: neither DISPLAY nor WAYLAND_DISPLAY is set; 'python"),
+        ({}, ["--robot", BURGER, "--robot", BURGER], "2 robots and 0 namespaces are given"),
+        ({}, ["--namespace", "a", "--namespace", "a"], "namespace 'a' is given 2 times"),
+        (
+            {},
+            ["--at", "0", "0", "--at", "1", "0"],
+            "given again, but there is one robot",
+        ),
         ({"w": "<sdf>"}, ["--world", "w"], "w: line 1: "),
         ({"r": "<sdf/>"}, ["--robot", "r"], "r: "),
         ({}, ["--params", "no.yaml"], "no.yaml: cannot be read"),
@@ -121,8 +143,14 @@ def test_a_domain_is_that_of_the_processes(monkeypatch: pytest.MonkeyPatch) -> N
     ],
 )
 def test_a_bad_input_is_refused_in_one_line_and_starts_nothing(
-    files: dict[str, str], argv: list[str], problem: str, capsys: pytest.CaptureFixture[str]
+    files: dict[str, str],
+    argv: list[str],
+    problem: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
     for name, text in files.items():
         _write(name, text)
     assert cli.run(parse(["sim", *argv])) == 2
