@@ -17,7 +17,9 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
+from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.costmap.moving.tracker import Moving, Tracker
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig, Verdict
@@ -66,6 +68,7 @@ class CollisionMonitorNode(ManagedNode):
         self._monitor = CollisionMonitor(config)
         self._enabled = config.enabled
         self._scan: Any | None = None
+        self._tracker, self._moving = Tracker(), Moving.nothing()
         self._intervals: deque[float] = deque(maxlen=_INTERVALS)
         self._told = Verdict(STILL)
         self._moved_at = 0.0
@@ -83,6 +86,8 @@ class CollisionMonitorNode(ManagedNode):
     def activate(self) -> None:
         """Judge by what is seen from now on."""
         self._scan, self._moved_at = None, self.now
+        self._tracker.reset()
+        self._moving = Moving.nothing()
         self._intervals.clear()
 
     def on_time_jump(self) -> None:
@@ -118,15 +123,18 @@ class CollisionMonitorNode(ManagedNode):
     def _judge(self, velocity: Velocity) -> Verdict:
         if not self._topic:
             return Verdict(velocity)
-        points = self._points()
-        if points is None:
+        seen = self._seen()
+        if seen is None:
             return Verdict(STILL, Action.STOP, _BLIND)
         padding = self._costmap.config.footprint_padding
         outline = self._costmap.layered.footprint.without(padding)
-        return self._monitor.judge(velocity, points, outline)
+        return self._monitor.judge(velocity, seen[0], outline, seen[1])
 
-    def _points(self) -> NDArray[np.float64] | None:
-        """Return what was last seen from where the robot is now; None if that is not known."""
+    def _seen(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Return what was last seen from where the robot is now, and how it moves; None if blind.
+
+        What moves has moved on since.
+        """
         message = self._scan
         if message is None or self.now - seconds(message.header.stamp) > self._patience():
             return None
@@ -137,11 +145,15 @@ class CollisionMonitorNode(ManagedNode):
             T_odom_then = transforms.lookup(
                 odom, base, min(stamp, transforms.latest_common(odom, base))
             )
-            T_now_then = transforms.lookup(base, odom) @ T_odom_then
+            T_now_odom = transforms.lookup(base, odom)
         except TransformError as error:
             self.get_logger().warning(f"blind: {error}", throttle_duration_sec=1.0)
             return None
-        return T_now_then.apply(scan_from_msg(message, T_base_sensor).points())
+        if stamp != self._moving.stamp:
+            self._moving = self._tracker.update(scan_from_msg(message, T_base_sensor), T_odom_then)
+        moving, turn = self._moving, SE2(0.0, 0.0, T_now_odom.theta)
+        points = moving.points + (self.now - stamp) * moving.velocities
+        return T_now_odom.apply(points), turn.apply(moving.velocities)
 
     def trouble(self) -> str:
         """Say since when nothing is seen."""

@@ -51,7 +51,11 @@ class CollisionMonitor:
         }
 
     def judge(
-        self, velocity: Velocity, points: NDArray[np.float64], footprint: Footprint
+        self,
+        velocity: Velocity,
+        points: NDArray[np.float64],
+        footprint: Footprint,
+        motions: NDArray[np.float64] | None = None,
     ) -> Verdict:
         """Return what may be driven.
 
@@ -59,10 +63,11 @@ class CollisionMonitor:
             velocity: What is asked for.
             points: What is seen, `(N, 2) float64` in the base frame [m].
             footprint: The robot.
+            motions: Velocities of the points over ground, `(N, 2)` in the base frame [m/s].
         """
         verdict, least = Verdict(velocity), 1.0
         for name, zone in self._zones.items():
-            ratio = zone.allowed(velocity, points, footprint)
+            ratio = zone.allowed(velocity, points, footprint, motions)
             if ratio < least:
                 least = ratio
                 left = Velocity(velocity.v * ratio, velocity.w * ratio)

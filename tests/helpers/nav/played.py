@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,13 +19,16 @@ from arjuna_nav.controllers.follower import FollowerConfig, FollowState, PathFol
 from arjuna_nav.costmap import CostmapConfig, LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.config import InflationConfig, ObstacleConfig, SourceConfig
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap.moving.tracker import Moving, Tracker
 from arjuna_nav.planners.base import PlanStatus
 from arjuna_nav.planners.navfn import NavFn, NavFnConfig
 from arjuna_nav.planners.through import plan_through
+from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from tests.nav.worlds import Unicycle
 
 _TICK, _SCANS, _MAPS, _PLANS = 0.05, 2, 10, 20  # [s], and ticks from one to the next
 _STANDS = 2.0  # after a failure [s]
+_STANDS_STILL = 0.02  # slower than that [m/s]
 _BEAMS, _RANGE = 360, 12.0
 _KEPT = 0.98  # of an error from tick to tick
 _INFLATION = InflationConfig(inflation_radius=0.6, cost_scaling_factor=5.0)
@@ -101,10 +105,13 @@ class Play:
         body: The robot.
         rng: For what errs.
         errors: How much.
+        people: Gives the segments of each of those who walk, at a time [s].
 
     Attributes:
         arrived: Whether the follower says so.
         touched: Whether the robot met a wall.
+        bumped: How often it drove into somebody.
+        met: How often it met somebody at all.
         time: [s]
         why: What was said last where it did not go on.
     """
@@ -118,9 +125,13 @@ class Play:
         body: Body,
         rng: np.random.Generator,
         errors: Errors | None = None,
+        people: Callable[[float], list[NDArray[np.float64]]] = lambda time: [],
     ) -> None:
         self._walls, self._goal, self._body, self._rng = walls, goal, body, rng
-        self._errors = errors or Errors()
+        self._errors, self._people = errors or Errors(), people
+        self._monitor, self._tracker = CollisionMonitor(load(MonitorConfig, {})), Tracker()
+        self._moving = Moving.nothing()
+        self._touching: set[int] = set()
         self._near = LayeredCostmap(_window(3, 2.5, body))
         self._far = LayeredCostmap(_window(14, 3.0, body) if grid is None else _map(body))
         if grid is not None:
@@ -132,6 +143,7 @@ class Play:
         self._T_true_map = self._T_true_odom = SE2()
         self.robot = Unicycle(start, period=_TICK)
         self.arrived = self.touched = False
+        self.bumped = self.met = 0
         self.time, self.why = 0.0, ""
 
     def run(self, timeout: float = 90.0) -> Play:
@@ -140,11 +152,40 @@ class Play:
             self.time = k * _TICK
             self._err()
             self._see(k)
-            self.robot.drive(self._command(k))
+            self.robot.drive(self._allowed(self._command(k)))
             self.touched = _crosses(self._walls, self.robot.pose.apply(self._body.corners))
+            self._meet()
             if self.arrived or self.touched:
                 break
         return self
+
+    def _meet(self) -> None:
+        corners = self.robot.pose.apply(self._body.corners)
+        people = dict(enumerate(self._people(self.time)))
+        touching = {k for k, edges in people.items() if _crosses(edges, corners)}
+        for k in touching - self._touching:
+            self.met += 1
+            self.bumped += self._drives_at(people[k][:, :2].mean(axis=0))
+        self._touching = touching
+
+    def _drives_at(self, place: NDArray[np.float64]) -> bool:
+        """Tell whether the robot's side towards a place moves towards it."""
+        seen = self.robot.pose.inverse().apply(place[None])[0]
+        low, high = self._body.corners.min(axis=0), self._body.corners.max(axis=0)
+        side, velocity = np.clip(seen, low, high), self.robot.velocity
+        motion = velocity.v - velocity.w * side[1], velocity.w * side[0]
+        away = seen - side
+        return float(away @ motion) > _STANDS_STILL * float(np.hypot(*away))
+
+    def _allowed(self, command: Velocity) -> Velocity:
+        """Return what the collision monitor lets through."""
+        moving, T_base_odom = self._moving, self._in_odom.inverse()
+        since = self.time - moving.stamp
+        points = T_base_odom.apply(moving.points + since * moving.velocities)
+        turn = SE2(0.0, 0.0, T_base_odom.theta)
+        body = self._near.footprint.without(self._body.padding)
+        motions = turn.apply(moving.velocities)
+        return self._monitor.judge(command, points, body, motions).velocity
 
     def _err(self) -> None:
         errors, spread = self._errors, math.sqrt(1.0 - _KEPT**2)
@@ -167,7 +208,9 @@ class Play:
     def _see(self, tick: int) -> None:
         if tick % _SCANS:
             return
-        scan = _scan(self._walls, self.robot.pose, self._rng, self._errors.scan)
+        edges = np.vstack([self._walls, *self._people(self.time)])
+        scan = scan_of(edges, self.robot.pose, self._rng, self._errors.scan, self.time)
+        self._moving = self._tracker.update(scan, self._in_odom)
         self._near.update(self._in_odom, self.time, [PlacedScan(scan, self._in_odom)])
         if tick % _MAPS == 0:
             self._far.update(self._in_map, self.time, [PlacedScan(scan, self._in_map)])
@@ -204,8 +247,12 @@ class Play:
         self.why, self._stands, self._follower = why, self.time + _STANDS, None
 
 
-def _scan(
-    walls: NDArray[np.float64], pose: SE2, rng: np.random.Generator, deviation: float
+def scan_of(
+    walls: NDArray[np.float64],
+    pose: SE2,
+    rng: np.random.Generator,
+    deviation: float,
+    now: float,
 ) -> Scan:
     """Return a noisy scan of segments."""
     step = 2.0 * math.pi / _BEAMS
@@ -219,7 +266,7 @@ def _scan(
     t[~((t > 0.0) & (u >= 0.0) & (u <= 1.0))] = np.inf
     ranges = t.min(axis=1) + rng.normal(0.0, deviation, _BEAMS)
     ranges[ranges >= _RANGE] = np.inf
-    return Scan(ranges, -math.pi, step, 0.12, _RANGE)
+    return Scan(ranges, -math.pi, step, 0.12, _RANGE, now)
 
 
 def _crosses(walls: NDArray[np.float64], corners: NDArray[np.float64]) -> bool:

@@ -158,3 +158,35 @@ def test_a_zone_that_does_not_exist_is_refused_not_left_out(
 ) -> None:
     with pytest.raises(ConfigError, match=message):
         load(MonitorConfig, {"polygons": ["Near"], "Near": zone})
+
+
+CROSSING = np.full((8, 2), (0.0, 0.8))  # velocities of what comes from the right
+
+
+def judge_moving(velocity: Velocity, points: Any, motions: Any, **parameters: Any) -> Verdict:
+    monitor = CollisionMonitor(load(MonitorConfig, parameters))
+    return monitor.judge(velocity, points, ROBOT, motions)
+
+
+def test_it_slows_down_for_what_will_cross_its_way() -> None:
+    someone = cluster(0.6, -0.9)
+    assert judge_moving(FORWARD, someone, np.zeros((8, 2))) == Verdict(FORWARD)
+    verdict = judge_moving(FORWARD, someone, CROSSING)
+    assert verdict.action is Action.APPROACH
+    assert verdict.velocity.v < 0.3
+
+
+def test_it_drives_on_where_what_moves_goes_away_or_behind_it() -> None:
+    for place, motion in (((0.6, -0.9), -CROSSING), ((-1.2, -0.9), CROSSING)):
+        assert judge_moving(FORWARD, cluster(*place), motion) == Verdict(FORWARD)
+
+
+def test_it_drives_away_from_what_comes_after_it_and_stands_before_what_comes_at_it() -> None:
+    after = np.full((8, 2), (0.6, 0.0))
+    assert judge_moving(FORWARD, cluster(-0.9, 0.0), after) == Verdict(FORWARD)
+    assert judge_moving(FORWARD, cluster(1.2, 0.0), -after).velocity == Velocity()
+
+
+def test_what_moves_counts_as_standing_where_it_is_not_to_be_looked_ahead() -> None:
+    off = {"FootprintApproach.moving_time": 0.0}
+    assert judge_moving(FORWARD, cluster(0.6, -0.9), CROSSING, **off) == Verdict(FORWARD)

@@ -1,0 +1,1 @@
+"""Things that move, found in scans."""

@@ -1,0 +1,65 @@
+"""Goals among people who keep walking and stop for nobody, played by the cores alone."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+import numpy as np
+
+from bringup.parameters import options
+from tests.helpers.nav.crowds import Crowd
+from tests.helpers.nav.played import Body, Play
+
+_PEOPLE = (3, 5, 8, 12, 20)
+_GOALS = 2  # of a crowd
+_TIMEOUT = 60.0  # of a goal [s]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add this benchmark's options."""
+    options.add_seed(parser)
+    parser.add_argument(
+        "--people", type=int, nargs="*", default=_PEOPLE, help=f"in a room of 12 x 9 m {_PEOPLE}"
+    )
+    parser.add_argument("--count", type=int, default=5, help="crowds of a size (%(default)s)")
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Drive to goals in crowds.
+
+    Returns:
+        Of each number of people how many goals were `reached`, of all `count`, how often the robot
+        `bumped` into somebody, how often it `met` somebody at all, whoever walked, and how often
+        it touched `walls`.
+    """
+    result = {}
+    for people in arguments.people:
+        drives = [
+            drive
+            for number in range(arguments.count)
+            for drive in _through(people, (arguments.seed or 0) + number)
+        ]
+        result[str(people)] = {
+            "reached": sum(drive.arrived for drive in drives),
+            "count": len(drives),
+            "bumped": sum(drive.bumped for drive in drives),
+            "met": sum(drive.met for drive in drives),
+            "walls": sum(drive.touched for drive in drives),
+        }
+        print(f"{people:3} people: {result[str(people)]}", flush=True)
+    return result
+
+
+def _through(people: int, seed: int) -> list[Play]:
+    """Drive to the goals of one crowd, each from where the last drive ended."""
+    crowd = Crowd.draw(people, _GOALS, np.random.default_rng([people, seed]))
+    body = Body(Body.box(0.45, 0.38).corners, 0.25, 0.03)
+    rng, pose, begun = np.random.default_rng(seed), crowd.start, 0.0
+    drives: list[Play] = []
+    for goal in crowd.goals:
+        walk = crowd.since(begun)
+        drive = Play(crowd.walls, crowd.grid, pose, goal, body, rng, people=walk).run(_TIMEOUT)
+        pose, begun = drive.robot.pose, begun + drive.time
+        drives.append(drive)
+    return drives

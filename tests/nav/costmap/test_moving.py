@@ -1,0 +1,91 @@
+"""Things that move in scans: found with their speed, and told from what only seems to move."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.moving.tracker import Moving, Tracker
+from tests.helpers.nav.played import scan_of
+
+ROOM = np.array([[-4.0, -4, 4, -4], [4, -4, 4, 4], [4, 4, -4, 4], [-4, 4, -4, -4]])
+BOX = np.array([[1.5, -0.3], [2.1, -0.3], [2.1, 0.3], [1.5, 0.3]])
+
+
+def post(x: float, y: float, radius: float = 0.2) -> NDArray[np.float64]:
+    """Return the edges of a round thing."""
+    turns = np.arange(12) * math.pi / 6.0
+    corners = np.array([x, y]) + radius * np.column_stack((np.cos(turns), np.sin(turns)))
+    return edges(corners)
+
+
+def edges(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.hstack((corners, np.roll(corners, -1, axis=0)))
+
+
+def watch(
+    things: Callable[[float], NDArray[np.float64]],
+    pose: Callable[[float], SE2],
+    duration: float = 1.0,
+    every: Callable[[Moving], None] = lambda moving: None,
+) -> Moving:
+    """Return what moves at the end, seen ten times a second with noise of 1 cm."""
+    tracker, rng, moving = Tracker(), np.random.default_rng(1), Moving.nothing()
+    for k in range(round(duration * 10) + 1):
+        now = 0.1 * k
+        walls = np.vstack((ROOM, things(now)))
+        moving = tracker.update(scan_of(walls, pose(now), rng, 0.01, now), pose(now))
+        every(moving)
+    return moving
+
+
+@pytest.mark.parametrize("drives", [0.0, 0.5])
+def test_who_walks_is_found_with_the_speed_and_what_stands_is_not(drives: float) -> None:
+    moving = watch(
+        lambda t: np.vstack((post(1.5, -0.8 + 0.8 * t), post(-1.5, 0.0))),
+        lambda t: SE2(-0.4 + drives * t, 0.0, 0.2 * t),
+    )
+    flagged = moving.velocities.any(axis=1)
+    assert flagged.sum() >= 4
+    places = moving.points[flagged]
+    assert np.hypot(places[:, 0] - 1.5, places[:, 1]).max() < 0.3
+    assert moving.velocities[flagged].mean(axis=0) == pytest.approx((0.0, 0.8), abs=0.2)
+
+
+def test_what_a_robot_passes_by_does_not_move() -> None:
+    flags: list[int] = []
+    things = np.vstack((edges(BOX), post(0.5, 1.2, 0.08), post(1.4, -1.0)))
+    watch(
+        lambda t: things,
+        lambda t: SE2(-1.5 + 0.8 * t, -0.2, 0.3 * math.sin(t)),
+        3.0,
+        lambda moving: flags.append(int(moving.velocities.any(axis=1).sum())),
+    )
+    assert max(flags) == 0
+
+
+def test_what_is_seen_between_two_things_does_not_move() -> None:
+    flags: list[int] = []
+    gap = np.vstack((post(1.0, 0.35, 0.25), post(1.0, -0.35, 0.25)))
+    watch(
+        lambda t: gap,
+        lambda t: SE2(0.0, -0.5 + 0.5 * t),
+        2.0,
+        lambda moving: flags.append(int(moving.velocities.any(axis=1).sum())),
+    )
+    assert max(flags) == 0
+
+
+def test_time_that_was_set_back_ends_every_track() -> None:
+    tracker, rng = Tracker(), np.random.default_rng(1)
+    for k in range(8):
+        walls = np.vstack((ROOM, post(1.5, -0.5 + 0.1 * k)))
+        moving = tracker.update(scan_of(walls, SE2(), rng, 0.01, 0.1 * k), SE2())
+    assert moving.velocities.any()
+    moving = tracker.update(scan_of(walls, SE2(), rng, 0.01, 0.0), SE2())
+    assert not moving.velocities.any()
