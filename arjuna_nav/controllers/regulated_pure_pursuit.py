@@ -23,6 +23,8 @@ from arjuna_nav.planners import path as paths
 _SHARES = (0.7, 0.5, 0.35)
 """Of the lookahead, tried one after the other: a far point's arc cuts the corners of the path."""
 
+_ASIDE = 0.35  # bearing from which a turn on the spot helps where no arc is free [rad]
+
 
 @dataclass(frozen=True)
 class RegulatedPurePursuitConfig:
@@ -168,7 +170,17 @@ class RegulatedPurePursuit:
                 return result
             carrot = pose.inverse() @ self._carrot(pose, lookahead * share)
             result = self._along(carrot, pose, velocity, costmap)
-        return result if result.status is ControlStatus.SUCCEEDED else failed
+        if result.status is ControlStatus.SUCCEEDED:
+            return result
+        return self._turn_instead(carrot, pose, costmap) or failed
+
+    def _turn_instead(self, carrot: SE2, pose: SE2, costmap: Costmap) -> ControlResult | None:
+        """Return a turn on the spot where no arc is free and the path leads aside."""
+        angle = math.atan2(carrot.y, carrot.x)
+        if not self._config.use_rotate_to_heading or abs(angle) < _ASIDE:
+            return None
+        result = self._checked(Velocity(0.0, self._turn(angle)), pose, costmap, math.inf)
+        return result if result.status is ControlStatus.SUCCEEDED else None
 
     def _along(self, carrot: SE2, pose: SE2, velocity: Velocity, costmap: Costmap) -> ControlResult:
         """Return what drives the arc through a point seen from the robot, if that is free."""

@@ -56,6 +56,26 @@ def test_a_new_path_to_the_same_goal_does_not_undo_arrival(controller: Controlle
     assert (result.status, result.velocity.v) == (ControlStatus.SUCCEEDED, 0.0)
 
 
+@pytest.mark.parametrize("turns", [True, False])
+def test_turns_on_the_spot_where_no_arc_is_free(turns: bool) -> None:
+    config = RegulatedPurePursuitConfig(
+        rotate_to_heading_min_angle=1.2, use_rotate_to_heading=turns
+    )
+    controller = RegulatedPurePursuit(config, Footprint.circle(0.25), XY_TOLERANCE)
+    grid = empty_grid(6.0, 6.0)
+    controller.set_path(polyline([(3.0, 3.0), (4.0, 4.5)], 1.0))
+    robot = Unicycle(SE2(3.0, 3.0, 0.0))
+    free = controller.compute(robot.pose, robot.velocity, costmap_of(grid), 0.0)
+    assert free.velocity.v > 0.0
+    block(grid, 3.3, 2.0, 0.3, 1.6)
+    result = controller.compute(robot.pose, robot.velocity, costmap_of(grid), 0.0)
+    if turns:
+        assert result.status is ControlStatus.SUCCEEDED
+        assert (result.velocity.v, result.velocity.w > 0.0) == (0.0, True)
+    else:
+        assert result.status is ControlStatus.NO_VALID_CONTROL
+
+
 def test_refuses_to_drive_into_an_obstacle(controller: Controller) -> None:
     grid = empty_grid(6.0, 6.0)
     block(grid, 3.0, 0.0, 0.2, 6.0)
