@@ -18,8 +18,8 @@ NUMBERS = 2**20
 """Numbers of a list that no other limit names."""
 BYTES = 2**26
 """Bytes of an image or a cloud of points."""
-POSES = 20_000
-"""Poses of a path: a kilometre, one each five centimetres."""
+POSES = 15_000
+"""Poses of a path: 750 m, one each five centimetres."""
 CORNERS = 1000
 """Corners of a polygon."""
 BEAMS = 20_000

@@ -15,6 +15,7 @@ from arjuna_core.checks.rules import DOCUMENTS, MOST, RULES, rotation_problem, s
 from arjuna_core.checks.structure import DURATION, QUATERNION, TIME, Part, Structure, structure_of
 
 _NANO = 1_000_000_000
+_PARAMETER_TYPES = 9  # rcl_interfaces/ParameterType, the last
 _STRUCTURES: dict[type[Any], Structure] = {}
 
 
@@ -31,6 +32,14 @@ def problem_of(message: Any, now: float = 0.0) -> str | None:
 def unread(message: Any) -> str | None:
     """Return why the lists of a message were not read, or None if they were."""
     return getattr(message, "refusal", None)
+
+
+def untyped(request: Any) -> str | None:
+    """Return which of the parameters of a request to set some is of no type that there is."""
+    for each in getattr(request, "parameters", ()):
+        if hasattr(each, "value") and each.value.type > _PARAMETER_TYPES:
+            return f"{each.name}: type {each.value.type}; valid: 0 to {_PARAMETER_TYPES}"
+    return None
 
 
 def _problem(message: Any) -> str | None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from arjuna_core.checks.message import unread
+from arjuna_core.checks.message import unread, untyped
 from arjuna_core.ros import qos
 from arjuna_core.ros.health import answers
 from arjuna_core.ros.health.bounded import bound
@@ -59,7 +59,7 @@ class Guarded:
 
         @functools.wraps(callback)
         def run(ask: Any, answer: Any) -> Any:
-            problem = unread(ask)
+            problem = unread(ask) or untyped(ask)
             if problem is None:
                 return callback(ask, answer)
             self._refuse_unread(name, problem)

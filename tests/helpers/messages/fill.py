@@ -11,7 +11,10 @@ from rosidl_parser import definition
 from arjuna_core.ros.health.bounded import interface
 
 MOODS = (0.0, 0.03, 0.2, 1.0)  # the share of a message's values that are extreme
-_FLOATS = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e38, 1e9, 1e-9, 5e-324, 0.0, -0.0, -1.0)
+_FLOATS = (
+    *(math.nan, math.inf, -math.inf, 1e300, -1e300, 1e38, 1e12, 1e9, -1e7, 1e-9, 1e-300),
+    *(5e-324, -1e-310, 1e-40, 0.0, -0.0, -1.0, 1.0 + 2.0**-52, 180.0),
+)
 _FLOAT32 = tuple(value for value in _FLOATS if not math.isfinite(value) or abs(value) < 3e38)
 _STRINGS = (
     *("", "x" * 300, "(a+)+$", "(" * 200, "[", "//[", "http://[", "file://", "package://nothing"),
@@ -22,6 +25,8 @@ _NAMES = (
     *("map", "odom", "base_footprint", "base_link", "lidar_link", "", "GridBased", "FollowPath"),
     *("box", "a", "arjuna_room", "test_map", "goal_checker", "SmoothPath", "false", "1"),
 )
+_LATE = (0.0, -0.05, -0.5, -5.0, -1e3, 0.05, 0.5, 5.0, 1e3, 1e9)
+"""How far from now a stamp may be [s]."""
 LENGTHS = (0, 1, 7, 1000, 20_000)
 ZIGZAG = 100_000
 """Poses of a path that goes to and fro."""
@@ -31,6 +36,7 @@ _INTEGERS = {
     for sign in ("", "u")
     for bits in (8, 16, 32, 64)
 }
+_WIDEST = (np.uint64, np.int64)
 
 
 class Filler:
@@ -121,7 +127,10 @@ class Filler:
         if name == "octet":
             return self._rng.bytes(1)
         low, high = _INTEGERS.get(name, (0, 127))
-        return int(self._pick((low, high, 0, max(low, -1)))) if extreme else self._pick(range(6))
+        if not extreme:
+            return int(self._pick(range(6)))
+        any_one = int(self._rng.integers(low, high, endpoint=True, dtype=_WIDEST[low < 0]))
+        return int(self._pick((low, high, 0, max(low, -1), any_one, any_one)))
 
     def _fit(self, message: Any) -> None:
         """Make the parts of a message fit each other, so that it comes further."""
@@ -139,7 +148,9 @@ class Filler:
         self._fit_type(message, type(message).__name__)
 
     def _stamp(self, stamp: Any) -> None:
-        stamp.sec, stamp.nanosec = int(self.now), int(self.now % 1.0 * 1e9)
+        time = self.now + (float(self._pick(_LATE)) if self._extreme() else 0.0)
+        time = min(max(time, 0.0), 2.0**31 - 1.0)
+        stamp.sec, stamp.nanosec = int(time), int(time % 1.0 * 1e9)
 
     def _fit_type(self, message: Any, name: str) -> None:
         if name == "Time":

@@ -36,6 +36,14 @@ HUNG = 1.0
 GOAL = SE2(1.5, 1.0, 0.5)
 _TICK_EVERY = 4  # messages
 _GARBLED = 0.05  # of the messages on topics
+_FOREIGN = 0.03  # of them are messages of another type, or nothing but noise
+_WALK_EVERY = 20  # messages a node goes through a transition
+_RISE_EVERY = 150  # messages all nodes are active again
+_STEPS = {
+    "unconfigured": ("configure",),
+    "inactive": ("activate", "cleanup"),
+    "active": ("deactivate",),
+}
 STACKS: dict[str, tuple[Group, ...]] = {
     "nav": (LOCALIZATION_GROUP, NAVIGATION_GROUP),
     "slam": (SLAM_GROUP, NAVIGATION_GROUP),
@@ -85,6 +93,26 @@ class Barrage:
             target = drawn(self.targets, self._rng)
             self._filler.now = self.robot.now
             self._timed(target, number)
+            if number % _RISE_EVERY == _RISE_EVERY - 1:
+                self._rise()
+            elif number % _WALK_EVERY == _WALK_EVERY - 1:
+                self._walk()
+
+    def _walk(self) -> None:
+        """Take a node, but not the simulator, which is the clock, through a transition."""
+        names = sorted(set(self.robot.nodes) - {"sim"})
+        node = self.robot.nodes[str(self._rng.choice(names))]
+        steps = _STEPS.get(node.state_label, ())
+        if steps:
+            getattr(node, f"trigger_{self._rng.choice(steps)}")()
+            self.robot.process.drain()
+
+    def _rise(self) -> None:
+        """Take all nodes down and up again."""
+        for group in reversed((SIM_GROUP, *self._groups)):
+            for spec in reversed(group.nodes):
+                self._to_rest(self.robot.nodes[spec.name])
+        self.robot.start(SIM_GROUP, *self._groups)
 
     def _timed(self, target: Target, number: int) -> None:
         print(json.dumps({"number": number, "target": target.name}), file=self._log, flush=True)
@@ -105,7 +133,18 @@ class Barrage:
         made = filled(target, self._filler, self._rng, names)
         if target.kind == "topic" and self._rng.random() < _GARBLED:
             return self._filler.garble(serialize_message(made))
+        if target.kind == "topic" and self._rng.random() < _FOREIGN:
+            return self._foreign()[: len(serialize_message(made))]
         return made
+
+    def _foreign(self) -> bytes:
+        """Return what no message of a topic's type is; longer than one it could not be sent."""
+        if self._rng.random() < 0.3:
+            noise: bytes = self._rng.bytes(int(self._rng.integers(0, 2000)))
+            return b"\x00\x01\x00\x00" + noise
+        topics = [target for target in self.targets if target.kind == "topic"]
+        other = topics[int(self._rng.integers(0, len(topics)))]
+        return bytes(serialize_message(filled(other, self._filler, self._rng, [])))
 
     def _send(self, target: Target, data: Any) -> None:
         client = self.robot.client
@@ -133,10 +172,7 @@ class Barrage:
             self.robot.client.destroy_publisher(publisher)
         for name, parameters in self._kept.items():
             self.robot.nodes[name].set_parameters(parameters)
-        for group in reversed((SIM_GROUP, *self._groups)):
-            for spec in reversed(group.nodes):
-                self._to_rest(self.robot.nodes[spec.name])
-        self.robot.start(SIM_GROUP, *self._groups)
+        self._rise()
         self._play()
         self.robot.call(ResetSimulation, "reset_simulation", ResetSimulation.Request())
         self.robot.run(1.0)

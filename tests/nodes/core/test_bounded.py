@@ -94,10 +94,11 @@ def objects(message: Any) -> int:
 
 
 def whole(message: Any) -> int:
-    """Count a message and those that are fields of it."""
+    """Count a message and those that are fields of it, and two for each array of fixed length."""
     fields = (getattr(message, name) for name in message.get_fields_and_field_types())
     within = sum(whole(f) for f in fields if hasattr(f, "SLOT_TYPES"))
-    return within + (100 if isinstance(message, Parameter) else 1)
+    arrays = sum(isinstance(kind, definition.Array) for kind in message.SLOT_TYPES)
+    return within + 2 * arrays + (100 if isinstance(message, Parameter) else 1)
 
 
 @pytest.mark.parametrize("cls", TYPES, ids=lambda cls: str(cls.__name__))
@@ -167,6 +168,13 @@ def test_rclpy_s_own_services_are_bounded(bench: RosBench, node: ReadingNode) ->
     assert not bench.call(SetParameters, name, request).results  # none of them was looked at
     few = SetParameters.Request(parameters=request.parameters[1:])
     assert len(bench.call(SetParameters, name, few).results) == 5
+
+
+def test_a_parameter_of_no_type_is_refused(bench: RosBench, node: ReadingNode) -> None:
+    request = SetParameters.Request(parameters=[Parameter(name="limit")])
+    request.parameters[0].value.type = 97
+    (result,) = bench.call(SetParameters, "reading/set_parameters", request).results
+    assert result.reason == "limit: type 97; valid: 0 to 9"
 
 
 def test_a_goal_is_aborted_and_says_why(bench: RosBench, node: ReadingNode) -> None:
