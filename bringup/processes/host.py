@@ -123,6 +123,7 @@ class Host:
             call(node, "the end", node.trigger_shutdown)  # a client may have shut it down already
         self.process.run_waiting()
         self.manager.destroy_node()
+        self._reporter.close()
         self.process.close()
 
 

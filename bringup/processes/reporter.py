@@ -6,11 +6,32 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from numba.core import event as numba_event
+
 from arjuna_core.ros.process import Process
 from bringup.processes.heartbeat import PATIENCE, PERIOD
 from bringup.processes.status import event_line
 
 _PERIOD = 0.1
+_COMPILATION = 90.0  # [s] at most of one function, on a busy machine
+
+
+class _Compilations(numba_event.Listener):
+    """Tells before Numba compiles a function, which it does where it is first used, and no later.
+
+    Args:
+        expect: Told how long the process may be silent [s].
+    """
+
+    def __init__(self, expect: Callable[[float], None]) -> None:
+        self._expect = expect
+
+    def on_start(self, event: Any) -> None:
+        """Expect a long silence."""
+        self._expect(_COMPILATION)
+
+    def on_end(self, event: Any) -> None:
+        """Leave it at that: the next sign of life ends the silence."""
 
 
 class Reporter:
@@ -33,6 +54,12 @@ class Reporter:
         self._manager_waits = "the start"
         self._due = self._alive_due = 0.0
         process.on_long_step = self._expect_long
+        self._compilations = _Compilations(self._expect_long)
+        numba_event.register("numba:compile", self._compilations)
+
+    def close(self) -> None:
+        """Say no more when something is compiled."""
+        numba_event.unregister("numba:compile", self._compilations)
 
     def _expect_long(self, patience: float) -> None:
         """Say that the next sign of life may take a time [s]."""
