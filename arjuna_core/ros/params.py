@@ -81,7 +81,8 @@ def _from_ros(parameter: Parameter, flat: Mapping[str, Any]) -> Any:
     value = parameter.value
     if value == "" and flat[parameter.name] is None:
         return None
-    return tuple(value) if isinstance(flat[parameter.name], tuple) else value
+    several = hasattr(value, "__iter__") and not isinstance(value, str | bytes)
+    return tuple(value) if several else value
 
 
 def _descriptor(value: Any, info: ParamInfo) -> ParameterDescriptor:

@@ -37,6 +37,7 @@ class EchoConfig:
 
     gain: float = param(2.0, "Factor.", minimum=0.0, maximum=10.0)
     names: tuple[str, ...] = param(("a",), "Names.")
+    others: tuple[str, ...] = param((), "Other names, whose type an empty list does not tell.")
 
 
 class EchoNode(ManagedNode):
@@ -111,18 +112,26 @@ def test_lifecycle_can_be_run_through_twice(bench: RosBench, node: EchoNode) -> 
     assert state.current_state.label == "active"
 
 
-def test_parameters_change_at_run_time_within_bounds(bench: RosBench, node: EchoNode) -> None:
-    def set_gain(value: float) -> Any:
-        request = SetParameters.Request(
-            parameters=[Parameter("gain", value=value).to_parameter_msg()]
-        )
-        return bench.call(SetParameters, "echo/set_parameters", request).results[0]
+def set_one(bench: RosBench, name: str, value: Any) -> Any:
+    """Set one of the node's parameters; return the result."""
+    request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+    return bench.call(SetParameters, "echo/set_parameters", request).results[0]
 
-    assert set_gain(5.0).successful
+
+def test_parameters_change_at_run_time_within_bounds(bench: RosBench, node: EchoNode) -> None:
+    assert set_one(bench, "gain", 5.0).successful
     assert node.config.gain == 5.0
-    refused = set_gain(50.0)
+    refused = set_one(bench, "gain", 50.0)
     assert not refused.successful
     assert node.config.gain == 5.0
+
+
+def test_what_is_no_list_is_refused_for_a_list(bench: RosBench, node: EchoNode) -> None:
+    assert set_one(bench, "others", ["x", "y"]).successful
+    assert node.config.others == ("x", "y")
+    for value in (1.5, True, "xyz"):
+        assert "must be a list" in set_one(bench, "others", value).reason
+    assert node.config.others == ("x", "y")
 
 
 def test_unknown_parameter_names_the_nearest(bench: RosBench) -> None:
