@@ -13,8 +13,8 @@ class Cloud:
     """What a depth camera or a lidar of several rows sees at once.
 
     Attributes:
-        points: In the robot's base, `(N, 3) float64` [m], all finite.
-        sensor: Where they were seen from, in the robot's base, `(3,) float64` [m].
+        points: From the robot's base, heights from the ground, `(N, 3) float64` [m], all finite.
+        sensor: Where they were seen from, likewise, `(3,) float64` [m].
         stamp: When [s].
     """
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any, Generic, TypeVar
 
 from arjuna_core.cloud import Cloud
+from arjuna_core.pose3 import Pose3
 from arjuna_core.ranging import RangeReading
 from arjuna_core.ros.convert import cloud_from_msg, scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
@@ -137,12 +138,14 @@ class ScanQueue(PosedQueue[Scan]):
 
 
 class CloudQueue(PosedQueue[Cloud]):
-    """Clouds of points."""
+    """Clouds of points; their heights are those above the fixed frame's ground."""
 
     _WHAT = "clouds"
 
     def _read(self, message: Any, frame: str) -> Cloud:
-        return cloud_from_msg(message, self._node.transforms.mount(self._base_frame, frame))
+        mount = self._node.transforms.mount
+        level = Pose3.from_se2(mount(self._fixed_frame, self._base_frame).planar())
+        return cloud_from_msg(message, level.inverse() @ mount(self._fixed_frame, frame))
 
 
 class RangeQueue(PosedQueue[RangeReading]):

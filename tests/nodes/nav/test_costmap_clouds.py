@@ -31,6 +31,8 @@ def robot() -> Iterator[PlayedRobot]:
         "obstacle_layer.observation_sources": "scan cloud",
         "obstacle_layer.cloud.topic": "/camera/points",
         "obstacle_layer.cloud.min_obstacle_height": 0.1,
+        "obstacle_layer.cloud.max_obstacle_height": 2.0,
+        "obstacle_layer.z_resolution": 0.2,
     }
     robot = PlayedRobot({f"{LOCAL}/{LOCAL}": sources})
     optical = TransformStamped(child_frame_id="eye", header=header("base_link", 0.0))
