@@ -68,21 +68,34 @@ def drive(
     """
     rng = np.random.default_rng([seed, 2])
     poses = along(_walk(building, rng, length), spacing, rng)
-    signs = rng.choice([-1.0, 1.0], 2)
-    odometry, before, result = SE2(), poses[0], []
+    error = DriftingOdometry(drift, rng)
+    result, before, odometry = [], poses[0], SE2()
     for k, truth in enumerate(poses):
-        step = before.inverse() @ truth
-        odometry = odometry @ _erring(step, drift, signs, rng)
+        odometry = odometry @ error.measured(before.inverse() @ truth)
         before = truth
         result.append((_scan(building, truth, lidar, rng, float(k)), odometry, truth))
     return result
 
 
-def _erring(step: SE2, drift: Drift, signs: NDArray[np.float64], rng: np.random.Generator) -> SE2:
-    length = math.hypot(step.x, step.y)
-    turn = signs[0] * drift.bias * length + rng.normal(0.0, drift.walk * math.sqrt(length))
-    scale = 1.0 + signs[1] * drift.scale
-    return SE2(step.x * scale, step.y * scale, step.theta + turn)
+class DriftingOdometry:
+    """Odometry that errs.
+
+    Args:
+        drift: How.
+        rng: Source of randomness; the signs of bias and scale are drawn.
+    """
+
+    def __init__(self, drift: Drift, rng: np.random.Generator) -> None:
+        self._drift, self._rng = drift, rng
+        turn, stretch = rng.choice([-1.0, 1.0], 2).tolist()
+        self._bias, self._scale = turn * drift.bias, 1.0 + stretch * drift.scale
+
+    def measured(self, step: SE2) -> SE2:
+        """Return what is measured of a step."""
+        length = math.hypot(step.x, step.y)
+        walk = self._rng.normal(0.0, self._drift.walk * math.sqrt(length))
+        theta = step.theta + self._bias * length + walk
+        return SE2(step.x * self._scale, step.y * self._scale, theta)
 
 
 def _scan(

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
-from tests.bench.loops import attempt, is_wrong, near_places
+from tests.bench.loops import attempt
 from tests.helpers.building_drives import LIDARS, Drift, drive
 from tests.helpers.buildings import KINDS, RESOLUTION, Building, building
+from tests.helpers.corrected_logs import drifting, thinned
+from tests.helpers.loop_measures import is_wrong, near_places
 
 CERTAIN = np.diag([1e4, 1e4, 1e5])
 
@@ -67,3 +71,14 @@ def test_a_small_building_is_mapped_without_an_open_loop() -> None:
     assert trial.agree == 1.0
     assert trial.wrong == 0
     assert trial.found == trial.loops
+
+
+def test_a_log_is_thinned_to_a_metre_and_its_odometry_drifts() -> None:
+    scan = Scan(np.full(8, 2.0), -math.pi, math.pi / 4.0, 0.02, 10.0, 0.0)
+    dense = [(replace(scan, stamp=0.1 * k), SE2(0.1 * k, 0.0, 0.0)) for k in range(201)]
+    places = thinned(dense)
+    assert [pose.x for _, pose in places] == pytest.approx(list(range(21)), abs=0.11)
+    assert len({scan.stamp for scan, _ in places}) == len(places)
+    log = drifting(places, 1, Drift(walk=0.0, bias=0.01, scale=0.0))
+    assert [truth for _, _, truth in log] == [pose for _, pose in places]
+    assert abs(log[-1][1].theta) == pytest.approx(0.01 * log[-1][2].x)

@@ -56,6 +56,14 @@ def test_a_log_is_measured_against_its_relations(tmp_path: Path) -> None:
     assert run(slam, "--log", log)["translation_m"] is None
 
 
+def test_a_corrected_log_is_measured_with_made_up_drift(tmp_path: Path) -> None:
+    (tmp_path / "drive.clf").write_text("".join(text()), encoding="utf-8")
+    trial = run(loops, "--count", "1", "--corrected", "--log", str(tmp_path / "drive.clf"))
+    assert trial["trials"][0]["kind"] == "drive"
+    assert trial["trials"][0]["scans"] < 20
+    assert trial["ate_m"] < 0.05
+
+
 def test_a_building_is_measured() -> None:
     result = run(loops, "--count", "1", "--largest", "0.1", "--length", "60")
     assert result["trials"][0]["kind"] == "rings"
