@@ -19,7 +19,7 @@ from arjuna_slam.mapping.keyframes import Keyframes
 from arjuna_slam.mapping.lifelong import forget_submap
 from arjuna_slam.mapping.reference_map import ReferenceMap
 from arjuna_slam.mapping.session import Session, Start, StartKind
-from arjuna_slam.mapping.submap import LocalMap
+from arjuna_slam.mapping.submap import LocalMap, Submap
 from arjuna_slam.matching.scan_filter import ScanFilter, Skip
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface, extract
@@ -87,7 +87,7 @@ class Slam(PoseTracker):
         closures = self._add_keyframe(scan, surface, match) if due else 0
         self._back_end.advance()
         if not self._back_end.running:
-            self._look_for_places()
+            self._look_for_places(self._local.finished)
         return self._update(match, due, closures)
 
     def trajectory(self) -> list[tuple[float, SE2]]:
@@ -113,19 +113,19 @@ class Slam(PoseTracker):
         self.optimize()
         return closed
 
-    def _look_for_places(self) -> bool:
+    def _look_for_places(self, submaps: list[Submap]) -> bool:
         """Do a piece of the work that waits; return whether there was any."""
         if not self._config.do_loop_closing:
             return False
-        found = self._places.step(self.graph, self._local.finished, self.keyframes.scans)
+        found = self._places.step(self.graph, submaps, self.keyframes.scans)
         if found:
             self._back_end.add([closure.edge for closure in found])
         return found is not None
 
     def finish(self) -> None:
-        """Do all the work that waits, and optimise the graph to the end."""
+        """Do all the work that waits, also on what the log ends in, and optimise to the end."""
         self.optimize()
-        while self._look_for_places():
+        while self._look_for_places(self._local.finished + self._local.active):
             while self._back_end.running:
                 self._back_end.advance()
         self.optimize()

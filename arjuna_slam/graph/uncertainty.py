@@ -10,6 +10,7 @@ using the Atlas framework, 2004, section 3.3 (Dijkstra's projection).
 from __future__ import annotations
 
 import heapq
+import math
 
 import numpy as np
 from numba import njit
@@ -19,7 +20,9 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.pose_graph import PoseGraph
 
 _LEVER = 5.0  # what an error in heading is worth in position, when chains are compared [m]
-_SHARE = 0.25  # of the chain's covariance: its edges claim less than they know, by `bench loops`
+_NEAR_SHARE = 0.25  # of a short chain's covariance: its edges claim less than they know
+_FAR_SHARE = 2.0  # of a long one's: what neighbours err by alike adds up faster than at random
+_ALIKE = 50.0  # way over which matches err alike, by `bench loops --log` [m]
 _PLAUSIBLE = 16.0  # squared deviations of a correction from the graph
 _SLACK = np.diag([0.1**2, 0.1**2, 0.02**2])  # on top of what the graph does not know
 _UNKNOWN = 1e6  # variance of what no chain reaches
@@ -43,10 +46,13 @@ def relative_covariances(
     open_ = np.full(len(graph.poses), wanted is None)
     if wanted is not None:
         open_[wanted] = True
-    return _SHARE * _propagate(
+    chained, way = _propagate(
         graph.poses, np.ascontiguousarray(table.i), np.ascontiguousarray(table.j),
         table.covariance, node, open_,
     )  # fmt: skip
+    share = _NEAR_SHARE + (_FAR_SHARE - _NEAR_SHARE) * np.minimum(way / _ALIKE, 1.0)
+    bound: NDArray[np.float64] = share[:, None, None] * chained
+    return bound
 
 
 def spread(covariance: NDArray[np.float64]) -> tuple[float, float]:
@@ -77,13 +83,15 @@ def _propagate(
     covariance: NDArray[np.float64],
     node: int,
     open_: NDArray[np.bool_],
-) -> NDArray[np.float64]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the covariance along the surest chain to each node, and the way along it [m]."""
     starts, links = _links(len(poses), i, j)
     left, before = open_.sum(), np.full(len(poses), -1)
     result = np.zeros((len(poses), 3, 3))
     for k in range(len(poses)):
         result[k, 0, 0] = result[k, 1, 1] = result[k, 2, 2] = _UNKNOWN
     result[node] = 0.0
+    way = np.zeros(len(poses))
     done = np.zeros(len(poses), np.bool_)
     best = np.full(len(poses), np.inf)
     best[node] = 0.0
@@ -98,6 +106,8 @@ def _propagate(
         if e >= 0:
             last = j[e] if i[e] == here else i[e]
             _chain(poses, last, here, i[e], covariance[e], c, s, result)
+            gap = poses[here, :2] - poses[last, :2]
+            way[here] = way[last] + math.hypot(gap[0], gap[1])
         left -= open_[here]
         if left == 0:
             break
@@ -112,7 +122,7 @@ def _propagate(
             if length < best[there]:
                 best[there], before[there] = length, e
                 heapq.heappush(heap, (length, there))
-    return result
+    return result, way
 
 
 @njit(cache=True)
