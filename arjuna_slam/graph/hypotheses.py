@@ -23,6 +23,10 @@ from arjuna_slam.matching.scan_matcher import invert
 _AGREE = 11.3  # squared deviations in three degrees of freedom: 99 % of true pairs
 _AHEAD = 1.0  # by how much a set must outweigh another of the same submaps
 _HELD_MAX = 60  # the newest are kept
+_KNOWN = 0.5  # deviation up to which a closure knows a direction [m]
+_SMALL = 0.3  # correction that needs no other closure that knows its direction [m]
+_ALIKE = 0.5  # share of a correction by which one that bears it out may differ
+_SAME = 0.7  # cosine from which on two directions are one
 _SLACK = np.diag([0.05**2, 0.05**2, 0.005**2])  # what is left where all claim to know better
 
 
@@ -35,12 +39,14 @@ class Closure:
         past: Number of the older.
         edge: Between a keyframe of the older and one of the newer.
         weight: What it counts for.
+        enough: What the weights of a set with it must add up to.
     """
 
     query: int
     past: int
     edge: Edge
     weight: float
+    enough: float
 
 
 class Hypotheses:
@@ -50,30 +56,47 @@ class Hypotheses:
         self._held: list[Closure] = []
         self._agree = np.zeros((0, 0), np.bool_)
 
-    def add(self, graph: PoseGraph, closure: Closure, enough: float) -> list[Closure]:
+    def add(self, graph: PoseGraph, closure: Closure) -> list[Closure]:
         """Add a closure and return those that are believed now, which are then no longer held.
 
         Args:
             graph: The graph.
             closure: The closure.
-            enough: What the weights of a set must add up to.
         """
         agrees = np.array([*self._compare(graph, closure.edge), True])
         count = len(self._held)
         self._agree = np.pad(self._agree, ((0, 1), (0, 1)))
         self._agree[count, :] = self._agree[:, count] = agrees
         self._held.append(closure)
-        chosen = self._largest(count)
+        chosen = self._borne_out(graph, self._largest(count))
         total = self._weight(chosen)
         near = {self._held[k].query + step for k in chosen for step in (-1, 0, 1)}
         rivals = [k for k in np.flatnonzero(~agrees).tolist() if self._held[k].query in near]
         rival = max((self._weight(self._largest(k)) for k in rivals), default=0.0)
-        if total < enough or (rivals and total < rival + _AHEAD):
+        if count not in chosen or (rivals and total < rival + _AHEAD):
             self._drop({0} if len(self._held) > _HELD_MAX else set())
             return []
         believed = [self._held[k] for k in chosen]
         self._drop({*chosen, *rivals})
         return believed
+
+    def _borne_out(self, graph: PoseGraph, chosen: list[int]) -> list[int]:
+        """Return the closures of a set that have enough beside them to be believed.
+
+        Along a corridor most closures know nothing: they agree with all that is said there, and
+        bear none of it out. So a correction needs others that know its direction and move as far.
+        """
+        corrections = {k: _Correction.of(graph, self._held[k].edge) for k in chosen}
+        kept = []
+        for k in chosen:
+            own, enough = corrections[k], self._held[k].enough
+            gap = own.moves(own.node)
+            far = [axis for axis in own.known if abs(gap @ axis) > _SMALL]
+            alike = [[o for o in chosen if corrections[o].bears_out(own, axis)] for axis in far]
+            if all(self._weight(others) >= enough for others in alike):
+                kept.append(k)
+        total = self._weight(kept)
+        return [k for k in kept if total >= self._held[k].enough]
 
     def _weight(self, chosen: list[int]) -> float:
         """Return what a set counts for: submaps that overlap see the same, and count once."""
@@ -132,6 +155,41 @@ class Hypotheses:
         error = over_other.array() - over_edge.array()
         error[2] = math.remainder(error[2], 2.0 * math.pi)
         return bool(error @ np.linalg.solve(covariance + _SLACK, error) < _AGREE)
+
+
+@dataclass(frozen=True)
+class _Correction:
+    """How an edge moves its second node and what is around, and what directions it knows.
+
+    Attributes:
+        node: The second node's place in map, `(2,) float64` [m].
+        change: Of map.
+        known: Directions in map, `(K, 2) float64`.
+    """
+
+    node: NDArray[np.float64]
+    change: SE2
+    known: NDArray[np.float64]
+
+    @staticmethod
+    def of(graph: PoseGraph, edge: Edge) -> _Correction:
+        variances, axes = np.linalg.eigh(invert(edge.information)[:2, :2])
+        turn = SE2(0.0, 0.0, graph.pose(edge.i).theta)
+        change = graph.pose(edge.i) @ edge.T_i_j @ graph.pose(edge.j).inverse()
+        known = turn.apply(axes.T[variances < _KNOWN**2])
+        return _Correction(graph.poses[edge.j, :2].copy(), change, known)
+
+    def moves(self, point: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far it moves a point of map [m]."""
+        gap: NDArray[np.float64] = self.change.apply(point[None])[0] - point
+        return gap
+
+    def bears_out(self, other: _Correction, axis: NDArray[np.float64]) -> bool:
+        """Tell whether it moves the other's node much as far along an axis as the other does."""
+        sees = (np.abs(self.known @ axis) > _SAME).any()
+        wanted = float(other.moves(other.node) @ axis)
+        found = float(self.moves(other.node) @ axis)
+        return bool(sees and abs(found - wanted) < _ALIKE * abs(wanted))
 
 
 def chained(

@@ -34,6 +34,8 @@ _APART = 0.8  # another peak is one that lies so far from the best [m]
 _RIVAL = 0.9  # share of the best response from which another peak counts
 _BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # covariance of what a submap's own bend adds
 _UNKNOWN = 1e-4  # information left along a direction in which another place fits as well
+_ALONG = 0.95  # cosine from which on a rival counts as one along the walls
+_FACING = 0.3  # cosine from which on a wall faces a direction
 _PIECE = 1.2  # m^2 rad of a window that are searched at a time
 _PIECE_ANGLE_MIN = 0.03
 
@@ -78,11 +80,14 @@ class Place:
         T_past_query: Its pose.
         covariance: Of it, in the past one's axes, `(3, 3) float64`.
         sure: Whether it fits nowhere else in the window.
+        holds: Where in the past one lies what holds it in the direction that is least seen,
+            `(2,) float64` [m].
     """
 
     T_past_query: SE2
     covariance: NDArray[np.float64]
     sure: bool
+    holds: NDArray[np.float64]
 
 
 class PlaceMatcher:
@@ -132,8 +137,9 @@ class PlaceMatcher:
         rival = yield from _best(coarse, some, window, least, (best[0], _APART))
         information = invert(match.covariance + _BENT)
         if rival is not None:
-            information = _along_unknown(information, rival[0], found)
-        return Place(found, invert(information), rival is None)
+            information = _along_unknown(information, rival[0], match)
+        holds = _what_holds(past.field, surface, match)
+        return Place(found, invert(information), rival is None, holds)
 
     def _refine(self, past: Submap, surface: Surface, start: SE2) -> Match | None:
         match = self._matcher.match(past.field, surface, start, _FINE, 0.0)
@@ -181,10 +187,37 @@ def _best(
     return best
 
 
-def _along_unknown(information: NDArray[np.float64], rival: SE2, best: SE2) -> NDArray[np.float64]:
-    """Take out what is said along the direction in which another place fits as well."""
-    way = np.array([rival.x - best.x, rival.y - best.y, 0.0])
-    way /= np.linalg.norm(way)
+def _what_holds(field: Field, surface: Surface, match: Match) -> NDArray[np.float64]:
+    """Return the middle of the points that fix a match in the direction that it sees least.
+
+    A submap of a corridor may be stretched, and then fits where a corner is seen, not all along.
+    """
+    points = match.T_field_base.apply(surface.points)
+    facing = SE2(0.0, 0.0, match.T_field_base.theta).apply(surface.normals) @ _least_seen(match)
+    weight = np.where(np.abs(facing) > _FACING, facing**2, 0.0) * field.likelihood(points)
+    if not weight.any():
+        weight = np.ones(len(points))
+    middle: NDArray[np.float64] = weight @ points / weight.sum()
+    return middle
+
+
+def _along_unknown(
+    information: NDArray[np.float64], rival: SE2, best: Match
+) -> NDArray[np.float64]:
+    """Take out what is said along the direction in which another place fits as well.
+
+    Along walls it is theirs: where the rival lies is known to a cell, which is degrees over 0.8 m.
+    """
+    gap = rival.array()[:2] - best.T_field_base.array()[:2]
+    gap /= np.linalg.norm(gap)
+    walls = _least_seen(best)
+    way = np.append(walls if abs(walls @ gap) > _ALONG else gap, 0.0)
     pull = information @ way
     left: NDArray[np.float64] = information - np.outer(pull, pull) / (way @ pull)
     return left + _UNKNOWN * np.eye(3)
+
+
+def _least_seen(match: Match) -> NDArray[np.float64]:
+    """Return the direction in which a match knows least, `(2,) float64`."""
+    direction: NDArray[np.float64] = np.linalg.eigh(match.covariance[:2, :2])[1][:, 1]
+    return direction

@@ -7,6 +7,7 @@ held until several closures agree, and all is looked at anew once they have bent
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
@@ -130,11 +131,12 @@ class Places:
         place = yield from self._matcher.find(query, past, window, scans)
         if place is None:
             return []
-        weight = _SURE if place.sure else _UNSURE
-        closure = Closure(task.query, task.past, _edge(query, past, place), weight)
-        far = bool(np.hypot(*graph.residual(closure.edge)[:2]) > _SMALL)
+        edge = _edge(query, past, place)
+        far = bool(np.hypot(*graph.residual(edge)[:2]) > _SMALL)
         enough = _BELIEVED if window.ambiguous or far else _UNSURE
-        believed = self._hypotheses.add(graph, closure, enough)
+        weight = _SURE if place.sure else _UNSURE
+        closure = Closure(task.query, task.past, edge, weight, enough)
+        believed = self._hypotheses.add(graph, closure)
         self._closed.update((one.query, one.past) for one in believed)
         if any(np.hypot(*graph.residual(one.edge)[:2]) > _BENDS for one in believed):
             self._next = 0
@@ -162,16 +164,17 @@ def _gaps(graph: PoseGraph, nodes: list[int]) -> NDArray[np.float64]:
 
 
 def _edge(query: Submap, past: Submap, place: Place) -> Edge:
-    """Return the edge between the two keyframes that lie nearest to each other."""
+    """Return the edge between the keyframes nearest to what holds the one in the other."""
     T = place.T_past_query
     at = [T @ pose for pose in query.poses]
-    _, j, i = min(
-        (pose.distance(other), b, a)
-        for b, pose in enumerate(at)
-        for a, other in enumerate(past.poses)
-    )
+    i, j = (_nearest(poses, place.holds) for poses in (past.poses, at))
     T_i_past, zero = past.poses[i].inverse(), np.zeros((3, 3))
     covariance = chained(T_i_past, zero, T, place.covariance)
     covariance = chained(T_i_past @ T, covariance, query.poses[j], zero)
     T_i_j = T_i_past @ at[j]
     return Edge(past.nodes[i], query.nodes[j], T_i_j, invert(covariance), EdgeKind.LOOP)
+
+
+def _nearest(poses: Sequence[SE2], point: NDArray[np.float64]) -> int:
+    """Return which of some poses is nearest to a point."""
+    return int(np.argmin([math.hypot(pose.x - point[0], pose.y - point[1]) for pose in poses]))

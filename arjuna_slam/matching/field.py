@@ -91,6 +91,18 @@ class Field:
         coarse.origin, coarse.score = self.origin, _halve(self.score)
         return coarse
 
+    def likelihood(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the likelihood (0..1) at points, 0 outside.
+
+        Args:
+            points: `(N, 2) float64` in the field's frame [m].
+        """
+        cells = np.floor((points - self.origin) / self.resolution).astype(np.int64)
+        inside = ((cells >= 0) & (cells < self.score.shape[::-1])).all(axis=1)
+        result = np.zeros(len(points))
+        result[inside] = self.score[cells[inside, 1], cells[inside, 0]] / 255.0
+        return result
+
     def surface(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return points on the surface, one a cell that it crosses, and their normals.
 

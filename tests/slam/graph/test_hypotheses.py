@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.hypotheses import Closure, Hypotheses
@@ -25,41 +26,65 @@ def laps(count: int = 40) -> PoseGraph:
     return graph
 
 
-def closure(graph: PoseGraph, place: int, off: SE2 | None = None, weight: float = 1.0) -> Closure:
+def closure(
+    place: int,
+    off: SE2 | None = None,
+    *,
+    weight: float = 1.0,
+    enough: float = 2.0,
+    information: NDArray[np.float64] = CERTAIN,
+) -> Closure:
     """The second lap's node at a place on the first's, or off it."""
-    edge = Edge(place, place + 40, off or SE2(), CERTAIN, EdgeKind.LOOP)
-    return Closure(20 + place // 2, place // 2, edge, weight)
+    edge = Edge(place, place + 40, off or SE2(), information, EdgeKind.LOOP)
+    return Closure(20 + place // 2, place // 2, edge, weight, enough)
 
 
 def test_one_closure_is_not_believed() -> None:
     graph = laps()
-    assert Hypotheses().add(graph, closure(graph, 4), 2.0) == []
+    assert Hypotheses().add(graph, closure(4)) == []
 
 
 def test_closures_that_agree_are_believed_together() -> None:
     graph, held = laps(), Hypotheses()
-    first, second = closure(graph, 4), closure(graph, 8)
-    assert held.add(graph, first, 2.0) == []
-    assert held.add(graph, second, 2.0) == [second, first]
+    first, second = closure(4), closure(8)
+    assert held.add(graph, first) == []
+    assert held.add(graph, second) == [second, first]
 
 
 def test_submaps_that_overlap_count_once() -> None:
     graph, held = laps(), Hypotheses()
-    held.add(graph, closure(graph, 4), 2.0)
-    assert held.add(graph, closure(graph, 6), 2.0) == []
+    held.add(graph, closure(4))
+    assert held.add(graph, closure(6)) == []
 
 
 def test_a_closure_that_disagrees_is_left_out() -> None:
     graph, held = laps(), Hypotheses()
-    wrong = closure(graph, 6, SE2(5.0, 0.0, 0.0))
-    for one in (closure(graph, 4), wrong, closure(graph, 8)):
-        assert held.add(graph, one, 3.0) == []
-    believed = held.add(graph, closure(graph, 12), 3.0)
+    wrong = closure(6, SE2(5.0, 0.0, 0.0))
+    for one in (closure(4, enough=3.0), wrong, closure(8, enough=3.0)):
+        assert held.add(graph, one) == []
+    believed = held.add(graph, closure(12, enough=3.0))
     assert len(believed) == 3
     assert wrong not in believed
 
 
 def test_what_may_as_well_be_elsewhere_counts_half() -> None:
     graph, held = laps(), Hypotheses()
-    held.add(graph, closure(graph, 4, weight=0.5), 2.0)
-    assert held.add(graph, closure(graph, 8, weight=0.5), 2.0) == []
+    held.add(graph, closure(4, weight=0.5))
+    assert held.add(graph, closure(8, weight=0.5)) == []
+
+
+def test_what_does_not_see_a_direction_bears_nothing_out_along_it() -> None:
+    """Along a corridor half of what is matched knows nothing, and would agree with any door."""
+    graph, held = laps(), Hypotheses()
+    door = closure(4, SE2(1.2, 0.0, 0.0))
+    walls = [closure(place, information=np.diag([1e-4, 1e4, 1e6])) for place in (0, 8, 12)]
+    believed = [one for entry in (door, *walls) for one in held.add(graph, entry)]
+    assert len(believed) > 1
+    assert door not in believed
+
+
+def test_what_needs_little_does_not_make_others_believed() -> None:
+    graph, held = laps(), Hypotheses()
+    first, sure = closure(4, enough=3.0), closure(8, enough=0.5)
+    assert held.add(graph, first) == []
+    assert held.add(graph, sure) == [sure]
