@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 
-from arjuna_core.cloud import Cloud
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.pose3 import Pose3
+from arjuna_core.readings import Cloud
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 

@@ -6,9 +6,8 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Any, Generic, TypeVar
 
-from arjuna_core.cloud import Cloud
 from arjuna_core.pose3 import Pose3
-from arjuna_core.ranging import RangeReading
+from arjuna_core.readings import Cloud, RangeReading
 from arjuna_core.ros.convert import cloud_from_msg, scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError

@@ -90,6 +90,13 @@ class Footprint:
         inscribed, circumscribed = self.inscribed_radius * scale, self.circumscribed_radius * scale
         return Footprint(self.points * scale, inscribed, circumscribed, self.circular)
 
+    def holds(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell which points `(N, 2) float64` of the base frame [m] lie within the outline."""
+        if self.circular:
+            near: NDArray[np.bool_] = np.hypot(*points.T) <= self.circumscribed_radius
+            return near
+        return _inside(points, self.points)
+
     def at(self, T_frame_base: SE2) -> NDArray[np.float64]:
         """Return the corners with the robot at a pose, `(N, 2) float64` in the pose's frame [m]."""
         return T_frame_base.apply(self.points)
@@ -102,3 +109,15 @@ def _edge_distances(points: NDArray[np.float64]) -> NDArray[np.float64]:
     closest = points + np.clip(along, 0.0, 1.0)[:, None] * edges
     distances: NDArray[np.float64] = np.hypot(*closest.T)
     return distances
+
+
+def _inside(points: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which points a ray from crosses the outline an odd number of times."""
+    x, y = points[:, :1], points[:, 1:]
+    x0, y0 = corners.T
+    x1, y1 = np.roll(corners, -1, axis=0).T
+    spans = (y0 <= y) != (y1 <= y)
+    slope = np.divide(x1 - x0, y1 - y0, out=np.zeros_like(x0), where=y1 != y0)
+    crossed = spans & (x < x0 + (y - y0) * slope)
+    odd: NDArray[np.bool_] = crossed.sum(axis=1) % 2 == 1
+    return odd

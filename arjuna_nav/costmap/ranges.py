@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.grid import GridFrame
-from arjuna_core.ranging import RangeReading
+from arjuna_core.readings import RangeReading
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.cloud import Cloud
 from arjuna_core.grid import GridFrame
+from arjuna_core.readings import Cloud
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.config import CloudConfig, CostmapConfig
 from arjuna_nav.costmap.layers import SeenLayer, moved

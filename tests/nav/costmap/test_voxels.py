@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_core.cloud import Cloud
+from arjuna_core.readings import Cloud
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LETHAL, CostmapConfig, LayeredCostmap, PlacedCloud, PlacedScan

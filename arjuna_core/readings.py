@@ -1,15 +1,33 @@
-"""A distance along one axis, as sonars and infrared sensors measure it, free of ROS."""
+"""What depth cameras, sonars and infrared sensors see, free of ROS."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from arjuna_core.se2 import SE2
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """What a depth camera or a lidar of several rows sees at once.
+
+    Attributes:
+        points: From the robot's base, heights from the ground, `(N, 3) float64` [m], all finite.
+        sensor: Where they were seen from, likewise, `(3,) float64` [m].
+        stamp: When [s].
+    """
+
+    points: NDArray[np.float64]
+    sensor: NDArray[np.float64]
+    stamp: float
 
 
 @dataclass(frozen=True)
 class RangeReading:
-    """One reading of a sensor that sees the nearest thing in a cone.
+    """The distance to the nearest thing in a cone.
 
     Attributes:
         distance: To it [m]; of a sensor of fixed distance -inf for something, inf for nothing.
