@@ -22,8 +22,8 @@ from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.costmap.moving.tracker import Moving, Tracker
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
+from arjuna_nav.safety.base import Action
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig, Verdict
-from arjuna_nav.safety.zones import Action
 
 _BLIND = "invalid source"
 _INTERVALS = 5  # between scans of which the shortest is the scanner's period

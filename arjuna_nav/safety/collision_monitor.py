@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from arjuna_core.config import plugin_names
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.safety.zones import ZONES, Action, Zone
+from arjuna_nav.safety.base import Action, Zone
+from arjuna_nav.safety.zones import ZONES
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.safety.base import Action
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig, Verdict
-from arjuna_nav.safety.zones import Action
 
 ROBOT = Footprint.circle(0.25)
 BOX = "[[0.5, 0.3], [0.5, -0.3], [-0.3, -0.3], [-0.3, 0.3]]"
