@@ -15,7 +15,7 @@ from arjuna_core.ros.process import Process
 from bringup.parameters.composition import create_node
 from bringup.parameters.files import EVERY_NODE, Parameters
 from bringup.parameters.inputs import ALL_GROUPS
-from bringup.processes.lifecycle import LifecycleManager
+from bringup.processes.lifecycle.manager import LifecycleManager
 from bringup.processes.reporter import Reporter
 from bringup.processes.supervisor import QUIT_EXIT
 from bringup.processes.twins import Twins

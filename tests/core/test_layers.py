@@ -72,7 +72,7 @@ BRINGUP_WITHOUT_ROS = (
     *("viewing/still.py", "viewing/meshes.py", "viewing/drawing/", "viewing/rerun/replay.py"),
     *("viewing/rerun/scene.py", "viewing/rerun/shapes.py", "viewing/rerun/stream.py"),
     *("processes/child.py", "processes/fork.py", "processes/supervisor.py"),
-    "processes/lifecycle_plan.py",
+    "processes/lifecycle/plan.py",
     *("ros2/main.py", "ros2/grammar.py", "ros2/tables/", "ros2/completion.py"),
     *("ros2/errors.py", "ros2/interrupt.py", "ros2/statistics.py", "ros2/verbs/forward.py"),
     *("ros2/programs/bag.py", "ros2/participants.py"),

@@ -23,7 +23,7 @@ from arjuna_core.geodesy import GeoPoint, MapOnEarth
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped, se2_from_pose
 from arjuna_core.se2 import SE2
-from bringup.processes.lifecycle import LifecycleManager
+from bringup.processes.lifecycle.manager import LifecycleManager
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 from tests.helpers.nav.commander import commander
 

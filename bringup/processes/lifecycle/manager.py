@@ -17,8 +17,8 @@ from std_srvs.srv import Trigger
 from arjuna_core.ros.health.guarded import GuardedNode
 from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.process import Process
-from bringup.processes.deferred import DeferredService
-from bringup.processes.lifecycle_plan import Command, State, Step, Transition, Verdict, judge, plan
+from bringup.processes.lifecycle.deferred import DeferredService
+from bringup.processes.lifecycle.plan import Command, State, Step, Transition, Verdict, judge, plan
 
 SERVICE_DEADLINE = 10.0
 """How long a node's services may take to appear [s]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bringup.processes.lifecycle_plan import Command, State, Step, Transition, Verdict, judge, plan
+from bringup.processes.lifecycle.plan import Command, State, Step, Transition, Verdict, judge, plan
 
 NODES = ("map_server", "amcl")
 UP = [Transition.CONFIGURE, Transition.ACTIVATE]

@@ -16,8 +16,8 @@ from std_srvs.srv import Trigger
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros.node import ManagedNode
-from bringup.processes.lifecycle import LifecycleManager
-from bringup.processes.lifecycle_plan import Command
+from bringup.processes.lifecycle.manager import LifecycleManager
+from bringup.processes.lifecycle.plan import Command
 from bringup.stack import EXPLORER_GROUP, STACKS
 from tests.helpers.ros import RosBench
 

@@ -1,0 +1,1 @@
+"""The lifecycle manager of a group of nodes."""
