@@ -116,13 +116,18 @@ def _propagate(
             there = j[e] if i[e] == here else i[e]
             if done[there]:
                 continue
-            length = best[here] + (
-                covariance[e, 0, 0] + covariance[e, 1, 1] + _LEVER**2 * covariance[e, 2, 2]
-            )
+            length = best[here] + _length(covariance[e])
             if length < best[there]:
                 best[there], before[there] = length, e
                 heapq.heappush(heap, (length, there))
     return result, way
+
+
+@njit(cache=True)
+def _length(edge: NDArray[np.float64]) -> float:
+    """Return how much an edge of a covariance `(3, 3)` adds to what is not known."""
+    length: float = edge[0, 0] + edge[1, 1] + _LEVER**2 * edge[2, 2]
+    return length
 
 
 @njit(cache=True)

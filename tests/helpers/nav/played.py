@@ -16,14 +16,13 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.follower import FollowerConfig, FollowState, PathFollower
-from arjuna_nav.costmap import CostmapConfig, LayeredCostmap, PlacedScan
-from arjuna_nav.costmap.config import InflationConfig, ObstacleConfig, SourceConfig
-from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap import LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.moving.tracker import Moving, Tracker
 from arjuna_nav.planners.base import PlanStatus
 from arjuna_nav.planners.navfn import NavFn, NavFnConfig
 from arjuna_nav.planners.through import plan_through
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
+from tests.helpers.nav.bodies import Body, whole_map, window
 from tests.nav.worlds import Unicycle
 
 _TICK, _SCANS, _MAPS, _PLANS = 0.05, 2, 10, 20  # [s], and ticks from one to the next
@@ -31,7 +30,6 @@ _STANDS = 2.0  # after a failure [s]
 _STANDS_STILL = 0.02  # slower than that [m/s]
 _BEAMS, _RANGE = 360, 12.0
 _KEPT = 0.98  # of an error from tick to tick
-_INFLATION = InflationConfig(inflation_radius=0.6, cost_scaling_factor=5.0)
 _FOLLOW_PATH = {
     "plugin": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
     "desired_linear_vel": 0.4,
@@ -59,39 +57,6 @@ class Errors:
     place: float = 0.02
     heading: float = 0.01
     drift: float = 0.06
-
-
-@dataclass(frozen=True)
-class Body:
-    """A robot.
-
-    Attributes:
-        corners: Its true outline `(N, 2)` [m].
-        radius: Of a robot that is navigated as a circle; 0 for its outline.
-        padding: Of what it is navigated as [m].
-    """
-
-    corners: NDArray[np.float64]
-    radius: float = 0.0
-    padding: float = 0.01
-
-    @staticmethod
-    def box(length: float, width: float) -> Body:
-        """Return a rectangle about its middle."""
-        x, y = length / 2.0, width / 2.0
-        return Body(np.array([[x, y], [x, -y], [-x, -y], [-x, y]]))
-
-    @staticmethod
-    def disc(radius: float) -> Body:
-        """Return a round robot."""
-        return Body(Footprint.circle(radius).points, radius)
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """A costmap's parameters of it."""
-        outline = "[]" if self.radius else str(self.corners.tolist())
-        radius = {"robot_radius": self.radius} if self.radius else {}
-        return {"footprint": outline, "footprint_padding": self.padding, **radius}
 
 
 class Play:
@@ -132,8 +97,8 @@ class Play:
         self._monitor, self._tracker = CollisionMonitor(load(MonitorConfig, {})), Tracker()
         self._moving = Moving.nothing()
         self._touching: set[int] = set()
-        self._near = LayeredCostmap(_window(3, 2.5, body))
-        self._far = LayeredCostmap(_window(14, 3.0, body) if grid is None else _map(body))
+        self._near = LayeredCostmap(window(3, 2.5, body))
+        self._far = LayeredCostmap(window(14, 3.0, body) if grid is None else whole_map(body))
         if grid is not None:
             self._far.set_map(grid)
         self._has_map = grid is not None
@@ -280,32 +245,3 @@ def _crosses(walls: NDArray[np.float64], corners: NDArray[np.float64]) -> bool:
 
     across = (side(a, b, p) * side(a, b, q) < 0) & (side(p, q, a) * side(p, q, b) < 0)
     return bool(across.any())
-
-
-def _window(edge: int, reach: float, body: Body) -> CostmapConfig:
-    return CostmapConfig(
-        global_frame="odom",
-        rolling_window=True,
-        width=edge,
-        height=edge,
-        resolution=0.05,
-        plugins=("obstacle_layer", "inflation_layer"),
-        obstacle_layer=_obstacles(reach),
-        inflation_layer=_INFLATION,
-        **body.parameters,
-    )
-
-
-def _map(body: Body) -> CostmapConfig:
-    return CostmapConfig(
-        resolution=0.05,
-        track_unknown_space=True,
-        obstacle_layer=_obstacles(3.0),
-        inflation_layer=_INFLATION,
-        **body.parameters,
-    )
-
-
-def _obstacles(reach: float) -> ObstacleConfig:
-    source = SourceConfig(obstacle_max_range=reach, raytrace_max_range=reach + 1.0)
-    return ObstacleConfig(scan=source)

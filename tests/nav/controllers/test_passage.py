@@ -16,8 +16,9 @@ from arjuna_nav.controllers.passage.passage import Passage, PassageConfig
 from arjuna_nav.controllers.passage.strip import follow_line, widest_strip
 from arjuna_nav.costmap import CostmapConfig, LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.footprint import Footprint
+from tests.helpers.nav.bodies import Body
 from tests.helpers.nav.doors import Door
-from tests.helpers.nav.played import Body, Play
+from tests.helpers.nav.played import Play
 from tests.nav.worlds import costmap_of, empty_grid, polyline
 
 ROBOT = Body.box(0.45, 0.38)

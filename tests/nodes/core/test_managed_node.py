@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import pytest
@@ -19,43 +18,14 @@ from rclpy.action import ActionClient
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
-from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
-from arjuna_core.ros.goal_server import GoalServer
-from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.process import Process
+from tests.helpers.echo import EchoNode
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
-
-
-@dataclass(frozen=True)
-class EchoConfig:
-    """Parameters of the node under test."""
-
-    gain: float = param(2.0, "Factor.", minimum=0.0, maximum=10.0)
-    names: tuple[str, ...] = param(("a",), "Names.")
-    others: tuple[str, ...] = param((), "Other names, whose type an empty list does not tell.")
-
-
-class EchoNode(ManagedNode):
-    """Scales velocities, counts periods and runs Wait goals until told to end them."""
-
-    Config = EchoConfig
-    DEFAULT_NAME = "echo"
-
-    def configure(self) -> None:
-        self.ticks: list[float] = []
-        self.out = self.publisher(Twist, "out", qos.DEFAULT)
-        self.subscribe(Twist, "in", self._on_twist, qos.DEFAULT)
-        self.every(0.1, lambda: self.ticks.append(self.now))
-        self.server = self.keep(GoalServer(self, Wait, "wait"))
-
-    def _on_twist(self, message: Any) -> None:
-        message.linear.x *= self.config.gain
-        self.out.publish(message)
 
 
 @pytest.fixture
