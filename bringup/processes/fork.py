@@ -76,10 +76,15 @@ class Fork:
 def in_fork(work: Callable[[], Any]) -> Any:
     """Return what some work returns, as JSON carries it; what it imports stays in a fork.
 
+    A process with threads does the work itself: a lock that one of them holds would never open in
+    a fork.
+
     Raises:
         ArjunaError: The work raised one.
         SystemExit: It ended otherwise; it has said why.
     """
+    if not can_fork():
+        return work()
     reader, writer = os.pipe()
     parent = os.getpid()
     _flush()
