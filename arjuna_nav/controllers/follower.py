@@ -221,7 +221,8 @@ class PathFollower:
             return ControlResult(ControlStatus.SUCCEEDED, command)
         control = self._controller.compute(pose, velocity, costmap, now)
         if control.status is not ControlStatus.NO_VALID_CONTROL:
-            self._sought = False
+            if control.velocity.v != 0.0:  # to turn about again is no way on
+                self._sought = False
             return control
         if self._sought or abs(velocity.v) > _STILL:
             return control
