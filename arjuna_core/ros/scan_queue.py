@@ -22,6 +22,35 @@ _FRAME_PATIENCE = 1.0  # [s] in which the robot's frames appear, after the first
 T = TypeVar("T")
 
 
+class FrameWatch:
+    """Says once that nobody moves the base's frame, what is moved instead, and the cure.
+
+    Args:
+        node: The node that uses the frames.
+        fixed_frame: Frame in which the base moves.
+        base_frame: Frame of the robot's base.
+        parameter: The node's parameter that names the base's frame.
+    """
+
+    def __init__(
+        self, node: ManagedNode, fixed_frame: str, base_frame: str, parameter: str
+    ) -> None:
+        self._node = node
+        self._frames = parameter, base_frame, fixed_frame
+        self._first: float | None = None
+        self._told = False
+
+    def look(self, stamp: float) -> None:
+        """Look, once a message of a time [s] has come."""
+        self._first = stamp if self._first is None else min(self._first, stamp)
+        if self._told or stamp - self._first < _FRAME_PATIENCE:
+            return
+        problem = self._node.transforms.missing_base(*self._frames)
+        if problem:
+            self._told = True
+            self._node.get_logger().error(problem)
+
+
 class PosedQueue(Generic[T]):
     """Pairs what sensors see with the robot's pose at its stamp, in order; drops what it never can.
 
@@ -31,6 +60,7 @@ class PosedQueue(Generic[T]):
         base_frame: Frame of the robot's base.
         length: How many may wait.
         parameter: The node's parameter that names the base's frame.
+        watch: Of the frames, shared by several queues of a node; None for its own.
 
     Attributes:
         dropped: How many were dropped.
@@ -45,15 +75,14 @@ class PosedQueue(Generic[T]):
         base_frame: str,
         length: int = _LENGTH,
         parameter: str = "base_frame",
+        watch: FrameWatch | None = None,
     ) -> None:
         self._node = node
         self._fixed_frame = fixed_frame
         self._base_frame = base_frame
         self._length = length
-        self._parameter = parameter
+        self._watch = watch or FrameWatch(node, fixed_frame, base_frame, parameter)
         self._waiting: deque[Any] = deque()
-        self._first: float | None = None
-        self._told = False
         self.dropped = 0
 
     def __len__(self) -> int:
@@ -63,21 +92,9 @@ class PosedQueue(Generic[T]):
     def add(self, message: Any) -> None:
         """Take in a message."""
         self._waiting.append(message)
-        self._check_base(seconds(message.header.stamp))
+        self._watch.look(seconds(message.header.stamp))
         if len(self._waiting) > self._length:
             self._drop("its transform has not come in time")
-
-    def _check_base(self, stamp: float) -> None:
-        """Say once that nobody moves the base's frame, what is moved instead, and the cure."""
-        self._first = stamp if self._first is None else min(self._first, stamp)
-        if self._told or stamp - self._first < _FRAME_PATIENCE:
-            return
-        problem = self._node.transforms.missing_base(
-            self._parameter, self._base_frame, self._fixed_frame
-        )
-        if problem:
-            self._told = True
-            self._node.get_logger().error(problem)
 
     def clear(self) -> None:
         """Forget those that wait."""
