@@ -94,7 +94,7 @@ SIM_GROUP = Group(
     commandable=False,
     cores=("arjuna_sim.simulator", "arjuna_sim.devices.ekf", "simulation_interfaces.srv"),
 )
-WORLD_GROUP = Group("world", (SIM,), SIM_GROUP.manager, False)
+WORLD_GROUP = Group("world", (SIM,), SIM_GROUP.manager, False, SIM_GROUP.cores)
 """The simulator of several robots, which makes what else each of them needs itself."""
 SLAM_GROUP = Group(
     "slam",

@@ -123,7 +123,7 @@ def test_lists_of_numbers_texts_and_messages_are_looked_at() -> None:
 @pytest.mark.parametrize(
     ("message", "problem"),
     [
-        (Path(poses=[PoseStamped()] * (limits.POSES + 1)), "poses has 20001 items"),
+        (Path(poses=[PoseStamped()] * (limits.POSES + 1)), f"poses has {limits.POSES + 1} items"),
         (Polygon(points=[Point32()] * (limits.CORNERS + 1)), "points has 1001 items"),
         (LoadMap.Request(map_url="x" * 5000), "map_url has 5000 characters"),
         (String(data="x" * (limits.DOCUMENT + 1)), "data has 16777217 characters"),

@@ -17,6 +17,7 @@ from nav2_msgs.action import FollowPath
 from arjuna_core.ros.convert import path_msg, se2_from_pose, seconds
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
+from arjuna_nav.navigator import NavigatorConfig
 from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, PlayedRobot, assert_failed
 from tests.helpers.nav.navigator_goals import (
     GOAL,
@@ -159,7 +160,7 @@ def test_poses_are_passed_in_turn(robot: PlayedRobot) -> None:
         nearest = [min(n, robot.pose.distance(s)) for n, s in zip(nearest, stops, strict=True)]
         assert robot.now < 60.0
     assert goal.status == SUCCEEDED
-    assert max(nearest) < 0.5
+    assert max(nearest) < NavigatorConfig.passed_goal_radius
     assert robot.pose.distance(stops[-1]) < TOLERANCE
     left = [each.number_of_poses_remaining for each in goal.feedback]
     assert (left[0], left[-1]) == (3, 1)

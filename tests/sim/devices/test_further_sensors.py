@@ -18,7 +18,13 @@ from arjuna_sim.devices.imu import ImuConfig, ImuReading
 from arjuna_sim.devices.lidar import LidarConfig
 from arjuna_sim.devices.place_sensors import Fix
 from arjuna_sim.files.urdf.robot_file import load_robot
-from arjuna_sim.model.settings import CloudSettings, LidarSettings, RangeSettings, SensorSettings
+from arjuna_sim.model.settings import (
+    BumperSettings,
+    CloudSettings,
+    LidarSettings,
+    RangeSettings,
+    SensorSettings,
+)
 from arjuna_sim.model.world import Earth, Geodetic
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import EMPTY, ROOM, run, simulator, texts
@@ -231,7 +237,8 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
     pressed = {}
     for when in ("free", "at the wall"):
         run(sim, 0.5 if when == "free" else 12.0, Velocity(0.0 if when == "free" else 0.4, 0.0))
-        pressed[when] = [sim.sense(s) for s in sim.robot.settings.further]
+        bumpers_there = [s for s in sim.robot.settings.further if isinstance(s, BumperSettings)]
+        pressed[when] = [sim.sense(s) for s in bumpers_there]
     assert pressed == {"free": [False, True], "at the wall": [True, True]}
 
 
