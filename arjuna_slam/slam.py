@@ -150,6 +150,7 @@ class Slam(PoseTracker):
             np.array(self._closer.travel),
             tuple(self.graph.edges),
             tuple(tuple(submap.nodes) for submap in submaps),
+            self._T_odom_keyframe if self._local.active else None,
         )
 
     def resume(self, session: Session, start: Start) -> None:
@@ -158,8 +159,15 @@ class Slam(PoseTracker):
         Args:
             session: The session.
             start: What is known of the robot's pose.
+
+        Raises:
+            ValueError: It shall go on by odometry, which the session does not know.
         """
         self.reset()
+        if start.kind is StartKind.ODOMETRY:
+            if session.T_odom_base is None:
+                raise ValueError("the session does not know where odometry was")
+            self._T_odom_keyframe = session.T_odom_base
         self.keyframes.adopt(session)
         self._closer.resume(session.travel)
         surfaces = [extract(scan, self._config.max_laser_range) for scan in session.scans]
@@ -171,7 +179,7 @@ class Slam(PoseTracker):
 
     def _start(self, scan: Scan, surface: Surface, T_odom_base: SE2) -> SlamUpdate | None:
         """Begin the local map: at the map's origin, or where the scan lies on a session's map."""
-        found = self._place(surface)
+        found = self._place(surface, T_odom_base)
         if found is None:
             return None
         self._T_odom_keyframe = T_odom_base
@@ -188,17 +196,27 @@ class Slam(PoseTracker):
         covariance = np.zeros((3, 3)) if nearest is None else found.covariance
         return self._update(Match(found.status, IDENTITY, covariance, found.response), True, 0)
 
-    def _place(self, surface: Surface) -> Match | None:
+    def _place(self, surface: Surface, T_odom_base: SE2) -> Match | None:
         """Return where the first scan lies in map, or None if it has to be looked for further."""
         if self._resumed is None:
             return _AT_START
         reference, start = self._resumed
+        if start.kind is StartKind.ODOMETRY:
+            self._resumed = None
+            return self._follow(reference, surface, T_odom_base)
         found = reference.find(surface, start)
         if found.status is not MatchStatus.MATCHED and start.kind is StartKind.ANYWHERE:
             self.scans.skip(Skip.LOST)
             return None
         self._resumed = None
         return found
+
+    def _follow(self, reference: ReferenceMap, surface: Surface, T_odom_base: SE2) -> Match:
+        """Return where a scan lies on a session's map, by odometry since its last keyframe."""
+        delta = self._T_odom_keyframe.inverse() @ T_odom_base
+        prior, information = self.graph.pose(len(self.graph) - 1) @ delta, self._information(delta)
+        way = math.hypot(delta.x, delta.y)
+        return self._tracker.locate(reference.field, surface, prior, information, way, True)
 
     def _locate(self, surface: Surface, T_odom_base: SE2, search: bool) -> Match:
         """Return where a scan lies in the reference, from where odometry predicts it."""

@@ -108,6 +108,11 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
     map_start_at_dock: bool = param(
         False, "Whether it starts at the first keyframe.", read_only=True
     )
+    resume_file: str = param(
+        "",
+        "Keeps the map under way, to go on with it after a crash; before map_file_name; empty: no.",
+        read_only=True,
+    )
     maps_folder: str = param(".", "Folder that maps and graphs are saved to and read from.")
     use_map_saver: bool = param(True, "Whether save_map is offered.", read_only=True)
     enable_interactive_mode: bool = param(

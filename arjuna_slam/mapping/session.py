@@ -23,6 +23,7 @@ class Session:
         travel: Distance driven up to each keyframe, `(N,) float64` [m].
         edges: The measurements between keyframes.
         submaps: The keyframes of each submap, the first its anchor.
+        T_odom_base: Odometry at the last keyframe; None where it is not known.
     """
 
     scans: tuple[Scan, ...]
@@ -30,6 +31,7 @@ class Session:
     travel: NDArray[np.float64]
     edges: tuple[Edge, ...]
     submaps: tuple[tuple[int, ...], ...]
+    T_odom_base: SE2 | None = None
 
 
 class StartKind(enum.Enum):
@@ -38,6 +40,7 @@ class StartKind(enum.Enum):
     FIRST_NODE = "at the first keyframe"
     NEAR_POSE = "near a pose"
     ANYWHERE = "anywhere on the map"
+    ODOMETRY = "where odometry, which went on meanwhile, has brought it"
 
 
 @dataclass(frozen=True)

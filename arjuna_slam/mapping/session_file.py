@@ -36,9 +36,10 @@ _COLUMNS = {
     "motions": ("<f8", 3), "sweeps": ("<f8", 5), "beams": ("<u4", 0), "ranges": ("<f4", 0),
     "edge_nodes": ("<u4", 2), "edge_poses": ("<f8", 3), "edge_information": ("<f8", 6),
     "edge_kinds": ("u1", 0), "submap_sizes": ("<u4", 0), "submap_nodes": ("<u4", 0),
-    "version": ("<u4", 0),
+    "version": ("<u4", 0), "odometry": ("<f8", 3),
 }  # fmt: skip
 """Name, type and width of each array; width 0 for a plain column."""
+_ADDED = "odometry"  # of no or one row; files of before lack it
 
 
 class SessionFileError(InputFileError):
@@ -109,6 +110,7 @@ def _to_arrays(session: Session) -> Arrays:
         "submap_sizes": [len(nodes) for nodes in session.submaps],
         "submap_nodes": [node for nodes in session.submaps for node in nodes],
         "version": [_VERSION],
+        "odometry": [] if session.T_odom_base is None else [session.T_odom_base.array()],
     }
     return {
         name: np.asarray(values[name], dtype=kind).reshape((-1, width) if width else (-1,))
@@ -151,6 +153,8 @@ def _read_arrays(path: Path, data: bytes) -> Arrays:
 
 def _read_array(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
     """Return an array, once it is sure to be no larger than its place in the file."""
+    if name == _ADDED and f"{name}.npy" not in archive.namelist():
+        return np.empty((0, 3))
     info = archive.getinfo(f"{name}.npy")
     if info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:
         raise ValueError(f"{name} is compressed")
@@ -181,6 +185,7 @@ def _check(path: Path, arrays: Arrays) -> None:
         finite = name == "ranges" or column.dtype.kind != "f" or np.isfinite(column).all()
         must(finite, name, "a value is not finite")
     must(count > 0, "poses", "no keyframe")
+    must(len(arrays["odometry"]) <= 1, "odometry", "more than that of the last keyframe")
     must(arrays["beams"].sum() == len(arrays["ranges"]), "ranges", "not as many as beams")
     nodes = arrays["edge_nodes"]
     must((nodes < count).all(), "edge_nodes", f"a node is none of 0..{count - 1}")
@@ -201,6 +206,7 @@ def _from_arrays(arrays: Arrays) -> Session:
         arrays["travel"].astype(np.float64),
         tuple(_edge(arrays, k) for k in range(len(arrays["edge_nodes"]))),
         tuple(tuple(nodes.tolist()) for nodes in members if len(nodes)),
+        next(map(SE2.from_array, arrays["odometry"]), None),
     )
 
 

@@ -21,6 +21,7 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.localization import Localizer
 from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.matching.scan_filter import Skip
+from arjuna_slam.nodes.map_memory import MapMemory
 from arjuna_slam.nodes.scan_intake import ScanIntake, shortened
 from arjuna_slam.nodes.slam_files import SlamFiles
 from arjuna_slam.nodes.slam_interactive import InteractiveGraph
@@ -29,6 +30,7 @@ from arjuna_slam.pose_tracker import PoseTracker
 from arjuna_slam.slam import Slam
 from arjuna_slam.slam_node_config import SlamNodeConfig
 
+_KEEP = 5.0  # least time between two copies of the map that outlive the process [s]
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
 _EVERY_SCAN = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -47,8 +49,17 @@ class SlamToolboxNode(ManagedNode):
         self._map_with(Slam(self.config.core))
         self._output = SlamOutput(self, self.slam)
         self._interactive = InteractiveGraph(self)
-        SlamFiles(self, self._resume).load_at_start()
+        self.memory = self.keep(MapMemory(self, self.config.resume_file))
+        self._go_on(SlamFiles(self, self._resume))
         self._listen()
+
+    def _go_on(self, files: SlamFiles) -> None:
+        """Go on with the map that was under way, or else with the one that is named, if any."""
+        session = self.memory.recall()
+        if session is None:
+            files.load_at_start()
+        else:
+            self._begin_with(session, Start(StartKind.ODOMETRY), localize=False)
 
     def _warn_of_unused(self) -> None:
         """Name the parameters that have no meaning here, once."""
@@ -69,12 +80,14 @@ class SlamToolboxNode(ManagedNode):
         self.serve(Empty, "slam_toolbox/clear_localization_buffer", self._on_clear_buffer)
         self.every(_RETRY, self._process_scans)
         self.every(c.map_update_interval, self._output.publish_map)
+        self.every(_KEEP, self._keep_map)
         if c.transform_publish_period > 0.0:
             self.every(c.transform_publish_period, self._output.broadcast)
 
     def deactivate(self) -> None:
-        """Forget the scans that wait; say how many were of no use."""
+        """Forget the scans that wait, and the map on disk; say how many were of no use."""
         self._scans.clear()
+        self.memory.forget()
         counts = {reason.value: n for reason, n in self.slam.scans.counts.items() if n}
         if counts:
             listed = ", ".join(f"{count} because {reason}" for reason, count in counts.items())
@@ -116,11 +129,16 @@ class SlamToolboxNode(ManagedNode):
         self._interactive.forget()
 
     def _restart(self) -> None:
+        self.memory.forget()
         self._map_with(Slam(self.config.core))
         self._begin()
 
     def _resume(self, session: Session, start: Start, localize: bool) -> None:
-        """Go on from a saved session, mapping or only localizing."""
+        """Go on from a session that is asked for, mapping or only localizing."""
+        self.memory.forget()
+        self._begin_with(session, start, localize)
+
+    def _begin_with(self, session: Session, start: Start, localize: bool) -> None:
         if localize:
             self._localize_with(Localizer(self.config.core, session, start))
         else:
@@ -137,7 +155,13 @@ class SlamToolboxNode(ManagedNode):
         for scan, T_odom_base in self._scans.ready():
             self._take_in(shortened(scan, self.config.min_laser_range), T_odom_base)
 
+    def _keep_map(self) -> None:
+        if self._mapping is not None:
+            self.memory.remember(self._mapping)
+
     def _take_in(self, scan: Scan, T_odom_base: SE2) -> None:
+        if self.memory.recalled_from > scan.stamp:
+            self.on_time_jump()
         if self._paused or self._interactive.on:
             self._output.hold(scan.stamp)
             return

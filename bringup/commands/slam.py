@@ -15,6 +15,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add_robot_names(parser)
     options.add_record(parser)
     options.add_supervision(parser)
+    options.add_resume(parser)
     options.add_maps_folder(parser)
     group = options.add_log_options(
         parser, "out/slam", "where map, trajectory, report and picture go"

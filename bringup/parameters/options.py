@@ -55,11 +55,12 @@ def add_supervision(
 
 
 def add_resume(parser: argparse.ArgumentParser) -> None:
-    """Add whether a goal outlives the process that drives to it."""
+    """Add whether goal and map outlive the processes that drive and map."""
     parser.add_argument(
         "--resume",
         action="store_true",
-        help="go on with the goal under way after navigation died or time was set back",
+        help="go on with map and goal under way after a process died, with the goal also after "
+        "time was set back",
     )
 
 

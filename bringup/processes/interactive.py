@@ -22,7 +22,7 @@ from bringup.processes.output import JsonOutput, TextOutput
 from bringup.processes.run_log import RunLog
 from bringup.processes.status import StartUp
 from bringup.processes.supervisor import Supervisor
-from bringup.stack import BT_NAVIGATOR, WAYPOINT_FOLLOWER, Group
+from bringup.stack import BT_NAVIGATOR, SLAM_TOOLBOX, WAYPOINT_FOLLOWER, Group
 
 
 def supervise(arguments: argparse.Namespace) -> int:
@@ -37,7 +37,7 @@ def supervise(arguments: argparse.Namespace) -> int:
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
-    with TemporaryDirectory(prefix="arjuna-goal-") as folder:
+    with TemporaryDirectory(prefix="arjuna-resume-") as folder:
         parameters = in_fork(lambda: gather(arguments))  # it may import rclpy and its threads
         if vars(arguments).get("resume"):
             parameters = merged(parameters, _resuming(Path(folder)))
@@ -47,8 +47,8 @@ def supervise(arguments: argparse.Namespace) -> int:
 
 
 def _resuming(folder: Path) -> Parameters:
-    """Return the parameters that keep goals in a folder, which is empty at the start of a run."""
-    nodes = BT_NAVIGATOR, WAYPOINT_FOLLOWER
+    """Return the parameters that keep goals and map in a folder, empty at the start of a run."""
+    nodes = BT_NAVIGATOR, WAYPOINT_FOLLOWER, SLAM_TOOLBOX
     return {spec.name: {"resume_file": str(folder / spec.name)} for spec in nodes}
 
 

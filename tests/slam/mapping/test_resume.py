@@ -10,7 +10,7 @@ import pytest
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.mapping.session import Start, StartKind
+from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.mapping.session_file import load_session, save_session
 from arjuna_slam.matching.scan_filter import Skip
 from arjuna_slam.pose_tracker import SlamUpdate
@@ -96,3 +96,24 @@ def test_a_start_that_no_scan_confirms_is_believed_and_said_so(file: Path) -> No
     updates, _ = go_on(slam, 75, 5)
     assert updates[0].status.value == "low response"
     assert updates[0].T_map_base == SE2(50.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("gap", [1, 30, 60])
+def test_odometry_that_went_on_tells_where_the_robot_is(gap: int) -> None:
+    log, slam = drive(seed=7), Slam()
+    for scan, odometry, _ in log[:150]:
+        slam.process(scan, odometry)
+    session = slam.session()
+    assert session is not None
+    again = Slam()
+    again.resume(session, Start(StartKind.ODOMETRY))
+    for scan, odometry, truth in log[150 + gap : 180 + gap]:
+        update = again.process(scan, odometry)
+        assert update is not None
+        assert (ORIGIN @ update.T_map_base).distance(truth) < 0.05
+
+
+def test_odometry_that_is_not_known_is_not_gone_on_with(session: Session) -> None:
+    unknown = dataclasses.replace(session, T_odom_base=None)
+    with pytest.raises(ValueError, match="does not know where odometry was"):
+        Slam().resume(unknown, Start(StartKind.ODOMETRY))

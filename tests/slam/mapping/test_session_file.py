@@ -17,6 +17,7 @@ import pytest
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.mapping.session import Session
 from arjuna_slam.mapping.session_file import SessionFileError, load_session, save_session
@@ -47,6 +48,15 @@ def test_the_motion_within_scans_is_kept(session: Session, tmp_path: Path) -> No
     moving = tuple(dataclasses.replace(scan, motion=SE2(0.1, 0.02, 0.3)) for scan in session.scans)
     save_session(tmp_path / "moving", dataclasses.replace(session, scans=moving))
     assert all(scan.motion == moving[0].motion for scan in load_session(tmp_path / "moving").scans)
+
+
+def test_where_odometry_was_is_kept_and_earlier_files_do_not_know_it(
+    session: Session, log: list[tuple[Scan, SE2, SE2]], file: Path
+) -> None:
+    at = {scan.stamp: odometry for scan, odometry, _ in log}
+    assert load_session(file).T_odom_base == session.T_odom_base == at[session.scans[-1].stamp]
+    file.write_bytes(packed(file, {"odometry": None}))
+    assert load_session(file).T_odom_base is None
 
 
 def test_the_same_session_gives_the_same_bytes(file: Path, tmp_path: Path) -> None:
@@ -121,6 +131,7 @@ def test_numpy_reads_the_file_and_no_code_is_in_it(session: Session, file: Path)
         ({"ranges": np.zeros((4, 3), np.float32)}, r"ranges has the shape \(4, 3\)"),
         ({"travel": None}, "no item named 'travel.npy'"),
         ({"travel": np.array(["a"], object)}, "travel has the shape"),
+        ({"odometry": np.zeros((2, 3))}, "odometry: more than that of the last keyframe"),
         ({"version": np.array([3], np.uint32)}, r"is of version \[3\]; valid: 2"),
     ],
 )
