@@ -61,7 +61,7 @@ def save_session(path: Path, session: Session) -> None:
     def read_back(part: Path) -> None:
         if part.read_bytes() != data:
             raise SessionFileError(path, "does not read back as it was written; the disk may fail")
-        _decode(path, data)
+        _check(path, _read_arrays(path, data))
 
     try:
         write_atomically(path, data, read_back)
@@ -93,6 +93,7 @@ def _encode(session: Session) -> bytes:
 
 
 def _to_arrays(session: Session) -> Arrays:
+    """Return the arrays; flat lists, for many tuples at once call the garbage collector."""
     scans, edges = session.scans, session.edges
     values: Mapping[str, Any] = {
         "poses": session.poses,
@@ -100,10 +101,10 @@ def _to_arrays(session: Session) -> Arrays:
         "stamps": [scan.stamp for scan in scans],
         "mounts": [scan.T_base_sensor.array() for scan in scans],
         "motions": [scan.motion.array() for scan in scans],
-        "sweeps": [_sweep(scan) for scan in scans],
+        "sweeps": [value for scan in scans for value in _sweep(scan)],
         "beams": [len(scan.ranges) for scan in scans],
         "ranges": np.concatenate([np.zeros(0), *(scan.ranges for scan in scans)]),
-        "edge_nodes": [(edge.i, edge.j) for edge in edges],
+        "edge_nodes": [node for edge in edges for node in (edge.i, edge.j)],
         "edge_poses": [edge.T_i_j.array() for edge in edges],
         "edge_information": [edge.information[_TRIANGLE] for edge in edges],
         "edge_kinds": [_KINDS.index(edge.kind) for edge in edges],

