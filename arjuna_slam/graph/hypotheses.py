@@ -1,7 +1,8 @@
 """Closures that are not believed yet, and the largest set of them that agrees.
 
 Two closures agree where the loop through both comes back to where it began, within what the graph
-and they know. Doors that are all alike make many closures, but only the true ones all agree.
+and they know. Doors that are all alike make many closures, but only the true ones all agree. What
+much of a place holds needs no other: no two such places that look the same lie near each other.
 
 Source: Mangelson et al., Pairwise consistent measurement set maximization for robust multi-robot
 map merging, 2018; the largest set is found greedily from each closure.
@@ -24,9 +25,12 @@ _AGREE = 11.3  # squared deviations in three degrees of freedom: 99 % of true pa
 _AHEAD = 1.0  # by how much a set must outweigh another of the same submaps
 _HELD_MAX = 60  # the newest are kept
 _KNOWN = 0.5  # deviation up to which a closure knows a direction [m]
+_BEYOND = 3.0  # deviations from which on a correction claims to know its direction after all
 _SMALL = 0.3  # correction that needs no other closure that knows its direction [m]
 _ALIKE = 0.5  # share of a correction by which one that bears it out may differ
 _SAME = 0.7  # cosine from which on two directions are one
+_WIDE = 2.0  # weight of a closure that much of a place holds, near to where the graph has it
+_NEAR = 1.5  # how near that is: such places that look the same lie further apart [m]
 _SLACK = np.diag([0.05**2, 0.05**2, 0.005**2])  # what is left where all claim to know better
 
 
@@ -40,6 +44,7 @@ class Closure:
         edge: Between a keyframe of the older and one of the newer.
         weight: What it counts for.
         enough: What the weights of a set with it must add up to.
+        wide: Whether it fits nowhere else and much of a place holds it in each direction.
     """
 
     query: int
@@ -47,6 +52,7 @@ class Closure:
     edge: Edge
     weight: float
     enough: float
+    wide: bool = False
 
 
 class Hypotheses:
@@ -54,6 +60,7 @@ class Hypotheses:
 
     def __init__(self) -> None:
         self._held: list[Closure] = []
+        self._weights: list[float] = []
         self._agree = np.zeros((0, 0), np.bool_)
 
     def add(self, graph: PoseGraph, closure: Closure) -> list[Closure]:
@@ -68,6 +75,7 @@ class Hypotheses:
         self._agree = np.pad(self._agree, ((0, 1), (0, 1)))
         self._agree[count, :] = self._agree[:, count] = agrees
         self._held.append(closure)
+        self._weights = [_weight(graph, held) for held in self._held]
         chosen = self._borne_out(graph, self._largest(count))
         total = self._weight(chosen)
         near = {self._held[k].query + step for k in chosen for step in (-1, 0, 1)}
@@ -102,13 +110,14 @@ class Hypotheses:
         """Return what a set counts for: submaps that overlap see the same, and count once."""
         total = 0.0
         counted: list[Closure] = []
-        for closure in sorted((self._held[k] for k in chosen), key=lambda c: (-c.weight, c.query)):
+        for k in sorted(chosen, key=lambda k: (-self._weights[k], self._held[k].query)):
+            closure = self._held[k]
             seen = (
                 abs(closure.query - other.query) < 2 and abs(closure.past - other.past) < 2
                 for other in counted
             )
             if not any(seen):
-                total += closure.weight
+                total += self._weights[k]
                 counted.append(closure)
         return total
 
@@ -157,6 +166,12 @@ class Hypotheses:
         return bool(error @ np.linalg.solve(covariance + _SLACK, error) < _AGREE)
 
 
+def _weight(graph: PoseGraph, closure: Closure) -> float:
+    """Return what a closure counts for in the graph as others have bent it by now."""
+    gap = float(np.hypot(*graph.residual(closure.edge)[:2]))
+    return _WIDE if closure.wide and gap < _NEAR else closure.weight
+
+
 @dataclass(frozen=True)
 class _Correction:
     """How an edge moves its second node and what is around, and what directions it knows.
@@ -176,8 +191,11 @@ class _Correction:
         variances, axes = np.linalg.eigh(invert(edge.information)[:2, :2])
         turn = SE2(0.0, 0.0, graph.pose(edge.i).theta)
         change = graph.pose(edge.i) @ edge.T_i_j @ graph.pose(edge.j).inverse()
-        known = turn.apply(axes.T[variances < _KNOWN**2])
-        return _Correction(graph.poses[edge.j, :2].copy(), change, known)
+        node = graph.poses[edge.j, :2].copy()
+        directions = turn.apply(axes.T)
+        asked = np.abs(directions @ (change.apply(node[None])[0] - node))
+        known = variances < np.maximum(_KNOWN, asked / _BEYOND) ** 2
+        return _Correction(node, change, directions[known])
 
     def moves(self, point: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how far it moves a point of map [m]."""

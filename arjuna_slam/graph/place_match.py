@@ -10,6 +10,7 @@ Robust and efficient robotic mapping, 2008, chapter 3 (ambiguity).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
@@ -36,6 +37,11 @@ _BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # covariance of what a submap's o
 _UNKNOWN = 1e-4  # information left along a direction in which another place fits as well
 _ALONG = 0.95  # cosine from which on a rival counts as one along the walls
 _FACING = 0.3  # cosine from which on a wall faces a direction
+_DIRECTIONS = np.array(
+    [(math.cos(k * math.pi / 6.0), math.sin(k * math.pi / 6.0)) for k in range(6)]
+)
+_ACROSS = 0.5  # cosine from which on a wall holds a place in a direction by itself
+_ON = 0.3  # likelihood from which on a point lies on the other's wall
 _PIECE = 1.2  # m^2 rad of a window that are searched at a time
 _PIECE_ANGLE_MIN = 0.03
 
@@ -82,12 +88,14 @@ class Place:
         sure: Whether it fits nowhere else in the window.
         holds: Where in the past one lies what holds it in the direction that is least seen,
             `(2,) float64` [m].
+        area: Of what holds it in each direction, in either submap [m^2].
     """
 
     T_past_query: SE2
     covariance: NDArray[np.float64]
     sure: bool
     holds: NDArray[np.float64]
+    area: float
 
 
 class PlaceMatcher:
@@ -138,8 +146,8 @@ class PlaceMatcher:
         information = invert(match.covariance + _BENT)
         if rival is not None:
             information = _along_unknown(information, rival[0], match)
-        holds = _what_holds(past.field, surface, match)
-        return Place(found, invert(information), rival is None, holds)
+        holds, area = _what_holds(past.field, surface, match), _area(query.field, past.field, found)
+        return Place(found, invert(information), rival is None, holds, area)
 
     def _refine(self, past: Submap, surface: Surface, start: SE2) -> Match | None:
         match = self._matcher.match(past.field, surface, start, _FINE, 0.0)
@@ -199,6 +207,26 @@ def _what_holds(field: Field, surface: Surface, match: Match) -> NDArray[np.floa
         weight = np.ones(len(points))
     middle: NDArray[np.float64] = weight @ points / weight.sum()
     return middle
+
+
+def _area(query: Field, past: Field, T_past_query: SE2) -> float:
+    """Return how much ground the walls take that hold one in the other in each direction [m^2].
+
+    A door holds a place along a corridor as firmly as a room does, but many doors are alike.
+    """
+    return min(_squares(query, past, T_past_query), _squares(past, query, T_past_query.inverse()))
+
+
+def _squares(field: Field, other: Field, T_other_field: SE2) -> int:
+    """Return in how many squares of a metre walls that face a direction lie on the other's.
+
+    Of the direction in which they are fewest.
+    """
+    points, normals = field.surface()
+    points = T_other_field.apply(points)
+    on = other.likelihood(points) > _ON
+    squares, facing = np.floor(points[on]), np.abs(normals[on] @ _DIRECTIONS.T) > _ACROSS
+    return min(len(np.unique(squares[faces], axis=0)) for faces in facing.T)
 
 
 def _along_unknown(

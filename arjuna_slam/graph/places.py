@@ -30,6 +30,7 @@ _KNOWN = 0.3  # deviation below which submaps that a closure joins are not compa
 _BENDS = 0.5  # correction from which on all is looked at anew [m]
 _SMALL = 0.3  # correction up to which a closure needs no other in a narrow window [m]
 _SURE, _UNSURE = 1.0, 0.5  # weight of a closure, and of one that fits elsewhere as well
+_AREA = 12.0  # of walls that hold a place from which on it is no mere door [m^2]
 _BELIEVED = 2.0  # weights of closures that agree
 
 
@@ -134,8 +135,8 @@ class Places:
         edge = _edge(query, past, place)
         far = bool(np.hypot(*graph.residual(edge)[:2]) > _SMALL)
         enough = _BELIEVED if window.ambiguous or far else _UNSURE
-        weight = _SURE if place.sure else _UNSURE
-        closure = Closure(task.query, task.past, edge, weight, enough)
+        weight, wide = _SURE if place.sure else _UNSURE, place.sure and place.area >= _AREA
+        closure = Closure(task.query, task.past, edge, weight, enough, wide)
         believed = self._hypotheses.add(graph, closure)
         self._closed.update((one.query, one.past) for one in believed)
         if any(np.hypot(*graph.residual(one.edge)[:2]) > _BENDS for one in believed):

@@ -33,10 +33,11 @@ def closure(
     weight: float = 1.0,
     enough: float = 2.0,
     information: NDArray[np.float64] = CERTAIN,
+    wide: bool = False,
 ) -> Closure:
     """The second lap's node at a place on the first's, or off it."""
     edge = Edge(place, place + 40, off or SE2(), information, EdgeKind.LOOP)
-    return Closure(20 + place // 2, place // 2, edge, weight, enough)
+    return Closure(20 + place // 2, place // 2, edge, weight, enough, wide)
 
 
 def test_one_closure_is_not_believed() -> None:
@@ -88,3 +89,26 @@ def test_what_needs_little_does_not_make_others_believed() -> None:
     first, sure = closure(4, enough=3.0), closure(8, enough=0.5)
     assert held.add(graph, first) == []
     assert held.add(graph, sure) == [sure]
+
+
+def off_by(graph: PoseGraph, place: int, gap: float) -> SE2:
+    """Where a place was seen again if the second lap is off by so much [m]."""
+    return graph.pose(place).inverse() @ graph.pose(place + 40) @ SE2(gap, 0.0, 0.0)
+
+
+def test_what_much_of_a_place_holds_near_by_is_believed_alone() -> None:
+    graph = laps()
+    near, far = (closure(4, off_by(graph, 4, gap), wide=True) for gap in (1.0, 2.5))
+    assert Hypotheses().add(graph, near) == [near]
+    assert Hypotheses().add(graph, far) == []
+
+
+def test_what_others_have_bent_near_is_believed_with_the_next() -> None:
+    """How near a closure lies is asked anew; drift has been taken out of the graph since."""
+    graph, held = laps(), Hypotheses()
+    first = closure(4, off_by(graph, 4, 2.5), wide=True)
+    second = closure(30, off_by(graph, 30, 2.5), weight=0.5, enough=0.5)
+    assert held.add(graph, first) == []
+    for node in range(40, 80):
+        graph.poses[node] = (graph.pose(node) @ SE2(2.0, 0.0, 0.0)).array()
+    assert first in held.add(graph, second)
