@@ -147,17 +147,10 @@ def _linearize(
             nx, ny = side * u, side * v
         nt = ny * rx - nx * ry
         wx, wy, wt = w * nx, w * ny, w * nt
-        xx += wx * nx
-        xy += wx * ny
-        xt += wx * nt
-        yy += wy * ny
-        yt += wy * nt
-        tt += wt * nt
-        gx += wx * d
-        gy += wy * d
-        gt += wt * d
-        total += w
-        square += w * d * d
+        xx, xy, xt = xx + wx * nx, xy + wx * ny, xt + wx * nt
+        yy, yt, tt = yy + wy * ny, yt + wy * nt, tt + wt * nt
+        gx, gy, gt = gx + wx * d, gy + wy * d, gt + wt * d
+        total, square = total + w, square + w * d * d
     h = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
     return h, np.array([gx, gy, gt]), total, square
 
