@@ -7,6 +7,7 @@ import math
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import SE2, wrap
 from bringup.parameters import options, robot_options
 from tests.helpers.nav.drives import Drive, Ground, desired_speed, placed
+from tests.helpers.nav.furnished import make_room
 
 _CLEARANCE = 0.5  # from a goal to the nearest wall: there is room to turn [m]
 _SHORTEST = 1.0  # a goal nearer than that says nothing of the way [m]
@@ -54,6 +56,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_node_options(parser)
     options.add_seed(parser)
     parser.add_argument("--map", type=Path, metavar="FILE", help="the world's map (its own)")
+    parser.add_argument(
+        "--furnished",
+        action="store_true",
+        help="in a room made up by the seed, much of it below and above the lidar's plane",
+    )
     parser.add_argument("--count", type=int, default=20, help="how many goals (%(default)s)")
     parser.add_argument(
         "--radius", type=float, default=0.2, help="of the robot, for the shortest way [m]"
@@ -73,12 +80,16 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from rclpy.logging import LoggingSeverity, set_logger_level
 
     set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
-    arguments.world = arguments.world or shipped_file("worlds/arjuna_room.world")
-    arguments.map = arguments.map or shipped_file(f"maps/{arguments.world.stem}.yaml")
-    ground = Ground(load_map(arguments.map), arguments.radius, _CLEARANCE)
     rng = np.random.default_rng(arguments.seed or 0)
-    arrivals, speed = _drive(arguments, ground, rng)
-    return _figures(arrivals, speed)
+    with TemporaryDirectory() as folder:
+        if arguments.furnished:
+            arguments.world, arguments.map, whole = make_room(Path(folder), rng)
+        else:
+            arguments.world = arguments.world or shipped_file("worlds/arjuna_room.world")
+            arguments.map = arguments.map or shipped_file(f"maps/{arguments.world.stem}.yaml")
+            whole = arguments.map
+        ground = Ground(load_map(whole), arguments.radius, _CLEARANCE)
+        return _figures(*_drive(arguments, ground, rng))
 
 
 def _drive(
