@@ -22,45 +22,41 @@ _FRAME_PATIENCE = 1.0  # [s] in which the robot's frames appear, after the first
 T = TypeVar("T")
 
 
-class FrameWatch:
-    """Says once that nobody moves the base's frame, what is moved instead, and the cure.
+class BaseFrames:
+    """The frames that a node needs the robot's pose of; says once what is wrong with them.
 
     Args:
         node: The node that uses the frames.
-        fixed_frame: Frame in which the base moves.
-        base_frame: Frame of the robot's base.
+        fixed: Frame in which the robot's pose is wanted, such as odom.
+        base: Frame of the robot's base.
         parameter: The node's parameter that names the base's frame.
     """
 
     def __init__(
-        self, node: ManagedNode, fixed_frame: str, base_frame: str, parameter: str
+        self, node: ManagedNode, fixed: str, base: str, parameter: str = "base_frame"
     ) -> None:
-        self._node = node
-        self._frames = parameter, base_frame, fixed_frame
+        self.node, self.fixed, self.base = node, fixed, base
+        self._parameter = parameter
         self._first: float | None = None
         self._told = False
 
     def look(self, stamp: float) -> None:
-        """Look, once a message of a time [s] has come."""
+        """Say that nobody moves the base, and the cure, once a message of a time [s] has come."""
         self._first = stamp if self._first is None else min(self._first, stamp)
         if self._told or stamp - self._first < _FRAME_PATIENCE:
             return
-        problem = self._node.transforms.missing_base(*self._frames)
+        problem = self.node.transforms.missing_base(self._parameter, self.base, self.fixed)
         if problem:
             self._told = True
-            self._node.get_logger().error(problem)
+            self.node.get_logger().error(problem)
 
 
 class PosedQueue(Generic[T]):
     """Pairs what sensors see with the robot's pose at its stamp, in order; drops what it never can.
 
     Args:
-        node: The node that uses it.
-        fixed_frame: Frame in which the robot's pose is wanted, such as odom.
-        base_frame: Frame of the robot's base.
+        frames: Of the robot's pose; several queues of a node share them.
         length: How many may wait.
-        parameter: The node's parameter that names the base's frame.
-        watch: Of the frames, shared by several queues of a node; None for its own.
 
     Attributes:
         dropped: How many were dropped.
@@ -68,20 +64,10 @@ class PosedQueue(Generic[T]):
 
     _WHAT = ""
 
-    def __init__(
-        self,
-        node: ManagedNode,
-        fixed_frame: str,
-        base_frame: str,
-        length: int = _LENGTH,
-        parameter: str = "base_frame",
-        watch: FrameWatch | None = None,
-    ) -> None:
-        self._node = node
-        self._fixed_frame = fixed_frame
-        self._base_frame = base_frame
+    def __init__(self, frames: BaseFrames, length: int = _LENGTH) -> None:
+        self._frames = frames
+        self._node = frames.node
         self._length = length
-        self._watch = watch or FrameWatch(node, fixed_frame, base_frame, parameter)
         self._waiting: deque[Any] = deque()
         self.dropped = 0
 
@@ -92,7 +78,7 @@ class PosedQueue(Generic[T]):
     def add(self, message: Any) -> None:
         """Take in a message."""
         self._waiting.append(message)
-        self._watch.look(seconds(message.header.stamp))
+        self._frames.look(seconds(message.header.stamp))
         if len(self._waiting) > self._length:
             self._drop("its transform has not come in time")
 
@@ -106,7 +92,7 @@ class PosedQueue(Generic[T]):
             message = self._waiting[0]
             stamp = seconds(message.header.stamp)
             try:
-                T_fixed_base = self._lookup(self._fixed_frame, self._base_frame, stamp)
+                T_fixed_base = self._lookup(self._frames.fixed, self._frames.base, stamp)
                 seen = self._read(message, message.header.frame_id.lstrip("/"))
             except TransformError as error:
                 if not self._passed(stamp):
@@ -126,7 +112,7 @@ class PosedQueue(Generic[T]):
     def _passed(self, stamp: float) -> bool:
         """Whether a pose newer than a stamp is known, so that what lacks will not come."""
         try:
-            newest = self._node.transforms.latest_common(self._fixed_frame, self._base_frame)
+            newest = self._node.transforms.latest_common(self._frames.fixed, self._frames.base)
         except TransformError:
             return False
         return newest > stamp
@@ -148,8 +134,8 @@ class ScanQueue(PosedQueue[Scan]):
     _WHAT = "scans"
 
     def _read(self, message: Any, frame: str) -> Scan:
-        scan = scan_from_msg(message, self._lookup(self._base_frame, frame))
-        hangs = self._node.transforms.upside_down(self._base_frame, frame)
+        scan = scan_from_msg(message, self._lookup(self._frames.base, frame))
+        hangs = self._node.transforms.upside_down(self._frames.base, frame)
         return scan.mirrored() if hangs else scan
 
 
@@ -160,8 +146,8 @@ class CloudQueue(PosedQueue[Cloud]):
 
     def _read(self, message: Any, frame: str) -> Cloud:
         mount = self._node.transforms.mount
-        level = Pose3.from_se2(mount(self._fixed_frame, self._base_frame).planar())
-        return cloud_from_msg(message, level.inverse() @ mount(self._fixed_frame, frame))
+        level = Pose3.from_se2(mount(self._frames.fixed, self._frames.base).planar())
+        return cloud_from_msg(message, level.inverse() @ mount(self._frames.fixed, frame))
 
 
 class RangeQueue(PosedQueue[RangeReading]):
@@ -176,5 +162,5 @@ class RangeQueue(PosedQueue[RangeReading]):
             float(message.min_range),
             float(message.max_range),
             seconds(message.header.stamp),
-            self._lookup(self._base_frame, frame),
+            self._lookup(self._frames.base, frame),
         )

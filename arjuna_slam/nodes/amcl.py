@@ -15,7 +15,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import covariance_from_pose, grid_from_msg, se2_from_pose
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.scan_queue import ScanQueue
+from arjuna_core.ros.scan_queue import BaseFrames, ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.errors import LocalizationError
@@ -48,9 +48,8 @@ class AmclNode(ManagedNode):
     def configure(self) -> None:
         """Create the interfaces; the filter comes with the first map."""
         self._rng = np.random.default_rng(self.config.seed)
-        self._scans = ScanQueue(
-            self, self.config.odom_frame_id, self.config.base_frame_id, parameter="base_frame_id"
-        )
+        pose = self.config.odom_frame_id, self.config.base_frame_id
+        self._scans = ScanQueue(BaseFrames(self, *pose, parameter="base_frame_id"))
         self._update_wanted = False
         self._output = AmclOutput(self)
         self._listen()

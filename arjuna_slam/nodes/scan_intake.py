@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.scan_queue import ScanQueue
+from arjuna_core.ros.scan_queue import BaseFrames, ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
@@ -28,7 +28,7 @@ class ScanIntake:
         self._node = node
         c = node.config
         length = _SYNCHRONOUS_LENGTH if c.synchronous else c.scan_queue_size
-        self._queue = ScanQueue(node, c.odom_frame, c.base_frame, length)
+        self._queue = ScanQueue(BaseFrames(node, c.odom_frame, c.base_frame), length)
         self._warned = False
         self.overrun = 0
         self.restart()

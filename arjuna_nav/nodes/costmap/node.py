@@ -14,7 +14,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.scan_queue import CloudQueue, FrameWatch, RangeQueue, ScanQueue
+from arjuna_core.ros.scan_queue import BaseFrames, CloudQueue, RangeQueue, ScanQueue
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import (
@@ -53,10 +53,10 @@ class CostmapNode(ManagedNode):
         self._map: OccupancyGrid | None = None
         self._updated_at = self._scanned_at = self._ranged_at = -np.inf
         self._problem = "it is not active"
-        frames, named = (config.global_frame, config.robot_base_frame), "robot_base_frame"
-        queue = *frames, _QUEUE, named, FrameWatch(self, *frames, named)
-        self._scans, self._clouds = ScanQueue(self, *queue), CloudQueue(self, *queue)
-        self._ranges = RangeQueue(self, *queue)
+        pose = config.global_frame, config.robot_base_frame
+        frames = BaseFrames(self, *pose, parameter="robot_base_frame")
+        self._scans, self._clouds = ScanQueue(frames, _QUEUE), CloudQueue(frames, _QUEUE)
+        self._ranges = RangeQueue(frames, _QUEUE)
         if "static_layer" in config.plugins:
             topic = config.static_layer.map_topic or config.map_topic
             self.subscribe(
