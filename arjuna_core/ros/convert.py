@@ -32,14 +32,19 @@ def seconds(stamp: Any) -> float:
 
 def time_msg(now: float) -> Time:
     """Return a time [s] as a Time message, to the nearest nanosecond."""
-    sec, nanosec = divmod(round(now * _NANO), _NANO)
+    sec, nanosec = _whole(now)
     return Time(sec=sec, nanosec=nanosec)
 
 
 def duration_msg(duration: float) -> Duration:
     """Return a duration [s] as a Duration message, to the nearest nanosecond."""
-    sec, nanosec = divmod(round(duration * _NANO), _NANO)
+    sec, nanosec = _whole(duration)
     return Duration(sec=sec, nanosec=nanosec)
+
+
+def _whole(time: float) -> tuple[int, int]:
+    """Return a time [s] as whole seconds and the nearest nanosecond."""
+    return divmod(round(time * _NANO), _NANO)
 
 
 def header(frame_id: str, now: float) -> Header:
@@ -50,12 +55,19 @@ def header(frame_id: str, now: float) -> Header:
 def set_header(message: Header, frame_id: str, now: float) -> None:
     """Make a header that is used again one for a frame and a time [s]."""
     message.frame_id = frame_id
-    message.stamp.sec, message.stamp.nanosec = divmod(round(now * _NANO), _NANO)
+    message.stamp.sec, message.stamp.nanosec = _whole(now)
 
 
 def quaternion(yaw: float) -> Quaternion:
     """Return a rotation about z [rad] as a quaternion."""
-    return Quaternion(z=math.sin(yaw / 2.0), w=math.cos(yaw / 2.0))
+    rotation = Quaternion()
+    set_yaw(rotation, yaw)
+    return rotation
+
+
+def set_yaw(rotation: Quaternion, yaw: float) -> None:
+    """Make a quaternion that was about z, and is used again, one by an angle [rad]."""
+    rotation.z, rotation.w = math.sin(yaw / 2.0), math.cos(yaw / 2.0)
 
 
 def yaw(rotation: Quaternion) -> float:
@@ -103,12 +115,17 @@ def transform_msg(
         now: [s].
         into: One that an earlier call returned, to be used again.
     """
+    message = between(parent, child, now, into)
+    message.transform.translation.x, message.transform.translation.y = T.x, T.y
+    set_yaw(message.transform.rotation, T.theta)
+    return message
+
+
+def between(parent: str, child: str, now: float, into: TransformStamped | None) -> TransformStamped:
+    """Return a message of two frames at a time [s] whose transform is still to be filled in."""
     message = into or TransformStamped()
     set_header(message.header, parent, now)
     message.child_frame_id = child
-    translation, rotation = message.transform.translation, message.transform.rotation
-    translation.x, translation.y = T.x, T.y
-    rotation.z, rotation.w = math.sin(T.theta / 2.0), math.cos(T.theta / 2.0)
     return message
 
 

@@ -12,7 +12,7 @@ from sensor_msgs.msg import Imu, JointState
 from simulation_interfaces.msg import Bounds, EntityState
 
 from arjuna_core.pose3 import Pose3
-from arjuna_core.ros.convert import PLANAR, header, set_header
+from arjuna_core.ros.convert import PLANAR, between, header, set_header, set_yaw
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.model.entities import EntityMotion
@@ -37,9 +37,7 @@ def transform3_msg(
         now: [s].
         into: One that an earlier call returned, to be used again.
     """
-    message = into or TransformStamped()
-    set_header(message.header, parent, now)
-    message.child_frame_id = child
+    message = between(parent, child, now, into)
     at, turn = message.transform.translation, message.transform.rotation
     at.x, at.y, at.z = T.position
     turn.w, turn.x, turn.y, turn.z = T.quaternion
@@ -63,7 +61,7 @@ def odometry_msg(
     message.child_frame_id = child
     pose, twist, T = message.pose.pose, message.twist.twist, estimate.T_odom_base
     pose.position.x, pose.position.y = T.x, T.y
-    pose.orientation.z, pose.orientation.w = math.sin(T.theta / 2.0), math.cos(T.theta / 2.0)
+    set_yaw(pose.orientation, T.theta)
     message.pose.covariance[PLANAR] = estimate.covariance.ravel()
     twist.linear.x, twist.linear.y, twist.angular.z = estimate.v, estimate.side, estimate.w
     v_variance, w_variance = estimate.twist_variance
