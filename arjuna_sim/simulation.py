@@ -155,15 +155,16 @@ class Simulation:
             is_last = i == slices
             now = self.time if is_last else start + i * tick / slices
             asked = self.robots if is_last else faster
-            due = [name for name in self.robots if name in asked and self._is_imu_due(name, now)]
+            due = [
+                name
+                for name, robot in self.robots.items()
+                if name in asked and robot.is_imu_due(now)
+            ]
             if due or is_last:
                 self.stage.settle()
             for name in due:
                 readings[name].append(self.robots[name].read_imu(now))
         return readings
-
-    def _is_imu_due(self, name: str, now: float) -> bool:
-        return self.robots[name].is_imu_due(now)
 
     def adjust(self, config: SimulatorConfig) -> None:
         """Take new limits of the drives and noises of the odometry, while it runs."""

@@ -40,8 +40,7 @@ def enter_scan(
         clearing: Whether rays clear.
         marking: Whether ends mark.
     """
-    range_min, range_max, trace_min, trace_inf, trace_max, mark_min, mark_max = limits
-    height, width = data.shape
+    range_min, range_max, trace_min, trace_inf, trace_max, _, _ = limits
     if clearing:
         for i in range(len(ranges)):
             hit = range_min <= ranges[i] < range_max
@@ -52,16 +51,31 @@ def enter_scan(
             keep_end = hit and ranges[i] <= trace_max
             _clear_ray(data, sensor, math.cos(angle), math.sin(angle), trace_min, length, keep_end)
     if marking:
-        for i in range(len(ranges)):
-            hit = range_min <= ranges[i] < range_max
-            if hit and mark_min <= ranges[i] <= mark_max:
-                angle = sensor[2] + bearings[i]
-                x = sensor[0] + ranges[i] * math.cos(angle)
-                y = sensor[1] + ranges[i] * math.sin(angle)
-                row, column = math.floor(y), math.floor(x)
-                if 0 <= row < height and 0 <= column < width:
-                    data[row, column] = LETHAL
-                    hits[row, column] = blended(hits[row, column], x - column, y - row)
+        _mark_ends(data, hits, sensor, ranges, bearings, limits)
+
+
+@njit(cache=True)
+def _mark_ends(
+    data: NDArray[np.uint8],
+    hits: NDArray[np.uint32],
+    sensor: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    bearings: NDArray[np.float64],
+    limits: NDArray[np.float64],
+) -> None:
+    """Mark the ends of a scan's beams, and where in their cells they lie; see `enter_scan`."""
+    range_min, range_max, _, _, _, mark_min, mark_max = limits
+    height, width = data.shape
+    for i in range(len(ranges)):
+        hit = range_min <= ranges[i] < range_max
+        if hit and mark_min <= ranges[i] <= mark_max:
+            angle = sensor[2] + bearings[i]
+            x = sensor[0] + ranges[i] * math.cos(angle)
+            y = sensor[1] + ranges[i] * math.sin(angle)
+            row, column = math.floor(y), math.floor(x)
+            if 0 <= row < height and 0 <= column < width:
+                data[row, column] = LETHAL
+                hits[row, column] = blended(hits[row, column], x - column, y - row)
 
 
 @njit(cache=True)

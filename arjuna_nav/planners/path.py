@@ -15,6 +15,11 @@ def length(path: NDArray[np.float64]) -> float:
     return float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
 
 
+def along(path: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far along a path each of its poses lies, `(N,) float64` [m]."""
+    return np.append(0.0, np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T)))
+
+
 def distances(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
     """Return the distance of each pose of a path from the robot, `(N,) float64` [m]."""
     result: NDArray[np.float64] = np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y)
@@ -31,8 +36,7 @@ def nearest(path: NDArray[np.float64], pose: SE2, first: int = 0, within: float 
         within: How far along the path to look [m].
     """
     rest = path[first:]
-    along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(rest[:, :2], axis=0).T))))
-    return first + int(np.argmin(distances(rest[along <= within], pose)))
+    return first + int(np.argmin(distances(rest[along(rest) <= within], pose)))
 
 
 def remaining(path: NDArray[np.float64], pose: SE2) -> float:

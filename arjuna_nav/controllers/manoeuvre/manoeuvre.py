@@ -18,6 +18,7 @@ from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import collides, first_collision
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.turning.passage import Terms, find_way
 
 _LOOK = 0.5  # the command's own arc is checked this far ahead [s]
@@ -122,7 +123,7 @@ class Manoeuvre:
     def _targets(self, path: NDArray[np.float64], costmap: Costmap) -> Iterator[tuple[SE2, float]]:
         """Give poses of the path where the outline is free, and how far along they are [m]."""
         config = self._config
-        along = np.append(0.0, np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T)))
+        along = paths.along(path)
         last = min(config.reach, along[-1])
         for distance in np.linspace(min(config.rejoin_distance, last), last, _TARGETS):
             i = int(np.searchsorted(along, distance - 1e-9))

@@ -17,6 +17,7 @@ from arjuna_nav.controllers.manoeuvre.manoeuvre import Manoeuvre, ManoeuvreConfi
 from arjuna_nav.controllers.passage.strip import follow_line, line_bend, widest_strip
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import path as paths
 
 _SPANS = (0.3, 0.15)  # of the strip before and behind the narrowest place, the first that does [m]
 _BESIDE, _TURNED = 0.25, 0.8  # how far the strip may be off the path [m], [rad]
@@ -130,7 +131,7 @@ class Passage:
 
     def _narrowest(self, path: NDArray[np.float64], points: NDArray[np.float64]) -> SE2 | None:
         """Return the path's pose that is nearest to an obstacle, None where there is room."""
-        along = np.append(0.0, np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T)))
+        along = paths.along(path)
         near = path[along <= self._config.reach]
         if not len(points):
             return None
