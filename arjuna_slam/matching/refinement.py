@@ -125,8 +125,7 @@ def _linearize(
     xx = xy = xt = yy = yt = tt = gx = gy = gt = total = square = 0.0
     c, s = math.cos(pose[2]), math.sin(pose[2])
     for i in range(len(points)):
-        rx = c * points[i, 0] - s * points[i, 1]
-        ry = s * points[i, 0] + c * points[i, 1]
+        rx, ry = c * points[i, 0] - s * points[i, 1], s * points[i, 0] + c * points[i, 1]
         column = (rx + pose[0] - origin[0]) / resolution
         row = (ry + pose[1] - origin[1]) / resolution
         if planes is None:
@@ -143,8 +142,7 @@ def _linearize(
             w *= _ramp(facing, _FACING_MIN, _FACING_FULL)
         along = nx * u + ny * v
         if abs(along) > _ASKEW:
-            side = math.copysign(1.0, along)
-            nx, ny = side * u, side * v
+            nx, ny = math.copysign(1.0, along) * u, math.copysign(1.0, along) * v
         nt = ny * rx - nx * ry
         wx, wy, wt = w * nx, w * ny, w * nt
         xx, xy, xt = xx + wx * nx, xy + wx * ny, xt + wx * nt
@@ -220,8 +218,7 @@ def refine(
     """
     values, planes, resolution, origin = reference
     pose, h = start.copy(), np.zeros((3, 3))
-    total = square = 0.0
-    step, done = math.inf, 0
+    total, square, step, done = 0.0, 0.0, math.inf, 0
     while done < len(scales) and (step >= _STEP_DONE or scales[done] != scales[done - 1]):
         h, g, total, square = _linearize(
             values, planes, resolution, origin, points, normals, pose, scales[done], 0.0, 0.0
@@ -235,8 +232,7 @@ def refine(
         if done > _WHOLE_STEPS:
             delta *= 0.5
         pose += delta
-        step = np.abs(delta).max()
-        done += 1
+        step, done = np.abs(delta).max(), done + 1
     return pose, h, total, square / max(total, 1e-12), done if step < _STEP_CLOSE else -1
 
 
