@@ -49,6 +49,9 @@ class BtNavigatorConfig(NavigatorConfig):
     robot_base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
     odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
     transform_tolerance: float = param(0.3, "Age of the transform borne.", unit="s", minimum=0.0)
+    start_patience: float = param(
+        10.0, "How long a new goal waits for the robot's place.", unit="s", minimum=0.0
+    )
     bt_loop_duration: int = param(10, "Time between two ticks.", unit="ms", minimum=1)
     wait_for_service_timeout: int = param(
         1000, "How long to wait for a costmap to be cleared.", unit="ms", minimum=0
@@ -123,9 +126,11 @@ class BtNavigatorNode(ResumingNode):
 
     def trouble(self) -> str:
         """Say why the robot stands and waits, where it does."""
-        if not isinstance(self._navigator, Navigator):
-            return ""
-        problem = self._navigator.trouble(self.now)
+        navigator, problem = self._navigator, ""
+        if isinstance(navigator, Navigator):
+            problem = navigator.trouble(self.now)
+        elif navigator is None and self._busy_with() is not None:
+            problem = self._admission.problem
         return f"the robot stands and waits: {problem}" if problem else ""
 
     def _on_odometry(self, message: Any) -> None:
@@ -144,7 +149,7 @@ class BtNavigatorNode(ResumingNode):
         return next((k for k, server in self._servers.items() if server.newest is not None), None)
 
     def _on_goal(self) -> None:
-        self._admission.begin()
+        self._admission.begin(self.config.start_patience)
         self._consider()
 
     def _consider(self) -> None:

@@ -38,9 +38,10 @@ class RefusedGoalError(ArjunaError):
 class Admission:
     """Lets a goal wait until it may be driven to.
 
-    Transforms that have not come yet are waited for, up to `transform_tolerance`. A goal that is
-    to replace another is planned for first: where no recovery could mend that there is no way to
-    it, it alone is refused and the robot drives on, where Nav2 ends both.
+    The robot's place is waited for, up to `start_patience` (localization may just have been
+    started again), and then the goal's frame, up to `transform_tolerance`. A goal that is to
+    replace another is planned for first: where no recovery could mend that there is no way to it,
+    it alone is refused and the robot drives on, where Nav2 ends both.
 
     Args:
         node: bt_navigator; made in its `configure`.
@@ -60,16 +61,19 @@ class Admission:
         self._clients = clients
         self._trees = trees
         self._on_change = on_change
-        self._came = self._patience = 0.0
+        self._came = self._lost_at = self._patience = 0.0
+        self.problem = ""
+        """What the goal waits for, empty if it does not wait for the robot's place."""
 
-    def begin(self, patience: float | None = None) -> None:
+    def begin(self, patience: float) -> None:
         """Take note that a new goal has come.
 
         Args:
-            patience: How long to wait for transforms [s]; `transform_tolerance` if None.
+            patience: How long to wait for the robot's place [s].
         """
-        tolerance = float(self._node.config.transform_tolerance)
-        self._came, self._patience = self._node.now, tolerance if patience is None else patience
+        self._came = self._lost_at = self._node.now
+        self._patience = patience
+        self.problem = ""
         self._clients.forget_trial()
 
     def goals(self, kind: str, goal: Any, preempts: bool) -> tuple[SE2, ...] | None:
@@ -101,11 +105,21 @@ class Admission:
         frame, tolerance = config.global_frame, config.transform_tolerance
         try:
             robot_pose(self._node, frame, config.robot_base_frame, tolerance)
+        except TransformError as error:
+            self._wait(kind, error, self._came, self._patience)
+            self._lost_at, self.problem = self._node.now, str(error)
+            return None
+        self.problem = ""
+        try:
             return tuple(pose_in(self._node, frame, pose) for pose in poses)
         except TransformError as error:
-            waited = self._node.now - self._came
-            if waited < self._patience:
-                return None
+            self._wait(kind, error, self._lost_at, tolerance)
+            return None
+
+    def _wait(self, kind: str, error: TransformError, since: float, patience: float) -> None:
+        """Return while there is patience [s] with a transform, refuse the goal after that."""
+        waited = self._node.now - since
+        if waited >= patience:
             problem = f"{error} (waited for {waited:.2f} s)"
             raise RefusedGoalError(error_code(kind, PlanStatus.TF_ERROR), problem) from error
 

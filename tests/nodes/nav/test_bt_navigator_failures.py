@@ -166,21 +166,25 @@ def test_time_set_back_stops_the_robot_and_ends_the_goal(robot: PlayedRobot) -> 
     assert_stopped_for_good(robot)
 
 
-def test_a_robot_that_does_not_know_its_place_refuses(robot: PlayedRobot) -> None:
+def test_a_robot_that_does_not_know_its_place_refuses() -> None:
+    robot = made(start_patience=2.0)
     robot.localized = False
     robot.run(1.0)
     goal = go(robot, GOAL)
-    robot.run_until_done(goal, 0.5)
+    robot.run_until_done(goal, 2.2)
     assert_failed(goal, 202)
-    assert "1.3" in goal.result.error_msg
-    assert "(waited for 0.3" in goal.result.error_msg
+    assert "3.0" in goal.result.error_msg
+    assert "(waited for 2.0" in goal.result.error_msg
+    robot.close()
 
 
-def test_a_place_that_is_known_a_little_later_is_waited_for(robot: PlayedRobot) -> None:
+def test_a_place_that_is_known_later_is_waited_for(robot: PlayedRobot) -> None:
+    told = robot.bench.collect(DiagnosticArray, "/diagnostics")
     robot.localized = False
     robot.run(1.0)
     goal = go(robot, GOAL)
-    robot.run(0.2)
+    robot.run(5.0)
+    assert "stands and waits: map -> base_link" in message_of(told[-1], "/bt_navigator")
     robot.localized = True
     robot.run_until_done(goal, 30.0)
     assert goal.status == SUCCEEDED
@@ -191,12 +195,14 @@ def test_a_goal_that_waits_for_the_robots_place_is_replaced_and_cancelled(
 ) -> None:
     robot.localized = False
     robot.run(1.0)
+    told = robot.bench.collect(DiagnosticArray, "/diagnostics")
     older, newer = go(robot, GOAL), go(robot, GOAL)
     assert_failed(older, 0)
     assert not through(robot, GOAL).accepted
     newer.cancel()
-    robot.run(0.1)
+    robot.run(1.1)
     assert newer.status == CANCELED
+    assert "waits" not in message_of(told[-1], "/bt_navigator")
     assert_stopped_for_good(robot)
 
 
