@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
@@ -13,7 +14,13 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 pytest.importorskip("viser", reason="no viewer here")
 
+from geometry_msgs.msg import PointStamped
+from simulation_interfaces.msg import Result
+from simulation_interfaces.srv import SetEntityState
+
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.ros.convert import pose_msg
+from arjuna_core.se2 import SE2
 from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 from bringup.viewing.browser.server import open_server
@@ -85,18 +92,66 @@ def watched(stack: Callable[..., LockStep], tmp_path: Path) -> Iterator[Watched]
         yield made
 
 
+SPOT, ITS_RIGHT = (200.0, 200.0), (260.0, 200.0)  # pixels of the ground
+
+
+def kept(page: Page, name: str, folder: Path) -> None:
+    """Keep a screenshot where one is wanted."""
+    picture = page.screenshot()
+    assert picture.startswith(b"\x89PNG")
+    (Path(os.environ.get(KEPT, folder)) / name).write_bytes(picture)
+
+
 def test_a_drag_on_the_ground_sends_the_robot_there(watched: Watched, tmp_path: Path) -> None:
     page, navigation = watched.page, watched.side.navigation
     watched.press("2D goal", "drag to where it shall look")
-    page.drag((200.0, 200.0), (260.0, 200.0))
+    page.drag(SPOT, ITS_RIGHT)
     watched.until(lambda: navigation.state.state == "driving", 100)
     watched.until(watched.says("m to go"), 50)
     watched.until(lambda: navigation.state.state == "arrived", 120, ticks=25)
     watched.until(watched.says("arrived"), 50)
-    picture = page.screenshot()
-    assert picture.startswith(b"\x89PNG")
-    kept = Path(os.environ.get(KEPT, tmp_path))
-    (kept / "view.png").write_bytes(picture)
-    assert (
-        abs(watched.robot.sim.simulator.truth().pose.theta) < 0.3
-    )  # as it was dragged: to the right
+    kept(page, "view.png", tmp_path)
+    facing = watched.robot.sim.simulator.truth().pose.theta
+    assert abs(facing) < 0.3  # as it was dragged: to the right
+
+
+def test_a_pose_estimate_tells_a_kidnapped_robot_where_it_is(
+    watched: Watched, tmp_path: Path
+) -> None:
+    page, robot = watched.page, watched.robot
+    clicked: list[PointStamped] = []
+    robot.client.create_subscription(PointStamped, "clicked_point", clicked.append, 10)
+    watched.press("publish point", "Click on the ground")
+    page.drag(SPOT, SPOT)
+    watched.until(lambda: clicked, 50)
+    spot = SE2(clicked[-1].point.x, clicked[-1].point.y, 0.0)
+    request = SetEntityState.Request(entity="arjuna", set_pose=True)
+    request.state.pose = pose_msg(spot)
+    assert robot.call(SetEntityState, "set_entity_state", request).result.result == Result.RESULT_OK
+    assert apart(watched) > 0.5
+    watched.press("2D pose estimate", "drag to where it looks")
+    page.drag(SPOT, ITS_RIGHT)
+    watched.until(lambda: apart(watched) < 0.1, 100)
+    kept(page, "estimate.png", tmp_path)
+
+
+def apart(watched: Watched) -> float:
+    """Return how far from the truth the robot believes to be [m]."""
+    believed = watched.robot.nodes["amcl"].transforms.try_lookup("map", "base_link")
+    truth = watched.robot.sim.simulator.truth().pose
+    return math.inf if believed is None else float(believed.distance(truth))
+
+
+def test_the_stop_button_ends_the_goal_and_the_robot_stands(
+    watched: Watched, tmp_path: Path
+) -> None:
+    page, navigation = watched.page, watched.side.navigation
+    watched.press("2D goal", "drag to where it shall look")
+    page.drag(SPOT, ITS_RIGHT)
+    watched.until(lambda: navigation.state.state == "driving", 100)
+    watched.until(lambda: abs(watched.robot.sim.simulator.truth().v) > 0.1, 100)
+    page.press("Stop")
+    watched.until(watched.says("cancelled"), 100)
+    watched.robot.run(1.0)
+    assert abs(watched.robot.sim.simulator.truth().v) < 0.01
+    kept(page, "stop.png", tmp_path)
