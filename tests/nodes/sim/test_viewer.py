@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,8 @@ class Window:
 
     def __init__(self, model: Any, data: Any) -> None:
         self.model, self.data = model, data
-        self.opt = type("Option", (), {"geomgroup": np.ones(6)})()
+        self.opt = SimpleNamespace(geomgroup=np.ones(6))
+        self.cam = SimpleNamespace(distance=0.5, elevation=0.0)
         self.running, self.places = True, list[float]()
         Window.opened.append(self)
 
