@@ -45,6 +45,8 @@ def converted(path: Path) -> Conversion:
     specs = [spec for spec in all_nodes() if spec.name in understood.parameters]
     whole = understand(understood.parameters, shipped_parameters(), all_nodes()).parameters
     problems += problems_of(whole, specs, [spec.name for spec in all_nodes()])
+    if not any(understood.parameters.values()) and not problems:
+        problems = ["nothing in it has a meaning here"]
     return Conversion(_as_text(understood.parameters), [*notes, *understood.notes], problems)
 
 
@@ -57,7 +59,8 @@ def _given(path: Path) -> tuple[Parameters, list[str], list[str]]:
         return parameters, [*launch.notes, *without], unknown
     document = read_yaml(path)
     if not isinstance(document, Mapping):
-        raise InputFileError(path, f"expected names and values, got {document!r}")
+        kind = "a text" if isinstance(document, str) else repr(document)
+        raise InputFileError(path, f"expected names and values in YAML, got {kind}")
     return (load_parameters([path]), [], []) if _is_ros2(document) else convert(document)
 
 
@@ -81,5 +84,6 @@ def _is_ros2(document: Mapping[str, Any]) -> bool:
 
 
 def _as_text(parameters: Parameters) -> str:
-    nodes = {f"/{node}": {"ros__parameters": values} for node, values in parameters.items()}
+    set_ones = {node: values for node, values in parameters.items() if values}
+    nodes = {f"/{node}": {"ros__parameters": values} for node, values in set_ones.items()}
     return yaml.safe_dump(nodes, sort_keys=False, default_flow_style=None, width=100)

@@ -14,7 +14,7 @@ _ANYWHERE = """
     strict_param_loading use_realtime_priority use_sim_time enable_stamped_cmd_vel
 """
 _COSTMAP = """
-    always_send_full_costmap=false combination_method filters footprint_clearing_enabled
+    combination_method filters footprint_clearing_enabled
     initial_transform_timeout map_vis_z max_obstacle_height min_obstacle_height observation_sources
     raytrace_range obstacle_range robot_frame subscribe_to_updates unknown_cost_value use_maximum
     unknown_threshold mark_threshold origin_z z_resolution z_voxels publish_voxel_map
@@ -37,7 +37,7 @@ _SMAC = """
     *.rotation_penalty *.smooth_path *.smoother.* *.terminal_checking_interval *.tolerance
     *.use_quadratic_cost_penalty *.coarse_search_resolution *.goal_heading_mode *.use_astar
     *.how_many_corners *.w_euc_cost *.w_traversal_cost *.w_heuristic_cost
-    *.use_final_approach_orientation *.use_astar=true
+    *.use_final_approach_orientation
 """
 _CONTROLLERS = """
     *.allow_reversing *.cancel_deceleration *.curvature_lookahead_dist *.goal_dist_tol
@@ -54,13 +54,10 @@ _CONTROLLERS = """
     *.min_speed_theta *.split_path *.sim_period *.x_only_threshold *.shorten_transformed_plan
     *.visualize *.Visualization.* *.TrajectoryVisualizer.* *.vy_max *.vy_std *.ay_max *.ay_min
     *.AckermannConstraints.* *.inflation_layer_name *.motion_model=ackermann|omni
-    *.advanced.* *.TrajectoryValidator.* *.reset_period *.open_loop *.regenerate_noises=true
+    *.advanced.* *.TrajectoryValidator.* *.reset_period *.open_loop
 """
 _KNOWN = {
-    "amcl": """
-        robot_model_type=nav2_amcl::omnimotionmodel|differential|omnidirectional random_seed
-        laser_max_beams plugin
-    """,
+    "amcl": "random_seed laser_max_beams plugin",
     "map_server": "map_topic yaml_topic",
     "map_saver": "save_map_timeout",
     "slam_toolbox": """
@@ -96,7 +93,7 @@ _KNOWN = {
         waypoint_task_executor_plugin=input_at_waypoint|photo_at_waypoint
     """,
     "velocity_smoother": """
-        odom_duration stamp_smoothed_velocity_with_smoothing_time feedback=closed_loop
+        odom_duration stamp_smoothed_velocity_with_smoothing_time
     """,
     "docking_server": """
         initial_rotation backward_blind odom_topic odom_duration rotation_angular_tolerance

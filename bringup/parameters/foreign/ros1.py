@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from arjuna_core.errors import nearest
 from bringup.parameters.files import Parameters
-from bringup.parameters.foreign.ros1_names import (
-    CLASSES,
-    NODES,
-    SECTIONS,
-    TABLES,
-    targets,
+from bringup.parameters.foreign.ros1_names import CLASSES, NODES, SECTIONS, TABLES, targets
+from bringup.parameters.foreign.ros1_others import CURES, WITHOUT
+from bringup.parameters.foreign.ros1_sections import (
+    COSTMAPS,
+    holds_sections,
+    is_section,
+    nested,
+    renamed_section,
+    sections_of,
+    stranger,
 )
-from bringup.parameters.foreign.ros1_others import WITHOUT
 
-_COSTMAPS = ("global_costmap", "local_costmap")
+_SAME = """
+topic data_type marking clearing inf_is_valid expected_update_rate
+min_obstacle_height max_obstacle_height
+"""
 _SOURCE = {
-    **{name: name for name in ("topic", "data_type", "marking", "clearing", "inf_is_valid")},
-    "expected_update_rate": "expected_update_rate",
+    **{name: name for name in _SAME.split()},
     "obstacle_range": "obstacle_max_range",
     "raytrace_range": "raytrace_max_range",
 }
@@ -50,11 +55,12 @@ class Converted(NamedTuple):
 def convert(document: Mapping[str, Any]) -> Converted:
     """Return a ROS 1 file's parameters by our names.
 
-    A file may hold sections, as `amcl`, `move_base`, `DWAPlannerROS`, `local_costmap`, or the names
-    of one of them alone; a costmap's names alone are for both costmaps.
+    A file may hold sections, as `amcl`, `move_base`, `DWAPlannerROS`, `local_costmap`, in a
+    namespace or by path (`/amcl/min_particles`), or the names of one of them alone; a costmap's
+    names alone are for both costmaps.
     """
     conversion = _Conversion()
-    conversion.take(document)
+    conversion.take(nested(document))
     return conversion.done()
 
 
@@ -65,22 +71,34 @@ class _Conversion:
         self._parameters: Parameters = {}
         self._without: dict[str, None] = {}
         self._unknown: dict[str, None] = {}
+        self._misspelt: dict[str, dict[str, None]] = {}
 
     def take(self, document: Mapping[str, Any]) -> None:
         """Take a file, or a section that holds sections."""
         alone = {}
         for key, value in document.items():
-            if _is_section(key, value):
+            if is_section(key, value):
                 self._section(SECTIONS[key], value)
             elif key in WITHOUT:
                 self._without[key] = None
+            elif holds_sections(value):
+                self.take(value)
+            elif section := renamed_section(value):
+                self._section(section, value)
             else:
                 alone[key] = value
-        sections = _sections_of(alone)
+        self._take_alone(alone)
+
+    def _take_alone(self, values: Mapping[str, Any]) -> None:
+        """Take names without a section."""
+        names = ", ".join(f"'{key}'" for key in values)
+        if other := stranger(values):
+            self._unknown[f"of {other}, which is not here: {names}; {CURES[other]}"] = None
+            return
+        sections = sections_of(values)
         for section in sections:
-            self._section(section, alone)
-        if alone and not sections:
-            names = ", ".join(f"'{key}'" for key in alone)
+            self._section(section, values)
+        if values and not sections:
             self._unknown[f"of no node that is known: {names}; valid: {', '.join(TABLES)}"] = None
 
     def done(self) -> Converted:
@@ -88,21 +106,22 @@ class _Conversion:
         follow = self._parameters.get("controller_server", {})
         for axis in ("x", "theta"):
             limit = follow.get(f"FollowPath.acc_lim_{axis}")
-            if limit is not None:
+            if isinstance(limit, int | float):
                 follow[f"FollowPath.decel_lim_{axis}"] = -float(limit)
         amcl = self._parameters.get("amcl", {})
         if any(key.startswith("initial_pose.") for key in amcl):
             amcl["set_initial_pose"] = True
-        return Converted(self._parameters, list(self._without), list(self._unknown))
+        unknown = [line for item in self._misspelt.items() for line in _told(*item)]
+        return Converted(self._parameters, list(self._without), [*unknown, *self._unknown])
 
     def _section(self, section: str, values: Mapping[str, Any]) -> None:
         if section in ("DWAPlannerROS", "TrajectoryPlannerROS"):
             self._put("controller_server", "FollowPath.plugin", "dwb_core::DWBLocalPlanner")
-        table = targets(section)
+        table, recoveries = targets(section), _recoveries(values)
         for key, value in values.items():
-            if _is_section(key, value):
+            if is_section(key, value):
                 self._section(SECTIONS[key], value)
-            elif section in _COSTMAPS and (isinstance(value, Mapping) or key == "plugins"):
+            elif section in COSTMAPS and (isinstance(value, Mapping) or key == "plugins"):
                 self._part(section, key, value)
             elif key in table and _has_meaning(key, value):
                 for node, name in table[key]:
@@ -111,18 +130,19 @@ class _Conversion:
                     self._without[f"{section}: {key}"] = None
             elif key in table:
                 self._without[f"{section}: {key}: {value}"] = None
-            elif key in WITHOUT or any(key in targets(other) for other in TABLES):
+            elif key in WITHOUT | recoveries or any(key in targets(other) for other in TABLES):
                 self._without[f"{section}: {key}"] = None  # another's: not read there in ROS 1
             else:
-                self._unknown[f"{section}: nobody knows '{key}'; {nearest(key, table)}"] = None
-        if section in _COSTMAPS and "static_map" in values and "plugins" not in values:
+                self._misspelt.setdefault(section, {})[key] = None
+        if section in COSTMAPS and "static_map" in values and "plugins" not in values:
             static = ["static_layer"] if values["static_map"] else []
             self._put(NODES[section], "plugins", [*static, "obstacle_layer", "inflation_layer"])
 
     def _part(self, section: str, key: str, value: Any) -> None:
         """Take a costmap's list of layers, one of its layers, or one of its sources."""
         if key == "plugins":
-            kinds = [str(layer.get("type", "")).rpartition("::")[2] for layer in value]
+            types = [item.get("type", "") for item in value or () if isinstance(item, Mapping)]
+            kinds = [str(name).rpartition("::")[2] for name in types]
             layers = dict.fromkeys(_LAYERS[kind] for kind in kinds if kind in _LAYERS)
             self._put(NODES[section], "plugins", list(layers))
             for kind in (kind for kind in kinds if kind not in _LAYERS):
@@ -139,7 +159,7 @@ class _Conversion:
                     self._unknown[f"{section}: nobody knows '{key}.{name}'; {hint}"] = None
         else:
             enabled = {name: item for name, item in value.items() if name == "enabled"}
-            layer = "inflation_layer" if "infl" in key else "obstacle_layer"
+            layer = _layer_of(key, value)
             for item in enabled.values():
                 self._put(NODES[section], f"{layer}.enabled", item)
             self._section(section, {k: v for k, v in value.items() if k not in enabled})
@@ -148,29 +168,47 @@ class _Conversion:
         self._parameters.setdefault(node, {})[name] = value
 
 
-def _is_section(key: str, value: Any) -> bool:
-    return key in SECTIONS and isinstance(value, Mapping)
+def _told(section: str, names: Iterable[str]) -> list[str]:
+    """Return a sentence for each name that is nearly one, and one for all others."""
+    table, far, told = targets(section), [], []
+    for name in names:
+        hint = nearest(name, table)
+        if hint.startswith("valid"):
+            far.append(f"'{name}'")
+        else:
+            told.append(f"{section}: nobody knows '{name}'; {hint}")
+    if far:
+        told.append(f"{section}: nobody knows {', '.join(far)}; valid: {', '.join(table)}")
+    return told
 
 
-def _sections_of(values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return whose names these are for the most part, nobody's if none is known."""
-    known = {name: len(values.keys() & targets(name).keys()) for name in TABLES}
-    best = max(known, key=lambda name: known[name])
-    if not known[best]:
-        return ()
-    return _COSTMAPS if best in _COSTMAPS else (best,)
+def _recoveries(values: Mapping[str, Any]) -> set[str]:
+    """Return how a file calls its recoveries: each has a section that means nothing here."""
+    listed = values.get("recovery_behaviors") or ()
+    return {str(item.get("name")) for item in listed if isinstance(item, Mapping)}
+
+
+def _layer_of(name: str, values: Mapping[str, Any]) -> str:
+    """Return which of our layers one is, by what it holds or how it is called."""
+    if "infl" in name or values.keys() & {"inflation_radius", "cost_scaling_factor"}:
+        return "inflation_layer"
+    is_static = "static" in name or values.keys() & {"map_topic", "first_map_only"}
+    return "static_layer" if is_static else "obstacle_layer"
 
 
 def _has_meaning(key: str, value: Any) -> bool:
     """Tell whether a value means anything here: a class that we have, an interval that is one."""
     if key in ("base_local_planner", "base_global_planner", "odom_model_type"):
         return value in CLASSES
-    return not (key in ("temporalUpdate", "planner_frequency") and float(value) <= 0.0)
+    is_interval = key in ("temporalUpdate", "planner_frequency")
+    return not (is_interval and isinstance(value, int | float) and value <= 0.0)
 
 
 def _ours(name: str, value: Any) -> Any:
     """Return a value as our parameter takes it."""
-    if name in ("width", "height"):
+    if name.endswith(".use_astar"):
+        return not value
+    if name in ("width", "height") and isinstance(value, float):
         return math.ceil(value)
     if name == "footprint" and not isinstance(value, str):
         return str(value)

@@ -3,40 +3,10 @@
 from __future__ import annotations
 
 from bringup.parameters.foreign.ros1_others import KARTO
+from bringup.parameters.foreign.ros1_planners import PLANNERS
 
 _FOLLOW = "controller_server:FollowPath"
-_GOAL = "controller_server:general_goal_checker"
 _MOVES = "controller_server:progress_checker"
-_DYNAMIC_WINDOW = f"""
-max_vel_x {_FOLLOW}.max_vel_x {_FOLLOW}.max_speed_xy
-min_vel_x {_FOLLOW}.min_vel_x
-max_vel_theta {_FOLLOW}.max_vel_theta
-min_vel_theta -
-acc_lim_x {_FOLLOW}.acc_lim_x
-acc_lim_y -
-acc_lim_theta {_FOLLOW}.acc_lim_theta
-max_vel_y -
-min_vel_y -
-xy_goal_tolerance {_GOAL}.xy_goal_tolerance
-yaw_goal_tolerance {_GOAL}.yaw_goal_tolerance
-latch_xy_goal_tolerance {_GOAL}.stateful
-sim_time {_FOLLOW}.sim_time
-sim_granularity {_FOLLOW}.linear_granularity
-angular_sim_granularity {_FOLLOW}.angular_granularity
-vx_samples {_FOLLOW}.vx_samples
-vy_samples -
-vtheta_samples {_FOLLOW}.vtheta_samples
-vth_samples {_FOLLOW}.vtheta_samples
-occdist_scale {_FOLLOW}.BaseObstacle.scale
-oscillation_reset_dist {_FOLLOW}.Oscillation.oscillation_reset_dist
-trans_stopped_vel {_FOLLOW}.trans_stopped_velocity
-rot_stopped_vel -
-prune_plan -
-publish_cost_grid -
-publish_cost_grid_pc -
-publish_traj_pc -
-global_frame_id -
-"""
 _COSTMAP = """
 update_frequency
 publish_frequency
@@ -67,7 +37,14 @@ z_resolution obstacle_layer.z_resolution
 z_voxels obstacle_layer.z_voxels
 always_send_full_costmap -
 publish_voxel_map -
+combination_method -
+use_maximum -
+subscribe_to_updates -
+first_map_only -
+trinary_costmap
+footprint_clearing_enabled obstacle_layer.footprint_clearing_enabled
 inflation_radius inflation_layer.inflation_radius
+inflate_unknown inflation_layer.inflate_unknown
 cost_scaling_factor inflation_layer.cost_scaling_factor
 obstacle_range obstacle_layer.scan.obstacle_max_range
 raytrace_range obstacle_layer.scan.raytrace_max_range
@@ -110,6 +87,7 @@ laser_model_type
 do_beamskip
 beam_skip_distance
 beam_skip_threshold
+beam_skip_error_threshold
 odom_model_type robot_model_type
 odom_alpha1 alpha1
 odom_alpha2 alpha2
@@ -125,6 +103,12 @@ odom_frame_id
 base_frame_id
 global_frame_id
 tf_broadcast
+force_update_after_initialpose -
+force_update_after_set_map -
+std_warn_level_x -
+std_warn_level_y -
+std_warn_level_yaw -
+restore_defaults -
 """,
     "gmapping": """
 base_frame
@@ -182,57 +166,11 @@ clearing_rotation_allowed -
 conservative_reset_dist -
 max_planning_retries bt_navigator:number_of_retries
 shutdown_costmaps -
-""",
-    "DWAPlannerROS": f"""
-{_DYNAMIC_WINDOW}
-max_vel_trans {_FOLLOW}.max_speed_xy
-max_trans_vel {_FOLLOW}.max_speed_xy
-min_vel_trans {_FOLLOW}.min_speed_xy
-min_trans_vel {_FOLLOW}.min_speed_xy
-max_rot_vel {_FOLLOW}.max_vel_theta
-min_rot_vel -
-acc_limit_trans -
-path_distance_bias {_FOLLOW}.PathDist.scale {_FOLLOW}.PathAlign.scale
-goal_distance_bias {_FOLLOW}.GoalDist.scale {_FOLLOW}.GoalAlign.scale
-forward_point_distance {_FOLLOW}.PathAlign.forward_point_distance
-oscillation_reset_angle {_FOLLOW}.Oscillation.oscillation_reset_angle
-stop_time_buffer -
-scaling_speed -
-max_scaling_factor -
-use_dwa -
+make_plan_clear_costmap -
+make_plan_add_unreachable_goal -
 restore_defaults -
-twirling_scale {_FOLLOW}.Twirling.scale
 """,
-    "TrajectoryPlannerROS": f"""
-{_DYNAMIC_WINDOW}
-max_rotational_vel {_FOLLOW}.max_vel_theta
-acc_lim_th {_FOLLOW}.acc_lim_theta
-min_in_place_vel_theta -
-min_in_place_rotational_vel -
-escape_vel -
-escape_reset_dist -
-escape_reset_theta -
-holonomic_robot -
-y_vels -
-pdist_scale {_FOLLOW}.PathDist.scale {_FOLLOW}.PathAlign.scale
-path_distance_bias {_FOLLOW}.PathDist.scale {_FOLLOW}.PathAlign.scale
-gdist_scale {_FOLLOW}.GoalDist.scale {_FOLLOW}.GoalAlign.scale
-goal_distance_bias {_FOLLOW}.GoalDist.scale {_FOLLOW}.GoalAlign.scale
-meter_scoring -
-heading_lookahead -
-heading_scoring -
-heading_scoring_timestep -
-dwa -
-simple_attractor -
-controller_frequency -
-""",
-    "NavfnROS": """
-allow_unknown planner_server:GridBased.allow_unknown
-default_tolerance planner_server:GridBased.tolerance
-visualize_potential -
-planner_window_x -
-planner_window_y -
-""",
+    **PLANNERS,
     "global_costmap": _COSTMAP,
     "local_costmap": _COSTMAP,
     "slam_toolbox": KARTO,
@@ -249,7 +187,6 @@ SECTIONS = {
     "slam_gmapping": "gmapping",
     "slam_karto": "slam_toolbox",
     "DWAPlanner": "DWAPlannerROS",
-    "GlobalPlanner": "NavfnROS",
     **{name: name for name in TABLES},
 }
 """Which table a section of a file is of."""
@@ -273,6 +210,8 @@ CLASSES = {
     "global_planner/GlobalPlanner": "nav2_navfn_planner::NavfnPlanner",
     "diff": "nav2_amcl::DifferentialMotionModel",
     "diff-corrected": "nav2_amcl::DifferentialMotionModel",
+    "omni": "nav2_amcl::OmniMotionModel",
+    "omni-corrected": "nav2_amcl::OmniMotionModel",
     "costmap_2d::StaticLayer": "nav2_costmap_2d::StaticLayer",
     "costmap_2d::ObstacleLayer": "nav2_costmap_2d::ObstacleLayer",
     "costmap_2d::VoxelLayer": "nav2_costmap_2d::VoxelLayer",

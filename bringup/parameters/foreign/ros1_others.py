@@ -74,6 +74,50 @@ _ELSEWHERE = """
 TebLocalPlannerROS EBandPlannerROS MpcLocalPlannerROS SBPLLatticePlanner CarrotPlanner
 aggressive_reset conservative_reset clearing_rotation rotate_recovery clear_costmap_recovery
 move_slow_and_clear velocity_smoother navigation_velocity_smoother cmd_vel_mux
+hector_mapping hector_trajectory_server hector_geotiff cartographer_node cartographer
+robot_state_publisher joint_state_publisher robot_description rosdistro rosversion roslaunch
+run_id use_sim_time gazebo
 """
 WITHOUT = frozenset(_ELSEWHERE.split())
-"""Sections of planners, recoveries and helpers that are not here."""
+"""Sections of planners, mappers, recoveries and helpers that are not here, and roslaunch's own."""
+STRANGERS = {
+    "hector_mapping": """
+        map_resolution map_size map_start_* map_multi_res_levels update_factor_* pub_map_odom*
+        map_update_*_thresh use_tf_* laser_*_dist laser_z_* output_timing advertise_map_service
+        scan_subscriber_queue_size map_pub_period map_with_known_poses base_frame odom_frame
+        map_frame scan_topic
+    """,
+    "cartographer": """
+        map_builder trajectory_builder MAP_BUILDER TRAJECTORY_BUILDER* POSE_GRAPH tracking_frame
+        published_frame provide_odom_frame publish_frame_projected_to_2d use_odometry use_nav_sat
+        use_landmarks num_* lookup_transform_timeout_sec *_period_sec *_sampling_ratio
+        odom_frame map_frame
+    """,
+    "robot_localization": """
+        frequency two_d_mode sensor_timeout publish_tf publish_acceleration print_diagnostics debug*
+        world_frame base_link_frame odom_frame map_frame odom? odom?_* imu? imu?_* pose? pose?_*
+        twist? twist?_* process_noise_covariance initial_estimate_covariance use_control control_*
+        transform_time_offset transform_timeout
+    """,
+    "teb_local_planner": """
+        teb_autosize dt_ref dt_hysteresis global_plan_* force_reinit_* feasibility_check_no_poses
+        max_vel_x max_vel_x_backwards max_vel_y max_vel_theta acc_lim_x acc_lim_y acc_lim_theta
+        min_turning_radius footprint_model wheelbase cmd_angle_* xy_goal_tolerance
+        yaw_goal_tolerance free_goal_vel min_obstacle_dist inflation_dist include_*
+        costmap_obstacles_* costmap_converter* obstacle_poses_affected no_*_iterations
+        optimization_* penalty_epsilon weight_* enable_homotopy_class_planning
+        enable_multithreading max_number_classes selection_* roadmap_graph_* viapoints_*
+        obstacle_heading_threshold visualize_hc_graph odom_topic map_frame allow_init_*
+        exact_arc_length
+    """,
+}
+"""Programs that are not here, by names of their parameters with `*` and `?`, also shared ones."""
+CURES = {
+    "hector_mapping": "'slam' maps in its place, and needs none of them",
+    "cartographer": "'slam' maps in its place, and needs none of them",
+    "robot_localization": (
+        "below 'ekf_filter_node: {ros__parameters: {...}}', ROS 2's form, they are read"
+    ),
+    "teb_local_planner": "'FollowPath.plugin' may be a pure pursuit, DWB or MPPI",
+}
+"""What to do without each."""

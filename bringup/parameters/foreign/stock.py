@@ -11,7 +11,7 @@ from arjuna_core.plugins import canonical, shaped
 from bringup.parameters.composition import node_class
 from bringup.parameters.files import EVERY_NODE, Parameters, merged, unknown_nodes
 from bringup.parameters.foreign.known import known_elsewhere, known_node, known_value
-from bringup.parameters.foreign.stock_layers import COSTMAPS, layers_as_ours
+from bringup.parameters.foreign.stock_layers import COSTMAPS, Layers, layers_as_ours
 from bringup.stack import NodeSpec
 
 _RENAMED = {
@@ -20,6 +20,12 @@ _RENAMED = {
     "controller_server": {
         "progress_checker_plugin": "progress_checker_plugins",
         "goal_checker_plugin": "goal_checker_plugins",
+    },
+}
+_OLDER = {
+    ("amcl", "robot_model_type"): {
+        "differential": "nav2_amcl::DifferentialMotionModel",
+        "omnidirectional": "nav2_amcl::OmniMotionModel",
     },
 }
 
@@ -53,7 +59,8 @@ def understand(given: Parameters, below: Parameters, specs: Iterable[NodeSpec]) 
     notes, problems = _strangers(given, nodes)
     everywhere = {k: v for k, v in given.get(EVERY_NODE, {}).items() if k != "use_sim_time"}
     for name in nodes if everywhere else [name for name in nodes if name in given]:
-        values = _as_ours(name, given.get(name, {}), below.get(name, {}))
+        values, left, unknown = _as_ours(name, given.get(name, {}), below.get(name, {}))
+        problems += [f"{name}: {problem}" for problem in unknown]
         own = _own_keys(nodes[name], _over(result, name, {**everywhere, **values}))
         mine = {key: value for key, value in everywhere.items() if key in own}
         taken.update(mine)
@@ -61,7 +68,7 @@ def understand(given: Parameters, below: Parameters, specs: Iterable[NodeSpec]) 
         kept = {k: v for k, v in {**mine, **values}.items() if k not in foreign}
         whole = _over(result, name, kept)
         result[name] = {k: v for k, v in whole.items() if k in own or k in kept}
-        notes += [f"{name}: {', '.join(foreign)}"] if foreign else []
+        notes += [f"{name}: {', '.join([*foreign, *left])}"] if foreign or left else []
     for key in (key for key in everywhere if key not in taken):
         if any(known_elsewhere(name, key) for name in nodes):
             notes.append(f"{EVERY_NODE}: {key}")
@@ -78,18 +85,20 @@ def _strangers(given: Parameters, nodes: Iterable[str]) -> tuple[list[str], list
     return notes, unknown_nodes([name for name in names if not known_node(name)], nodes)
 
 
-def _as_ours(name: str, given: dict[str, Any], below: dict[str, Any]) -> dict[str, Any]:
+def _as_ours(name: str, given: dict[str, Any], below: dict[str, Any]) -> Layers:
     """Return a node's values by our names: of classes, of keys that moved, of layers."""
     values = {}
     for key, value in given.items():
         ours = _RENAMED.get(name, {}).get(key, key)
         if key.endswith("plugin") and isinstance(value, str):
             value = canonical(value) if ours == key else [value]
+        if isinstance(value, str):
+            value = _OLDER.get((name, key), {}).get(value, value)
         values[ours] = value
     if name == "collision_monitor":
         values = _zones_as_ours(values)
     values.pop("use_sim_time", None)
-    return layers_as_ours(values, below) if name in COSTMAPS else values
+    return layers_as_ours(values, below) if name in COSTMAPS else Layers(values, [], [])
 
 
 def _zones_as_ours(values: dict[str, Any]) -> dict[str, Any]:

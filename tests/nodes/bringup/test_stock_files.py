@@ -111,6 +111,72 @@ local_costmap: {local_costmap: {ros__parameters: {plugins: [seen, grown],
     assert values["inflation_layer.inflation_radius"] == 0.4
 
 
+TWO_LAYERS = """
+local_costmap: {local_costmap: {ros__parameters: {plugins: [flat, deep, grown],
+  flat: {plugin: "nav2_costmap_2d::VoxelLayer", enabled: true, observation_sources: scan rear,
+    scan: {topic: /front, data_type: LaserScan}, rear: {topic: /rear, data_type: LaserScan}},
+  deep: {plugin: "nav2_costmap_2d::VoxelLayer", enabled: true, observation_sources: left right,
+    left: {topic: /left/points, data_type: PointCloud2, max_obstacle_height: 1.2},
+    right: {topic: /right/points, data_type: PointCloud2}},
+  grown: {plugin: "nav2_costmap_2d::InflationLayer"}}}}
+"""
+
+
+USED: list[tuple[str, str, object, object]] = [
+    ("planner_server", "GridBased.use_astar", True, True),
+    ("velocity_smoother", "feedback", "CLOSED_LOOP", "CLOSED_LOOP"),
+    ("local_costmap/local_costmap", "always_send_full_costmap", False, False),
+    ("amcl", "robot_model_type", "nav2_amcl::OmniMotionModel", "nav2_amcl::OmniMotionModel"),
+    ("amcl", "robot_model_type", "omnidirectional", "nav2_amcl::OmniMotionModel"),
+    ("amcl", "robot_model_type", "differential", "nav2_amcl::DifferentialMotionModel"),
+]
+
+
+@pytest.mark.parametrize(("node", "name", "theirs", "ours"), USED)
+def test_a_value_that_works_here_is_used(
+    node: str, name: str, theirs: object, ours: object
+) -> None:
+    found = understand({node: {name: theirs}}, shipped_parameters(), all_nodes())
+    assert (found.notes, found.problems) == ([], [])
+    assert found.parameters[node][name] == ours
+
+
+def test_a_second_layer_of_obstacles_gives_its_sources_to_the_first(tmp_path: Path) -> None:
+    assert problems_in(written(tmp_path, TWO_LAYERS)) == []
+    values = understood(tmp_path, TWO_LAYERS).parameters["local_costmap/local_costmap"]
+    assert values["plugins"] == ["obstacle_layer", "inflation_layer"]
+    assert values["obstacle_layer.observation_sources"] == "scan cloud"
+    assert values["obstacle_layer.scan.topic"] == "/front"
+    assert values["obstacle_layer.cloud.topic"] == "/left/points"
+    assert values["obstacle_layer.cloud.max_obstacle_height"] == 1.2
+
+
+@pytest.mark.parametrize(
+    "theirs",
+    ["spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer", "nav2_costmap_2d::KeepoutFilter"],
+)
+def test_a_layer_of_others_is_one_note(theirs: str, tmp_path: Path) -> None:
+    text = f"""
+local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_layer],
+  mine: {{plugin: "{theirs}", enabled: true, depth: {{topic: /points, fov: 0.8}}}}}}}}}}
+"""
+    found = understood(tmp_path, text)
+    assert found.problems == problems_in(written(tmp_path, text)) == []
+    assert found.notes == [f"local_costmap/local_costmap: layer mine ({theirs.replace('/', '::')})"]
+    assert found.parameters["local_costmap/local_costmap"]["plugins"] == ["inflation_layer"]
+
+
+@pytest.mark.parametrize("wrong", ["nav2_costmap_2d::ObstacleLayr", "nav2_costmap2d/ObstacleLayer"])
+def test_a_layer_of_a_class_that_nobody_knows_is_told(wrong: str, tmp_path: Path) -> None:
+    text = f"""
+local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_layer],
+  mine: {{plugin: "{wrong}", observation_sources: scan}}}}}}}}
+"""
+    (problem,) = problems_in(written(tmp_path, text))
+    assert "layer 'mine': no class '" in problem
+    assert problem.endswith("did you mean 'nav2_costmap_2d::ObstacleLayer'?")
+
+
 def test_older_zones_are_taken_for_what_they_were(tmp_path: Path) -> None:
     text = """
 collision_monitor: {ros__parameters: {polygons: [Stop, Approach], observation_sources: [scan],
