@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -14,7 +13,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult
-from arjuna_nav.planners.corridor import SHIFT, corridor
+from arjuna_nav.planners.corridor import corridors, guided
 from arjuna_nav.planners.descent import descend
 from arjuna_nav.planners.potential import NEUTRAL, spread, traversal_costs
 from arjuna_nav.planners.query import ask
@@ -81,18 +80,11 @@ class NavFn:
         out: WayOut,
         goal: tuple[int, int],
     ) -> NDArray[np.float32]:
-        """Return the potential about the best way, or that of the whole map where that is needed.
-
-        A wave through a corridor is believed unless it came to the goal not at all, or at a price
-        that says that the estimate took a door for wider than it is.
-        """
+        """Return the potential about the best way, or of the whole map where that is needed."""
         seeds = out.seeds(NEUTRAL)
-        nearest = int(out.exits[0, 0]), int(out.exits[0, 1])
-        if math.isfinite(costs[data[goal]]):
-            slack = _SLACK_ASTAR if self._config.use_astar else _SLACK
-            found = corridor(data, costs, nearest, goal, slack)
-            if found is not None:
-                potential = spread(data, costs, seeds, goal, found[0], SHIFT)
-                if potential[goal] - seeds[0, 2] <= found[1]:
-                    return potential
-        return spread(data, costs, seeds, goal)
+        slack = _SLACK_ASTAR if self._config.use_astar else _SLACK
+        return guided(
+            lambda within: spread(data, costs, seeds, goal, within.open, within.shift),
+            lambda potential: float(potential[goal] - seeds[0, 2]),
+            corridors(data, costs, out.nearest, goal, slack),
+        )

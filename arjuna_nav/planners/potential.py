@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
 
+EVERYWHERE: NDArray[np.bool_] = np.empty((0, 0), np.bool_)
+"""The corridor of a search that has none."""
+
 NEUTRAL = 50.0  # COST_NEUTRAL and COST_FACTOR of nav2_navfn_planner
 COST_FACTOR = 0.8
 _BUCKET_WIDTH = 10.0  # a fifth of the least step: order within a bucket hardly matters
@@ -16,7 +19,6 @@ _RING = _BUCKETS - 1
 _GAIN = np.float32(0.01)  # less is no better way
 _INF = np.float32(np.inf)
 _C0, _C1, _C2 = np.float32(0.7040), np.float32(0.5307), np.float32(0.2301)
-_EVERYWHERE = np.empty((0, 0), np.bool_)
 _NOWHERE = (-1, -1)
 
 
@@ -38,7 +40,7 @@ def spread(
     costs: NDArray[np.float32],
     seeds: NDArray[np.float64],
     target: tuple[int, int] = _NOWHERE,
-    corridor: NDArray[np.bool_] = _EVERYWHERE,
+    corridor: NDArray[np.bool_] = EVERYWHERE,
     shift: int = 0,
 ) -> NDArray[np.float32]:
     """Return the potential of each cell: what it costs to reach it from the nearest seed.

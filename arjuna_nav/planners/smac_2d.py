@@ -16,8 +16,13 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.corridor import Corridor, corridors, guided, is_outside
+from arjuna_nav.planners.potential import NEUTRAL
 from arjuna_nav.planners.query import ask, oriented
 from arjuna_nav.planners.relaxation import relax, touches
+
+_SCALE = np.float32(NEUTRAL)  # of a free cell's cost in a corridor's estimate
+_SLACK = 0.0  # of ways that are looked at on large maps, over the best estimate
 
 
 @dataclass(frozen=True)
@@ -73,7 +78,12 @@ class Smac2D:
             return query
         seeds = query.out.seeds(1.0)
         limit = config.max_iterations if config.max_iterations > 0 else costmap.data.size
-        values, before, spent = _a_star(costmap.data, self._costs(), seeds, query.goal_cell, limit)
+        data, costs, goal_cell = costmap.data, self._costs(), query.goal_cell
+        values, before, spent = guided(
+            lambda within: _a_star(data, costs, seeds, goal_cell, limit, within),
+            lambda found: float((found[0][goal_cell] - seeds[0, 2]) * _SCALE),
+            corridors(data, costs * _SCALE, query.out.nearest, goal_cell, _SLACK),
+        )
         end = query.reachable_end(values)
         if end is None and spent:
             message = f"no path within max_iterations = {limit} cells"
@@ -117,6 +127,7 @@ def _a_star(
     seeds: NDArray[np.float64],
     goal: tuple[int, int],
     limit: int,
+    within: Corridor,
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], bool]:
     """Return what each cell costs until the goal, the cell before it, whether the limit came."""
     height, width = data.shape
@@ -145,6 +156,8 @@ def _a_star(
             for d_c in range(-1, 2):
                 r, c = row + d_r, column + d_c
                 if not (0 <= r < height and 0 <= c < width) or closed[r, c]:
+                    continue
+                if is_outside(within, r, c):
                     continue
                 cost = costs[data[r, c]]
                 if costs[data[row, c]] == np.inf or costs[data[r, column]] == np.inf:

@@ -17,12 +17,11 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult
-from arjuna_nav.planners.corridor import SHIFT, corridor
-from arjuna_nav.planners.potential import traversal_costs
-from arjuna_nav.planners.query import Query, ask
+from arjuna_nav.planners.guide import guide
+from arjuna_nav.planners.potential import NEUTRAL
+from arjuna_nav.planners.query import ask
 
-_SLACK = 0.02  # of ways that are looked at on large maps, over the best estimate
-_EVERYWHERE = np.empty((0, 0), np.bool_)
+_SLACK = 0.005  # of ways that are looked at on large maps, over the best estimate
 
 
 @dataclass(frozen=True)
@@ -66,31 +65,14 @@ class ThetaStar:
         query = ask(config, costmap, start, goal)
         if isinstance(query, PlanResult):
             return query
-        values, parents = self._search(query)
-        end = query.reachable_end(values)
-        if end is None:
-            return query.failure(values)
-        return query.answer(_spaced(_corners(parents, end, values.shape[1])))
-
-    def _search(self, query: Query) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        """Search about the estimated way where the map is large, else everywhere."""
-        config, data, goal = self._config, query.costmap.data, query.goal_cell
-        exits, seeds = query.out.exits, query.out.seeds(1.0)
-        costs = _weights(config)
-        near = traversal_costs(config.allow_unknown)
-        found = None
-        if math.isfinite(near[data[goal]]):
-            first = int(exits[0, 0]), int(exits[0, 1])
-            found = corridor(data, near, first, goal, _SLACK)
-        options = config.w_heuristic_cost * config.w_euc_cost, config.how_many_corners
-        if found is not None:
-            values, parents = _theta_star(data, costs, seeds, goal, *options, found[0], SHIFT)
-            if math.isfinite(values[goal]):
-                return values, parents
-        result: tuple[NDArray[np.float32], NDArray[np.int32]] = _theta_star(
-            data, costs, seeds, goal, *options, _EVERYWHERE, 0
-        )
-        return result
+        costs, seeds = _weights(config), query.out.seeds(1.0)
+        scale = np.float32(NEUTRAL / config.w_euc_cost)
+        found = guide(query, costs * scale, seeds * (1.0, 1.0, scale), _SLACK)
+        if isinstance(found, PlanResult):
+            return found
+        data, options = costmap.data, (config.w_heuristic_cost / scale, config.how_many_corners)
+        parents = _theta_star(data, costs, seeds, found.end, found.left, *options)
+        return query.answer(_spaced(_corners(parents, found.end, data.shape[1])))
 
 
 def _weights(config: ThetaStarConfig) -> NDArray[np.float32]:
@@ -108,12 +90,11 @@ def _theta_star(
     costs: NDArray[np.float32],
     seeds: NDArray[np.float64],
     goal: tuple[int, int],
-    heuristic: float,
+    left: NDArray[np.float32],
+    weight: float,
     corners: int,
-    allowed: NDArray[np.bool_],
-    shift: int,
-) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Return what it costs to reach each cell until the goal, and the corner before it.
+) -> NDArray[np.int32]:
+    """Return the number of the corner before each cell, until the goal, among those with a `left`.
 
     A cell that is taken from the queue looks past its parent to its parent's parent.
     """
@@ -126,7 +107,7 @@ def _theta_star(
     for row, column, value in seeds:
         r, c = int(row), int(column)
         values[r, c], parents[r * width + c] = value, r * width + c
-        heapq.heappush(queue, (value, np.int64(r * width + c)))
+        heapq.heappush(queue, (value + weight * left[r, c], np.int64(r * width + c)))
     while len(queue) > 0:
         cell = heapq.heappop(queue)[1]
         row, column = cell // width, cell % width
@@ -140,14 +121,13 @@ def _theta_star(
             r, c = _neighbour(row, column, k)
             if not (0 <= r < height and 0 <= c < width) or closed[r, c]:
                 continue
-            if allowed.shape[0] > 0 and not allowed[r >> shift, c >> shift]:
+            if left[r, c] == np.inf:
                 continue
             value = values[row, column] + line_cost(data, costs, row, column, r, c)
             if value < values[r, c]:
                 values[r, c], parents[r * width + c] = value, cell
-                left = heuristic * math.hypot(r - goal[0], c - goal[1])
-                heapq.heappush(queue, (value + left, np.int64(r * width + c)))
-    return values, parents
+                heapq.heappush(queue, (value + weight * left[r, c], np.int64(r * width + c)))
+    return parents
 
 
 @njit(cache=True)

@@ -63,6 +63,11 @@ class WayOut:
         self.exits = np.array(exits, dtype=np.int64).reshape(-1, 2)
         self.distances = np.array(distances, dtype=np.float64)
 
+    @property
+    def nearest(self) -> tuple[int, int]:
+        """The nearest exit."""
+        return int(self.exits[0, 0]), int(self.exits[0, 1])
+
     def seeds(self, cost: float) -> NDArray[np.float64]:
         """Return where a search begins, `(N, 3)`: row, column and what it costs to come there.
 

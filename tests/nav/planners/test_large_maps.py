@@ -11,7 +11,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.planners import NavFn, NavFnConfig, PlanStatus
 from arjuna_nav.planners import path as paths
-from arjuna_nav.planners.corridor import corridor
+from arjuna_nav.planners.corridor import corridors, guided
 from arjuna_nav.planners.potential import spread, traversal_costs
 from tests.nav.worlds import block, costmap_of, empty_grid
 
@@ -39,12 +39,15 @@ def test_a_corridor_holds_a_way_as_good_as_any(seed: int) -> None:
     start, goal = (2, 2), (397, 397)
     seeds = np.array([[*start, 0.0]])
     best = spread(data, costs, seeds, goal)[goal]
-    found = corridor(data, costs, start, goal, 0.01)
-    assert found is not None
-    assert 0.01 < found[0].mean() < 0.7
-    through = spread(data, costs, seeds, goal, found[0], 3)
+    found = corridors(data, costs, start, goal, 0.01)
+    assert [one.shift for one in found] == [2, 3]
+    assert 0.01 < found[0].open.mean() < found[1].open.mean() < 0.7
+    through = guided(
+        lambda one: spread(data, costs, seeds, goal, one.open, one.shift),
+        lambda potential: float(potential[goal]),
+        found,
+    )
     assert best <= through[goal] <= 1.02 * best
-    assert through[goal] <= found[1]
     assert np.isfinite(through).sum() < np.isfinite(spread(data, costs, seeds, goal)).sum()
 
 

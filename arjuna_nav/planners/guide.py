@@ -1,0 +1,69 @@
+"""What is left to the goal from the cells about the way: it guides searches, and bounds them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_nav.planners.base import PlanResult
+from arjuna_nav.planners.corridor import corridors, guided
+from arjuna_nav.planners.potential import spread
+from arjuna_nav.planners.query import Cell, Query
+
+
+@dataclass(frozen=True, eq=False)
+class Guide:
+    """Where a path is to end, and what is left to there.
+
+    Attributes:
+        end: The goal's cell, or the nearest to it that can be reached.
+        left: `(height, width) float32` what it costs from each cell to the end, inf where that
+            does not matter or no way leads there.
+    """
+
+    end: Cell
+    left: NDArray[np.float32]
+
+
+def guide(
+    query: Query,
+    costs: NDArray[np.float32],
+    seeds: NDArray[np.float64],
+    slack: float,
+    width: float = 0.0,
+) -> Guide | PlanResult:
+    """Return a guide to the goal or the nearest to it within the tolerance, or why there is none.
+
+    Args:
+        query: What is asked.
+        costs: What it costs to cross a cell by its value, `(256,) float32`, `NEUTRAL` where free.
+        seeds: `(N, 3)` row, column and value of the cells where the search begins, the likeliest
+            first.
+        slack: Of `corridors`.
+        width: As `slack`.
+
+    Source: a wave from the goal as heuristic is what Dolgov et al. (IJRR 2010) call the holonomic
+        one with obstacles.
+    """
+    data, goal = query.costmap.data, query.goal_cell
+    exits = seeds[:, :2].astype(np.int64)
+    first = int(exits[0, 0]), int(exits[0, 1])
+    if np.isfinite(costs[data[goal]]):
+        left = guided(
+            lambda within: spread(data, costs, _seed(goal), first, within.open, within.shift),
+            lambda potential: float(potential[first]),
+            corridors(data, costs, first, goal, slack, width),
+        )
+        if np.isfinite(left[tuple(exits.T)]).any():
+            return Guide(goal, left)
+    reached = spread(data, costs, seeds)
+    end = query.reachable_end(reached)
+    if end is None:
+        return query.failure(reached)
+    return Guide(end, spread(data, costs, _seed(end)))
+
+
+def _seed(cell: Cell) -> NDArray[np.float64]:
+    return np.array([[*cell, 0.0]])
