@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.task import Task
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
@@ -103,6 +104,7 @@ class Process:
         beside: Process | None = None,
     ) -> None:
         self.now = 0.0
+        self._steps = 0
         self._beside = beside
         self.guard: Guard = beside.guard if beside else Guard(lambda: self.now, strict)
         self.on_long_step: Callable[[float], None] = lambda patience: None
@@ -212,13 +214,17 @@ class Process:
 
     def run_waiting(self) -> int:
         """Run everything that waits, but nothing that comes meanwhile; return how much it was."""
-        reached: list[bool] = []
-        self.executor.create_task(lambda: reached.append(True))
-        steps = 0
-        while not reached:
-            self.spin_once(_DRAIN_STEP)
-            steps += 1
-        return steps
+        marker = self.executor.create_task(lambda: None)
+        before = self._steps
+        while not marker.done():
+            self.guard.call(self.node, "executor", self._spin_until, marker)
+        return self._steps - before
+
+    def _spin_until(self, marker: Task[None]) -> None:
+        """Run callbacks one by one up to a marker; guarded as one, for each costs time itself."""
+        while not marker.done():
+            self._steps += 1
+            self._spin_once(_DRAIN_STEP)
 
     def ok(self) -> bool:
         """Tell whether the process has not been asked to stop."""

@@ -2,20 +2,22 @@
 
 rclpy makes a Python object of every part of a message before anybody can look at it: 1.6 s for a
 path of 1e5 poses, of a request or a goal as of a topic. What makes them is a C function of the
-message's type, found by rclpy in an attribute of the type's class. Here another one stands before
-it, which counts the parts in C's memory, where a list is a pointer and a length, and shows the
-lists as empty where they are too many.
+message's type, found by rclpy in an attribute of the type's class. Here another one stands in its
+place, which counts the parts in C's memory, where a list is a pointer and a length, and shows the
+lists as empty where they are too many; else it reads them, where it can, by a faster way.
 """
 
 from __future__ import annotations
 
 import ctypes
-import importlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from rosidl_parser import definition
+
+from arjuna_core.ros.health.layout import Sequence, c_type_of, fields_of, interface, layout_of
+from arjuna_core.ros.health.reading import reader_of
 
 MOST_PARTS = 100_000
 """Objects that are made of one message: a path of 15 000 poses takes 0.3 s."""
@@ -24,29 +26,8 @@ _CALLS = {"Parameter": 100}
 _ARRAY = 2
 """Parts that an array of a fixed length counts as, by the time that NumPy takes."""
 _Convert = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p)
-_BASIC: dict[str, Any] = {
-    "boolean": ctypes.c_bool,
-    "octet": ctypes.c_uint8,
-    "char": ctypes.c_uint8,
-    "wchar": ctypes.c_uint16,
-    "float": ctypes.c_float,
-    "double": ctypes.c_double,
-    "long double": ctypes.c_longdouble,
-    **{f"int{bits}": getattr(ctypes, f"c_int{bits}") for bits in (8, 16, 32, 64)},
-    **{f"uint{bits}": getattr(ctypes, f"c_uint{bits}") for bits in (8, 16, 32, 64)},
-}
 _BOUND: dict[type[Any], Any] = {}
 _RAISED: list[BaseException] = []
-
-
-class _Sequence(ctypes.Structure):
-    """A list or a text of a message in C."""
-
-    _fields_ = (
-        ("data", ctypes.c_void_p),
-        ("size", ctypes.c_size_t),
-        ("capacity", ctypes.c_size_t),
-    )
 
 
 @dataclass(frozen=True)
@@ -81,26 +62,18 @@ def raise_what_was_raised() -> None:
         raise _RAISED.pop()
 
 
-def interface(kind: Any) -> Any:
-    """Return the class of a field's type; an action's parts are classes of the action."""
-    module = importlib.import_module(".".join(kind.namespaces))
-    whole, _, part = kind.name.rpartition("_")
-    is_part = part in ("Goal", "Result", "Feedback") and hasattr(module, whole)
-    return getattr(getattr(module, whole), part) if is_part else getattr(module, kind.name)
-
-
 def _stand_before(cls: type[Any]) -> Any:
     """Put a counting function before the one that reads a type; return it, for it must stay."""
     meta: Any = type(cls)
     if meta._TYPE_SUPPORT is None:
         meta.__import_type_support__()
-    lists = tuple(_lists(cls))
-    if not lists:
+    lists, reader = tuple(_lists(cls)), reader_of(cls)
+    if not lists and reader is None:
         return None
     pointer, capsule = ctypes.pythonapi.PyCapsule_GetPointer, ctypes.pythonapi.PyCapsule_New
     pointer.argtypes, pointer.restype = (ctypes.py_object, ctypes.c_char_p), ctypes.c_void_p
     capsule.argtypes, capsule.restype = (ctypes.c_void_p,) * 3, ctypes.py_object
-    read: Callable[[int], Any] = _Convert(pointer(meta._CONVERT_TO_PY, None))
+    read: Callable[[int], Any] = reader or _Convert(pointer(meta._CONVERT_TO_PY, None))
 
     def convert(address: int) -> Any:
         try:
@@ -110,7 +83,7 @@ def _stand_before(cls: type[Any]) -> Any:
             return cls()
 
     def _shut(address: int) -> Any:
-        fields = [_Sequence.from_address(address + each.offset) for each in lists]
+        fields = [Sequence.from_address(address + each.offset) for each in lists]
         sizes = [field.size for field in fields]
         for field in fields:
             field.size = 0
@@ -141,7 +114,7 @@ def _parts(address: int, lists: tuple[_List, ...]) -> int:
     """Count the parts in lists; it ends where they are too many."""
     total = 0
     for each in lists:
-        sequence = _Sequence.from_address(address + each.offset)
+        sequence = Sequence.from_address(address + each.offset)
         total += int(sequence.size) * each.parts
         for number in range(sequence.size if each.within else 0):
             if total > MOST_PARTS:
@@ -151,14 +124,14 @@ def _parts(address: int, lists: tuple[_List, ...]) -> int:
 
 
 def _lists(cls: type[Any], start: int = 0, path: tuple[str, ...] = ()) -> Iterable[_List]:
-    layout = _layout(cls)
-    for name, kind in _fields(cls):
+    layout = layout_of(cls)
+    for name, kind in fields_of(cls):
         offset = start + getattr(layout, name).offset
         if isinstance(kind, definition.NamespacedType):
             yield from _lists(interface(kind), offset, (*path, name))
         elif isinstance(kind, definition.AbstractSequence):
             item = kind.value_type
-            size = ctypes.sizeof(_c_type(item))
+            size = ctypes.sizeof(c_type_of(item))
             if isinstance(item, definition.NamespacedType):
                 made = interface(item)
                 yield _List((*path, name), offset, _objects(made), size, tuple(_lists(made)))
@@ -167,28 +140,7 @@ def _lists(cls: type[Any], start: int = 0, path: tuple[str, ...] = ()) -> Iterab
 
 
 def _objects(cls: type[Any]) -> int:
-    kinds = [kind for _, kind in _fields(cls)]
+    kinds = [kind for _, kind in fields_of(cls)]
     within = (interface(kind) for kind in kinds if isinstance(kind, definition.NamespacedType))
     arrays = sum(isinstance(kind, definition.Array) for kind in kinds)
     return _CALLS.get(cls.__name__, 1) + _ARRAY * arrays + sum(map(_objects, within))
-
-
-def _fields(cls: type[Any]) -> Iterable[tuple[str, Any]]:
-    return zip(cls.get_fields_and_field_types(), cls.SLOT_TYPES, strict=True)
-
-
-def _layout(cls: type[Any]) -> type[ctypes.Structure]:
-    """Return where a message's fields stand in C, whose structures no message leaves empty."""
-    fields = [(name, _c_type(kind)) for name, kind in _fields(cls)]
-    nothing = [("structure_needs_at_least_one_member", ctypes.c_uint8)]
-    return type("Layout", (ctypes.Structure,), {"_fields_": fields or nothing})
-
-
-def _c_type(kind: Any) -> Any:
-    if isinstance(kind, definition.BasicType):
-        return _BASIC[kind.typename]
-    if isinstance(kind, definition.NamespacedType):
-        return _layout(interface(kind))
-    if isinstance(kind, definition.Array):
-        return _c_type(kind.value_type) * kind.size
-    return _Sequence
