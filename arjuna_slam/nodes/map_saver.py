@@ -68,13 +68,16 @@ class MapSaverNode(ManagedNode):
     def _on_save(self, request: Any, response: Any) -> Any:
         try:
             topic = self._resolved(request.map_topic or "map")
+            is_new = self.active and topic not in self._topics
+            if is_new:
+                self._listen(topic)
         except (InvalidTopicNameException, rclpy_implementation.RCLError) as error:
-            self.get_logger().error(f"{request.map_topic[:80]!r} is no topic: {error}")
+            name = request.map_topic[:80]
+            self.get_logger().error(f"{name!r} is no topic, or not of maps: {error}")
             return response
         if not self.active:
             self.get_logger().warning("save_map requested, but the node is inactive")
-        elif topic not in self._topics:
-            self._listen(topic)
+        elif is_new:
             self.get_logger().error(f"now listening to '{topic}'; ask again to save it")
         elif topic not in self._maps:
             self.get_logger().error(f"no map has come on '{topic}' yet")

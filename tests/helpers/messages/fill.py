@@ -178,4 +178,5 @@ class Filler:
         for item in message.poses:
             item.header.frame_id = "map"
         if message.poses and self._rng.random() < 0.3:
-            message.poses = (message.poses * ZIGZAG)[:ZIGZAG]
+            few = message.poses[:ZIGZAG]
+            message.poses = (few * (ZIGZAG // len(few) + 1))[:ZIGZAG]

@@ -108,7 +108,8 @@ class Barrage:
             self.robot.process.drain()
 
     def _rise(self) -> None:
-        """Take all nodes down and up again."""
+        """Take all nodes down and up again, with their own parameters: some rightly keep one down."""
+        self._restore()
         for group in reversed((SIM_GROUP, *self._groups)):
             for spec in reversed(group.nodes):
                 self._to_rest(self.robot.nodes[spec.name])
@@ -170,12 +171,14 @@ class Barrage:
         """Undo what clients may rightly do: poses, parameters, maps, goals, modes."""
         for publisher in self._publishers.values():
             self.robot.client.destroy_publisher(publisher)
-        for name, parameters in self._kept.items():
-            self.robot.nodes[name].set_parameters(parameters)
         self._rise()
         self._play()
         self.robot.call(ResetSimulation, "reset_simulation", ResetSimulation.Request())
         self.robot.run(1.0)
+
+    def _restore(self) -> None:
+        for name, parameters in self._kept.items():
+            self.robot.nodes[name].set_parameters(parameters)
 
     def _to_rest(self, node: Any) -> None:
         for state, step in (("active", "deactivate"), ("inactive", "cleanup")):

@@ -181,6 +181,13 @@ def test_save_map_without_a_map_answers_no(bench: RosBench, tmp_path: Path) -> N
     assert not save(bench, map_url="room")
 
 
+@pytest.mark.parametrize("topic", ["parameter_events", "no topic//"])
+def test_a_topic_of_something_else_is_refused(bench: RosBench, tmp_path: Path, topic: str) -> None:
+    started(bench, MapSaverNode, maps_folder=str(tmp_path))
+    assert not save(bench, map_url="room", map_topic=topic)
+    assert not bench.process.guard.tallies
+
+
 @pytest.mark.parametrize("topic", ["map", "/map", ""])
 def test_the_map_can_be_named_with_its_slash(bench: RosBench, tmp_path: Path, topic: str) -> None:
     started(bench, MapSaverNode, maps_folder=str(tmp_path))
