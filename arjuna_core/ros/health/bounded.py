@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from rosidl_parser import definition
 
 from arjuna_core.ros.health.layout import Sequence, c_type_of, fields_of, interface, layout_of
@@ -21,10 +22,14 @@ from arjuna_core.ros.health.reading import reader_of
 
 MOST_PARTS = 100_000
 """Objects that are made of one message: a path of 15 000 poses takes 0.3 s."""
-_CALLS = {"Parameter": 100}
-"""What counts as many parts, for each is a call of a node."""
+_CALLS = {"Parameter": 100, "ListParameters_Request": 100}
+"""What counts as many parts, for each, or each text within, is a call of a node."""
 _ARRAY = 2
 """Parts that an array of a fixed length counts as, by the time that NumPy takes."""
+_COPIED = 4096
+"""Bytes of text that count as a part."""
+_SHORT = 16
+"""Texts of as few items are not looked at."""
 _Convert = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p)
 _BOUND: dict[type[Any], Any] = {}
 _RAISED: list[BaseException] = []
@@ -39,6 +44,7 @@ class _List:
         offset: Where it stands in the message's memory [bytes].
         parts: The objects that each item becomes, without those of lists within.
         stride: From one item to the next [bytes].
+        texts: Where the lengths of each item's texts stand [bytes].
         within: The lists of each item.
     """
 
@@ -46,6 +52,7 @@ class _List:
     offset: int
     parts: int
     stride: int
+    texts: tuple[int, ...]
     within: tuple[_List, ...]
 
 
@@ -116,11 +123,22 @@ def _parts(address: int, lists: tuple[_List, ...]) -> int:
     for each in lists:
         sequence = Sequence.from_address(address + each.offset)
         total += int(sequence.size) * each.parts
+        if sequence.size > _SHORT and total <= MOST_PARTS:
+            total += _copied(sequence, each)
         for number in range(sequence.size if each.within else 0):
             if total > MOST_PARTS:
                 return total
             total += _parts(sequence.data + number * each.stride, each.within)
     return total
+
+
+def _copied(sequence: Sequence, each: _List) -> int:
+    """Return the parts that the texts of a list's items count as."""
+    if not each.texts:
+        return 0
+    memory = ctypes.string_at(sequence.data, sequence.size * each.stride)
+    words = np.frombuffer(memory, np.uintp).reshape(sequence.size, -1)
+    return int(words[:, [at // words.itemsize for at in each.texts]].sum()) // _COPIED
 
 
 def _lists(cls: type[Any], start: int = 0, path: tuple[str, ...] = ()) -> Iterable[_List]:
@@ -130,13 +148,25 @@ def _lists(cls: type[Any], start: int = 0, path: tuple[str, ...] = ()) -> Iterab
         if isinstance(kind, definition.NamespacedType):
             yield from _lists(interface(kind), offset, (*path, name))
         elif isinstance(kind, definition.AbstractSequence):
-            item = kind.value_type
+            item, here = kind.value_type, ((*path, name), offset)
             size = ctypes.sizeof(c_type_of(item))
             if isinstance(item, definition.NamespacedType):
                 made = interface(item)
-                yield _List((*path, name), offset, _objects(made), size, tuple(_lists(made)))
+                texts, within = tuple(_texts(made)), tuple(_lists(made))
+                yield _List(*here, _objects(made), size, texts, within)
             elif isinstance(item, definition.AbstractGenericString):
-                yield _List((*path, name), offset, 1, size, ())
+                yield _List(*here, _CALLS.get(cls.__name__, 1), size, (Sequence.size.offset,), ())
+
+
+def _texts(cls: type[Any], start: int = 0) -> Iterable[int]:
+    """Return where the lengths of a message's texts stand, but for those of lists [bytes]."""
+    layout = layout_of(cls)
+    for name, kind in fields_of(cls):
+        offset = start + getattr(layout, name).offset
+        if isinstance(kind, definition.NamespacedType):
+            yield from _texts(interface(kind), offset)
+        elif isinstance(kind, definition.AbstractGenericString):
+            yield offset + Sequence.size.offset
 
 
 def _objects(cls: type[Any]) -> int:

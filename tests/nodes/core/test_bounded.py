@@ -17,10 +17,11 @@ from nav2_msgs.action import FollowPath, NavigateThroughPoses
 from nav2_msgs.srv import IsPathValid
 from nav_msgs.msg import Path
 from rcl_interfaces.msg import Parameter
-from rcl_interfaces.srv import GetParameters, SetParameters
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.serialization import deserialize_message, serialize_message
 from rosidl_parser import definition
 from simulation_interfaces.srv import GetEntitiesStates, SpawnEntities
+from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -111,6 +112,7 @@ def test_the_parts_in_c_are_those_in_python(cls: Any, monkeypatch: pytest.Monkey
         return counted[-1]
 
     bounded.bound([cls])
+    monkeypatch.setattr(bounded, "_COPIED", 1 << 40)  # the bytes of texts are another test's
     monkeypatch.setattr(fill, "LENGTHS", (0, 1, 7, 30))
     monkeypatch.setattr(fill, "ZIGZAG", 50)
     filler = fill.Filler(np.random.default_rng(7))
@@ -132,6 +134,27 @@ def test_all_but_the_lists_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
     assert got.goal.refusal == f"goal.path.poses has {FEW} items, too many to read"
     assert (got.goal_id, got.goal.controller_id) == (sent.goal_id, "a name")
     assert len(got.goal.path.poses) == 0
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        GetParameters.Request(names=["x" * 10_000] * 20),
+        ListParameters.Request(prefixes=["x"] * 20),
+        Path(poses=[PoseStamped(header=Header(frame_id="x" * 10_000))] * 20),
+    ],
+    ids=["texts", "calls", "texts of items"],
+)
+def test_long_texts_and_calls_of_many_items_count(
+    message: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cls = type(message)
+    bounded.bound([cls])
+    sent = serialize_message(message)
+    assert not hasattr(deserialize_message(sent, cls), "refusal")
+    monkeypatch.setattr(bounded, "MOST_PARTS", 150)
+    monkeypatch.setattr(bounded, "_COPIED", 1000)
+    assert "has 20 items, too many to read" in deserialize_message(sent, cls).refusal
 
 
 def test_what_is_raised_while_c_reads_is_raised_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
