@@ -56,7 +56,8 @@ def add_robot(spec: Any, robot: Robot, servo: ServoConfig, sag: float) -> None:
     for name in robot.drive.steering:
         add_steering(spec, name)
     for follower in robot.urdf.joints.values():
-        _add_mimic(spec, follower)
+        if follower.name not in robot.drive.steering:
+            _add_mimic(spec, follower)
 
 
 def let_meet(spec: Any, robots: Sequence[Robot]) -> None:

@@ -22,6 +22,7 @@ class Wheel:
         y: Where it is [m].
         heading: In which it rolls, from the robot's x axis [rad].
         steered: Whether a joint `<name>_steer_joint` turns it about the vertical.
+        follows: Name of the wheel whose steering that joint mimics, where it does.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Wheel:
     y: float
     heading: float = 0.0
     steered: bool = False
+    follows: str = ""
 
 
 @dataclass(frozen=True)
@@ -106,12 +108,13 @@ class Robot:
         steer = ""
         if wheel.steered:
             carrier = f"{wheel.name}_knuckle"
+            mimic = wheel.follows and f"<mimic joint='{wheel.follows}_steer_joint'/>"
             steer = (
                 f"<link name='{carrier}'>{INERTIAL.format(m=0.2, i=1e-4)}</link>"
                 f"<joint name='{wheel.name}_steer_joint' type='revolute'><parent link='base'/>"
                 f"<child link='{carrier}'/><origin xyz='{place}'/><axis xyz='0 0 1'/>"
                 f"<limit lower='-{self.limit}' upper='{self.limit}' effort='9' velocity='9'/>"
-                "</joint>"
+                f"{mimic}</joint>"
             )
             place = "0 0 0"
         inertia = INERTIAL.format(m=0.4, i=0.4 * 0.4 * self.radius**2)
@@ -198,11 +201,13 @@ def car(source: str, driven: str = "rear") -> Robot:
     """Return a car.
 
     Args:
-        source: What says how it drives: `gz`, `classic`, `control`, or nothing.
+        source: What says how it drives: `gz`, `classic`, `control`, or nothing, in which case one
+            front wheel's steering mimics the other's.
         driven: Its driven wheels, `rear` or `all`.
     """
+    follows = {"left": "", "right": "" if source else "front_left_wheel"}
     wheels = tuple(
-        Wheel(f"{end}_{side}_wheel", x, y, steered=end == "front")
+        Wheel(f"{end}_{side}_wheel", x, y, steered=end == "front", follows=follows[side])
         for end, x in (("front", 0.2), ("rear", -0.16))
         for side, y in (("left", 0.12), ("right", -0.12))
     )

@@ -38,6 +38,7 @@ class Chassis:
         grip: Torque of all wheels together, by the weight times the radius.
         casters: How many there are of one axle.
         rubs: Friction of a caster, where its file names one.
+        low: How far the casters reach below the wheels, by the radius.
         limp: How far the wheels' axles are off their middles, by the radius.
     """
 
@@ -51,6 +52,7 @@ class Chassis:
     grip: float = 2.0
     casters: int = 1
     rubs: float | None = None
+    low: float = 0.0
     limp: float = 0.0
 
     @property
@@ -129,11 +131,12 @@ class Chassis:
 
     def _caster(self, i: int) -> str:
         r, rubs = self.radius, "" if self.rubs is None else f"<mu1>{self.rubs}</mu1>"
+        x, z = (4 * i - 2) * r, -(0.5 + self.low) * r
         return (
             f"<link name='caster{i}'><collision><geometry>"
             f"<sphere radius='{0.5 * r}'/></geometry></collision></link>"
             f"<joint name='caster{i}_joint' type='fixed'><parent link='base'/>"
-            f"<child link='caster{i}'/><origin xyz='{(4 * i - 2) * r} 0 {-0.5 * r}'/></joint>"
+            f"<child link='caster{i}'/><origin xyz='{x} 0 {z}'/></joint>"
             f"<gazebo reference='caster{i}'>{rubs}</gazebo>"
         )
 

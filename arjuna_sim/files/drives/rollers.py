@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from arjuna_sim.files.urdf.plugins import TORQUE
+from arjuna_sim.files.urdf.plugins import torque_of
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Urdf
@@ -27,7 +27,7 @@ def omni_drive(urdf: Urdf, names: tuple[str, ...]) -> DriveSettings | None:
     if len(level) < 3 or not axes_spread(urdf, level):
         return None
     radius, width = wheel_radius(urdf, level), span(urdf, level)
-    torque = max(TORQUE, 2.0 * 9.81 * urdf.mass * radius / len(level))
+    torque = torque_of(urdf, radius, len(level))
     return with_omni(DriveSettings(level, (), width, radius, torque, width, radius), urdf)
 
 

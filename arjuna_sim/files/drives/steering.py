@@ -21,14 +21,17 @@ _STANDS = 0.02  # how far a wheel's lowest point may be off the others' [m]
 
 
 def steering_joints(urdf: Urdf) -> tuple[str, ...]:
-    """Return the joints that turn a wheel about the vertical by limits, but for casters."""
+    """Return the joints that turn a wheel about the vertical by limits, but for casters.
+
+    One that follows another to the same side is one, too: each steers its own wheel.
+    """
     carriers = {joint.parent for joint in urdf.joints.values() if joint.kind == "continuous"}
     return tuple(
         joint.name
         for joint in urdf.joints.values()
         if joint.kind == "revolute"
         and joint.child in carriers
-        and joint.mimic is None
+        and (joint.mimic is None or joint.mimic.multiplier > 0.0)
         and _STEERS.search(f"{joint.name} {joint.child}") is not None
         and _PASSIVE.search(f"{joint.name} {joint.child}") is None
         and _is_upright(urdf, joint)
@@ -48,6 +51,9 @@ def with_steering(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> DriveSettin
     steering = named or steering_joints(urdf)
     if not steering or not drive.wheels:
         return None
+    for name in steering:
+        if urdf.joints[name].mimic is not None:
+            xml.note(f"joint '{name}': steers its own wheel, so that none slides, and mimics none")
     wheels = tuple(n for n in drive.wheels if abs(float(axis(urdf, n)[1])) > _ACROSS)
     fixed = tuple(n for n in wheels if steered_by(urdf, n, steering) < 0)
     driven = wheels if drive.plugin else fixed or wheels

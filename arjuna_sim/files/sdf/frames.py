@@ -6,6 +6,7 @@ Source: SDFormat, Pose Frame Semantics Proposal (versions 1.7 and later).
 from __future__ import annotations
 
 import math
+import re
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
@@ -17,6 +18,9 @@ _CHAIN_MAX = 100
 MERGE = "merge"
 """Attribute of an included model whose links and frames are those of the model around it."""
 _OWN = ("__model__", "__root__", "world", "")
+_TRUE = ("true", "1")
+_VERSION = re.compile(r"1\.([0-4])")
+"""Versions in which an axis is in its model's frame, not yet in its joint's."""
 
 
 def raw_pose(xml: XmlFile, element: Element, place: str) -> Pose3:
@@ -71,6 +75,7 @@ class Scope:
         self._xml = xml
         self._place = place
         self._items = {_name(child): child for child in element if child.tag in _NAMED}
+        self._is_old = _VERSION.fullmatch(xml.root.get("version", "")) is not None
         merged = [child for child in element if child.get(MERGE) == "true"]
         self._merged = {
             _name(inner): child for child in merged for inner in child if inner.tag in _NAMED
@@ -92,6 +97,19 @@ class Scope:
     def _pose(self, element: Element, place: str, parent: Pose3, seen: tuple[str, ...]) -> Pose3:
         base = base_of(element)
         return (self._find(base, seen) if base else parent) @ raw_pose(self._xml, element, place)
+
+    def axis(self, axis: Element, T_joint: Pose3) -> Pose3:
+        """Return the pose of the frame that the numbers of a joint's `<axis>` are in.
+
+        Raises:
+            WorldError: It does not exist.
+        """
+        tag = axis.find("xyz")
+        named = "" if tag is None else tag.get("expressed_in", "").strip()
+        if named:
+            return self._find(named, ())
+        in_model = (axis.findtext("use_parent_model_frame") or "").strip().lower() in _TRUE
+        return ORIGIN if in_model or self._is_old else T_joint
 
     def find(self, name: str) -> Pose3:
         """Return the pose of a named thing in this scope.
@@ -120,7 +138,8 @@ class Scope:
             problem = f"frame '{name}' does not exist; {nearest(name, self._items)}"
             raise self._xml.fail(self._place, problem)
         seen = (*seen, name)
-        pose = self._pose(element, f"{self._place} '{name}'", self._parent(element, seen), seen)
+        parent = ORIGIN if base_of(element) else self._parent(element, seen)
+        pose = self._pose(element, f"{self._place} '{name}'", parent, seen)
         if rest and name not in self._items and element.tag == "model":
             return pose @ Scope(self._xml, element, f"{self._place} '{first}'").find(rest)
         return pose

@@ -13,7 +13,6 @@ from arjuna_sim.model.joints import Hinge
 
 SWINGING = ("revolute", "continuous", "prismatic")
 _UNLIMITED = 1e6  # beyond it a limit is none [rad or m]
-_TRUE = ("true", "1")
 
 
 def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
@@ -33,12 +32,8 @@ def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
     length = float(np.linalg.norm(toward))
     if not 0.0 < length < math.inf:
         raise xml.fail(place, "axis must not be zero")
-    tag = xml.child(axis, "xyz", place)
-    in_model = tag.get("expressed_in", "") == "__model__"
-    in_model |= (axis.findtext("use_parent_model_frame") or "").strip().lower() in _TRUE
-    T_told = joint.T_model if in_model else joint.T_world
     T_link = link.T_world.inverse()
-    along = T_link.rotation() @ T_told.rotation() @ toward / length
+    along = T_link.rotation() @ joint.T_axis.rotation() @ toward / length
     x, y, z = T_link.apply(np.array([joint.T_world.position]))[0]
     sign = 1.0 if joint.child in own else -1.0  # else the parent swings
     a, b, c = (sign * along).tolist()

@@ -63,7 +63,7 @@ class SdfJoint:
         parent: Path of a link, or `world`.
         child: Path of a link, or `world`.
         T_world: Where it is.
-        T_model: Where its model is.
+        T_axis: What its axis is told in.
     """
 
     element: Element
@@ -72,7 +72,7 @@ class SdfJoint:
     parent: str
     child: str
     T_world: Pose3
-    T_model: Pose3
+    T_axis: Pose3
 
 
 class ModelReader:
@@ -187,8 +187,10 @@ def _joint(xml: XmlFile, joint: Element, scope: Scope, T_world: Pose3, prefix: s
         ends.append(name if name == WORLD else prefix + name)
     child = (joint.findtext("child") or "").strip()
     base = scope.find(child) if child != WORLD else Pose3()
-    pose = T_world @ scope.pose(joint, place, base)
-    return SdfJoint(joint, xml, joint.get("type", "?"), ends[0], ends[1], pose, T_world)
+    pose, axis = scope.pose(joint, place, base), joint.find("axis")
+    told = pose if axis is None else scope.axis(axis, pose)
+    kind = joint.get("type", "?")
+    return SdfJoint(joint, xml, kind, ends[0], ends[1], T_world @ pose, T_world @ told)
 
 
 def parts_of(links: list[SdfLink]) -> Iterator[tuple[Part, bool]]:

@@ -11,26 +11,22 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, SubElement, tostring  # nothing is parsed here
 
-import numpy as np
-
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.files.sdf.frames import MERGE, Scope, raw_pose
-from arjuna_sim.files.sdf.geometry_tags import read_colour
+from arjuna_sim.files.sdf.frames import MERGE, Scope
 from arjuna_sim.files.sdf.includes import Includes
+from arjuna_sim.files.sdf.robot_parts import (
+    numbers_text,
+    tell_inertial,
+    tell_origin,
+    tell_part,
+)
 from arjuna_sim.files.sdf.surface_tags import read_friction
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 
 _MOVING = ("revolute", "continuous", "prismatic")
-_SIZES = {
-    "box": ("size",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "sphere": ("radius",),
-}
 _UNLIMITED = 1e6  # [rad or m]
-_TRUE = ("true", "1")
 _WORLD = "world"
 
 
@@ -53,6 +49,21 @@ class _Model:
         child = (joint.findtext("child") or "").strip()
         base = ORIGIN if child == _WORLD else self.scope.find(child)
         return self.T @ self.scope.pose(joint, f"joint '{joint.get('name', '?')}'", base)
+
+    def axis_pose(self, joint: Element) -> Pose3:
+        """Return the frame in the robot that a joint's axis is told in."""
+        T_joint = self.T.inverse() @ self.joint_pose(joint)
+        axis = self.xml.child(joint, "axis", f"joint '{joint.get('name', '?')}'")
+        return self.T @ self.scope.axis(axis, T_joint)
+
+    def plugin(self, element: Element) -> Element:
+        """Return a plugin with the names that this model's joints have in the robot."""
+        told = copy.deepcopy(element)
+        own = {joint.get("name", "") for joint in self.element.findall("joint")}
+        for tag in told.iter():
+            if (tag.text or "").strip() in own:
+                tag.text = self.called(tag.text or "")
+        return told
 
 
 @dataclass
@@ -92,7 +103,7 @@ def robot_as_urdf(xml: XmlFile) -> bytes:
         for frame in m.element.findall("frame"):
             _frame(m, frame, told)
         for plugin in m.element.findall("plugin"):
-            SubElement(told.root, "gazebo").append(copy.deepcopy(plugin))
+            SubElement(told.root, "gazebo").append(m.plugin(plugin))
     for m in models:
         for joint in m.element.findall("joint"):
             _joint(m, joint, told)
@@ -126,12 +137,12 @@ def _link(model: _Model, element: Element, turning: dict[str, Pose3], told: _Tol
     link = SubElement(told.root, "link", name=name)
     inertial = element.find("inertial")
     if inertial is not None and inertial.find("mass") is not None:
-        _inertial(xml, inertial, SubElement(link, "inertial"), T_own, place)
+        tell_inertial(xml, inertial, SubElement(link, "inertial"), T_own, place)
     gazebo = Element("gazebo", reference=name)
     for tag in ("collision", "visual"):
         for part in element.findall(tag):
             T = T_own @ T_link.inverse() @ scope.pose(part, f"{place} {tag}", T_link)
-            _part(xml, part, T, link, f"{place} {tag}")
+            tell_part(xml, part, T, link, f"{place} {tag}")
     for collision in element.findall("collision"):
         mu = read_friction(xml, collision, f"{place} collision")
         if mu is not None and gazebo.find("mu1") is None:
@@ -142,45 +153,10 @@ def _link(model: _Model, element: Element, turning: dict[str, Pose3], told: _Tol
             own.remove(pose)
         T = T_own @ T_link.inverse() @ scope.pose(sensor, f"{place} sensor", T_link)
         if sensor.find("pose") is not None or T_own != ORIGIN:
-            SubElement(own, "pose").text = _text((*T.position, *T.rpy()))
+            SubElement(own, "pose").text = numbers_text((*T.position, *T.rpy()))
         gazebo.append(own)
     if len(gazebo):
         told.root.append(gazebo)
-
-
-def _inertial(xml: XmlFile, inertial: Element, link: Element, T_own: Pose3, place: str) -> None:
-    _origin(link, T_own @ raw_pose(xml, inertial, f"{place} inertial"))
-    SubElement(link, "mass", value=(inertial.findtext("mass") or "").strip())
-    tensor = inertial.find("inertia")
-    if tensor is not None:
-        keys = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        values = {key: (tensor.findtext(key) or "0").strip() for key in keys}
-        SubElement(link, "inertia", values)
-
-
-def _part(xml: XmlFile, part: Element, T: Pose3, link: Element, place: str) -> None:
-    """Tell a `<collision>` or `<visual>`; a shape that URDF has not is left out with a note."""
-    item = next(iter(xml.child(part, "geometry", place)), None)
-    if item is None or item.tag not in (*_SIZES, "mesh"):
-        if item is None or item.tag != "empty":
-            shape = "an empty <geometry>" if item is None else f"<{item.tag}>"
-            xml.note(f"{place}: {shape} is left out of a robot", NoteKind.UNSUPPORTED)
-        return
-    told = SubElement(link, part.tag, name=part.get("name", part.tag))
-    _origin(told, T)
-    geometry = SubElement(told, "geometry")
-    if item.tag == "mesh":
-        uri = (item.findtext("uri") or "").strip()
-        found = xml.find(uri, place)
-        name = uri if found is None else f"file://{found.resolve()}"
-        scale = (item.findtext("scale") or "1 1 1").strip()
-        SubElement(geometry, "mesh", filename=name, scale=scale)
-    else:
-        sizes = {key: (item.findtext(key) or "").strip() for key in _SIZES[item.tag]}
-        SubElement(geometry, item.tag, sizes)
-    if part.tag == "visual":
-        material = SubElement(told, "material", name=f"{link.get('name')}/{len(link)}")
-        SubElement(material, "color", rgba=_text(read_colour(xml, part, place)))
 
 
 def _frame(model: _Model, element: Element, told: _Told) -> None:
@@ -218,23 +194,17 @@ def _joint(model: _Model, element: Element, told: _Told) -> None:
         _connect(told, name, "fixed", parent, child)
         return
     joint = _connect(told, name, kind, parent, child)
-    _moving(xml, element, joint, (model.T, model.joint_pose(element), told.places[child]))
+    _moving(xml, element, joint, (model.axis_pose(element), told.places[child]))
 
 
-def _moving(
-    xml: XmlFile, element: Element, joint: Element, where: tuple[Pose3, Pose3, Pose3]
-) -> None:
+def _moving(xml: XmlFile, element: Element, joint: Element, where: tuple[Pose3, Pose3]) -> None:
     """Tell a joint's axis, limits, damping and what it follows."""
-    T_model, T_joint, T_child = where
+    T_axis, T_child = where
     place = f"joint '{joint.get('name')}'"
     axis = xml.child(element, "axis", place)
     tag = xml.child(axis, "xyz", place)
-    in_model = tag.get("expressed_in", "") == "__model__"
-    in_model |= (axis.findtext("use_parent_model_frame") or "").strip().lower() in _TRUE
-    turned = (T_model if in_model else T_joint).rotation() @ xml.numbers(
-        tag.text or "", 3, f"{place} <xyz>"
-    )
-    SubElement(joint, "axis", xyz=_text(T_child.rotation().T @ turned))
+    turned = T_axis.rotation() @ xml.numbers(tag.text or "", 3, f"{place} <xyz>")
+    SubElement(joint, "axis", xyz=numbers_text(T_child.rotation().T @ turned))
     low = xml.number(axis, "limit/lower", -_UNLIMITED, place)
     high = xml.number(axis, "limit/upper", _UNLIMITED, place)
     if joint.get("type") == "revolute" and low <= -_UNLIMITED and high >= _UNLIMITED:
@@ -256,7 +226,7 @@ def _moving(
 def _connect(told: _Told, name: str, kind: str, parent: str, child: str) -> Element:
     """Tell a joint between two links, where they stand."""
     joint = SubElement(told.root, "joint", name=name, type=kind)
-    _origin(joint, told.places[parent].inverse() @ told.places[child])
+    tell_origin(joint, told.places[parent].inverse() @ told.places[child])
     SubElement(joint, "parent", link=parent)
     SubElement(joint, "child", link=child)
     told.carried[child] = parent
@@ -285,11 +255,3 @@ def _above(told: _Told, name: str) -> Iterator[str]:
         if name not in told.carried:
             return
         name = told.carried[name]
-
-
-def _origin(element: Element, T: Pose3) -> None:
-    SubElement(element, "origin", xyz=_text(T.position), rpy=_text(T.rpy()))
-
-
-def _text(values: object) -> str:
-    return " ".join(repr(float(value)) for value in np.asarray(values).ravel())

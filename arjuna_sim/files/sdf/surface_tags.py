@@ -23,14 +23,16 @@ def read_friction(xml: XmlFile, element: Element, place: str) -> float | None:
     mu = element.findtext(f"{_ODE}/mu") or element.findtext(f"{_FRICTION}/bullet/friction")
     if mu is None:
         return None
-    value = max(0.0, xml.numbers(mu, 1, f"{place} <mu>")[0])
-    second = xml.number(element, f"{_ODE}/mu2", value, place)
-    if second != value:
-        xml.note(f"{place}: <mu2> is taken to be <mu>, {value:g}")
-    for tag in ("slip1", "slip2"):
-        if xml.number(element, f"{_ODE}/{tag}", 0.0, place) != 0.0:
-            xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
-    return value
+    with leaving_out(xml, f"{place} <friction>"):
+        value = max(0.0, xml.numbers(mu, 1, f"{place} <mu>")[0])
+        second = xml.number(element, f"{_ODE}/mu2", value, place)
+        if second != value:
+            xml.note(f"{place}: <mu2> is taken to be <mu>, {value:g}")
+        for tag in ("slip1", "slip2"):
+            if xml.number(element, f"{_ODE}/{tag}", 0.0, place) != 0.0:
+                xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
+        return value
+    return None
 
 
 def read_gravity(xml: XmlFile, world: Element) -> tuple[float, float, float]:

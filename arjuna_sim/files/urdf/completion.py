@@ -25,6 +25,19 @@ _LEAST = 0.01  # mass of a moving part without mass or shape [kg]
 _GRIP = 0.8  # friction of rubber on dry concrete, of wheels that Gazebo let slide
 
 
+def complete_shapes(xml: XmlFile, urdf: Urdf) -> Urdf:
+    """Give a robot that could touch nothing but by its wheels the shapes by which it is drawn."""
+    rolling = {joint.child for joint in urdf.joints.values() if joint.kind == "continuous"}
+    if any(link.collisions for link in urdf.links.values() if link.name not in rolling):
+        return urdf
+    links = dict(urdf.links)
+    for name, link in urdf.links.items():
+        if link.visuals and not link.collisions:
+            xml.note(f"link '{name}': has no <collision>, so it is as solid as it is drawn")
+            links[name] = dataclasses.replace(link, collisions=link.visuals)
+    return dataclasses.replace(urdf, links=links)
+
+
 def complete_masses(xml: XmlFile, urdf: Urdf) -> Urdf:
     """Give each part that moves a mass: by its shapes, where its links have none.
 

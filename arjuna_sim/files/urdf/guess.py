@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from arjuna_core.errors import InputFileError
 from arjuna_sim.files.drives.rollers import omni_drive
 from arjuna_sim.files.urdf.gazebo_text import texts
-from arjuna_sim.files.urdf.plugins import TORQUE, Sides
+from arjuna_sim.files.urdf.plugins import TORQUE, Sides, torque_of
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.model.urdf import Urdf
@@ -63,7 +63,7 @@ def guess_drive(xml: XmlFile, urdf: Urdf) -> DriveSettings:
     if not radius > 0.0 or not separation > 0.0:
         raise xml.fail("drive", "the wheels' radius is unknown; <wheel_diameter> gives it")
     track = effective_track(urdf, left, right)
-    torque = max(TORQUE, 2.0 * 9.81 * urdf.mass * radius / len(left + right))
+    torque = torque_of(urdf, radius, len(left + right))
     xml.note(
         f"no drive plugin: guessed are the wheels {', '.join(left)} (left) and {', '.join(right)}"
         f" (right), separation {separation:.4g} m, radius {radius:.4g} m"

@@ -14,7 +14,8 @@ from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center, effective_track, span, wheel_radius, wheel_separation
 
 TORQUE = 5.0
-"""Greatest torque of a wheel whose file names none, as in Gazebo [N m]."""
+"""Least torque of a wheel whose file names none, as in Gazebo [N m]."""
+_PULL = 2.0 * 9.81  # of all such wheels together, by the robot's mass [m/s^2]
 _ENDS = ("front", "rear", "middle", "back")
 WHEEL, STEERING = ("wheeljoint",), ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""
@@ -74,13 +75,22 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
         right,
         separation,
         radius,
-        torque=value(xml, plugin, place, TORQUE, "torque", "wheeltorque", "maxwheeltorque"),
+        torque=value(xml, plugin, place, 0.0, "torque", "wheeltorque", "maxwheeltorque")
+        or torque_of(urdf, radius, len(left + right)),
         effective_track=track,
         effective_radius=rolling,
         steering=steering,
         steering_limit=value(xml, plugin, place, 0.0, *_LIMIT),
     )
     return with_outputs(xml, plugin, drive)
+
+
+def torque_of(urdf: Urdf, radius: float, wheels: int) -> float:
+    """Return the greatest torque of each of some wheels whose file names none [N m].
+
+    The heaviest robot climbs and turns by it; Gazebo's own drives know no limit, or `TORQUE`.
+    """
+    return max(TORQUE, _PULL * urdf.mass * radius / wheels)
 
 
 def _name(plugin: Element) -> str:

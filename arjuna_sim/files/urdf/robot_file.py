@@ -10,7 +10,7 @@ from pathlib import Path
 from arjuna_core.errors import RobotError
 from arjuna_sim.files.sdf.robot_as_urdf import robot_as_urdf
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.completion import complete_masses, friction_of
+from arjuna_sim.files.urdf.completion import complete_masses, complete_shapes, friction_of
 from arjuna_sim.files.urdf.drive_kinds import arranged, told_by
 from arjuna_sim.files.urdf.gazebo import read_gazebo
 from arjuna_sim.files.urdf.guess import guess_drive
@@ -89,7 +89,7 @@ def read_robot(xml: XmlFile) -> Robot:
     Raises:
         RobotError: It does not describe a robot.
     """
-    urdf = stand_up(xml, read_urdf(xml))
+    urdf = complete_shapes(xml, stand_up(xml, read_urdf(xml)))
     settings = read_gazebo(xml, urdf)
     drive = settings.drive or guess_drive(xml, urdf)
     drive = arranged(xml, urdf, drive, settings.kind, settings.grips)

@@ -60,13 +60,15 @@ def steady_acceleration(feet: Feet, weight: Weight) -> float:
     the height of the weight, and by the torque that the wheels take to spin up.
 
     Returns:
-        The acceleration, at least `LEAST`; infinity where the feet do not hold the robot upright,
-        as of one that balances.
+        The acceleration, at least `LEAST`, as where the driven wheels carry nothing; infinity where
+        the feet do not hold the robot upright, as of one that balances, or none is driven.
     """
     if not feet.drives.any():
         return np.inf
     feet, loads = _standing(feet, weight)
-    if not feet.drives.any() or np.ptp(feet.places[:, 0]) < _SPREAD:
+    if not feet.drives.any():
+        return LEAST
+    if np.ptp(feet.places[:, 0]) < _SPREAD:
         return np.inf
     lean = _shares(feet) @ np.array([0.0, -(weight.mass * weight.middle[2] + weight.spin), 0.0])
     lifting = max(_LIFTS, float((loads / np.maximum(np.abs(lean), _TINY)).min()))

@@ -61,6 +61,16 @@ def test_nested_and_included_models_stand_where_they_were_put(tmp_path: Path, se
     simulator(case.path)
 
 
+def test_friction_that_is_no_number_costs_no_shape(tmp_path: Path) -> None:
+    rubs = "<surface><friction><ode><mu>inf</mu></ode></friction></surface></collision>"
+    world = _loaded(
+        tmp_path, _static(_link("<box><size>1 1 1</size></box>"), "m").replace("</collision>", rubs)
+    )
+    (body,) = (body for body in world.bodies if body.model == "m")
+    assert body.part.friction is None
+    assert any("'inf' must be finite" in note for note in texts(world.notes))
+
+
 BOX = "<box><size>1 1 1</size></box>"
 STL = "<mesh><uri>{}</uri></mesh>"
 

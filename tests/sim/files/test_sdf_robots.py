@@ -38,6 +38,7 @@ AXES = (
     "<xyz expressed_in='__model__'>0 1 0</xyz>"
     "<limit><lower>-1e16</lower><upper>1e16</upper></limit>",
     "<xyz>0 1 0</xyz><use_parent_model_frame>1</use_parent_model_frame>",
+    "<xyz expressed_in='base'>0 1 0</xyz>",
 )
 DRIVE = """<plugin filename="gz-sim-diff-drive-system" name="gz::sim::systems::DiffDrive">
 {joints}<wheel_separation>0.26</wheel_separation><wheel_radius>0.05</wheel_radius>
@@ -85,6 +86,32 @@ def test_sdf_robot_drives_and_sees(tmp_path: Path, axis: str) -> None:
     assert last.truth.v == pytest.approx(0.3, rel=0.05)
     assert last.scan is not None
     assert np.isfinite(last.scan.ranges).all()
+
+
+def test_axis_of_an_old_file_is_in_its_model_s_frame(tmp_path: Path) -> None:
+    path = _robot(tmp_path, "<xyz>0 1 0</xyz>")
+    path.write_text(path.read_text("utf-8").replace("version='1.9'", "version='1.4'"), "utf-8")
+    assert load_robot(path, SearchPath()).urdf.joints["wheel_0_joint"].axis == pytest.approx(
+        (0.0, 0.0, 1.0), abs=1e-9
+    )
+    path.write_text(path.read_text("utf-8").replace("version='1.4'", "version='1.10'"), "utf-8")
+    with pytest.raises(RobotError, match="axis must lie across the robot"):
+        load_robot(path, SearchPath())
+
+
+def test_link_may_be_placed_by_the_joint_that_carries_it(tmp_path: Path) -> None:
+    carried = """<link name="lamp"><pose relative_to="lamp_joint">0 0 0.1 0 0 0</pose></link>
+    <joint name="lamp_joint" type="fixed"><pose relative_to="base">0.2 0 0 0 0 0</pose>
+    <parent>base</parent><child>lamp</child></joint>"""
+    urdf = load_robot(_robot(tmp_path, extra=carried), SearchPath()).urdf
+    assert urdf.T_root("lamp").position == pytest.approx((0.2, 0.0, 0.1))
+
+
+def test_drive_of_a_nested_model_finds_its_joints(tmp_path: Path) -> None:
+    path = _robot(tmp_path)
+    text = path.read_text("utf-8").replace("<model name='bot'>", "<model name='o'><model name='i'>")
+    path.write_text(text.replace("</model>", "</model></model>"), "utf-8")
+    assert load_robot(path, SearchPath()).drive.left == ("i/wheel_0_joint", "i/wheel_2_joint")
 
 
 def test_frames_are_links_and_balls_are_casters(tmp_path: Path) -> None:

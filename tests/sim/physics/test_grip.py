@@ -81,6 +81,11 @@ def test_robot_that_hardly_drives_says_so() -> None:
     assert not any("hardly drives" in note for note in _simulator(FOUR_WHEELS, level()).notes)
 
 
+def test_robot_whose_wheels_hang_in_the_air_says_so() -> None:
+    hanging = dataclasses.replace(FOUR_WHEELS, axles=1, casters=2, low=0.05)
+    assert any("hardly drives" in note for note in _simulator(hanging, level()).notes)
+
+
 def test_wheel_that_turns_off_its_middle_is_named() -> None:
     limping = dataclasses.replace(FOUR_WHEELS, limp=0.3).robot()
     assert sum("middle of its wheel" in note for note in texts(limping.notes)) == 4
