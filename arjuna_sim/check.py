@@ -39,7 +39,7 @@ from arjuna_sim.model.settings import (
 )
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.scene import build_scene
-from arjuna_sim.physics.wheels.footing import footing_notes
+from arjuna_sim.physics.wheels.footing import footing_notes, sill_notes
 from arjuna_sim.physics.wheels.servo import ServoConfig
 
 _TIMESTEP = 0.004
@@ -133,6 +133,7 @@ def _check_robot(
     lines.append(f"  stands with '{robot.urdf.root}' {scene.ride_height:.4g} m above the ground")
     if math.isfinite(scene.steady):
         lines.append(f"  neither slips nor tips up to {scene.steady:.3g} m/s^2")
+    lines += [f"  {note}" for note in sill_notes(scene.lifting, robot.drive.radius)]
     if guess is not None:
         if not robot.drive.wheels or robot.settings.drive is not None:
             problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"

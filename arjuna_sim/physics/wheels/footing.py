@@ -14,6 +14,7 @@ _TINY = 1e-12
 LEAST = 0.5
 """Acceleration that any robot is asked for [m/s^2]."""
 _SPREAD = 1e-3  # of feet along the robot, from which they hold it upright [m]
+_SILL = 0.3  # that any robot is asked to cross, by its wheels' radius
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,29 @@ def steady_acceleration(feet: Feet, weight: Weight) -> float:
     return max(LEAST, min(lifting, _SHARE * gripping, _SHARE * turning))
 
 
+def lifting_sill(feet: Feet, sag: float) -> float:
+    """Return how high a sill is from which other feet lift all driven wheels off the ground [m].
+
+    A robot that stands on rigid feet before and behind its driven wheels rests on those two alone
+    when the one is on the sill and the other on the ground: infinity where it has no such feet.
+
+    Args:
+        feet: Where it touches level ground.
+        sag: In which the gaps of the feet are counted [m].
+    """
+    along, heights, least = feet.places[:, 0], feet.gaps * sag, np.inf
+    driven = along[feet.drives]
+    for way in (along, -along) if len(driven) else ():
+        wheel = float(way[feet.drives].min())  # the last that touches, with its front on the sill
+        ahead = ~feet.drives & (way > way[feet.drives].max() + _SPREAD)
+        behind = ~feet.drives & (way < wheel - _SPREAD)
+        for x, up in zip(way[ahead], heights[ahead], strict=True):
+            back, rear = way[behind], heights[behind]
+            sills = up + rear * (x - wheel) / (wheel - back)
+            least = min(least, float(sills.min(initial=np.inf)))
+    return least
+
+
 def _standing(feet: Feet, weight: Weight) -> tuple[Feet, NDArray[np.float64]]:
     """Return the feet that carry something at rest, and what each carries, `(N,) float64` [N]."""
     x, y, _ = weight.middle.tolist()
@@ -108,3 +132,18 @@ def footing_notes(steady: float) -> tuple[str, ...]:
     if steady > LEAST:
         return ()
     return ("hardly drives: its wheels grip, or its motors pull, little more than the rest rubs",)
+
+
+def sill_notes(lifting: float, radius: float) -> tuple[str, ...]:
+    """Say of a robot that sills take the ground from its wheels.
+
+    Args:
+        lifting: The sill from which its driven wheels hang in the air [m].
+        radius: Of its wheels [m].
+    """
+    if lifting >= _SILL * radius:
+        return ()
+    return (
+        "stands on rigid feet before and behind its driven wheels: a sill of more than"
+        f" {1e3 * max(lifting, 0.0):.2g} mm lifts those off, and is crossed by momentum alone",
+    )

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.wheels import center, radius_of, width_of
-from arjuna_sim.physics.wheels.footing import Feet, Weight, steady_acceleration
+from arjuna_sim.physics.wheels.footing import Feet, Weight, lifting_sill, steady_acceleration
 from arjuna_sim.physics.wheels.grip import name_friction
 
 STICTION = 1e6
@@ -49,11 +49,13 @@ class Standing:
     Attributes:
         ride_height: Height of its root above the ground [m].
         steady: Greatest acceleration at which it stands on all its feet and grips [m/s^2].
+        lifting: The lowest sill that lifts its driven wheels off the ground [m].
         tyres: Its tyres' geoms, rising.
     """
 
     ride_height: float
     steady: float
+    lifting: float
     tyres: tuple[int, ...]
 
 
@@ -122,7 +124,8 @@ def tune_tyres(model: Any, robot: Robot, sag: float) -> Standing:
     feet = _feet(model, data, geoms, gaps, (driven, bodies - driven))
     weight = _weight(model, data, robot, ground)
     steady = steady_acceleration(feet, weight)
-    return Standing(-min(sunk, default=0.0), steady, tuple(sorted(wheels)))
+    lifting = lifting_sill(feet, sag)
+    return Standing(-min(sunk, default=0.0), steady, lifting, tuple(sorted(wheels)))
 
 
 def _crown(model: Any, data: Any, geom: int) -> None:

@@ -14,7 +14,7 @@ from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.wheels.footing import LEAST
+from arjuna_sim.physics.wheels.footing import LEAST, sill_notes
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import run, simulator, texts
 from tests.sim.generated import Chassis, level, slope
@@ -79,6 +79,18 @@ def test_robot_that_hardly_drives_says_so() -> None:
     rubbing = Chassis(axles=1, casters=2, friction=0.2, rubs=5.0)
     assert any("hardly drives" in note for note in _simulator(rubbing, level()).notes)
     assert not any("hardly drives" in note for note in _simulator(FOUR_WHEELS, level()).notes)
+
+
+@pytest.mark.parametrize(("casters", "low"), [(2, -0.02), (2, -0.3), (1, 0.0)])
+def test_feet_at_both_ends_lift_wheels_off_by_half_a_sill(casters: int, low: float) -> None:
+    between = dataclasses.replace(FOUR_WHEELS, axles=1, casters=casters, low=low)
+    standing = _simulator(between, level()).stage.scene.robots[SOLO]
+    said = sill_notes(standing.lifting, between.radius)
+    assert [note.split(":")[0] for note in said] == (
+        ["stands on rigid feet before and behind its driven wheels"] if low == -0.02 else []
+    )
+    if said:
+        assert standing.lifting == pytest.approx(2 * 0.02 * between.radius, abs=5e-4)
 
 
 def test_robot_whose_wheels_hang_in_the_air_says_so() -> None:
