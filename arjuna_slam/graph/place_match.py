@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.loop_config import LoopConfig, Submap
+from arjuna_slam.graph.rivals import APART, SeenField, Views, rival
 from arjuna_slam.graph.uncertainty import plausible
 from arjuna_slam.matching.contradiction import seen_and_contradicted
 from arjuna_slam.matching.correlative import Window, search
@@ -31,8 +32,6 @@ _POINTS = 240  # of a submap that is looked for
 _SCANS = 12  # of a submap that are asked for contradiction
 _COARSE = 0.45  # mean likelihood that a place must reach in the coarse search
 _FINE = Window(0.2, 0.02, 2)
-_APART = 0.8  # another peak is one that lies so far from the best [m]
-_RIVAL = 0.9  # share of the best response from which another peak counts
 _BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # covariance of what a submap's own bend adds
 _UNKNOWN = 1e-4  # information left along a direction in which another place fits as well
 _ALONG = 0.95  # cosine from which on a rival counts as one along the walls
@@ -65,10 +64,20 @@ class Search:
     @property
     def ambiguous(self) -> bool:
         """Whether the window has room for another place that looks the same."""
-        return self.xy >= 2.0 * _APART
+        return self.xy >= 2.0 * APART
 
-    def pieces(self, depth: int) -> list[tuple[SE2, Window]]:
-        """Return the window in pieces that take a bounded time, from the middle outwards."""
+    def reaches_beside(self, best: SE2) -> bool:
+        """Tell whether the window reaches so far from a place that another may lie in it."""
+        off = max(abs(best.x - self.prior.x), abs(best.y - self.prior.y))
+        return off + self.xy > APART
+
+    def pieces(self, resolution: float) -> list[tuple[SE2, Window]]:
+        """Return the window in pieces that take a bounded time, from the middle outwards.
+
+        Args:
+            resolution: Of the field that is searched [m].
+        """
+        depth = int(np.clip(np.log2(max(self.xy / resolution, 1.0)), 2, 5))
         angle = min(self.theta, max(_PIECE_ANGLE_MIN, _PIECE / self.xy**2))
         count = int(np.ceil(self.theta / angle))
         middles = np.arange(1 - count, count, 2) * (self.theta / count)
@@ -131,7 +140,8 @@ class PlaceMatcher:
             return None
         surface = Surface(points, normals, np.zeros(len(points), np.bool_))
         coarse, some = past.field.halved(), points[:: -(-len(points) // _POINTS)]
-        best = yield from _best(coarse, some, window, _COARSE, None)
+        pieces = window.pieces(coarse.resolution)
+        best = yield from _best(coarse, some, pieces)
         match = None if best is None else self._refine(past, surface, best[0])
         if best is None or match is None:
             return None
@@ -141,13 +151,21 @@ class PlaceMatcher:
         if self._contradicted(query, past, points, found, scans):
             return None
         yield
-        least = max(_COARSE, _RIVAL * best[1])
-        rival = yield from _best(coarse, some, window, least, (best[0], _APART))
+
+        other = None
+        if window.reaches_beside(best[0]):
+            seen = SeenField.of(past.field, coarse, _views(past, SE2(), scans), self._range_max)
+            yield
+
+            def against(pose: SE2) -> bool:
+                return self._contradicted(query, past, points, pose, scans)
+
+            other = yield from rival(seen, some, best[0], pieces, against)
         information = invert(match.covariance + _BENT)
-        if rival is not None:
-            information = _along_unknown(information, rival[0], match)
+        if other is not None:
+            information = _along_unknown(information, other, match)
         holds, area = _what_holds(past.field, surface, match), _area(query.field, past.field, found)
-        return Place(found, invert(information), rival is None, holds, area)
+        return Place(found, invert(information), other is None, holds, area)
 
     def _refine(self, past: Submap, surface: Surface, start: SE2) -> Match | None:
         match = self._matcher.match(past.field, surface, start, _FINE, 0.0)
@@ -166,31 +184,29 @@ class PlaceMatcher:
         theirs = past.field.surface()[0]
         sides = ((points, past, T_past_query.inverse()), (theirs, query, T_past_query))
         for seen_points, submap, change in sides:
-            every = max(1, len(submap.nodes) // _SCANS)
-            at = zip(submap.nodes[::every], submap.poses[::every], strict=True)
-            views = [(scans[node], change @ pose) for node, pose in at]
+            views = _views(submap, change, scans)
             seen, against = seen_and_contradicted(seen_points, views, self._range_max)
             if against > self._config.loop_contradiction * seen:
                 return True
         return False
 
 
+def _views(submap: Submap, change: SE2, scans: Sequence[Scan]) -> Views:
+    """Return some of a submap's scans and where `change` takes their poses."""
+    every = max(1, len(submap.nodes) // _SCANS)
+    at = zip(submap.nodes[::every], submap.poses[::every], strict=True)
+    return [(scans[node], change @ pose) for node, pose in at]
+
+
 def _best(
-    coarse: Field,
-    points: NDArray[np.float64],
-    window: Search,
-    least: float,
-    apart: tuple[SE2, float] | None,
+    coarse: Field, points: NDArray[np.float64], pieces: Sequence[tuple[SE2, Window]]
 ) -> Generator[None, None, tuple[SE2, float] | None]:
-    """Search a window piece by piece; with `apart`, for any pose so far from one."""
-    depth = int(np.clip(np.log2(max(window.xy / coarse.resolution, 1.0)), 2, 5))
-    best = None
-    for prior, piece in window.pieces(depth):
-        found = search(coarse, points, prior, piece, least, apart)
+    """Search a window piece by piece."""
+    best, least = None, _COARSE
+    for prior, piece in pieces:
+        found = search(coarse, points, prior, piece, least)
         if found is not None:
             best, least = found, found[1]
-            if apart is not None:
-                break
         yield
     return best
 

@@ -32,42 +32,89 @@ def seen_and_contradicted(
     """
     on, through = np.zeros(len(points), np.int64), np.zeros(len(points), np.int64)
     for scan, pose in scans:
-        sensor = pose @ scan.T_base_sensor
-        _count(
-            np.asarray(scan.ranges, dtype=np.float64), scan.angle_min, scan.angle_increment,
-            scan.range_min, min(scan.range_max, range_max), sensor.array(), points, on, through,
-        )  # fmt: skip
+        _count(*_beams(scan, pose, range_max), points, on, through)
     seen = on + through > 0
     against = through > _SHARE * (on + through)
     return int(seen.sum()), int((seen & against).sum())
 
 
+def gone_through(
+    points: NDArray[np.float64], scans: Iterable[tuple[Scan, SE2]], range_max: float
+) -> NDArray[np.bool_]:
+    """Return which points beams of any scan go through, `(N,) bool`.
+
+    Args:
+        points: `(N, 2) float64` in a frame [m].
+        scans: Scans, each with its robot's pose in that frame.
+        range_max: Longest range used [m].
+    """
+    result = np.zeros(len(points), np.bool_)
+    for scan, pose in scans:
+        _pass(*_beams(scan, pose, range_max), points, result)
+    return result
+
+
+_Beams = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+"""Ranges [m]; first angle, increment, least and greatest range used; the sensor's pose."""
+
+
+def _beams(scan: Scan, pose: SE2, range_max: float) -> _Beams:
+    how = (scan.angle_min, scan.angle_increment, scan.range_min, min(scan.range_max, range_max))
+    ranges = np.asarray(scan.ranges, dtype=np.float64)
+    return ranges, np.array(how), (pose @ scan.T_base_sensor).array()
+
+
+@njit(cache=True)
+def _toward(
+    ranges: NDArray[np.float64],
+    how: NDArray[np.float64],
+    sensor: NDArray[np.float64],
+    x: float,
+    y: float,
+) -> tuple[float, float, float]:
+    """Return the way to a point and the shortest and longest range there; no way where none is."""
+    first, increment, range_min, range_max = how
+    dx, dy = x - sensor[0], y - sensor[1]
+    way = math.hypot(dx, dy)
+    if way >= range_max or way < range_min:
+        return math.inf, 0.0, 0.0
+    turn = math.copysign(1.0, increment) * (math.atan2(dy, dx) - sensor[2] - first)
+    beam = round((turn % (2.0 * math.pi)) / abs(increment))
+    if beam < 1 or beam + 1 >= len(ranges):
+        return math.inf, 0.0, 0.0
+    shortest = min(ranges[beam - 1], ranges[beam], ranges[beam + 1])
+    longest = max(ranges[beam - 1], ranges[beam], ranges[beam + 1])
+    if not longest < range_max or not shortest >= range_min:
+        return math.inf, 0.0, 0.0
+    return way, shortest, longest
+
+
 @njit(cache=True)
 def _count(
     ranges: NDArray[np.float64],
-    first: float,
-    increment: float,
-    range_min: float,
-    range_max: float,
+    how: NDArray[np.float64],
     sensor: NDArray[np.float64],
     points: NDArray[np.float64],
     on: NDArray[np.int64],
     through: NDArray[np.int64],
 ) -> None:
     for k in range(len(points)):
-        dx, dy = points[k, 0] - sensor[0], points[k, 1] - sensor[1]
-        way = math.hypot(dx, dy)
-        if way >= range_max or way < range_min:
-            continue
-        turn = math.copysign(1.0, increment) * (math.atan2(dy, dx) - sensor[2] - first)
-        beam = round((turn % (2.0 * math.pi)) / abs(increment))
-        if beam < 1 or beam + 1 >= len(ranges):
-            continue
-        shortest = min(ranges[beam - 1], ranges[beam], ranges[beam + 1])
-        longest = max(ranges[beam - 1], ranges[beam], ranges[beam + 1])
-        if not longest < range_max or not shortest >= range_min:
-            continue
+        way, shortest, longest = _toward(ranges, how, sensor, points[k, 0], points[k, 1])
         if shortest > way + _THROUGH:
             through[k] += 1
         elif shortest - _ON < way < longest + _ON:
             on[k] += 1
+
+
+@njit(cache=True)
+def _pass(
+    ranges: NDArray[np.float64],
+    how: NDArray[np.float64],
+    sensor: NDArray[np.float64],
+    points: NDArray[np.float64],
+    through: NDArray[np.bool_],
+) -> None:
+    for k in range(len(points)):
+        if not through[k]:
+            way, shortest, _ = _toward(ranges, how, sensor, points[k, 0], points[k, 1])
+            through[k] = shortest > way + _THROUGH

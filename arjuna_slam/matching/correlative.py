@@ -7,6 +7,7 @@ Real-time loop closure in 2D LIDAR SLAM, 2016, section V (branch and bound); pen
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +52,7 @@ def search(
     prior: SE2,
     window: Window,
     least: float,
-    apart: tuple[SE2, float] | None = None,
+    apart: tuple[Sequence[SE2], float] | None = None,
 ) -> tuple[SE2, float] | None:
     """Return the pose of the greatest response and the response.
 
@@ -61,7 +62,7 @@ def search(
         prior: Centre of the window, robot in field.
         window: Its size.
         least: Response (0..1, the mean likelihood times the penalties) a pose must exceed.
-        apart: A pose, and how far in x or y from it another must be at least [m]; any such is
+        apart: Poses, and how far in x or y from each another must be at least [m]; any such is
             returned then, since it is asked whether there is one.
 
     Returns:
@@ -101,13 +102,15 @@ def _turns(points: NDArray[np.float64], resolution: float, theta: float) -> NDAr
     return step * np.arange(-half_steps, half_steps + 1, dtype=np.float64)
 
 
-def _left_out(apart: tuple[SE2, float] | None, prior: SE2, resolution: float) -> NDArray[np.int64]:
-    """Return first and last row and column of the offsets left out, `(4,) int64`."""
-    if apart is None:
-        return np.array([0, -1, 0, -1])
-    gap = np.array([apart[0].y - prior.y, apart[0].x - prior.x]).repeat(2)
-    box = np.round(gap / resolution) + round(apart[1] / resolution) * np.array([-1, 1, -1, 1])
-    cells: NDArray[np.int64] = box.astype(np.int64)
+def _left_out(
+    apart: tuple[Sequence[SE2], float] | None, prior: SE2, resolution: float
+) -> NDArray[np.int64]:
+    """Return first and last row and column of boxes of offsets left out, `(K, 4) int64`."""
+    poses, far = apart or ((), 0.0)
+    gaps = np.array([(pose.y - prior.y, pose.x - prior.x) for pose in poses]).reshape(-1, 2)
+    boxes = np.round(gaps.repeat(2, axis=1) / resolution)
+    boxes += round(far / resolution) * np.array([-1, 1, -1, 1])
+    cells: NDArray[np.int64] = boxes.astype(np.int64)
     return cells
 
 
@@ -158,9 +161,12 @@ def _penalty(row: int, column: int, size: int, turn: float, p: NDArray[np.float6
 
 @njit(cache=True)
 def _excluded(row: int, column: int, size: int, without: NDArray[np.int64]) -> bool:
-    """Tell whether a whole block of offsets lies in the box of offsets left out, its rim in it."""
-    inside = row >= without[0] and row + size - 1 <= without[1]
-    return bool(inside and column >= without[2] and column + size - 1 <= without[3])
+    """Tell whether a whole block of offsets lies in a box of offsets left out, its rim in it."""
+    for box in without:
+        inside = row >= box[0] and row + size - 1 <= box[1]
+        if inside and column >= box[2] and column + size - 1 <= box[3]:
+            return True
+    return False
 
 
 @njit(cache=True)
@@ -284,6 +290,4 @@ def _branch_and_bound(
         )  # fmt: skip
         if found:
             best_k, best_row, best_column, best = k, row, column, response
-            if without[0] <= without[1]:
-                break
     return best_k, best_row, best_column, best

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import math
 from collections.abc import Generator
 
 import numpy as np
 import pytest
 
+from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.graph.place_match import Place, PlaceMatcher, Search
@@ -16,11 +18,14 @@ CORRIDOR: tuple[Wall, ...] = ((0.0, 0.0, 16.0, 0.0), (0.0, 2.0, 16.0, 2.0))
 JAMB: Wall = (7.5, 2.0, 7.5, 2.6)
 ENDS: tuple[Wall, ...] = ((0.5, -6.0, 0.5, 0.0), (15.5, 2.0, 15.5, 11.0))
 MOVED = SE2(0.3, -0.1, 0.02)
+VIEWS = tuple(SE2(x, 1.0, 0.0) for x in (2.0, 8.0, 14.0))
 
 
-def submap(walls: tuple[Wall, ...], T: SE2) -> Submap:
+def submap(walls: tuple[Wall, ...], T: SE2, nodes: tuple[int, ...] = ()) -> Submap:
     """What walls look like from a frame that T takes them to."""
     result = Submap(SlamConfig().field())
+    result.nodes.extend(nodes)
+    result.poses.extend(T @ VIEWS[node] for node in nodes)
     for ax, ay, bx, by in walls:
         a, way = np.array([ax, ay]), np.array([bx - ax, by - ay])
         length = float(np.hypot(*way))
@@ -30,12 +35,37 @@ def submap(walls: tuple[Wall, ...], T: SE2) -> Submap:
     return result
 
 
-def find(walls: tuple[Wall, ...]) -> Place:
-    """Look for walls where they are, from a frame that is off."""
+def scan(walls: tuple[Wall, ...], view: SE2) -> Scan:
+    """What beams see of walls."""
+    angles = view.theta - math.pi + math.radians(1.0) * np.arange(360)
+    beams = np.column_stack((np.cos(angles), np.sin(angles)))
+    ranges = np.full(360, np.inf)
+    for ax, ay, bx, by in walls:
+        gap, way = np.array([ax - view.x, ay - view.y]), np.array([bx - ax, by - ay])
+        across = beams[:, 0] * way[1] - beams[:, 1] * way[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            far = (gap[0] * way[1] - gap[1] * way[0]) / across
+            at = (gap[0] * beams[:, 1] - gap[1] * beams[:, 0]) / across
+        hit = (far > 0.0) & (at >= 0.0) & (at <= 1.0)
+        ranges[hit] = np.minimum(ranges[hit], far[hit])
+    return Scan(ranges, -math.pi, math.radians(1.0), 0.02, 30.0, 0.0)
+
+
+def find(
+    walls: tuple[Wall, ...],
+    past: tuple[Wall, ...] | None = None,
+    xy: float = 1.0,
+    nodes: tuple[int, ...] = (),
+) -> Place:
+    """Look for walls where they are, from a frame that is off; among some of them, if given.
+
+    Beams are asked only at nodes.
+    """
     config = SlamConfig()
     matcher = PlaceMatcher(config, ScanMatcher(config), config.max_laser_range)
-    window = Search(SE2(), np.diag([0.25, 0.25, 0.01]), 1.0, 0.1)
-    work = matcher.find(submap(walls, MOVED.inverse()), submap(walls, SE2()), window, [])
+    window = Search(SE2(), np.diag([xy**2, xy**2, 0.01]) / 4.0, xy, 0.1)
+    query, there = submap(walls, MOVED.inverse(), nodes), submap(past or walls, SE2(), nodes)
+    work = matcher.find(query, there, window, [scan(walls, view) for view in VIEWS])
     found: list[Place | None] = []
 
     def finished() -> Generator[None, None, None]:
@@ -55,3 +85,24 @@ def test_a_door_holds_a_corridor_on_less_ground_than_its_ends(
     place = find(walls)
     assert place.T_past_query.distance(MOVED) < 0.02
     assert least <= place.area <= most
+
+
+def row_of_rooms(first: float, last: float) -> tuple[Wall, ...]:
+    """A corridor with walls between rooms on both sides every 4 m."""
+    walls: list[Wall] = [(first, 0.0, last, 0.0), (first, 2.0, last, 2.0)]
+    between = [float(x) for x in range(2, 40, 4) if first < x < last]
+    return *walls, *((x, 2.0, x, 5.0) for x in between), *((x, 0.0, x, -3.0) for x in between)
+
+
+def test_a_row_of_rooms_that_reaches_beyond_what_was_seen_may_lie_a_room_further() -> None:
+    """A wrong room fits nearly all of it, the right one only what the past submap has seen."""
+    place = find(row_of_rooms(5.0, 21.0), row_of_rooms(0.0, 16.0), xy=5.0)
+    assert not place.sure
+
+
+@pytest.mark.parametrize(("nodes", "sure"), [((), False), ((0, 1, 2), True)])
+def test_what_beams_speak_against_is_no_other_place(nodes: tuple[int, ...], sure: bool) -> None:
+    """Further along, the ends of a hall would lie where nobody has looked, or in the open."""
+    sides: tuple[Wall, ...] = ((0.0, 0.0, 16.0, 0.0), (0.0, 6.0, 16.0, 6.0))
+    ends: tuple[Wall, ...] = ((0.0, 0.0, 0.0, 6.0), (16.0, 0.0, 16.0, 6.0))
+    assert find((*sides, *ends), xy=5.0, nodes=nodes).sure is sure
