@@ -31,7 +31,7 @@ def guide(
     query: Query,
     costs: NDArray[np.float32],
     seeds: NDArray[np.float64],
-    slack: float,
+    slack: float | None,
     width: float = 0.0,
 ) -> Guide | PlanResult:
     """Return a guide to the goal or the nearest to it within the tolerance, or why there is none.
@@ -41,7 +41,7 @@ def guide(
         costs: What it costs to cross a cell by its value, `(256,) float32`, `NEUTRAL` where free.
         seeds: `(N, 3)` row, column and value of the cells where the search begins, the likeliest
             first.
-        slack: Of `corridors`.
+        slack: Of `corridors`; None for a guide from everywhere.
         width: As `slack`.
 
     Source: a wave from the goal as heuristic is what Dolgov et al. (IJRR 2010) call the holonomic
@@ -50,11 +50,12 @@ def guide(
     data, goal = query.costmap.data, query.goal_cell
     exits = seeds[:, :2].astype(np.int64)
     first = int(exits[0, 0]), int(exits[0, 1])
+    within = () if slack is None else corridors(data, costs, first, goal, slack, width)
     if np.isfinite(costs[data[goal]]):
         left = guided(
-            lambda within: spread(data, costs, _seed(goal), first, within.open, within.shift),
+            lambda one: spread(data, costs, _seed(goal), corridor=one.open, shift=one.shift),
             lambda potential: float(potential[first]),
-            corridors(data, costs, first, goal, slack, width),
+            within,
         )
         if np.isfinite(left[tuple(exits.T)]).any():
             return Guide(goal, left)

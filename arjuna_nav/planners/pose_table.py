@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 ROOM = 4096  # rows at first; it doubles
+BLOCK = 4  # edge of a block of cells of an index
 
 
 class PoseTable(NamedTuple):
@@ -27,6 +28,58 @@ class PoseTable(NamedTuple):
     before: NDArray[np.int64]
     kinds: NDArray[np.int64]
     done: NDArray[np.bool_]
+
+
+class RowIndex(NamedTuple):
+    """The row of the pose in each cell and heading: blocks of cells, made where poses come.
+
+    Attributes:
+        blocks: `(rows, columns) int32` number of the block of `BLOCK` squared cells, -1 for none.
+        slots: `(N, BLOCK * BLOCK * headings) int32` rows of a block's poses, -1 for none.
+        used: `(1,) int32` how many blocks there are.
+    """
+
+    blocks: NDArray[np.int32]
+    slots: NDArray[np.int32]
+    used: NDArray[np.int32]
+
+
+@njit(cache=True)
+def indexed(height: int, width: int, headings: int) -> RowIndex:
+    """Return an index of no rows over a grid of cells.
+
+    Source: a dictionary takes twice the time of the search (`bench planner`), an array of all cells
+    and headings the memory of a map of 4000 x 4000.
+    """
+    blocks = np.full((height // BLOCK + 1, width // BLOCK + 1), -1, np.int32)
+    return RowIndex(
+        blocks, np.empty((16, BLOCK * BLOCK * headings), np.int32), np.zeros(1, np.int32)
+    )
+
+
+@njit(cache=True)
+def with_block(index: RowIndex, row: int, column: int) -> RowIndex:
+    """Return the index, or a larger one, in which a cell has a block."""
+    at = row // BLOCK, column // BLOCK
+    if index.blocks[at] >= 0:
+        return index
+    number = index.used[0]
+    slots = index.slots
+    if number == len(slots):
+        slots = np.empty((2 * number, slots.shape[1]), np.int32)
+        slots[:number] = index.slots
+    slots[number] = -1
+    index.blocks[at] = number
+    index.used[0] += 1
+    return RowIndex(index.blocks, slots, index.used)
+
+
+@njit(cache=True, inline="always")
+def slot_of(index: RowIndex, row: int, column: int, heading: int) -> tuple[int, int]:
+    """Return where in the slots the row of a pose stands, in a cell that has a block."""
+    inside = (row % BLOCK) * BLOCK + column % BLOCK
+    headings = index.slots.shape[1] // (BLOCK * BLOCK)
+    return index.blocks[row // BLOCK, column // BLOCK], inside * headings + heading
 
 
 @njit(cache=True)

@@ -1,4 +1,4 @@
-"""Hybrid A*'s search: poses reached by arcs and straights, the likeliest first."""
+"""Hybrid A*'s search: poses reached by pieces of a table, the likeliest first."""
 
 from __future__ import annotations
 
@@ -12,11 +12,20 @@ from numpy.typing import NDArray
 
 from arjuna_nav.costmap.collision import collides_in_cells
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
-from arjuna_nav.planners.hybrid.curves import along, moved, shortest
-from arjuna_nav.planners.pose_table import PoseTable, begun, rows_to, with_room
+from arjuna_nav.planners.hybrid.curves import along, shortest
+from arjuna_nav.planners.hybrid.moves import STEP, Moves
+from arjuna_nav.planners.pose_table import (
+    PoseTable,
+    RowIndex,
+    begun,
+    indexed,
+    rows_to,
+    slot_of,
+    with_block,
+    with_room,
+)
 
-_MOVES = 6  # left, straight, right; then the same backwards
-_STEP = 0.5  # between two poses that are looked at for collisions [cells]
+_LONGER = 8.4  # turning radii at most by which Dubins' curve is longer than the straight line
 
 
 class Terrain(NamedTuple):
@@ -42,51 +51,55 @@ class Terrain(NamedTuple):
 class Rules(NamedTuple):
     """How it drives, and what that costs; lengths in cells. See `HybridConfig`."""
 
-    bins: int
     radius: float
-    piece: float
     reverse: bool
-    reverse_penalty: float
-    change_penalty: float
-    bend_penalty: float
     cost_penalty: float
     straight: float
     direct_ratio: float
     direct_length: float
     direct_cost: float
     limit: int
+    trust: float
 
 
 @njit(cache=True)
 def search(
-    start: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
+    start: NDArray[np.float64],
+    goal: NDArray[np.float64],
+    terrain: Terrain,
+    rules: Rules,
+    moves: Moves,
 ) -> tuple[PoseTable, int, NDArray[np.float64], int]:
-    """Search from a pose to another.
+    """Search from a pose, whose heading is the first of the moves', to another.
 
     Returns:
-        The poses reached, the last row before the direct curve to the goal, that curve, and how
-        many poses were looked at; the row is -1 where the goal was not reached.
+        The poses reached, the last row before the direct curve to the goal, the poses of that
+        curve, and how many poses were looked at; the row is -1 where the goal was not reached.
+
+    Source: what is left weighs a little more than it is, as in weighted A* (Pohl 1970): the way
+        found costs at most so much more than the best.
     """
-    nodes = begun(start)
-    rows = {_key(start, terrain, rules): np.int64(0)}
-    queue = [(_left(start, goal, terrain, rules), np.int64(0))]
+    nodes, (height, width) = begun(start), terrain.data.shape
+    index = indexed(height, width, len(moves.angles))
+    most = np.max(moves.first[1:] - moves.first[:-1])
+    queue = [(0.0, np.int64(0))]
     count, looked, until_direct = 1, 0, 0.0
     while len(queue) > 0 and looked < rules.limit:
         row = heapq.heappop(queue)[1]
-        pose = nodes.poses[row].copy()
-        if nodes.done[row] or rows[_key(pose, terrain, rules)] != row:
+        if nodes.done[row]:
             continue
         nodes.done[row], looked = True, looked + 1
+        pose = nodes.poses[row]
+        distance = math.hypot(pose[0] - goal[0], pose[1] - goal[1])
         until_direct -= 1.0
-        if until_direct <= 0.0:
+        if until_direct <= 0.0 and distance <= rules.direct_length:
             curve = _direct(pose, goal, terrain, rules)
-            if curve[1, 0] != np.inf:
+            if len(curve) > 0:
                 return nodes, row, curve, looked
-            distance = math.hypot(pose[0] - goal[0], pose[1] - goal[1])
-            until_direct = max(distance / rules.direct_ratio / rules.piece, 1.0)
-        nodes = with_room(nodes, count, _MOVES)
-        count = _expand(row, count, nodes, rows, queue, goal, terrain, rules)
-    return nodes, -1, np.zeros((2, 5)), looked
+            until_direct = max(distance / rules.direct_ratio, 1.0)
+        nodes = with_room(nodes, count, most)
+        count, index = _expand(row, count, nodes, index, queue, goal, terrain, rules, moves)
+    return nodes, -1, np.empty((0, 3)), looked
 
 
 @njit(cache=True)
@@ -94,56 +107,57 @@ def _expand(
     row: int,
     count: int,
     nodes: PoseTable,
-    rows: Any,
+    index: RowIndex,
     queue: Any,
     goal: NDArray[np.float64],
     terrain: Terrain,
     rules: Rules,
-) -> int:
+    moves: Moves,
+) -> tuple[int, RowIndex]:
     """Add the poses that one piece leads to from a row; return how many rows there are."""
-    pose = nodes.poses[row].copy()
-    for move in range(_MOVES if rules.reverse else _MOVES // 2):
-        kind, length = _piece(move, rules)
-        cost = _drive(pose, kind, length, terrain, rules)
-        if cost == np.inf:
+    pose, last = nodes.poses[row], nodes.kinds[row]
+    heading = moves.ends[last] if last >= 0 else 0
+    side = moves.sides[last] if last >= 0 else 0
+    for move in range(moves.first[heading], moves.first[heading + 1]):
+        price = moves.prices[move]
+        if side != 0 and moves.sides[move] == -side:
+            price += moves.changes[move]
+        value = nodes.values[row] + price * _drive(pose, move, terrain, rules, moves)
+        if value == np.inf:
             continue
-        value = nodes.values[row] + cost * _factor(move, nodes.kinds[row], rules)
-        reached = np.array(moved(pose[0], pose[1], pose[2], kind, length, rules.radius))
-        key = _key(reached, terrain, rules)
-        if key in rows and (nodes.done[rows[key]] or nodes.values[rows[key]] <= value):
+        reached = nodes.poses[count]
+        reached[:] = pose + moves.poses[moves.begins[move + 1] - 1]
+        r, c = math.floor(reached[1]), math.floor(reached[0])
+        index = with_block(index, r, c)
+        slot = slot_of(index, r, c, moves.ends[move])
+        other = np.int64(index.slots[slot])
+        if other >= 0 and (nodes.done[other] or nodes.values[other] <= value):
             continue
-        rows[key] = count
-        nodes.poses[count], nodes.values[count] = reached, value
-        nodes.before[count], nodes.kinds[count] = row, move
-        heapq.heappush(queue, (value + _left(reached, goal, terrain, rules), np.int64(count)))
+        left = _left(reached, goal, terrain, rules)
+        if left == np.inf:
+            continue
+        if other >= 0:
+            nodes.done[other] = True
+        index.slots[slot] = count
+        nodes.values[count], nodes.before[count], nodes.kinds[count] = value, row, move
+        heapq.heappush(queue, (value + rules.trust * left, np.int64(count)))
         count += 1
-    return count
-
-
-@njit(cache=True)
-def _piece(move: int, rules: Rules) -> tuple[float, float]:
-    """Return what a move drives: 1 left, -1 right, 0 straight; and its length, below 0 back."""
-    return float(move % 3 - 1), rules.piece if move < 3 else -rules.piece
-
-
-@njit(cache=True)
-def _key(pose: NDArray[np.float64], terrain: Terrain, rules: Rules) -> int:
-    """Return the number of a pose's cell and heading."""
-    width, turn = terrain.data.shape[1], 2.0 * math.pi
-    heading = math.floor((pose[2] % turn) / turn * rules.bins + 0.5) % rules.bins
-    key: int = (math.floor(pose[1]) * width + math.floor(pose[0])) * rules.bins + heading
-    return key
+    return count, index
 
 
 @njit(cache=True)
 def _left(
     pose: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
 ) -> float:
-    """Return the least that is left: by the costs round obstacles, or by the bends alone."""
+    """Return the least that is left: by the costs round obstacles, or by the bends alone.
+
+    Source: Savla, Frazzoli and Bullo, Traveling salesperson problems for the Dubins vehicle, IEEE
+        TAC 2008, on how much longer than the straight line a curve can be.
+    """
     by_costs = float(terrain.left[math.floor(pose[1]), math.floor(pose[0])])
     dx, dy = (goal[0] - pose[0]) / rules.radius, (goal[1] - pose[1]) / rules.radius
-    if by_costs > 12.0 * rules.radius + 2.0 * rules.radius * math.hypot(dx, dy):
-        return by_costs  # more than any curve's length
+    if by_costs >= (math.hypot(dx, dy) + _LONGER) * rules.radius * rules.straight:
+        return by_costs
     c, s = math.cos(pose[2]), math.sin(pose[2])
     curve = shortest(c * dx + s * dy, c * dy - s * dx, goal[2] - pose[2], rules.reverse)
     by_bends: float = np.abs(curve[1]).sum() * rules.radius * rules.straight
@@ -152,82 +166,83 @@ def _left(
 
 @njit(cache=True)
 def _drive(
-    pose: NDArray[np.float64], kind: float, length: float, terrain: Terrain, rules: Rules
+    pose: NDArray[np.float64], move: int, terrain: Terrain, rules: Rules, moves: Moves
 ) -> float:
-    """Return the length of a piece with the costs along it, inf where it collides."""
-    steps = int(abs(length) / _STEP) + 1
-    total, here = 0.0, pose.copy()
-    for _ in range(steps):
-        here[0], here[1], here[2] = moved(
-            here[0], here[1], here[2], kind, length / steps, rules.radius
-        )
-        cost = cost_at(here, terrain)
+    """Return the factor on a piece's price by the costs along it, inf where it collides."""
+    total, first, end = 0.0, moves.begins[move], moves.begins[move + 1]
+    for k in range(first, end):
+        step = moves.poses[k]
+        cost = cost_at(pose[0] + step[0], pose[1] + step[1], pose[2] + step[2], terrain)
         if cost == np.inf:
             return np.inf
         total += cost
-    return abs(length) * (rules.straight + rules.cost_penalty * total / steps / (INSCRIBED - 1))
+    share: float = total / (end - first) / (INSCRIBED - 1)
+    return rules.straight + rules.cost_penalty * share
 
 
 @njit(cache=True)
-def cost_at(pose: NDArray[np.float64], terrain: Terrain) -> float:
+def cost_at(x: float, y: float, theta: float, terrain: Terrain) -> float:
     """Return the cost under the robot at a pose [cells, rad], inf where it may not be."""
     data = terrain.data
-    if collides_in_cells(data, pose, terrain.points, terrain.circular, terrain.safe_cost):
+    row, column = math.floor(y), math.floor(x)
+    if not (0 <= row < data.shape[0] and 0 <= column < data.shape[1]):
         return np.inf
-    cost = data[math.floor(pose[1]), math.floor(pose[0])]
+    cost = float(data[row, column])
     if cost == UNKNOWN:
-        return float(INSCRIBED - 1) if terrain.allow_unknown else np.inf
-    return float(cost)
-
-
-@njit(cache=True)
-def _factor(move: int, last: int, rules: Rules) -> float:
-    """Return how dear a move is after another: bends, changes of side and driving back are."""
-    factor = rules.reverse_penalty if move >= 3 else 1.0
-    side = move % 3 - 1
-    if side == 0:
-        return factor
-    changes = last >= 0 and last % 3 - 1 == -side
-    return factor * (rules.bend_penalty + (rules.change_penalty if changes else 0.0))
+        if not terrain.allow_unknown:
+            return np.inf
+        cost = float(INSCRIBED - 1)
+    if cost >= INSCRIBED:
+        return np.inf
+    if terrain.circular or data[row, column] < terrain.safe_cost:
+        return cost
+    pose = np.array([x, y, theta])
+    if collides_in_cells(data, pose, terrain.points, False, terrain.safe_cost):
+        return np.inf
+    return cost
 
 
 @njit(cache=True)
 def _direct(
     pose: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
 ) -> NDArray[np.float64]:
-    """Return the shortest curve to the goal; its first length is inf where it may not be driven."""
+    """Return the poses of the shortest curve to the goal, none where it may not be driven."""
     dx, dy = (goal[0] - pose[0]) / rules.radius, (goal[1] - pose[1]) / rules.radius
     c, s = math.cos(pose[2]), math.sin(pose[2])
     curve = shortest(c * dx + s * dy, c * dy - s * dx, goal[2] - pose[2], rules.reverse)
-    allowed = np.abs(curve[1]).sum() * rules.radius <= rules.direct_length
-    if allowed:
-        for reached in along(pose, curve, rules.radius, _STEP):
-            if cost_at(reached, terrain) > rules.direct_cost:
-                allowed = False
-                break
-    if not allowed:
-        curve[1, 0] = np.inf
-    return curve
+    poses = np.empty((0, 3))
+    if np.abs(curve[1]).sum() * rules.radius <= rules.direct_length:
+        poses = along(pose, curve, rules.radius, STEP)
+    for reached in poses:
+        if cost_at(reached[0], reached[1], reached[2], terrain) > rules.direct_cost:
+            return np.empty((0, 3))
+    return poses
 
 
 @njit(cache=True)
 def driven(
-    nodes: PoseTable, row: int, curve: NDArray[np.float64], rules: Rules
+    nodes: PoseTable, row: int, curve: NDArray[np.float64], moves: Moves
 ) -> NDArray[np.float64]:
     """Return the poses from the start to the goal, `(N, 3)`, at most a cell apart."""
-    rows = rows_to(nodes, row)
     pieces = [nodes.poses[:1].copy()]
-    for k in range(1, len(rows)):
-        kind, length = _piece(nodes.kinds[rows[k]], rules)
-        piece = np.array([[kind], [length / rules.radius]])
-        pieces.append(along(nodes.poses[rows[k - 1]], piece, rules.radius, 1.0))
-    pieces.append(along(nodes.poses[row], curve, rules.radius, 1.0))
+    for k in rows_to(nodes, row)[1:]:
+        move = nodes.kinds[k]
+        poses = moves.poses[moves.begins[move] : moves.begins[move + 1]]
+        pieces.append(_thinned(poses) + nodes.poses[nodes.before[k]])
+    pieces.append(curve)
     total = 0
     for part in pieces:
         total += len(part)
-    poses = np.empty((total, 3))
+    result = np.empty((total, 3))
     at = 0
     for part in pieces:
-        poses[at : at + len(part)] = part
+        result[at : at + len(part)] = part
         at += len(part)
-    return poses
+    return result
+
+
+@njit(cache=True)
+def _thinned(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return every second pose, the last among them."""
+    every_second: NDArray[np.float64] = poses[(len(poses) - 1) % 2 :: 2].copy()
+    return every_second

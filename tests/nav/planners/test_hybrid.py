@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2, wrap
+from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import PlanResult, PlanStatus
+from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.hybrid.curves import along, shortest
+from arjuna_nav.planners.hybrid.moves import arcs
 from tests.helpers.nav.planners import make
 from tests.nav.worlds import block, costmap_of, empty_grid, room
 
@@ -53,6 +57,38 @@ def test_a_curve_is_as_long_the_other_way_and_shorter_with_reverse() -> None:
 @pytest.mark.parametrize(("pose", "reverse", "known"), KNOWN)
 def test_known_lengths(pose: tuple[float, ...], reverse: bool, known: float) -> None:
     assert length(pose, reverse) == pytest.approx(known)
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_pieces_end_in_another_cell_at_the_heading_that_they_say(reverse: bool) -> None:
+    moves = arcs(0.3, 72, 8.0, reverse, (2.0, 1.2, 0.5))
+    assert moves.angles[0] == 0.3
+    for heading in range(72):
+        for k in range(moves.first[heading], moves.first[heading + 1]):
+            end = moves.poses[moves.begins[k + 1] - 1]
+            turned = wrap(moves.angles[heading] + end[2] - moves.angles[moves.ends[k]])
+            assert abs(turned) < 1e-9
+            assert np.hypot(end[0], end[1]) >= math.sqrt(2.0)
+            back = end[0] * math.cos(moves.angles[heading]) + end[1] * math.sin(
+                moves.angles[heading]
+            )
+            assert reverse or back > 0.0
+            assert moves.prices[k] == pytest.approx(
+                8.0 * 3 * math.tau / 72 * (2.0 if back < 0.0 else 1.0) * (1.2 if end[2] else 1.0)
+            )
+
+
+def test_a_way_through_a_large_map_is_as_good_as_any() -> None:
+    costmap = Costmap(GridFrame(0.05, 300, 300), np.zeros((300, 300), np.uint8))
+    for row in range(60, 300, 60):
+        costmap.data[row : row + 4] = 254
+        costmap.data[row : row + 4, (row * 7) % 240 : (row * 7) % 240 + 40] = 0
+    start, goal = SE2(1.0, 1.0, -2.0), SE2(14.0, 14.0, 1.0)
+    result = make("smac hybrid", motion_model_for_search="DUBIN").plan(costmap, start, goal)
+    shortest_way = make("theta*").plan(costmap, start, goal)
+    assert result.status is PlanStatus.SUCCEEDED, result.message
+    assert paths.length(result.path) <= 1.08 * paths.length(shortest_way.path)
+    assert first_collision(costmap, Footprint.circle(0.25), result.path) is None
 
 
 def hybrid(

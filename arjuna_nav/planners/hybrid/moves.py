@@ -1,0 +1,86 @@
+"""The pieces that a search over poses puts together: from each heading where they lead."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_nav.planners.hybrid.curves import along
+
+STEP = 0.5
+"""Between two poses that are looked at for collisions [cells]."""
+
+
+class Moves(NamedTuple):
+    """Pieces, sorted by the heading from which they start; lengths in cells.
+
+    Attributes:
+        angles: `(H,) float64` the headings [rad].
+        first: `(H + 1,) int64` the first piece of each heading, and the number of pieces.
+        ends: `(N,) int64` the heading after each piece.
+        sides: `(N,) int64` 1 where it bends left, -1 right, 0 straight on.
+        prices: `(N,) float64` what it costs in free space, in cells straight ahead.
+        changes: `(N,) float64` what it costs more where it bends to the other side than the last.
+        begins: `(N + 1,) int64` the first of each piece's poses, and the number of poses.
+        poses: `(M, 3) float64` from the piece's start [cells, cells, rad], the start left out.
+    """
+
+    angles: NDArray[np.float64]
+    first: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    sides: NDArray[np.int64]
+    prices: NDArray[np.float64]
+    changes: NDArray[np.float64]
+    begins: NDArray[np.int64]
+    poses: NDArray[np.float64]
+
+
+@njit(cache=True)
+def arcs(
+    first: float, bins: int, radius: float, reverse: bool, factors: tuple[float, float, float]
+) -> Moves:
+    """Return bends by whole bins that leave their cell, and straights as long.
+
+    Args:
+        first: The heading that is to be the first [rad].
+        bins: Number of headings.
+        radius: Of the bends [cells].
+        reverse: Whether it may be driven back.
+        factors: On the price of what is driven back, of bends, and added to that where the side
+            changes.
+
+    Source: Dolgov et al.; nav2_smac_planner, HybridMotionTable.
+    """
+    one = 2.0 * math.pi / bins
+    turns = math.ceil(2.0 * math.asin(min(math.sqrt(2.0) / (2.0 * radius), 1.0)) / one)
+    piece = radius * turns * one
+    count = 6 if reverse else 3
+    steps = int(piece / STEP) + 1
+    angles = np.empty(bins)
+    angles[:] = first + one * np.arange(bins)
+    total = bins * count
+    ends, sides = np.empty(total, np.int64), np.empty(total, np.int64)
+    prices, changes = np.empty(total), np.empty(total)
+    poses = np.empty((total * steps, 3))
+    at = np.zeros(3)
+    for heading in range(bins):
+        for k in range(count):
+            i, side, sign = heading * count + k, k % 3 - 1, 1 if k < 3 else -1
+            ends[i] = (heading + side * sign * turns) % bins
+            sides[i] = side
+            changes[i] = piece * (factors[0] if k >= 3 else 1.0)
+            prices[i] = changes[i] * (1.0 if side == 0 else factors[1])
+            changes[i] *= factors[2]
+            at[2] = angles[heading]
+            curve = np.array([[float(side)], [sign * piece / radius]])
+            trace = along(at, curve, radius, piece / steps + 1e-9)
+            poses[i * steps : (i + 1) * steps] = trace
+            poses[i * steps : (i + 1) * steps, 2] -= at[2]
+    first_of = count * np.arange(bins + 1)
+    return Moves(
+        angles, first_of, ends, sides, prices, changes, steps * np.arange(total + 1), poses
+    )
