@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup.parameters.composition import node_class
-from bringup.parameters.files import for_node, shipped_parameters
-from bringup.parameters.inputs import all_nodes, problems_in
+from bringup.parameters.files import Parameters, for_node, shipped_parameters
+from bringup.parameters.inputs import all_nodes, over_shipped, problems_in
 from bringup.parameters.listing import values_of
 from scripts.guides_page import ORDER, ROOT, read, table_of
 
@@ -22,6 +22,7 @@ KNOWN = {
     for spec in all_nodes()
 }
 _NAMED = re.compile(r"`([a-z_/]+)\.([\w.]+)`")
+_NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?!\w)")
 
 
 @pytest.mark.parametrize("guide", ORDER)
@@ -35,6 +36,27 @@ def test_every_parameter_that_a_guides_table_names_exists(guide: str) -> None:
         for row in rows:
             for node, key in _NAMED.findall(row.here):
                 assert node not in KNOWN or _exists(node, key), f"{node}.{key}"
+
+
+@pytest.mark.parametrize("guide", ORDER)
+def test_a_guides_value_is_its_files_or_the_table_says_which_is(guide: str) -> None:
+    given = over_shipped([ROOT / "guides" / guide / "params.yaml"])
+    for rows in read(table_of(guide))[1].values():
+        for row in rows:
+            numbers = [float(number) for number in _NUMBER.findall(row.theirs)]
+            for node, key in _NAMED.findall(row.here) if numbers else ():
+                value = _value(node, key, given)
+                named = isinstance(value, int | float) and f"{value:g}" in row.here
+                assert value is None or value in numbers or named, f"{row.theirs}: {value}"
+
+
+def _value(node: str, key: str, given: Parameters) -> object:
+    """Return a node's number, None for what is not one or not there."""
+    spec = next((spec for spec in all_nodes() if spec.name == node), None)
+    if spec is None:
+        return None
+    value = values_of(node_class(spec).Config, for_node(given, node)).get(key)
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def _exists(node: str, key: str) -> bool:
