@@ -51,7 +51,8 @@ class _Builder(TreeBuilder):
 def parse_xml(text: bytes) -> Element:
     """Parse plain XML: no DTD, no entities, no more elements than any robot or world has.
 
-    A prefix that nobody declares stands for itself, as for Gazebo's own parser.
+    A prefix that nobody declares stands for itself, and blanks may stand before the declaration,
+    as for Gazebo's own parser.
 
     Raises:
         ParseError: It is broken.
@@ -70,7 +71,7 @@ def parse_xml(text: bytes) -> Element:
 
 def _parse(text: bytes) -> Element:
     parser = DefusedXMLParser(target=_Builder(), forbid_dtd=True)
-    parser.feed(text)
+    parser.feed(text.lstrip() if text.lstrip().startswith(b"<?xml") else text)
     root: Element = parser.close()
     return root
 

@@ -32,7 +32,7 @@ def read_gazebo(xml: XmlFile, urdf: Urdf) -> GazeboSettings:
     """Read drive, sensors, friction and colours; what is not understood becomes a note.
 
     Raises:
-        RobotError: A tag names a joint or link that does not exist, or a value is invalid.
+        RobotError: A plugin names a joint or link that does not exist, or a value is invalid.
     """
     reader = _Reader(xml, urdf)
     for gazebo in xml.root.findall("gazebo"):
@@ -66,7 +66,8 @@ class _Reader:
         link = gazebo.get("reference")
         if link is not None and link not in self._urdf.links and link not in self._urdf.joints:
             problem = f"reference '{link}' does not exist; {nearest(link, self._urdf.links)}"
-            raise self._xml.fail("gazebo", problem)
+            self._xml.note(f"gazebo {problem}; what it says is left out", NoteKind.MISSING)
+            return
         for plugin in gazebo.findall("plugin"):
             self._plugin(plugin)
         for sensor in gazebo.findall("sensor"):

@@ -14,17 +14,18 @@ from arjuna_sim.model.geometry.inertia import MASS_MIN, Inertial, inertial_of_pa
 from arjuna_sim.model.geometry.shapes import Part
 
 _MASS_MAX = 1e7  # [kg]
+_LEAST = 1e-13  # below this MuJoCo takes an inertia for none [kg m^2]
 
 
 def read_inertial(
     xml: XmlFile, link: Element, place: str, parts: tuple[Part, ...]
 ) -> Inertial | None:
-    """Read a link's `<inertial>`; None where it has none, or has no mass and no shape.
+    """Read a link's `<inertial>`; None where it has none, or one without mass.
 
     An inertia that no body can have is replaced by that of the link's shapes, with a note.
 
     Raises:
-        RobotError: The mass is missing, not finite, negative or zero.
+        RobotError: The mass is missing, not finite, negative or too great.
     """
     element = link.find("inertial")
     if element is None:
@@ -32,14 +33,11 @@ def read_inertial(
     place = f"{place} inertial"
     mass_text = xml.attribute(xml.child(element, "mass", place), "value", place)
     mass = xml.numbers(mass_text, 1, f"{place} mass")[0]
-    if mass == 0.0 and not parts:
-        xml.note(f"{place}: mass 0: the link counts as massless")
+    if not 0.0 <= mass <= _MASS_MAX:
+        raise xml.fail(f"{place} mass", f"weighs {mass:g} kg; valid: 0 to {_MASS_MAX:g} kg")
+    if mass < MASS_MIN:
+        xml.note(f"{place}: mass {mass:g}: the link counts as massless")
         return None
-    mass = xml.positive(mass_text, 1, f"{place} mass")[0]
-    if not MASS_MIN <= mass <= _MASS_MAX:
-        raise xml.fail(
-            f"{place} mass", f"weighs {mass:g} kg; valid: {MASS_MIN:g} to {_MASS_MAX:g} kg"
-        )
     origin = read_origin(xml, element, place)
     tensor = element.find("inertia")
     problem, given = "lacks <inertia>", np.zeros((3, 3))
@@ -68,7 +66,7 @@ def _problem(inertia: NDArray[np.float64]) -> str:
     if np.abs(inertia).max() > 1e12:
         return "the inertia is beyond all bounds"
     principal = np.linalg.eigvalsh(inertia)
-    if principal[0] <= 0.0:
+    if principal[0] <= _LEAST:
         return "the inertia is not positive definite"
     if principal[2] > 2.0 * (principal[0] + principal[1]):
         return "the inertia's largest axis is more than the sum of the others"

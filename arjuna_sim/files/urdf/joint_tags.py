@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Collection
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
@@ -74,24 +75,32 @@ def read_joint(xml: XmlFile, element: Element, links: Collection[str]) -> Joint:
     return Joint(name, kind, ends[0], ends[1], pose, axis, limits, mimic, damping, friction)
 
 
-def check_mimics(xml: XmlFile, joints: dict[str, Joint]) -> None:
-    """Refuse joints that follow what cannot be followed.
+def check_mimics(xml: XmlFile, joints: dict[str, Joint]) -> dict[str, Joint]:
+    """Return joints of which none follows one that does not exist; that is noted.
 
     Raises:
-        RobotError: A joint follows one that does not exist, does not move, or itself.
+        RobotError: A joint follows one that does not move, or itself.
     """
+    joints = {name: _free_if_alone(xml, joint, joints) for name, joint in joints.items()}
     for joint in joints.values():
         place, followed, steps = f"joint '{joint.name}' mimic", joint, 0
         while followed.mimic is not None:
-            name = followed.mimic.joint
-            if name not in joints:
-                problem = f"joint '{name}' does not exist; {nearest(name, joints)}"
-                raise xml.fail(place, problem)
-            followed, steps = joints[name], steps + 1
+            followed, steps = joints[followed.mimic.joint], steps + 1
             if steps > len(joints):
                 raise xml.fail(place, "the joints follow each other in a circle")
         if joint.mimic is not None and not (joint.has_position and followed.has_position):
             raise xml.fail(place, "only joints with one position can follow each other")
+    return joints
+
+
+def _free_if_alone(xml: XmlFile, joint: Joint, joints: dict[str, Joint]) -> Joint:
+    """Return a joint, without what it follows where that does not exist."""
+    if joint.mimic is None or joint.mimic.joint in joints:
+        return joint
+    name = joint.mimic.joint
+    problem = f"joint '{name}' does not exist; {nearest(name, joints)}; it moves freely"
+    xml.note(f"joint '{joint.name}' mimic: {problem}", NoteKind.MISSING)
+    return dataclasses.replace(joint, mimic=None)
 
 
 def _axis(xml: XmlFile, element: Element, place: str) -> tuple[float, float, float]:

@@ -55,7 +55,7 @@ def read_urdf(xml: XmlFile) -> Urdf:
         if joint.name in joints:
             raise xml.fail(f"joint '{joint.name}'", "is there twice")
         joints[joint.name] = joint
-    check_mimics(xml, joints)
+    joints = check_mimics(xml, joints)
     root = _root(xml, links, joints)
     name = xml.root.get("name", "robot")
     return Urdf(xml.path, name, xml.text.decode("utf-8", "replace"), root, links, joints)
@@ -88,7 +88,7 @@ def _link(xml: XmlFile, element: Element, colours: dict[str, tuple[float, ...]])
 
 
 def _shape(xml: XmlFile, element: Element, place: str) -> Shape | None:
-    """Read a shape; None (and a note) for a mesh of a format that is not simulated."""
+    """Read a shape; None (and a note) for a mesh that is not simulated, or a shape of no size."""
     geometry = xml.child(element, "geometry", place)
     if len(geometry) != 1:
         raise xml.fail(place, f"<geometry> must hold one of {', '.join([*_SHAPES, 'mesh'])}")
@@ -101,7 +101,11 @@ def _shape(xml: XmlFile, element: Element, place: str) -> Shape | None:
     size: tuple[float, ...] = ()
     for key in _SHAPES[item.tag]:
         count = 3 if key == "size" else 1
-        size += xml.sizes(xml.attribute(item, key, place), count, f"{place} {key}")
+        text = xml.attribute(item, key, place)
+        if 0.0 in xml.numbers(text, count, f"{place} {key}"):
+            xml.note(f"{place}: a <{item.tag}> of no size is left out", NoteKind.BROKEN)
+            return None
+        size += xml.sizes(text, count, f"{place} {key}")
     kind = Kind.CYLINDER if item.tag == "capsule" else Kind(item.tag)
     if item.tag == "capsule":
         xml.note(f"{place}: the <capsule> is taken to be a cylinder")
