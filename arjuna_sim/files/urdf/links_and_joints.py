@@ -78,13 +78,22 @@ def _link(xml: XmlFile, element: Element, colours: dict[str, tuple[float, ...]])
     parts: dict[str, list[Part]] = {"collision": [], "visual": []}
     for tag, found in parts.items():
         for child in element.findall(tag):
-            shape = _shape(xml, child, f"{place} {tag}")
+            shape = (_look if tag == "visual" else _shape)(xml, child, f"{place} {tag}")
             if shape is not None:
                 material = child.find("material")
                 colour = GREY if material is None else colours.get(material.get("name", ""), GREY)
                 found.append(Part(shape, read_origin(xml, child, f"{place} {tag}"), colour))
     inertial = read_inertial(xml, element, place, tuple(parts["collision"]))
     return Link(name, inertial, tuple(parts["collision"]), tuple(parts["visual"]))
+
+
+def _look(xml: XmlFile, element: Element, place: str) -> Shape | None:
+    """Read a shape that is only seen; None (and a note) where it is none."""
+    try:
+        return _shape(xml, element, place)
+    except RobotError as error:
+        xml.note(f"{error.place}: {error.problem}; it is left out", NoteKind.BROKEN)
+        return None
 
 
 def _shape(xml: XmlFile, element: Element, place: str) -> Shape | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import re
 import shlex
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.model.notes import Note, NoteKind
 
 _MARK = b"xmlns:xacro"
+_MACRO = re.compile(rb"<xacro:|\$[{(]")
 _ROOT = Path(__file__).resolve().parents[3]
 _WALL_SECONDS = 20.0  # for a child that waits; one that computes is stopped by its own limit
 
@@ -38,7 +40,7 @@ class Expanded:
 
 def has_macros(path: Path, text: bytes) -> bool:
     """Tell whether a robot's file has to be expanded."""
-    return path.suffix == ".xacro" or (_MARK in text and (b"<xacro:" in text or b"${" in text))
+    return path.suffix == ".xacro" or (_MARK in text and _MACRO.search(text) is not None)
 
 
 def parse_arguments(words: list[str]) -> dict[str, str]:

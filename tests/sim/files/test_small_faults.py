@@ -10,10 +10,12 @@ from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.urdf.robot_file import load_robot
 from tests.sim.builders import ROBOT, edited, run, simulator, texts
 
+BODY, MESH = '<box size="0.45 0.30 0.10"/>', '<mesh filename="missing.stl"/>'
 SENSOR = '<link name="imu_link"/>'
 INERTIA = '<inertia ixx="{0}" ixy="0" ixz="0" iyy="{0}" iyz="0" izz="{0}"/>'
 LIGHT = '<inertial><mass value="{}"/>' + INERTIA.format("1e-5") + "</inertial>"
 BALL = '<{0}><geometry><sphere radius="0"/></geometry></{0}>'
+NOTHING = "<visual><geometry/></visual>"
 FOLLOWER = """<link name="arm"/><joint name="arm_joint" type="continuous">
 <parent link="base_link"/><child link="arm"/><mimic joint="none_joint"/></joint>"""
 
@@ -29,6 +31,12 @@ def sensor_with(tags: str) -> str:
         (SENSOR, sensor_with(LIGHT.format("1e-9")), "link 'imu_link' inertial: mass 1e-09"),
         (SENSOR, sensor_with(BALL.format("visual")), "visual: a <sphere> of no size is left out"),
         (SENSOR, sensor_with(BALL.format("collision")), "collision: a <sphere> of no size"),
+        (
+            BODY,
+            MESH,
+            "link 'base_link' visual: mesh 'missing.stl' does not exist, so it is left out",
+        ),
+        (SENSOR, sensor_with(NOTHING), "visual: <geometry> must hold one of box"),
         (SENSOR, SENSOR + FOLLOWER, "'arm_joint' mimic: joint 'none_joint' does not exist"),
         (
             'reference="lidar_link"',

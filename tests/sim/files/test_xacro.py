@@ -8,7 +8,7 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.xacro_file import Expanded, expand
+from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
 from arjuna_sim.model.notes import NoteKind
 from tests.sim.builders import texts
 
@@ -31,6 +31,12 @@ def test_empty_condition_is_false(tmp_path: Path, value: str) -> None:
     assert b"<a/>" not in _expand(tmp_path, inside).text
     inside = inside.replace("xacro:if", "xacro:unless")
     assert b"<a/>" in _expand(tmp_path, inside).text
+
+
+@pytest.mark.parametrize("inside", ["<a b='$(optenv NOT_SET 1)'/>", "<a b='${1}'/>"])
+def test_a_urdf_with_something_left_to_expand_is_expanded(inside: str) -> None:
+    assert has_macros(Path("r.urdf"), ROBOT.format(inside).encode())
+    assert not has_macros(Path("r.urdf"), ROBOT.format("<a b='1'/>").encode())
 
 
 @pytest.mark.parametrize("value", ["$(arg on)", "${on}", "$(eval on)"])
