@@ -9,9 +9,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.pose3 import ORIGIN
+from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.map_world import MAP_SUFFIXES
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.guess import save_guess
@@ -39,10 +43,13 @@ from arjuna_sim.model.settings import (
 )
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.scene import build_scene
-from arjuna_sim.physics.wheels.footing import footing_notes, sill_notes
 from arjuna_sim.physics.wheels.servo import ServoConfig
+from arjuna_sim.simulator import Simulator
 
 _TIMESTEP = 0.004
+_SETTLE = 2.0  # in which a robot that tips over does [s]
+_UPRIGHT = 3.0  # [deg]
+_CREEP = Velocity(0.1, 0.0)
 _ROBOT_SUFFIXES = (".urdf", ".xacro")
 _WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
 _ROOT = re.compile(rb"<\s*(sdf|robot)\b")
@@ -133,7 +140,7 @@ def _check_robot(
     lines.append(f"  stands with '{robot.urdf.root}' {scene.ride_height:.4g} m above the ground")
     if math.isfinite(scene.steady):
         lines.append(f"  neither slips nor tips up to {scene.steady:.3g} m/s^2")
-    lines += [f"  {note}" for note in sill_notes(scene.lifting, robot.drive.radius)]
+    lines += [f"  {note}" for note in scene.facts]
     if guess is not None:
         if not robot.drive.wheels or robot.settings.drive is not None:
             problem = "has a drive plugin" if robot.drive.wheels else "has no wheels"
@@ -143,11 +150,18 @@ def _check_robot(
             raise InputFileError(path, problem)
         save_guess(guess, path, robot.urdf.name, robot.drive)
         lines.append(f"  guess saved as {guess}, which loads in the robot's place")
-    return Found(tuple(lines), robot.notes + _footing(scene.steady))
+    faults = (*scene.faults, *_leaning(robot, empty))
+    return Found(tuple(lines), robot.notes + tuple(Note(NoteKind.CHANGED, t) for t in faults))
 
 
-def _footing(steady: float) -> tuple[Note, ...]:
-    return tuple(Note(NoteKind.CHANGED, text) for text in footing_notes(steady))
+def _leaning(robot: Robot, empty: World) -> Iterator[str]:
+    """Say of a robot that it does not stay upright, as one that tips over or balances."""
+    sim = Simulator(robot, empty, SimulatorConfig(), np.random.default_rng(0))
+    for _ in range(round(_SETTLE / sim.config.tick)):
+        truth = sim.step(_CREEP).truth
+    lean = math.degrees(math.hypot(truth.roll, truth.pitch))
+    if lean > _UPRIGHT:
+        yield f"leans by {lean:.0f} degrees soon: it tips over, or would have to balance"
 
 
 def _robot_lines(robot: Robot) -> Iterator[str]:

@@ -22,7 +22,6 @@ from arjuna_sim.observation import Observation
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.physics.robot_motion import RobotMotion, Truth
 from arjuna_sim.physics.stage import Stage
-from arjuna_sim.physics.wheels.footing import footing_notes
 
 
 class DrivenRobot:
@@ -67,7 +66,7 @@ class DrivenRobot:
     def notes(self) -> tuple[str, ...]:
         """What its file says and the simulation leaves out, and how it stands."""
         read = tuple(note.text for note in self.robot.notes)
-        return read + footing_notes(self._stage.scene.robots[self.name].steady) + self._spawn_notes
+        return read + self._stage.scene.robots[self.name].faults + self._spawn_notes
 
     def begin(self) -> None:
         """Make its devices anew, their noise rewound."""

@@ -44,7 +44,8 @@ class RobotInScene:
         is_solid: For each geom whether it is a collision shape of the robot, `(G,) bool`.
         ride_height: Height of its root above the ground when it stands [m].
         steady: Greatest acceleration at which it stands on all its feet and grips [m/s^2].
-        lifting: The lowest sill that lifts its driven wheels off the ground [m].
+        faults: What keeps it from driving as others do.
+        facts: What keeps it from crossing sills.
         servos: The wheels' motors.
     """
 
@@ -57,7 +58,8 @@ class RobotInScene:
     is_solid: NDArray[np.bool_]
     ride_height: float
     steady: float
-    lifting: float
+    faults: tuple[str, ...]
+    facts: tuple[str, ...]
     servos: Servos
 
 
@@ -207,7 +209,8 @@ def _found(model: Any, name: str, robot: Robot, servos: Servos, standing: Standi
         is_own & (model.geom_group == Group.ROBOT_COLLISION.value),
         standing.ride_height,
         standing.steady,
-        standing.lifting,
+        standing.faults,
+        standing.facts,
         servos,
     )
 

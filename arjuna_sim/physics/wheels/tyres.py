@@ -23,7 +23,14 @@ from numpy.typing import NDArray
 from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.wheels import center, radius_of, width_of
-from arjuna_sim.physics.wheels.footing import Feet, Weight, lifting_sill, steady_acceleration
+from arjuna_sim.physics.wheels.footing import (
+    Feet,
+    Weight,
+    footing_notes,
+    lifting_sill,
+    sill_notes,
+    steady_acceleration,
+)
 from arjuna_sim.physics.wheels.grip import name_friction
 
 STICTION = 1e6
@@ -49,13 +56,15 @@ class Standing:
     Attributes:
         ride_height: Height of its root above the ground [m].
         steady: Greatest acceleration at which it stands on all its feet and grips [m/s^2].
-        lifting: The lowest sill that lifts its driven wheels off the ground [m].
+        faults: What keeps it from driving as others do.
+        facts: What keeps it from crossing sills.
         tyres: Its tyres' geoms, rising.
     """
 
     ride_height: float
     steady: float
-    lifting: float
+    faults: tuple[str, ...]
+    facts: tuple[str, ...]
     tyres: tuple[int, ...]
 
 
@@ -124,8 +133,13 @@ def tune_tyres(model: Any, robot: Robot, sag: float) -> Standing:
     feet = _feet(model, data, geoms, gaps, (driven, bodies - driven))
     weight = _weight(model, data, robot, ground)
     steady = steady_acceleration(feet, weight)
-    lifting = lifting_sill(feet, sag)
-    return Standing(-min(sunk, default=0.0), steady, lifting, tuple(sorted(wheels)))
+    return Standing(
+        -min(sunk, default=0.0),
+        steady,
+        footing_notes(steady),
+        sill_notes(lifting_sill(feet, sag), robot.drive.radius),
+        tuple(sorted(wheels)),
+    )
 
 
 def _crown(model: Any, data: Any, geom: int) -> None:

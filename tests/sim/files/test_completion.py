@@ -7,11 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from arjuna_sim.check import check
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from tests.sim import drive_cases as cases
-from tests.sim.builders import run, simulator
+from tests.sim.builders import run, simulator, texts
 
 
 def test_robot_without_any_collision_is_as_solid_as_it_is_drawn(tmp_path: Path) -> None:
@@ -47,3 +48,21 @@ def test_motors_of_a_heavy_robot_can_move_it(tmp_path: Path) -> None:
     limited = re.sub("</plugin>", "<torque>3</torque></plugin>", path.read_text("utf-8"))
     path.write_text(limited, "utf-8")
     assert load_robot(path, SearchPath()).drive.torque == 3.0
+
+
+def test_body_of_no_mass_weighs_what_its_shapes_do(tmp_path: Path) -> None:
+    path = cases.Robot(cases.four()).write(tmp_path)
+    path.write_text(path.read_text("utf-8").replace("mass value='12.0'", "mass value='0'"), "utf-8")
+    base = load_robot(path, SearchPath()).urdf.links["base"].inertial
+    assert base is not None
+    assert base.mass > 0.1
+
+
+@pytest.mark.parametrize(("x", "leans"), [(0.0, False), (0.4, True)])
+def test_robot_that_tips_over_is_named(tmp_path: Path, x: float, leans: bool) -> None:
+    path = cases.Robot(cases.four()).write(tmp_path)
+    mass = "<inertial><mass value='12.0'/>"
+    moved = mass.replace("<inertial>", f"<inertial><origin xyz='{x} 0 0'/>")
+    path.write_text(path.read_text("utf-8").replace(mass, moved), "utf-8")
+    notes = texts(check(path, SearchPath(), {}).notes)
+    assert any("it tips over, or would have to balance" in note for note in notes) == leans

@@ -14,7 +14,7 @@ from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.wheels.footing import LEAST, sill_notes
+from arjuna_sim.physics.wheels.footing import LEAST, Feet, lifting_sill
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import run, simulator, texts
 from tests.sim.generated import Chassis, level, slope
@@ -81,16 +81,22 @@ def test_robot_that_hardly_drives_says_so() -> None:
     assert not any("hardly drives" in note for note in _simulator(FOUR_WHEELS, level()).notes)
 
 
+def test_feet_at_both_ends_lift_wheels_off_by_half_a_sill() -> None:
+    gaps = np.array([0.3, 0.1, 0.2])  # of the front, the driven and the rear one
+    places, drives = np.array([[0.2, 0.0], [0.0, 0.0], [-0.1, 0.0]]), np.array([False, True, False])
+    between = Feet(places, gaps * [1, 0, 1], np.ones(3), drives)
+    assert lifting_sill(between, 0.01) == pytest.approx(min(0.003 + 0.004, 0.002 + 0.0015))
+    behind = Feet(places[1:], gaps[1:], np.ones(2), drives[1:])
+    assert lifting_sill(behind, 0.01) == math.inf
+
+
 @pytest.mark.parametrize(("casters", "low"), [(2, -0.02), (2, -0.3), (1, 0.0)])
-def test_feet_at_both_ends_lift_wheels_off_by_half_a_sill(casters: int, low: float) -> None:
+def test_robot_whose_feet_lift_its_wheels_off_says_so(casters: int, low: float) -> None:
     between = dataclasses.replace(FOUR_WHEELS, axles=1, casters=casters, low=low)
-    standing = _simulator(between, level()).stage.scene.robots[SOLO]
-    said = sill_notes(standing.lifting, between.radius)
+    said = _simulator(between, level()).stage.scene.robots[SOLO].facts
     assert [note.split(":")[0] for note in said] == (
         ["stands on rigid feet before and behind its driven wheels"] if low == -0.02 else []
     )
-    if said:
-        assert standing.lifting == pytest.approx(2 * 0.02 * between.radius, abs=5e-4)
 
 
 def test_robot_whose_wheels_hang_in_the_air_says_so() -> None:
