@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 _MARGIN_CELLS = 40
 _PLANES_MIN = 4096
+_SMALL_MAX = 1 << 16  # planes that 16 bits count: a submap's index is most of what it keeps
 _CROSSED_MIN, _AGREED_MIN = 0.5, 0.7  # weight and share of it in one direction, to be a surface
 _LEVEL_MIN = 2  # of 255: likelihood from which a point counts in a cell
 
@@ -33,7 +34,8 @@ class Field:
     Attributes:
         origin: Outer corner of cell (0, 0), `(2,) float64` [m].
         score: Likelihood of each cell, `(H, W) uint8`.
-        index: Row of each cell in `planes`, `(H, W) int32`; 0 where there is no surface.
+        index: Row of each cell in `planes`, 0 where there is no surface: `(H, W) uint16`, and int32
+            once there are more rows than that counts.
         planes: Sums of the surface: w, w nx, w ny, w n (p - centre), `(K, 4) float32`.
     """
 
@@ -42,7 +44,7 @@ class Field:
         self.sigma = sigma
         self.origin = np.zeros(2)
         self.score = np.zeros((0, 0), np.uint8)
-        self.index = np.zeros((0, 0), np.int32)
+        self.index: NDArray[np.uint16 | np.int32] = np.zeros((0, 0), np.uint16)
         self.planes = np.zeros((1, 4), np.float32)
         self._count = 1
         self._radius = math.ceil(3.0 * sigma / resolution)
@@ -67,6 +69,8 @@ class Field:
             if done < len(points):
                 more = np.zeros((len(self.planes) + _PLANES_MIN, 4), np.float32)
                 self.planes = np.concatenate((self.planes, more))
+                if len(self.planes) > _SMALL_MAX and self.index.dtype != np.int32:
+                    self.index = self.index.astype(np.int32)
         self._pyramid = None
 
     def pyramid(self, depth: int) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
@@ -147,7 +151,7 @@ class Field:
 @njit(cache=True)
 def _stamp(
     score: NDArray[np.uint8],
-    index: NDArray[np.int32],
+    index: NDArray[np.uint16 | np.int32],
     planes: NDArray[np.float32],
     count: int,
     resolution: float,
@@ -189,7 +193,7 @@ def _fill_gaussian(weights: NDArray[np.float64], centre: float, scale: float) ->
 @njit(cache=True)
 def _stamp_point(
     score: NDArray[np.uint8],
-    index: NDArray[np.int32],
+    index: NDArray[np.uint16 | np.int32],
     planes: NDArray[np.float32],
     count: int,
     resolution: float,
@@ -230,7 +234,7 @@ def _stamp_point(
 
 @njit(cache=True)
 def _crossings(
-    index: NDArray[np.int32],
+    index: NDArray[np.uint16 | np.int32],
     planes: NDArray[np.float32],
     resolution: float,
     origin: NDArray[np.float64],

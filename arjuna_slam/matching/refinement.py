@@ -42,14 +42,18 @@ def _ramp(value: float, low: float, high: float) -> float:
 
 @njit(cache=True)
 def sample_surface(
-    index: NDArray[np.int32], planes: NDArray[np.float32], gx: float, gy: float, resolution: float
+    index: NDArray[np.uint16 | np.int32],
+    planes: NDArray[np.float32],
+    gx: float,
+    gy: float,
+    resolution: float,
 ) -> tuple[float, float, float, float]:
     """Return signed distance [m], normal and trust (0..1) of the surface near a point.
 
     The trust falls to 0 continuously where the reference thins out or its sides disagree.
 
     Args:
-        index: The field's `(H, W) int32`.
+        index: The field's, `(H, W)`.
         planes: The field's `(K, 4) float32`.
         gx: The point in cells from the field's origin.
         gy: As `gx`.
