@@ -14,6 +14,7 @@ PLANNERS = PluginTypes(
         "nav2_theta_star_planner::ThetaStarPlanner": f"{_HERE}.theta_star:ThetaStar",
         "nav2_smac_planner::SmacPlanner2D": f"{_HERE}.smac_2d:Smac2D",
         "nav2_smac_planner::SmacPlannerHybrid": f"{_HERE}.hybrid.planner:Hybrid",
+        "nav2_smac_planner::SmacPlannerLattice": f"{_HERE}.hybrid.lattice:SmacLattice",
     },
     _NAVFN,
 )

@@ -23,7 +23,8 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import Inflation
 from arjuna_nav.planners import NavFn, NavFnConfig, Planner, PlanStatus
 from arjuna_nav.planners import path as paths
-from arjuna_nav.planners.hybrid.config import HybridConfig
+from arjuna_nav.planners.hybrid.config import HybridConfig, SmacLatticeConfig
+from arjuna_nav.planners.hybrid.lattice import SmacLattice
 from arjuna_nav.planners.hybrid.planner import Hybrid
 from arjuna_nav.planners.smac_2d import Smac2D, Smac2DConfig
 from arjuna_nav.planners.theta_star import ThetaStar, ThetaStarConfig
@@ -37,6 +38,7 @@ PLANNERS: dict[str, Planner] = {
     "Theta*": ThetaStar(ThetaStarConfig()),
     "Smac 2D": Smac2D(Smac2DConfig(max_iterations=0)),
     "Smac Hybrid-A*": Hybrid(HybridConfig(), Footprint.circle(_ROBOT_RADIUS)),
+    "Smac lattice": SmacLattice(SmacLatticeConfig(), Footprint.circle(_ROBOT_RADIUS)),
 }
 
 

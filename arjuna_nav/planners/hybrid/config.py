@@ -1,4 +1,4 @@
-"""Parameters of Smac Hybrid-A*, by Nav2's names."""
+"""Parameters of the planners that search over poses, by Nav2's names."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from arjuna_core.config import SEED_MAX, param
 
 
 @dataclass(frozen=True)
-class HybridConfig:
-    """Parameters of Smac Hybrid-A*."""
+class PoseSearchConfig:
+    """What they have in common."""
 
     tolerance: float = param(
         0.25, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
@@ -18,10 +18,6 @@ class HybridConfig:
     max_iterations: int = param(
         1000000, "Most poses looked at; below 1 any number.", maximum=SEED_MAX
     )
-    motion_model_for_search: str = param(
-        "DUBIN", "Forwards alone, or backwards too.", choices=("DUBIN", "REEDS_SHEPP")
-    )
-    angle_quantization_bins: int = param(72, "Headings told apart.", minimum=8, maximum=360)
     minimum_turning_radius: float = param(
         0.4, "Radius of the tightest bend.", unit="m", minimum=0.05
     )
@@ -33,14 +29,42 @@ class HybridConfig:
         0.015, "How much later bends are preferred.", minimum=0.0, maximum=0.9
     )
     analytic_expansion_ratio: float = param(
-        3.5, "How often the direct curve is tried; higher is oftener.", minimum=0.1
+        3.5, "How often the direct way is tried; higher is oftener.", minimum=0.1
     )
-    analytic_expansion_max_length: float = param(
-        3.0, "Longest direct curve.", unit="m", minimum=0.0
-    )
+    analytic_expansion_max_length: float = param(3.0, "Longest direct way.", unit="m", minimum=0.0)
     analytic_expansion_max_cost: float = param(
-        200.0, "Greatest cost that a direct curve may cross.", minimum=0.0, maximum=252.0
+        200.0, "Greatest cost that a direct way may cross.", minimum=0.0, maximum=252.0
     )
     escape_radius: float = param(
         3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
     )
+
+
+@dataclass(frozen=True)
+class HybridConfig(PoseSearchConfig):
+    """Parameters of Smac Hybrid-A*."""
+
+    motion_model_for_search: str = param(
+        "DUBIN", "Forwards alone, or backwards too.", choices=("DUBIN", "REEDS_SHEPP")
+    )
+    angle_quantization_bins: int = param(72, "Headings told apart.", minimum=8, maximum=360)
+
+
+@dataclass(frozen=True)
+class SmacLatticeConfig(PoseSearchConfig):
+    """Parameters of the Smac lattice planner."""
+
+    lattice_filepath: str = param(
+        "",
+        "Pieces as lattice_primitives of Nav2 writes them; empty: those of a differential drive"
+        " that bend by minimum_turning_radius.",
+    )
+    minimum_turning_radius: float = param(
+        0.5, "Radius of the tightest bend where no file is given.", unit="m", minimum=0.05
+    )
+    allow_reverse_expansion: bool = param(False, "Whether pieces are driven back, too.")
+    rotation_penalty: float = param(
+        5.0, "Price of a turn on the spot to the next heading.", unit="cells", minimum=0.01
+    )
+    change_penalty: float = param(0.05, "Added to it where the bend changes sides.", minimum=0.0)
+    non_straight_penalty: float = param(1.05, "Factor on bends.", minimum=1.0)

@@ -14,12 +14,15 @@ from arjuna_nav.planners.hybrid.curves import along
 STEP = 0.5
 """Between two poses that are looked at for collisions [cells]."""
 
+_GENTLE = 24  # a bend by the 24th of a turn is gentle: 15 degrees
+
 
 class Moves(NamedTuple):
     """Pieces, sorted by the heading from which they start; lengths in cells.
 
     Attributes:
         angles: `(H,) float64` the headings [rad].
+        start: Number of the heading where the search begins.
         first: `(H + 1,) int64` the first piece of each heading, and the number of pieces.
         ends: `(N,) int64` the heading after each piece.
         sides: `(N,) int64` 1 where it bends left, -1 right, 0 straight on.
@@ -30,6 +33,7 @@ class Moves(NamedTuple):
     """
 
     angles: NDArray[np.float64]
+    start: int
     first: NDArray[np.int64]
     ends: NDArray[np.int64]
     sides: NDArray[np.int64]
@@ -45,10 +49,13 @@ def arcs(
 ) -> Moves:
     """Return bends by whole bins that leave their cell, and straights as long.
 
+    Where the tightest turn by much, as on coarse grids, there are gentle ones too: else the robot
+    could but drive along the grid.
+
     Args:
         first: The heading that is to be the first [rad].
         bins: Number of headings.
-        radius: Of the bends [cells].
+        radius: Of the tightest bends [cells].
         reverse: Whether it may be driven back.
         factors: On the price of what is driven back, of bends, and added to that where the side
             changes.
@@ -56,31 +63,33 @@ def arcs(
     Source: Dolgov et al.; nav2_smac_planner, HybridMotionTable.
     """
     one = 2.0 * math.pi / bins
-    turns = math.ceil(2.0 * math.asin(min(math.sqrt(2.0) / (2.0 * radius), 1.0)) / one)
-    piece = radius * turns * one
-    count = 6 if reverse else 3
+    tight = math.ceil(2.0 * math.asin(min(math.sqrt(2.0) / (2.0 * radius), 1.0)) / one)
+    gentle = max(bins // _GENTLE, 1)
+    turns = [0, tight, -tight]
+    if tight > 2 * gentle:
+        turns += [gentle, -gentle]
+    piece = radius * tight * one
     steps = int(piece / STEP) + 1
+    ways = [1.0, -1.0] if reverse else [1.0]
     angles = np.empty(bins)
     angles[:] = first + one * np.arange(bins)
+    count = len(turns) * len(ways)
     total = bins * count
     ends, sides = np.empty(total, np.int64), np.empty(total, np.int64)
     prices, changes = np.empty(total), np.empty(total)
     poses = np.empty((total * steps, 3))
-    at = np.zeros(3)
-    for heading in range(bins):
-        for k in range(count):
-            i, side, sign = heading * count + k, k % 3 - 1, 1 if k < 3 else -1
-            ends[i] = (heading + side * sign * turns) % bins
-            sides[i] = side
-            changes[i] = piece * (factors[0] if k >= 3 else 1.0)
-            prices[i] = changes[i] * (1.0 if side == 0 else factors[1])
-            changes[i] *= factors[2]
-            at[2] = angles[heading]
-            curve = np.array([[float(side)], [sign * piece / radius]])
-            trace = along(at, curve, radius, piece / steps + 1e-9)
-            poses[i * steps : (i + 1) * steps] = trace
-            poses[i * steps : (i + 1) * steps, 2] -= at[2]
-    first_of = count * np.arange(bins + 1)
+    for i in range(total):
+        heading, turn, way = i // count, turns[i % len(turns)], ways[i % count // len(turns)]
+        ends[i], sides[i] = (heading + turn) % bins, np.sign(turn) * way
+        changes[i] = piece * (factors[0] if way < 0.0 else 1.0)
+        prices[i] = changes[i] * (1.0 if turn == 0 else factors[1])
+        changes[i] *= factors[2]
+        at = np.array([0.0, 0.0, angles[heading]])
+        bent = piece / (abs(turn) * one) if turn else radius
+        curve = np.array([[float(sides[i])], [way * piece / bent]])
+        trace = along(at, curve, bent, piece / steps + 1e-9)
+        poses[i * steps : (i + 1) * steps] = trace - at
+    begins = steps * np.arange(total + 1)
     return Moves(
-        angles, first_of, ends, sides, prices, changes, steps * np.arange(total + 1), poses
+        angles, 0, count * np.arange(bins + 1), ends, sides, prices, changes, begins, poses
     )

@@ -25,6 +25,7 @@ from arjuna_nav.planners.pose_table import (
     with_room,
 )
 
+_SPIN = 32  # poses of half a turn on the spot that are looked at for collisions
 _LONGER = 8.4  # turning radii at most by which Dubins' curve is longer than the straight line
 
 
@@ -60,6 +61,7 @@ class Rules(NamedTuple):
     direct_cost: float
     limit: int
     trust: float
+    spins: bool
 
 
 @njit(cache=True)
@@ -70,7 +72,7 @@ def search(
     rules: Rules,
     moves: Moves,
 ) -> tuple[PoseTable, int, NDArray[np.float64], int]:
-    """Search from a pose, whose heading is the first of the moves', to another.
+    """Search from a pose, whose heading is the one where the moves start, to another.
 
     Returns:
         The poses reached, the last row before the direct curve to the goal, the poses of that
@@ -116,7 +118,7 @@ def _expand(
 ) -> tuple[int, RowIndex]:
     """Add the poses that one piece leads to from a row; return how many rows there are."""
     pose, last = nodes.poses[row], nodes.kinds[row]
-    heading = moves.ends[last] if last >= 0 else 0
+    heading = moves.ends[last] if last >= 0 else moves.start
     side = moves.sides[last] if last >= 0 else 0
     for move in range(moves.first[heading], moves.first[heading + 1]):
         price = moves.prices[move]
@@ -155,6 +157,8 @@ def _left(
         TAC 2008, on how much longer than the straight line a curve can be.
     """
     by_costs = float(terrain.left[math.floor(pose[1]), math.floor(pose[0])])
+    if rules.spins:
+        return by_costs
     dx, dy = (goal[0] - pose[0]) / rules.radius, (goal[1] - pose[1]) / rules.radius
     if by_costs >= (math.hypot(dx, dy) + _LONGER) * rules.radius * rules.straight:
         return by_costs
@@ -207,16 +211,42 @@ def _direct(
     pose: NDArray[np.float64], goal: NDArray[np.float64], terrain: Terrain, rules: Rules
 ) -> NDArray[np.float64]:
     """Return the poses of the shortest curve to the goal, none where it may not be driven."""
+    if rules.spins:
+        return _free(_straight(pose, goal), terrain, rules)
     dx, dy = (goal[0] - pose[0]) / rules.radius, (goal[1] - pose[1]) / rules.radius
     c, s = math.cos(pose[2]), math.sin(pose[2])
     curve = shortest(c * dx + s * dy, c * dy - s * dx, goal[2] - pose[2], rules.reverse)
-    poses = np.empty((0, 3))
-    if np.abs(curve[1]).sum() * rules.radius <= rules.direct_length:
-        poses = along(pose, curve, rules.radius, STEP)
+    if np.abs(curve[1]).sum() * rules.radius > rules.direct_length:
+        return np.empty((0, 3))
+    return _free(along(pose, curve, rules.radius, STEP), terrain, rules)
+
+
+@njit(cache=True)
+def _free(poses: NDArray[np.float64], terrain: Terrain, rules: Rules) -> NDArray[np.float64]:
+    """Return poses if all may be driven, else none."""
     for reached in poses:
         if cost_at(reached[0], reached[1], reached[2], terrain) > rules.direct_cost:
-            return np.empty((0, 3))
+            return poses[:0]
     return poses
+
+
+@njit(cache=True)
+def _straight(pose: NDArray[np.float64], goal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the poses of a turn to the goal, the straight line there, and a turn as it faces."""
+    dx, dy = goal[0] - pose[0], goal[1] - pose[1]
+    bearing = math.atan2(dy, dx) if math.hypot(dx, dy) > STEP else pose[2]
+    parts = ((0.0, 0.0, bearing), (dx, dy, bearing), (0.0, 0.0, goal[2]))
+    result = np.empty((math.ceil(math.hypot(dx, dy) / STEP) + 2 * _SPIN + 1, 3))
+    at, count = pose.copy(), 0
+    for x, y, heading in parts:
+        turn = (heading - at[2] + math.pi) % (2.0 * math.pi) - math.pi
+        steps = max(math.ceil(math.hypot(x, y) / STEP), math.ceil(abs(turn) / math.pi * _SPIN))
+        for k in range(steps):
+            ratio = (k + 1) / steps
+            result[count] = at + ratio * np.array([x, y, turn])
+            count += 1
+        at += np.array([x, y, turn])
+    return result[:count]
 
 
 @njit(cache=True)
@@ -228,7 +258,7 @@ def driven(
     for k in rows_to(nodes, row)[1:]:
         move = nodes.kinds[k]
         poses = moves.poses[moves.begins[move] : moves.begins[move + 1]]
-        pieces.append(_thinned(poses) + nodes.poses[nodes.before[k]])
+        pieces.append(poses + nodes.poses[nodes.before[k]])
     pieces.append(curve)
     total = 0
     for part in pieces:
@@ -239,10 +269,3 @@ def driven(
         result[at : at + len(part)] = part
         at += len(part)
     return result
-
-
-@njit(cache=True)
-def _thinned(poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return every second pose, the last among them."""
-    every_second: NDArray[np.float64] = poses[(len(poses) - 1) % 2 :: 2].copy()
-    return every_second

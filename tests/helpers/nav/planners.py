@@ -15,8 +15,9 @@ CLASSES = {
     "theta*": "nav2_theta_star_planner::ThetaStarPlanner",
     "smac 2d": "nav2_smac_planner::SmacPlanner2D",
     "smac hybrid": "nav2_smac_planner::SmacPlannerHybrid",
+    "smac lattice": "nav2_smac_planner::SmacPlannerLattice",
 }
-ON_CELLS = tuple(name for name in CLASSES if name != "smac hybrid")
+ON_CELLS = tuple(name for name in CLASSES if name not in ("smac hybrid", "smac lattice"))
 """Planners whose paths go from cell to cell, so that they turn on the spot."""
 _OWN = {"smac hybrid": {"motion_model_for_search": "REEDS_SHEPP"}}
 

@@ -1,0 +1,62 @@
+"""Smac lattice: plans of a differential drive that also turns on the spot, its outline checked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, ClassVar
+
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners.hybrid.config import SmacLatticeConfig
+from arjuna_nav.planners.hybrid.moves import Moves
+from arjuna_nav.planners.hybrid.pose_search import PoseSearch
+from arjuna_nav.planners.hybrid.primitives import Lattice, generated, laid_out, read
+from arjuna_nav.planners.hybrid.search import Rules
+
+
+class SmacLattice(PoseSearch):
+    """Plans by hybrid A*'s search over the pieces of a lattice.
+
+    Args:
+        config: Parameters.
+        footprint: The robot.
+
+    Raises:
+        InputFileError: `lattice_filepath` cannot be read.
+
+    Source: nav2_smac_planner, SmacPlannerLattice.
+    """
+
+    Config: ClassVar[type[Any]] = SmacLatticeConfig
+
+    def __init__(self, config: SmacLatticeConfig, footprint: Footprint) -> None:
+        super().__init__(config, footprint)
+        self._lattice_config = config
+        self._file = read(Path(config.lattice_filepath)) if config.lattice_filepath else None
+        self._in_cells: tuple[float, Lattice] | None = None
+
+    def _lattice(self, costmap: Costmap) -> Lattice:
+        """Return the lattice in a costmap's cells."""
+        resolution = costmap.frame.resolution
+        if self._in_cells is None or self._in_cells[0] != resolution:
+            cells = 1.0 / resolution
+            radius = self._config.minimum_turning_radius * cells
+            made = self._file.scaled(cells) if self._file else generated(max(radius, 1.0))
+            self._in_cells = resolution, made
+        return self._in_cells[1]
+
+    def _moves(self, costmap: Costmap, heading: float) -> Moves:
+        """Return the pieces that it drives, from a heading [rad]."""
+        config = self._lattice_config
+        factors = config.reverse_penalty, config.non_straight_penalty, config.change_penalty
+        prices = (*factors, config.rotation_penalty)
+        return laid_out(self._lattice(costmap), heading, self._reverse, prices)
+
+    def _rules(self, costmap: Costmap) -> Rules:
+        """Return how the robot drives."""
+        lattice = self._lattice(costmap)
+        return super()._rules(costmap)._replace(spins=lattice.spins, radius=lattice.radius)
+
+    @property
+    def _reverse(self) -> bool:
+        return self._lattice_config.allow_reverse_expansion

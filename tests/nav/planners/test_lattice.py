@@ -1,0 +1,139 @@
+"""The lattice: its pieces join, its paths can be driven by a robot that turns on the spot."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import InputFileError
+from arjuna_core.se2 import SE2, wrap
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import PlanStatus
+from arjuna_nav.planners.hybrid.primitives import generated, laid_out
+from tests.helpers.nav.planners import make
+from tests.nav.worlds import block, costmap_of, empty_grid, room
+
+LONG = np.array([[0.45, 0.15], [-0.25, 0.15], [-0.25, -0.15], [0.45, -0.15]])
+
+
+@pytest.mark.parametrize("radius", [1.0, 4.0, 10.0, 23.0])
+def test_every_piece_ends_in_the_middle_of_a_cell_at_its_heading(radius: float) -> None:
+    lattice = generated(radius)
+    for one in lattice.primitives:
+        end = one.poses[-1]
+        np.testing.assert_allclose(end[:2], np.round(end[:2]), atol=1e-6)
+        assert abs(wrap(end[2] - lattice.angles[one.last])) < 1e-9
+        assert one.length == 0.0 or one.length >= math.sqrt(2.0) - 1e-9
+        steps = np.hypot(*np.diff(one.poses[:, :2], axis=0).T)
+        turns = np.abs(wrap(np.diff(one.poses[:, 2])))
+        if one.side:
+            assert (2.0 * radius * np.sin(turns / 2.0) <= steps + 1e-6).all()
+
+
+def test_each_heading_has_its_pieces_backwards_too() -> None:
+    moves = laid_out(generated(10.0), 3.0, True, (2.0, 1.0, 0.0, 5.0))
+    assert abs(wrap(moves.angles[moves.start] - 3.0)) <= math.pi / 12
+    assert (np.diff(moves.first) == 8).all()  # 3 ahead, 3 back, 2 on the spot
+    for heading in range(16):
+        ahead = []
+        for k in range(moves.first[heading], moves.first[heading + 1]):
+            end = moves.poses[moves.begins[k + 1] - 1]
+            turned = wrap(moves.angles[heading] + end[2] - moves.angles[moves.ends[k]])
+            assert abs(turned) < 1e-9
+            angle = moves.angles[heading]
+            ahead.append(round(float(end[0] * math.cos(angle) + end[1] * math.sin(angle)), 6))
+        assert np.count_nonzero(np.sign(ahead) == -1) == np.count_nonzero(np.sign(ahead) == 1) == 3
+
+
+@pytest.mark.parametrize(
+    ("start", "goal"),
+    [
+        (SE2(0.0, 0.0), SE2(4.0, -4.0, 1.5)),
+        (SE2(-4.0, -4.0, 2.1), SE2(4.0, 4.0, 3.1)),
+        (SE2(0.0, 0.0, 2.0), SE2(-0.8, 0.4, -1.0)),
+    ],
+)
+def test_a_path_touches_nothing_and_is_driven_ahead_or_on_the_spot(start: SE2, goal: SE2) -> None:
+    footprint = Footprint.polygon(LONG)
+    costmap = costmap_of(room(), footprint=str(LONG.tolist()))
+    result = make("smac lattice", footprint).plan(costmap, start, goal)
+    assert result.status is PlanStatus.SUCCEEDED, result.message
+    path = result.path
+    np.testing.assert_allclose(path[0], start.array(), atol=1e-9)
+    np.testing.assert_allclose(path[-1], goal.array(), atol=1e-9)
+    assert first_collision(costmap, footprint, path) is None
+    heading = path[:-1, 2] + 0.5 * wrap(np.diff(path[:, 2]))
+    steps = np.diff(path[:, :2], axis=0)
+    ahead = steps[:, 0] * np.cos(heading) + steps[:, 1] * np.sin(heading)
+    np.testing.assert_allclose(ahead[1:], np.hypot(*steps[1:].T), atol=1e-6)
+
+
+def test_a_robot_that_can_turn_leaves_a_pocket_ahead() -> None:
+    grid = empty_grid(5.0, 3.0)
+    for y in (0.8, 2.1):
+        block(grid, 2.0, y, 2.5, 0.1)
+    block(grid, 4.5, 0.8, 0.1, 1.4)
+    result = make("smac lattice").plan(costmap_of(grid), SE2(3.8, 1.5), SE2(1.0, 1.5, math.pi))
+    assert result.status is PlanStatus.SUCCEEDED, result.message
+
+
+def written(folder: Path, **about: object) -> Path:
+    """Write a file of a robot that drives straight and turns by quarters, and return it."""
+    quarter = math.pi / 2
+    straight = [
+        [[0.1 * k * math.cos(i * quarter), 0.1 * k * math.sin(i * quarter), i * quarter]
+         for k in range(3)]
+        for i in range(4)
+    ]  # fmt: skip
+    ahead = [{"start_angle_index": i, "end_angle_index": i, "poses": straight[i]} for i in range(4)]
+    turns = [
+        {
+            "start_angle_index": i,
+            "end_angle_index": (i + 1) % 4,
+            "poses": [[0, 0, (i + 1) * quarter]],
+        }
+        for i in range(4)
+    ]
+    content = {
+        "lattice_metadata": {
+            "motion_model": "diff",
+            "turning_radius": 0.4,
+            "heading_angles": [i * quarter for i in range(4)],
+            **about,
+        },
+        "primitives": [
+            {**one, "trajectory_radius": 0.0, "left_turn": True} for one in (*ahead, *turns)
+        ],
+    }
+    path = folder / "lattice.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+def test_the_pieces_of_a_file_are_driven(tmp_path: Path) -> None:
+    costmap = costmap_of(empty_grid(4.0, 4.0))
+    file = str(written(tmp_path))
+    planner = make("smac lattice", lattice_filepath=file, analytic_expansion_max_length=0.5)
+    path = planner.plan(costmap, SE2(1.0, 1.0), SE2(3.0, 2.9)).path
+    headings = np.unique(np.round(wrap(path[1:20, 2]), 3))
+    assert set(headings) <= {-1.571, 0.0, 1.571, 3.142}
+
+
+@pytest.mark.parametrize(
+    ("about", "text"),
+    [
+        ({"motion_model": "boat"}, "motion_model 'boat'.*valid: diff, omni, ackermann"),
+        ({"heading_angles": [0.0]}, "no file of lattice primitives.*angle index"),
+        ({"turning_radius": "wide"}, "no file of lattice primitives"),
+    ],
+)
+def test_says_what_is_wrong_with_a_file(
+    tmp_path: Path, about: dict[str, object], text: str
+) -> None:
+    with pytest.raises(InputFileError, match=text):
+        make("smac lattice", lattice_filepath=str(written(tmp_path, **about)))
