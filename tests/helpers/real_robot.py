@@ -37,6 +37,13 @@ _JITTER, _LOST = 0.05, 0.02  # [s], share
 _SLIP = 0.98  # of what the wheels tell, the robot does
 _BEARINGS = np.linspace(-math.pi, math.pi, 360, endpoint=False)
 
+OPTIONS = (
+    *("--scan-topic", "laser", "--odom-topic", "wheels/odom", "--cmd-vel-topic", "base/cmd_vel"),
+    *("--base-frame", "chassis", "--odom-frame", "odom_combined"),
+)
+"""What `robot` has to be told of it."""
+_MARGIN = 0.5  # of a free place to what stands there [m]
+
 
 def room() -> NDArray[np.bool_]:
     """Return the walls and two boxes, `(height, width) bool`."""
@@ -44,6 +51,19 @@ def room() -> NDArray[np.bool_]:
     blocked[[0, 1, -2, -1]], blocked[:, [0, 1, -2, -1]] = True, True
     blocked[80:100, 30:40], blocked[15:30, 110:140] = True, True
     return blocked
+
+
+def free_places(rng: np.random.Generator, count: int) -> list[SE2]:
+    """Return poses by chance at which the robot may stand, in its map's coordinates."""
+    places, blocked, cells = list[SE2](), room(), round(_MARGIN / _RESOLUTION)
+    while len(places) < count:
+        x, y = rng.uniform((0.0, 0.0), (_WIDTH, _HEIGHT))
+        i, j = int(y / _RESOLUTION), int(x / _RESOLUTION)
+        around = blocked[max(i - cells, 0) : i + cells + 1, max(j - cells, 0) : j + cells + 1]
+        if not around.any():
+            theta = rng.uniform(-math.pi, math.pi)
+            places.append(SE2(x - _WIDTH / 2, y - _HEIGHT / 2, theta))
+    return places
 
 
 class Drivers:

@@ -10,12 +10,9 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from tests.helpers.processes import Lines
+from tests.helpers.real_robot import OPTIONS
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
-OPTIONS = (
-    *("--scan-topic", "laser", "--odom-topic", "wheels/odom", "--cmd-vel-topic", "base/cmd_vel"),
-    *("--base-frame", "chassis", "--odom-frame", "odom_combined"),
-)
 MAP = ("topic", "echo", "--once", "/map", "--field", "info.resolution")
 
 
