@@ -44,6 +44,8 @@ ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
 _STAMPED = "enable_stamped_cmd_vel"
 _OF_SIMULATED_ROBOT = ("demo", "slam", "nav")
 """The commands that take topics, frames and outline from a robot's file."""
+_MAPS_FIRST: Parameters = {"map_server": {"yaml_filename": ""}}
+"""The demo loads the map that it has made, not one that a file names."""
 _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
 """Parameters that are checked by reading what they name: the nodes need not be imported for it."""
 
@@ -79,6 +81,8 @@ def gather(arguments: argparse.Namespace) -> Parameters:
     options = merged(options, of_names(vars(arguments), groups))
     if arguments.command == "robot":
         parameters = merged(parameters, NO_SIM_TIME)
+    if arguments.command == "demo":
+        parameters = merged(parameters, _MAPS_FIRST)
     if arguments.command in _OF_SIMULATED_ROBOT:
         parameters = merged(parameters, of_simulated_robot(parameters, options, groups))
     parameters = merged(parameters, options)

@@ -91,6 +91,11 @@ def test_a_map_that_nobody_has_is_a_note(tmp_path: Path) -> None:
     ]
 
 
+def test_the_demo_makes_its_own_map(tmp_path: Path) -> None:
+    path = written(tmp_path, "map_server: {ros__parameters: {yaml_filename: /no/map.yaml}}")
+    assert gather(parse(["demo", "--params", str(path)]))["map_server"]["yaml_filename"] == ""
+
+
 def test_a_file_of_ros1_is_told_apart(tmp_path: Path) -> None:
     (problem,) = problems_in(written(tmp_path, "maxUrange: 3.0"))
     assert "params convert FILE" in problem
