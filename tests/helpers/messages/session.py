@@ -108,7 +108,7 @@ class Barrage:
             self.robot.process.drain()
 
     def _rise(self) -> None:
-        """Take all nodes down and up again, with their own parameters: some rightly keep one down."""
+        """Take all nodes down and up again, with their own parameters: others may keep one down."""
         self._restore()
         for group in reversed((SIM_GROUP, *self._groups)):
             for spec in reversed(group.nodes):
