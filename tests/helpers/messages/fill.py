@@ -31,6 +31,7 @@ LENGTHS = (0, 1, 7, 1000, 20_000)
 ZIGZAG = 100_000
 """Poses of a path that goes to and fro."""
 _MOST = 200_000  # items of a message, those within items too
+_BYTES = 512  # of text for each: 100 MB in all; what DDS itself takes for more, none can refuse
 _INTEGERS = {
     f"{sign}int{bits}": (0 if sign else -(2 ** (bits - 1)), 2 ** (bits if sign else bits - 1) - 1)
     for sign in ("", "u")
@@ -95,7 +96,7 @@ class Filler:
         if isinstance(kind, definition.BasicType):
             return self._basic(kind.typename)
         if isinstance(kind, definition.AbstractGenericString):
-            text = self._pick(_STRINGS if self._extreme() else _NAMES)
+            text = self._pick(_STRINGS if self._extreme() else _NAMES)[: self._budget * _BYTES]
             return text[: kind.maximum_size] if kind.has_maximum_size() else text
         if isinstance(kind, definition.NamespacedType):
             return self._fill(interface(kind))
