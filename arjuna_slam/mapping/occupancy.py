@@ -1,9 +1,11 @@
 """Occupancy: counts of beams that pass through and end in each cell of a grid that grows.
 
 A cell is occupied where more than two beams came and more than a tenth of them ended there, free
-where fewer ended, unknown where fewer came: the rule of slam_toolbox (Karto). Cells lie centred on
-multiples of their edge: walls stand at round coordinates more often than not, and one on the
-border of two cells occupies both, each half a cell off.
+where fewer ended, unknown where fewer came: the rule of slam_toolbox (Karto). By it alone a noisy
+lidar makes walls three cells thick; so a cell in whose line clearly fewer beams ended than in the
+line beside is the fringe of that one, and not occupied. Cells lie centred on multiples of their
+edge: walls stand at round coordinates more often than not, and one on the border of two cells
+occupies both, each half a cell off.
 """
 
 from __future__ import annotations
@@ -19,6 +21,8 @@ from arjuna_core.raycast import line_cells
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
+_FRINGE = 0.65  # share of the beams that ended in the line beside from which on one is no fringe
+_CHANCE = 0.5  # deviations by which the number of those may fall short by chance
 _MARGIN_CELLS = 40
 _MARGIN_SHARE = 0.2  # of the grid: growing then costs in proportion to the map, not its square
 
@@ -71,9 +75,9 @@ class Occupancy:
         if self._seen is None:
             return None
         if self._stale is not None:
-            across = self._window(self._stale)
+            box = self._stale - self._corner.repeat(2) + (-1, 1, -1, 1)  # and what is beside
             _classify(
-                self._passes[across], self._hits[across], self._data[across],
+                self._passes, self._hits, self._data, np.maximum(box, 0),
                 self._passes_min, self._hit_share,
             )  # fmt: skip
             self._stale = None
@@ -180,14 +184,51 @@ def _classify(
     passes: NDArray[np.int32],
     hits: NDArray[np.int32],
     data: NDArray[np.int8],
+    box: NDArray[np.int64],
     passes_min: int,
     hit_share: float,
 ) -> None:
-    for r in range(passes.shape[0]):
-        for c in range(passes.shape[1]):
+    """Set the values of a box of cells: first and last row and column."""
+    height, width = passes.shape
+    for r in range(box[0], min(box[1] + 1, height)):
+        for c in range(box[2], min(box[3] + 1, width)):
             if passes[r, c] <= passes_min:
                 data[r, c] = UNKNOWN
-            elif hits[r, c] > hit_share * passes[r, c]:
-                data[r, c] = OCCUPIED
-            else:
+            elif hits[r, c] <= hit_share * passes[r, c]:
                 data[r, c] = FREE
+            elif not _is_fringe(hits, r, c):
+                data[r, c] = OCCUPIED
+            else:  # before a wall most beams go on, behind it none do
+                data[r, c] = FREE if 2 * hits[r, c] < passes[r, c] else UNKNOWN
+
+
+@njit(cache=True)
+def _is_fringe(hits: NDArray[np.int32], row: int, column: int) -> bool:
+    """Tell whether clearly more beams ended in the line of cells beside a cell's own.
+
+    Lines along the wall are compared, which are those that differ most: how many beams end in each
+    cell of a wall depends on how they happen to fall.
+    """
+    around = np.zeros((3, 3))
+    for r in range(max(row - 1, 0), min(row + 2, hits.shape[0])):
+        for c in range(max(column - 1, 0), min(column + 2, hits.shape[1])):
+            around[r - row + 1, c - column + 1] = hits[r, c]
+    widest, own, beside = -1.0, 0.0, 0.0
+    for k in range(4):
+        first, middle, last = _means(around, k)
+        spread = max(first, middle, last) - min(first, middle, last)
+        if spread > widest:
+            widest, own, beside = spread, middle, max(first, last)
+    return bool(own < _FRINGE * beside - _CHANCE * math.sqrt(beside))
+
+
+@njit(cache=True)
+def _means(around: NDArray[np.float64], k: int) -> tuple[float, float, float]:
+    """Return the means of three lines of cells: rows, columns, and both diagonals."""
+    if k == 0:
+        return around[0].mean(), around[1].mean(), around[2].mean()
+    if k == 1:
+        return around[:, 0].mean(), around[:, 1].mean(), around[:, 2].mean()
+    a = around if k == 2 else around[::-1]  # mirrored
+    middle = (a[0, 0] + a[1, 1] + a[2, 2]) / 3.0
+    return (a[0, 1] + a[1, 2]) / 2.0, middle, (a[1, 0] + a[2, 1]) / 2.0
