@@ -97,6 +97,21 @@ class Footprint:
             return near
         return _inside(points, self.points)
 
+    def gaps(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return how far points `(N, 2) float64` of the base frame lie outside the outline [m].
+
+        Returns:
+            The distances `(N,)`, below 0 within, and the directions away from it, `(N, 2)`.
+        """
+        if self.circular:
+            distances = np.hypot(*points.T)
+            away = points / np.maximum(distances, 1e-9)[:, None]
+            return distances - self.circumscribed_radius, away
+        off = points - _closest(self.points, points)
+        distances = np.hypot(*off.T)
+        signs = np.where(self.holds(points), -1.0, 1.0)
+        return signs * distances, off * (signs / np.maximum(distances, 1e-9))[:, None]
+
     def at(self, T_frame_base: SE2) -> NDArray[np.float64]:
         """Return the corners with the robot at a pose, `(N, 2) float64` in the pose's frame [m]."""
         return T_frame_base.apply(self.points)
@@ -104,11 +119,25 @@ class Footprint:
 
 def _edge_distances(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the distance from the origin to each edge."""
-    edges = np.roll(points, -1, axis=0) - points
-    along = -np.einsum("ij,ij->i", points, edges) / np.maximum(np.square(edges).sum(axis=1), 1e-12)
-    closest = points + np.clip(along, 0.0, 1.0)[:, None] * edges
-    distances: NDArray[np.float64] = np.hypot(*closest.T)
+    distances: NDArray[np.float64] = np.hypot(*_on_edges(points, np.zeros((1, 2)))[0].T)
     return distances
+
+
+def _closest(corners: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the point of the outline that is nearest to each point, `(N, 2)`."""
+    on_edges = _on_edges(corners, points)
+    nearest = np.hypot(*np.moveaxis(on_edges - points[:, None], -1, 0)).argmin(axis=1)
+    closest: NDArray[np.float64] = on_edges[np.arange(len(points)), nearest]
+    return closest
+
+
+def _on_edges(corners: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the point of each edge that is nearest to each point, `(N, edges, 2)`."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    along = ((points[:, None] - corners) * edges).sum(axis=2)
+    along = along / np.maximum(np.square(edges).sum(axis=1), 1e-12)
+    on_edges: NDArray[np.float64] = corners + np.clip(along, 0.0, 1.0)[..., None] * edges
+    return on_edges
 
 
 def _inside(points: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArray[np.bool_]:

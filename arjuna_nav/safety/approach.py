@@ -20,7 +20,7 @@ _SCALES = (1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)
 _PARTS = (1.0, 0.7, 0.4, 0.2, 0.0)
 """Of a velocity, tried one after the other before what moves."""
 _ROOM = 0.1  # kept to what moves, all round [m]
-_ESCAPES = 0.3  # later that it is met if the robot drives on, which is then better [s]
+_REACTION = 0.1  # from a scan to the wheels [s]
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,10 @@ class ApproachConfig:
         unit="s",
         minimum=0.0,
     )
+    deceleration: float = param(
+        1.0, "What the robot brakes with before what moves.", unit="m/s^2", minimum=0.01
+    )
+    angular_deceleration: float = param(1.5, "The same of its turns.", unit="rad/s^2", minimum=0.01)
 
 
 class ApproachZone:
@@ -94,41 +98,80 @@ class ApproachZone:
         motions: NDArray[np.float64],
         footprint: Footprint,
     ) -> float:
-        """Return the greatest part of a velocity that keeps clear of what moves on as it does.
+        """Return the greatest part of a velocity that keeps clear of what moves.
 
-        Where all of them meet it the robot stands, unless it gets away by driving on.
+        Where all of them meet it the robot stands, unless it is met no sooner while it goes on.
         """
-        speeds = np.hypot(*motions.T) + abs(velocity.v)
-        reach = footprint.circumscribed_radius + self._config.moving_time * speeds
-        near = np.hypot(*points.T) <= reach + _ROOM
-        points, motions = points[near], motions[near]
-        grown = footprint.scaled(1.0 + _ROOM / footprint.inscribed_radius)
-        outline = grown if not _count(points, grown) else footprint
-        if not len(points) or _count(points, outline):
+        reach = self._config.moving_time * (np.hypot(*motions.T) + abs(velocity.v))
+        gaps, away = footprint.gaps(points)
+        near = gaps <= reach + _ROOM
+        if not near.any():
             return 1.0
-        free = [self._meeting(velocity, part, points, motions, outline) for part in _PARTS]
-        for part, time in zip(_PARTS, free, strict=True):
+        points, motions = points[near], motions[near]
+        part = self._at_rest_in_time(velocity, gaps[near], away[near], motions, footprint)
+        grown = footprint.scaled(1.0 + _ROOM / footprint.inscribed_radius)
+        outline = grown if gaps.min() > _ROOM else footprint
+        if gaps.min() <= 0.0:
+            return part
+        free = self._meetings(velocity, points, motions, outline)
+        for k, time in enumerate(free):
             if time == math.inf:
-                return part
-        return 1.0 if free[0] > free[-1] + _ESCAPES else 0.0
+                return min(part, _PARTS[k])
+        return part if free[0] >= free[-1] else 0.0
 
-    def _meeting(
+    def _at_rest_in_time(
         self,
         velocity: Velocity,
-        part: float,
+        gaps: NDArray[np.float64],
+        away: NDArray[np.float64],
+        motions: NDArray[np.float64],
+        footprint: Footprint,
+    ) -> float:
+        """Return the greatest part that can be braked before what moves, wherever it turns to.
+
+        The robot is at rest by then, or moves away: it may be walked into, but walks into nobody.
+
+        Source: passive motion safety, as Macek et al., Towards safe vehicle navigation in dynamic
+            urban scenarios, Automatika 2009.
+        """
+        zone, speeds = self._config, np.hypot(*motions.T)
+        closing = velocity.v * away[:, 0] + abs(velocity.w) * footprint.circumscribed_radius
+        meets = closing > 0.0
+        if not meets.any():
+            return 1.0
+        nears = speeds - (away * motions).sum(axis=1)
+        speeds = np.clip(2.0 * nears, 0.0, speeds)[meets]  # less only of what goes away
+        closing = closing[meets]
+        stops, settles = (
+            abs(velocity.v) / zone.deceleration,
+            abs(velocity.w) / zone.angular_deceleration,
+        )
+        room = np.maximum(gaps[meets] - _ROOM - _REACTION * speeds, 0.0) / max(stops, settles)
+        parts = (np.sqrt(np.square(speeds) + 2.0 * closing * room) - speeds) / closing
+        return min(float(parts.min()), 1.0)
+
+    def _meetings(
+        self,
+        velocity: Velocity,
         points: NDArray[np.float64],
         motions: NDArray[np.float64],
         outline: Footprint,
-    ) -> float:
-        """Return when a part of a velocity meets points that move, inf for never [s]."""
+    ) -> NDArray[np.float64]:
+        """Return when each of `_PARTS` of a velocity meets points that move, inf for never [s]."""
         step = self._config.simulation_time_step
-        twist = np.array([velocity.v, 0.0, velocity.w]) * part
-        for k in range(1, math.ceil(self._config.moving_time / step) + 1):
-            time = k * step
-            seen = SE2.exp(twist * time).inverse().apply(points + motions * time)
-            if _count(seen, outline):
-                return time
-        return math.inf
+        times = step * np.arange(1, math.ceil(self._config.moving_time / step) + 1)
+        ways = points + motions * times[:, None, None]
+        found = []
+        for part in _PARTS:
+            v, w = velocity.v * part, velocity.w * part
+            chord, turn = v * times * np.sinc(w * times / (2.0 * math.pi)), w * times
+            x = ways[..., 0] - (chord * np.cos(0.5 * turn))[:, None]
+            y = ways[..., 1] - (chord * np.sin(0.5 * turn))[:, None]
+            c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
+            seen = np.stack((c * x + s * y, c * y - s * x), axis=-1).reshape(-1, 2)
+            within = outline.holds(seen).reshape(x.shape).any(axis=1)
+            found.append(times[within.argmax()] if within.any() else math.inf)
+        return np.array(found)
 
     def _free(
         self, points: NDArray[np.float64], footprint: Footprint

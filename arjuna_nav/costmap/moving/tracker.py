@@ -15,12 +15,16 @@ from arjuna_nav.costmap.moving.outlines import free_standing
 
 _KEPT = 8  # sightings of a track
 _LOOKS = 4  # that make a speed
-_SPAN = 0.9  # that sightings count [s]
+_SPAN = 0.9  # that sightings count before a thing is known to move [s]
+_SPAN_MOVING = 0.5  # and then: who walks may turn [s]
 _LOST = 0.5  # after which a track ends [s]
+_LOST_MOVING = 1.5  # and that of what moves: it is hidden, and goes on [s]
 _GATE = 0.4  # from where a thing is expected [m]
 _SLOWEST, _FASTEST = 0.2, 3.0  # of what is taken for moving [m/s]
 _TRAVELLED = 0.15  # by both outer points before it is [m]
+_STANDS = 0.5  # after which what has moved is taken for standing [s]
 _MOST = 128  # tracks
+_ABOUT = 0.1  # beyond its outer points, what is seen is a thing's own [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,24 +34,29 @@ class Moving:
     Attributes:
         points: Where its beams end, in the fixed frame, `(N, 2)` [m].
         velocities: Of each, `(N, 2)` [m/s]; 0 for what stands or is not known to move.
+        things: Of each thing that moves the middle, the velocity and the radius, `(K, 5)`
+            [m, m, m/s, m/s, m].
         stamp: Of the scan [s].
     """
 
     points: NDArray[np.float64]
     velocities: NDArray[np.float64]
+    things: NDArray[np.float64]
     stamp: float
 
     @staticmethod
     def nothing() -> Moving:
         """Return what is known before any scan."""
-        return Moving(np.zeros((0, 2)), np.zeros((0, 2)), -math.inf)
+        return Moving(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 5)), -math.inf)
 
 
 class Tracker:
     """Follows the free-standing things of scans from one to the next.
 
-    A thing moves as slowly as the slower of its two outer points: the outer points of what stands
-    stay where they are, while its middle seems to wander as the robot passes it.
+    To be known to move, a thing moves as slowly as the slower of its two outer points: the outer
+    points of what stands stay where they are, while its middle seems to wander as the robot passes
+    it. From then on its middle counts, for the outer points of what comes near part from each
+    other; and where something hides a part of it, what is seen about where it has got to is its.
 
     Source: nearest-neighbour tracking with a constant velocity (Bar-Shalom and Fortmann, Tracking
         and data association, 1988); speeds by least squares over the last sightings.
@@ -56,6 +65,7 @@ class Tracker:
     def __init__(self) -> None:
         self._seen = np.zeros((_MOST, _KEPT, 5))  # t, x, y of the first, x, y of the last
         self._counts = np.zeros(_MOST, np.int64)  # sightings; 0 for a free place
+        self._going = np.zeros((_MOST, 3))  # last velocity known, and when
 
     def reset(self) -> None:
         """Forget all."""
@@ -68,44 +78,81 @@ class Tracker:
             scan: The scan.
             T_fixed_base: Pose of the base in a frame that stays, at the scan's stamp.
         """
-        ranges = np.where(scan.valid, scan.ranges, np.inf)
-        angles = scan.angles
-        reach = np.where(scan.valid, scan.ranges, np.nan)
+        valid, angles = scan.valid, scan.angles
+        ranges = np.where(valid, scan.ranges, np.inf)
+        reach = np.where(valid, scan.ranges, np.nan)
         ends = np.column_stack((reach * np.cos(angles), reach * np.sin(angles)))
         points = (T_fixed_base @ scan.T_base_sensor).apply(ends)
         round_it = abs(scan.angle_increment) * len(ranges) > 2.0 * math.pi - 0.05
-        things = free_standing(points, ranges, round_it)
+        found = free_standing(points, ranges, round_it)
         velocities = np.zeros_like(points)
-        if len(things):
-            _follow(self._seen, self._counts, points, things, scan.stamp, velocities)
-        return Moving(points[scan.valid], velocities[scan.valid], scan.stamp)
+        tracks = self._seen, self._counts, self._going
+        _follow(*tracks, points, found, scan.stamp, velocities)
+        things = _going_on(*tracks, points, scan.stamp, velocities)
+        return Moving(points[valid], velocities[valid], things, scan.stamp)
 
 
 @njit(cache=True)
 def _follow(
     seen: NDArray[np.float64],
     counts: NDArray[np.int64],
+    going: NDArray[np.float64],
     points: NDArray[np.float64],
-    things: NDArray[np.int64],
+    found: NDArray[np.int64],
     now: float,
     velocities: NDArray[np.float64],
 ) -> None:
     """Give each thing to the nearest track or a new one, and fill the velocities of its beams."""
     for track in range(_MOST):
-        if counts[track] and not 0.0 <= now - seen[track, _latest(counts[track]), 0] <= _LOST:
+        lost = _LOST_MOVING if going[track, :2].any() else _LOST
+        if counts[track] and not 0.0 <= now - seen[track, _latest(counts[track]), 0] <= lost:
             counts[track] = 0
     taken = np.zeros(_MOST, np.bool_)
-    for k in range(len(things)):
-        first, last = things[k]
-        track = _nearest(seen, counts, taken, points[first], points[last], now)
+    for k in range(len(found)):
+        first, last = found[k]
+        track = _nearest(seen, counts, going, taken, points[first], points[last], now)
         if track < 0:
             continue
         taken[track] = True
+        if not counts[track]:
+            going[track] = 0.0
         row = seen[track, counts[track] % _KEPT]
         row[0], row[1:3], row[3:5] = now, points[first], points[last]
         counts[track] += 1
-        vx, vy = _velocity(seen[track], counts[track], now)
-        velocities[first : last + 1, 0], velocities[first : last + 1, 1] = vx, vy
+        _go(seen[track], counts[track], going[track], now)
+        velocities[first : last + 1] = going[track, :2]
+
+
+@njit(cache=True)
+def _going_on(
+    seen: NDArray[np.float64],
+    counts: NDArray[np.int64],
+    going: NDArray[np.float64],
+    points: NDArray[np.float64],
+    now: float,
+    velocities: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the things that move, and fill the velocities of those beams that hit what is hidden.
+
+    A thing that this scan does not show free-standing has gone on as it went.
+    """
+    things = np.empty((_MOST, 5))
+    count = 0
+    for track in range(_MOST):
+        if not counts[track] or not going[track, :2].any():
+            continue
+        row = seen[track, _latest(counts[track])]
+        ahead = now - row[0]
+        vx, vy = going[track, :2]
+        x, y = 0.5 * (row[1] + row[3]) + vx * ahead, 0.5 * (row[2] + row[4]) + vy * ahead
+        radius = 0.5 * math.hypot(row[3] - row[1], row[4] - row[2])
+        things[count] = x, y, vx, vy, radius
+        count += 1
+        for i in range(len(points) if ahead > 0.0 else 0):
+            stands = velocities[i, 0] == 0.0 and velocities[i, 1] == 0.0
+            if stands and math.hypot(points[i, 0] - x, points[i, 1] - y) <= radius + _ABOUT:
+                velocities[i, 0], velocities[i, 1] = vx, vy
+    return things[:count]
 
 
 @njit(cache=True)
@@ -117,6 +164,7 @@ def _latest(count: int) -> int:
 def _nearest(
     seen: NDArray[np.float64],
     counts: NDArray[np.int64],
+    going: NDArray[np.float64],
     taken: NDArray[np.bool_],
     first: NDArray[np.float64],
     last: NDArray[np.float64],
@@ -132,7 +180,7 @@ def _nearest(
             empty = track if empty < 0 else empty
             continue
         row = seen[track, _latest(counts[track])]
-        vx, vy = _velocity(seen[track], counts[track], now)
+        vx, vy = going[track, :2]
         ahead = now - row[0]
         gap = math.hypot(
             0.5 * (row[1] + row[3]) + vx * ahead - x, 0.5 * (row[2] + row[4]) + vy * ahead - y
@@ -143,33 +191,60 @@ def _nearest(
 
 
 @njit(cache=True)
-def _velocity(seen: NDArray[np.float64], count: int, now: float) -> tuple[float, float]:
-    """Return the velocity of the slower outer point; 0 where it is not sure."""
-    looks = 0
-    t, sums = 0.0, np.zeros(4)
+def _go(seen: NDArray[np.float64], count: int, going: NDArray[np.float64], now: float) -> None:
+    """Bring a velocity up to date; who turns about seems to stand meanwhile, and yet goes on."""
+    moves = bool(going[:2].any())
+    vx, vy = _velocity(seen, count, moves, now)
+    if vx != 0.0 or vy != 0.0:
+        going[0], going[1], going[2] = vx, vy, now
+    elif now - going[2] > _STANDS and _slopes(seen, count, now, _SPAN)[0] >= _LOOKS:
+        going[:2] = 0.0
+
+
+@njit(cache=True)
+def _velocity(
+    seen: NDArray[np.float64], count: int, moves: bool, now: float
+) -> tuple[float, float]:
+    """Return the velocity of what is known to move, else of the slower outer point if that is sure.
+
+    It is 0 for what stands.
+    """
+    span = _SPAN_MOVING if moves else _SPAN
+    looks, duration, slopes = _slopes(seen, count, now, span)
+    if moves and looks >= 2:
+        vx, vy = 0.5 * (slopes[0] + slopes[2]), 0.5 * (slopes[1] + slopes[3])
+        return (vx, vy) if _SLOWEST <= math.hypot(vx, vy) <= _FASTEST else (0.0, 0.0)
+    if looks < _LOOKS:
+        return 0.0, 0.0
+    speeds = math.hypot(slopes[0], slopes[1]), math.hypot(slopes[2], slopes[3])
+    same = slopes[0] * slopes[2] + slopes[1] * slopes[3] > 0.5 * speeds[0] * speeds[1]
+    slower = 0 if speeds[0] <= speeds[1] else 2
+    speed = min(speeds[0], speeds[1])
+    if not same or not _SLOWEST <= speed <= _FASTEST or speed * duration < _TRAVELLED:
+        return 0.0, 0.0
+    return slopes[slower], slopes[slower + 1]
+
+
+@njit(cache=True)
+def _slopes(
+    seen: NDArray[np.float64], count: int, now: float, span: float
+) -> tuple[int, float, NDArray[np.float64]]:
+    """Return how many sightings of the last while there are, over how long, and their slopes."""
+    looks, t, sums = 0, 0.0, np.zeros(4)
     for k in range(min(count, _KEPT)):
-        if now - seen[k, 0] <= _SPAN:
+        if now - seen[k, 0] <= span:
             looks += 1
             t += seen[k, 0]
             sums += seen[k, 1:5]
-    if looks < _LOOKS:
-        return 0.0, 0.0
-    t, sums = t / looks, sums / looks
+    t, sums = t / max(looks, 1), sums / max(looks, 1)
     spread, slopes = 0.0, np.zeros(4)
     low, high = math.inf, -math.inf
     for k in range(min(count, _KEPT)):
-        if now - seen[k, 0] <= _SPAN:
+        if now - seen[k, 0] <= span:
             off = seen[k, 0] - t
             low, high = min(low, off), max(high, off)
             spread += off * off
             slopes += off * (seen[k, 1:5] - sums)
     if spread <= 0.0:
-        return 0.0, 0.0
-    slopes /= spread
-    speeds = math.hypot(slopes[0], slopes[1]), math.hypot(slopes[2], slopes[3])
-    same = slopes[0] * slopes[2] + slopes[1] * slopes[3] > 0.5 * speeds[0] * speeds[1]
-    slower = 0 if speeds[0] <= speeds[1] else 2
-    speed = min(speeds[0], speeds[1])
-    if not same or not _SLOWEST <= speed <= _FASTEST or speed * (high - low) < _TRAVELLED:
-        return 0.0, 0.0
-    return slopes[slower], slopes[slower + 1]
+        return 0, 0.0, slopes
+    return looks, high - low, slopes / spread

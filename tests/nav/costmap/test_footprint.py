@@ -99,3 +99,16 @@ def test_rollout_is_no_longer_than_a_round_however_fast(velocity: Velocity) -> N
     arc = rollout(SE2(), velocity, 1e3, 0.05)
     assert 1 < len(arc) <= 10_001
     assert abs(arc[-1, 2]) <= 2.0 * math.pi + 1e-6
+
+
+@pytest.mark.parametrize("outline", [Footprint.circle(0.3), Footprint.polygon(BODY)])
+def test_gaps_and_directions_lead_from_the_outline_to_points(outline: Footprint) -> None:
+    points = np.array([[1.0, 0.1], [-0.5, -0.9], [0.1, 0.05], [0.0, 0.4]])
+    gaps, away = outline.gaps(points)
+    assert (gaps > 0.0).tolist() == [True, True, False, True]
+    assert np.hypot(*away.T) == pytest.approx(1.0)
+    nudge = 1e-4 * away
+    assert outline.gaps(points + nudge)[0] == pytest.approx(gaps + 1e-4, abs=1e-7)
+    on_it = points - (gaps + 1e-6)[:, None] * away
+    assert outline.holds(on_it).all()
+    assert not outline.holds(on_it + 4e-6 * away).any() or outline.circular

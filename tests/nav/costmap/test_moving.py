@@ -89,3 +89,25 @@ def test_time_that_was_set_back_ends_every_track() -> None:
     assert moving.velocities.any()
     moving = tracker.update(scan_of(walls, SE2(), rng, 0.01, 0.0), SE2())
     assert not moving.velocities.any()
+
+
+def test_who_turns_about_or_is_half_hidden_is_not_lost() -> None:
+    tracker, rng = Tracker(), np.random.default_rng(2)
+    flags, x = [], 2.0
+    for k in range(40):
+        x += 0.08 if k >= 20 else -0.08
+        hides = post(0.6, -0.35, 0.15) if 12 <= k < 15 else np.zeros((0, 4))
+        walls = np.vstack((ROOM, post(x, -0.9), hides))
+        moving = tracker.update(scan_of(walls, SE2(), rng, 0.01, 0.1 * k), SE2())
+        near = np.hypot(moving.points[:, 0] - x, moving.points[:, 1] + 0.9) < 0.3
+        flags.append(moving.velocities[near].any(axis=1).mean() if near.any() else 1.0)
+    assert min(flags[6:]) > 0.5
+
+
+def test_things_are_told_with_their_middle_velocity_and_size() -> None:
+    moving = watch(lambda t: post(1.5, -0.8 + 0.8 * t), lambda t: SE2())
+    assert moving.things.shape == (1, 5)
+    x, y, vx, vy, radius = moving.things[0]
+    assert (x, y) == pytest.approx((1.45, 0.0), abs=0.1)
+    assert (vx, vy) == pytest.approx((0.0, 0.8), abs=0.2)
+    assert radius == pytest.approx(0.2, abs=0.05)

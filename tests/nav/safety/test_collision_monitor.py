@@ -190,3 +190,38 @@ def test_it_drives_away_from_what_comes_after_it_and_stands_before_what_comes_at
 def test_what_moves_counts_as_standing_where_it_is_not_to_be_looked_ahead() -> None:
     off = {"FootprintApproach.moving_time": 0.0}
     assert judge_moving(FORWARD, cluster(0.6, -0.9), CROSSING, **off) == Verdict(FORWARD)
+
+
+STRAY = np.full((8, 2), (0.0, 1.0))  # who walks past, and may turn
+
+
+@pytest.mark.parametrize("gap", [0.12, 0.3, 0.5, 0.8])
+def test_it_can_be_at_rest_before_who_walks_past_turns_to_it(gap: float) -> None:
+    verdict = judge_moving(FORWARD, cluster(0.25 + gap, 0.0), STRAY)
+    speed = verdict.velocity.v
+    assert gap >= speed * (1.0 + 0.5 * speed)  # braked with 1 m/s^2
+    assert speed == pytest.approx(0.4) or speed > 0.4 * (gap - 0.2)
+
+
+@pytest.mark.parametrize(("gap", "turns"), [(0.05, False), (0.3, False), (1.6, True)])
+def test_it_turns_in_place_no_faster_than_it_can_stop_beside_who_walks(
+    gap: float, turns: bool
+) -> None:
+    turning = Velocity(0.0, 1.6)
+    verdict = judge_moving(turning, cluster(0.0, 0.25 + gap), -STRAY)
+    assert (verdict == Verdict(turning)) is turns
+    assert verdict.velocity.w / 1.5 * 1.0 <= max(gap - 0.1, 0.0) or turns
+
+
+def test_it_leaves_who_touches_it_and_presses_on_nobody() -> None:
+    touching = cluster(0.24, 0.0)
+    assert judge_moving(FORWARD, touching, STRAY).velocity == Velocity()
+    assert judge_moving(Velocity(0.0, 0.5), touching, STRAY).velocity == Velocity()
+    back = Velocity(-0.3, 0.0)
+    assert judge_moving(back, touching, STRAY) == Verdict(back)
+
+
+def test_it_turns_on_while_somebody_yet_far_walks_up_to_it() -> None:
+    turning, someone = Velocity(0.0, 0.3), cluster(1.2, 0.0)
+    verdict = judge_moving(turning, someone, np.full((8, 2), (-0.9, 0.0)))
+    assert verdict == Verdict(turning)
