@@ -69,6 +69,13 @@ class ObstacleConfig:
     )
     enabled: bool = param(True, "Whether the layer takes part.")
     footprint_clearing_enabled: bool = param(True, "Whether the robot's own place is set free.")
+    moving_time: float = param(
+        1.5,
+        "How far ahead the ways of what moves cost, and its old marks fade; 0 takes all for"
+        " standing.",
+        unit="s",
+        minimum=0.0,
+    )
     observation_sources: str = param(
         "scan", "The sources.", choices=("scan", "cloud", "scan cloud"), read_only=True
     )

@@ -17,6 +17,7 @@ from arjuna_nav.costmap.denoise import denoise
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import Inflation, clearances, cost_at_distance
 from arjuna_nav.costmap.layers import ObstacleLayer, PlacedScan, interpret_map
+from arjuna_nav.costmap.moving.ways import Patch, ways
 from arjuna_nav.costmap.ranges import PlacedRange, RangeLayer
 from arjuna_nav.costmap.voxels import PlacedCloud, VoxelLayer
 from arjuna_nav.costmap.window import Window, grown, joined, seen_in, whole
@@ -48,6 +49,7 @@ class LayeredCostmap:
         self._inflation = self._make_inflation()
         self._stamp = 0.0
         self._changed: Window | None = None
+        self._laid: Patch | None = None
         self._compose_all()
 
     @property
@@ -96,11 +98,14 @@ class LayeredCostmap:
             ranges: The same.
         """
         self._stamp = now
+        self._lift()
         before, changed = self._obstacles.frame, None
         if self._config.rolling_window:
             self._move(_rolled(before, T_global_base))
         if self._uses("obstacle_layer"):
             changed = self._obstacles.update(T_global_base, self.footprint, scans)
+            if self._voxels is not None and scans:
+                changed = joined(changed, self._voxels.leave(self._obstacles.moving.things))
         if self._voxels is not None and self._uses("obstacle_layer"):
             changed = joined(changed, self._voxels.update(T_global_base, self.footprint, clouds))
         if self._ranges is not None and self._uses("range_layer"):
@@ -109,6 +114,7 @@ class LayeredCostmap:
             self._compose_all()
         else:
             self._compose(changed)
+        self._lay()
 
     def clear_entirely(self) -> None:
         """Forget all obstacles seen; the map stays."""
@@ -144,7 +150,7 @@ class LayeredCostmap:
             self._clearances(),
             self._obstacles.hits,
         )
-        self._changed = whole(frame.shape)
+        self._changed, self._laid = whole(frame.shape), None
 
     def _compose(self, changed: Window | None) -> None:
         """Compose what is within the inflation's reach of a change."""
@@ -159,6 +165,27 @@ class LayeredCostmap:
         source = grown(window, reach, shape)
         self._costmap.data[window] = self._layers(source)[seen_in(window, source)]
         self._changed = joined(self._changed, window)
+
+    def _lay(self) -> None:
+        """Lay the costs of ways over the others; they change by themselves, and are not mixed."""
+        layer, moving = self._config.obstacle_layer, self._obstacles.moving
+        since = self._stamp - moving.stamp
+        if not self._uses("obstacle_layer") or not 0.0 <= since <= layer.moving_time:
+            return
+        radius, frame = self.footprint.inscribed_radius, self._obstacles.frame
+        patch = ways(moving.things, since, layer.moving_time, radius, frame)
+        if patch is not None:
+            below = self._costmap.data[patch.window]
+            self._laid = Patch(patch.window, below.copy())
+            np.maximum(below, patch.costs, out=below)
+            self._changed = joined(self._changed, patch.window)
+
+    def _lift(self) -> None:
+        """Take off what was laid over."""
+        if self._laid is not None:
+            self._costmap.data[self._laid.window] = self._laid.costs
+            self._changed = joined(self._changed, self._laid.window)
+            self._laid = None
 
     def _layers(self, window: Window) -> NDArray[np.uint8]:
         """Return the costs of a window, as if there were nothing outside it."""

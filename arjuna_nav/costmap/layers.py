@@ -16,8 +16,12 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.config import CostmapConfig, SourceConfig
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap.moving.tracker import Moving, Tracker
+from arjuna_nav.costmap.moving.ways import free_trails
 from arjuna_nav.costmap.raytrace import enter_scan, fill_polygon
-from arjuna_nav.costmap.window import Window, clipped, within
+from arjuna_nav.costmap.window import Window, clipped, joined, within
+
+_NEAR = 0.35  # beyond the outline: where what moves may yet be when the robot comes [m]
 
 T = TypeVar("T")
 C = TypeVar("C", np.uint8, np.uint32)
@@ -127,8 +131,12 @@ class SeenLayer(Generic[T]):
 class ObstacleLayer(SeenLayer[PlacedScan]):
     """Marks what scans hit and clears what their rays cross; marks stay until a ray clears them.
 
+    What is known to move is marked near the robot alone, for where it is far it will have gone
+    before the robot comes; and where it has been is free, seen or not.
+
     Attributes:
         hits: `(height, width) uint32` where in its cell each mark lies, as `hit_points` reads it.
+        moving: What moves in the last scan.
 
     Source: nav2_costmap_2d, obstacle layer.
     """
@@ -136,17 +144,61 @@ class ObstacleLayer(SeenLayer[PlacedScan]):
     def __init__(self, frame: GridFrame, config: CostmapConfig) -> None:
         super().__init__(frame, config)
         self.hits: NDArray[np.uint32] = np.zeros(frame.shape, np.uint32)
+        self._tracker, self.moving = Tracker(), Moving.nothing()
+        self._left: Window | None = None  # by what moves, in this update
+        self._near = _NEAR  # as far as it is marked [m]
 
     def move(self, frame: GridFrame) -> None:
         """Continue on another grid of the same resolution; what both cover is kept."""
         self.hits = moved(self.hits, self.frame, frame, 0)
         super().move(frame)
 
+    def update(
+        self, T_global_base: SE2, footprint: Footprint, seen: Sequence[PlacedScan]
+    ) -> Window | None:
+        """Enter scans in order, then set the robot's own place free.
+
+        Returns:
+            The cells that have changed, at least; None where none has.
+        """
+        self._left, self._near = None, footprint.circumscribed_radius + _NEAR
+        changed = super().update(T_global_base, footprint, seen)
+        return joined(self._left, changed)
+
+    def _cells(self, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the rows and the columns of points `(N, 2)`."""
+        places = self.frame.origin.inverse().apply(points) / self.frame.resolution
+        columns, rows = np.floor(places).astype(np.int64).T
+        return rows, columns
+
+    def _on_grid(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell which points `(N, 2)` lie on the grid."""
+        rows, columns = self._cells(points)
+        height, width = self.data.shape
+        inside: NDArray[np.bool_] = (
+            (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        )
+        return inside
+
     def _reach(self, seen: PlacedScan) -> tuple[SE2, float]:
         limits = _limits(seen.scan, self._config.scan)
         return seen.T_global_base @ seen.scan.T_base_sensor, max(limits[3:])
 
     def _enter(self, seen: PlacedScan) -> None:
+        if self._config.moving_time > 0.0:
+            self.moving = self._tracker.update(seen.scan, seen.T_global_base)
+        left = free_trails(self.data, self.moving.things, self.frame, FREE)
+        self._left = joined(self._left, left)
+        ends = self.moving.points[self.moving.velocities.any(axis=1)]
+        ends = ends[self._on_grid(ends)]
+        rows, columns = self._cells(ends)
+        free = self.data[rows, columns] != LETHAL
+        self._enter_scan(seen)
+        at = seen.T_global_base
+        far = free & (np.hypot(ends[:, 0] - at.x, ends[:, 1] - at.y) > self._near)
+        self.data[rows[far], columns[far]] = FREE
+
+    def _enter_scan(self, seen: PlacedScan) -> None:
         source, scan = self._config.scan, seen.scan
         T_grid_sensor = self.frame.origin.inverse() @ seen.T_global_base @ scan.T_base_sensor
         enter_scan(

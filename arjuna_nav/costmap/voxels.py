@@ -11,7 +11,9 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.readings import Cloud
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.config import CloudConfig, CostmapConfig
+from arjuna_nav.costmap.costmap import FREE
 from arjuna_nav.costmap.layers import SeenLayer, moved
+from arjuna_nav.costmap.moving.ways import free_trails
 from arjuna_nav.costmap.raytrace import fill_polygon
 from arjuna_nav.costmap.voxel_rays import enter_cloud
 from arjuna_nav.costmap.window import Window
@@ -55,6 +57,11 @@ class VoxelLayer(SeenLayer[PlacedCloud]):
         """Forget what was seen: everywhere, in a window of cells, or outside that window."""
         super().clear(window, outside)
         self._voxels[self.data == self._untouched] = 0
+
+    def leave(self, things: NDArray[np.float64]) -> Window | None:
+        """Free the cells where things have just been, as `free_trails` does; return where."""
+        free_trails(self._voxels, things, self.frame, 0)
+        return free_trails(self.data, things, self.frame, FREE)
 
     def _reach(self, seen: PlacedCloud) -> tuple[SE2, float]:
         source, off = self._config.cloud, np.hypot(*seen.cloud.sensor[:2])

@@ -102,6 +102,7 @@ class Play:
         if grid is not None:
             self._far.set_map(grid)
         self._has_map = grid is not None
+        self._unmapped: list[PlacedScan] = []
         self._config = load(FollowerConfig, {"FollowPath": _FOLLOW_PATH})
         self._follower: PathFollower | None = None
         self._stands = -math.inf
@@ -177,8 +178,10 @@ class Play:
         scan = scan_of(edges, self.robot.pose, self._rng, self._errors.scan, self.time)
         self._moving = self._tracker.update(scan, self._in_odom)
         self._near.update(self._in_odom, self.time, [PlacedScan(scan, self._in_odom)])
+        self._unmapped.append(PlacedScan(scan, self._in_map))
         if tick % _MAPS == 0:
-            self._far.update(self._in_map, self.time, [PlacedScan(scan, self._in_map)])
+            self._far.update(self._in_map, self.time, self._unmapped)
+            self._unmapped = []
 
     def _command(self, tick: int) -> Velocity:
         if self.time < self._stands:

@@ -1,0 +1,163 @@
+"""Where things have been that move, and what it costs to be where they will be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.grid import GridFrame
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.window import Window, clipped
+
+_PEAK = 30  # where a thing is now: paths bend round it, and do not turn about for it
+_EDGE = 0.3  # over which the cost falls beside the way [m]
+_TRAIL = 0.9  # as long as a thing may have moved before that was known [s]
+_NOISE = 0.05  # beside a thing, where it may have been marked as well [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """Costs of a part of a grid.
+
+    Attributes:
+        window: Where it lies.
+        costs: Of the window's shape, `uint8`.
+    """
+
+    window: Window
+    costs: NDArray[np.uint8]
+
+
+def ways(
+    things: NDArray[np.float64], since: float, time: float, radius: float, frame: GridFrame
+) -> Patch | None:
+    """Return what the ways of things cost: the later they come by, the less. None for nothing.
+
+    Args:
+        things: `(K, 5)` as `Moving` has them, of the grid's frame.
+        since: How old they are [s].
+        time: How far ahead their ways count [s].
+        radius: The robot's, about its middle [m].
+        frame: Where the grid lies.
+    """
+    if not len(things):
+        return None
+    edge = _EDGE / frame.resolution
+    places, goes, sizes = _in_cells(things, since, time, radius, frame)
+    reach = sizes[:, None] + edge
+    low = np.minimum(places, places + goes) - reach
+    high = np.maximum(places, places + goes) + reach
+    x0, y0 = np.floor(low.min(axis=0)).astype(int).tolist()
+    x1, y1 = np.ceil(high.max(axis=0)).astype(int).tolist()
+    rows, columns = clipped(y0, y1, x0, x1, frame.shape)
+    if rows.start >= rows.stop or columns.start >= columns.stop:
+        return None
+    costs = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.uint8)
+    _draw(costs, places - (columns.start, rows.start), goes, sizes, edge)
+    return Patch((rows, columns), costs)
+
+
+def free_trails(
+    data: NDArray[Any], things: NDArray[np.float64], frame: GridFrame, free: int
+) -> Window | None:
+    """Free the cells where things have just been, in place: what stood there would be in their way.
+
+    Args:
+        data: `(height, width)`, of any whole numbers.
+        things: `(K, 5)` as `Moving` has them, of the grid's frame.
+        frame: Where the grid lies.
+        free: What to write.
+
+    Returns:
+        What has changed; None for nothing.
+    """
+    if not len(things):
+        return None
+    row0, row1, column0, column1 = _erase(
+        data, *_in_cells(things, 0.0, -_TRAIL, _NOISE, frame), free
+    )
+    return (slice(row0, row1), slice(column0, column1)) if row0 < row1 else None
+
+
+def _in_cells(
+    things: NDArray[np.float64], since: float, time: float, more: float, frame: GridFrame
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the places, the ways within a time and the radii of things, in cells of a grid."""
+    T_grid_frame, cell = frame.origin.inverse(), frame.resolution
+    places = T_grid_frame.apply(things[:, :2] + since * things[:, 2:4]) / cell
+    goes = SE2(0.0, 0.0, T_grid_frame.theta).apply(things[:, 2:4]) * (time / cell)
+    return places, goes, (things[:, 4] + more) / cell
+
+
+@njit(cache=True)
+def _draw(
+    costs: NDArray[np.uint8],
+    places: NDArray[np.float64],
+    goes: NDArray[np.float64],
+    sizes: NDArray[np.float64],
+    edge: float,
+) -> None:
+    """Fill in the cost of each cell by when and how near things come by; lengths in cells."""
+    for k in range(len(places)):
+        x, y = places[k]
+        row0, row1, column0, column1 = _about(costs, x, y, goes[k], sizes[k] + edge)
+        for row in range(row0, row1):
+            for column in range(column0, column1):
+                share, beside = _passed(column + 0.5 - x, row + 0.5 - y, goes[k])
+                near = min((sizes[k] + edge - beside) / edge, 1.0)
+                if near > 0.0:
+                    cost = int(_PEAK * near * (1.0 - share))
+                    costs[row, column] = max(costs[row, column], cost)
+
+
+@njit(cache=True)
+def _erase(
+    data: NDArray[Any],
+    places: NDArray[np.float64],
+    goes: NDArray[np.float64],
+    sizes: NDArray[np.float64],
+    free: int,
+) -> tuple[int, int, int, int]:
+    """Free the cells that things have covered; return the rows and columns that have changed."""
+    low_row, high_row, low_column, high_column = data.shape[0], 0, data.shape[1], 0
+    for k in range(len(places)):
+        x, y = places[k]
+        row0, row1, column0, column1 = _about(data, x, y, goes[k], sizes[k])
+        for row in range(row0, row1):
+            for column in range(column0, column1):
+                if data[row, column] == free:
+                    continue
+                if _passed(column + 0.5 - x, row + 0.5 - y, goes[k])[1] <= sizes[k]:
+                    data[row, column] = free
+                    low_row, high_row = min(low_row, row), max(high_row, row + 1)
+                    low_column, high_column = min(low_column, column), max(high_column, column + 1)
+    return low_row, high_row, low_column, high_column
+
+
+@njit(cache=True)
+def _about(
+    data: NDArray[Any], x: float, y: float, way: NDArray[np.float64], reach: float
+) -> tuple[int, int, int, int]:
+    """Return the rows and the columns within a reach of a way."""
+    height, width = data.shape
+    row0, row1 = min(y, y + way[1]) - reach, max(y, y + way[1]) + reach
+    column0, column1 = min(x, x + way[0]) - reach, max(x, x + way[0]) + reach
+    return (
+        max(math.floor(row0), 0),
+        min(math.ceil(row1), height),
+        max(math.floor(column0), 0),
+        min(math.ceil(column1), width),
+    )
+
+
+@njit(cache=True)
+def _passed(x: float, y: float, way: NDArray[np.float64]) -> tuple[float, float]:
+    """Return at which share of a way a point is passed, and how far beside it that lies."""
+    length = max(way[0] * way[0] + way[1] * way[1], 1e-9)
+    share = min(max((x * way[0] + y * way[1]) / length, 0.0), 1.0)
+    return share, math.hypot(x - share * way[0], y - share * way[1])
