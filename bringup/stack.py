@@ -78,6 +78,7 @@ WAYPOINT_FOLLOWER = NodeSpec(
     "waypoint_follower", "arjuna_nav.nodes.waypoint_follower", "WaypointFollowerNode"
 )
 DOCKING_SERVER = NodeSpec("docking_server", "arjuna_nav.nodes.docking.server", "DockingServerNode")
+ROUTE_SERVER = NodeSpec("route_server", "arjuna_nav.nodes.route_server", "RouteServerNode")
 EXPLORER = NodeSpec("explorer", "arjuna_nav.nodes.explorer", "ExplorerNode")
 
 MESSAGES = (
@@ -116,6 +117,7 @@ NAVIGATION_GROUP = Group(
         GLOBAL_COSTMAP,
         SMOOTHER_SERVER,
         PLANNER_SERVER,
+        ROUTE_SERVER,
         BEHAVIOR_SERVER,
         VELOCITY_SMOOTHER,
         COLLISION_MONITOR,

@@ -180,7 +180,9 @@ class GoalServer:
         """Return a result that says why a goal failed, with the action's code for the unknown."""
         result = self._action_type.Result
         code = getattr(result, "UNKNOWN", self._unknown)
-        answer = result(error_code=code, error_msg=reason)
+        answer = result(error_code=code)
+        if hasattr(answer, "error_msg"):  # the routes' actions have none
+            answer.error_msg = reason
         if hasattr(answer, "success"):
             answer.success = False  # it is true in a fresh result of docking
         return answer

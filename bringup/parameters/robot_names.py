@@ -25,7 +25,7 @@ KEYS: dict[str, dict[str, str]] = {
         "slam_toolbox": "base_frame",
         **dict.fromkeys(("amcl", "collision_monitor"), "base_frame_id"),
         **dict.fromkeys((*_COSTMAPS, "bt_navigator", "explorer"), "robot_base_frame"),
-        "docking_server": "base_frame",
+        **dict.fromkeys(("docking_server", "route_server"), "base_frame"),
     },
     "odom_frame": {
         "slam_toolbox": "odom_frame",

@@ -17,7 +17,7 @@ ORDER = {
     "arjuna_sim": ("nodes", "", "physics", "devices", "files", "model"),
     "arjuna_slam": ("nodes", "", "amcl", "mapping", "graph", "matching", "logs"),
     "arjuna_nav": (
-        *("nodes", "", "trees", "docking", "behaviors", "exploration", "safety"),
+        *("nodes", "", "trees", "docking", "behaviors", "exploration", "safety", "routes"),
         *("controllers", "smoothers", "planners", "costmap"),
     ),
     "bringup": (

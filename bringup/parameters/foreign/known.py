@@ -103,6 +103,13 @@ _KNOWN = {
         controller.angular_disengage_threshold controller.type *.dock_direction *.rotate_to_dock
         *.detector_service_* *.subscribe_toggle
     """,
+    "route_server": """
+        costmap_topic max_iterations max_planning_time smooth_corners smoothing_radius
+        edge_cost_functions operations graph_file_loader graph_file_saver aggregate_blocked_edges
+        enable_nn_search max_nn_search_iterations num_nearest_nodes min_prune_distance_from_goal
+        min_distance_from_start global_frame transform_tolerance *.plugin *Scorer.* *.speed_tag
+        *.speed_limit_topic *.max_collision_dist *.*_topic *.service_name
+    """,
     "collision_monitor": """
         transform_tolerance base_shift_correction observation_sources *.type *.action_type
         *.visualize *.polygon_pub_topic *.footprint_topic *.polygon_sub_topic *.sources_names
@@ -128,7 +135,7 @@ _KNOWN = {
 }
 _NODES = """
     *_rclcpp_node *_client lifecycle_manager* *lifecycle_manager *filter_info_server
-    *filter_mask_server *_mask_server route_server following_server
+    *filter_mask_server *_mask_server following_server
     loopback_simulator recoveries_server collision_detector base_footprint_publisher
     joint_state_publisher* ros_gz_bridge gz_* gazebo* controller_manager diff_drive_controller
     twist_mux teleop_* rviz* navsat_transform* map_merging turtlebot3_* turtlebot4_* create3_*

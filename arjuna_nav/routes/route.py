@@ -1,0 +1,135 @@
+"""The cheapest route on a graph, and the path along it."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_nav.routes.graph import Edge, Graph, Point
+
+CLOSED = math.inf
+"""The price of an edge that is closed."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """A way over nodes.
+
+    Attributes:
+        nodes: Numbers of the nodes, at least one.
+        edges: The edges between them.
+        cost: What they cost together.
+    """
+
+    nodes: tuple[int, ...]
+    edges: tuple[Edge, ...]
+    cost: float
+
+
+def find_route(
+    graph: Graph, start: int, goal: int, prices: Mapping[int, float] | None = None
+) -> Route | None:
+    """Return the cheapest route between two nodes, None where there is none.
+
+    Args:
+        graph: Where to look.
+        start: Number of a node.
+        goal: Number of a node.
+        prices: Of edges whose price is another than the graph's, by number.
+
+    Source: Dijkstra, A note on two problems in connexion with graphs, 1959.
+    """
+    prices = prices or {}
+    leaving: dict[int, list[tuple[Edge, float]]] = {}
+    for edge in graph.edges.values():
+        leaving.setdefault(edge.start, []).append((edge, prices.get(edge.id, edge.price)))
+    before: dict[int, Edge] = {}
+    best, queue, done = {start: 0.0}, [(0.0, start)], set[int]()
+    while queue:
+        cost, node = heapq.heappop(queue)
+        if node == goal:
+            return _back(before, start, goal, cost)
+        if node in done:
+            continue
+        done.add(node)
+        for edge, price in leaving.get(node, ()):
+            value = cost + price
+            if value < best.get(edge.end, math.inf):
+                best[edge.end], before[edge.end] = value, edge
+                heapq.heappush(queue, (value, edge.end))
+    return None
+
+
+def _back(before: dict[int, Edge], start: int, goal: int, cost: float) -> Route:
+    edges: list[Edge] = []
+    node = goal
+    while node != start:
+        edges.append(before[node])
+        node = before[node].start
+    edges.reverse()
+    return Route((start, *(edge.end for edge in edges)), tuple(edges), cost)
+
+
+def pruned(
+    route: Route, graph: Graph, start: Point | None, goal: Point | None, least: float, off: float
+) -> Route:
+    """Return a route without the ends at which it would lead back.
+
+    The first node is left out where the robot already stands along the way to the second, the last
+    where the goal lies along the way to it.
+
+    Args:
+        route: The route.
+        graph: Of the route.
+        start: Where the robot stands; None to keep the first node.
+        goal: Where it is to come; None to keep the last.
+        least: How far along an edge counts as along it [m].
+        off: How far from the edge still does [m].
+
+    Source: nav2_route, GoalIntentExtractor::pruneStartandGoal.
+    """
+    if start is not None and route.edges:
+        along, beside = _on(graph, route.edges[0], start)
+        if along >= least and beside <= off:
+            route = _without(route, 0)
+    if goal is not None and route.edges:
+        edge = route.edges[-1]
+        along, beside = _on(graph, edge, goal)
+        if along <= edge.length - least and beside <= off:
+            route = _without(route, -1)
+    return route
+
+
+def _without(route: Route, end: int) -> Route:
+    kept = slice(1, None) if end == 0 else slice(None, -1)
+    cost = route.cost - route.edges[end].price
+    return replace(route, nodes=route.nodes[kept], edges=route.edges[kept], cost=max(cost, 0.0))
+
+
+def _on(graph: Graph, edge: Edge, point: Point) -> tuple[float, float]:
+    """Return how far along an edge a point lies, and how far beside it [m]."""
+    first, last = np.array(graph.nodes[edge.start]), np.array(graph.nodes[edge.end])
+    if edge.length == 0.0:
+        return 0.0, math.dist(point, graph.nodes[edge.start])
+    unit = (last - first) / edge.length
+    along = float(np.clip((np.array(point) - first) @ unit, 0.0, edge.length))
+    return along, float(np.hypot(*(np.array(point) - first - along * unit)))
+
+
+def path_along(route: Route, graph: Graph, spacing: float) -> NDArray[np.float64]:
+    """Return poses `(N, 3)` [m, m, rad] along a route, at most a spacing apart [m]."""
+    corners = np.array([graph.nodes[node] for node in route.nodes])
+    pieces = [corners[:1]]
+    for a, b in itertools.pairwise(corners):
+        count = max(math.ceil(float(np.hypot(*(b - a))) / spacing - 1e-9), 1)
+        pieces.append(a + (b - a) * np.arange(1, count + 1)[:, None] / count)
+    points = np.vstack(pieces)
+    steps = np.diff(points, axis=0)
+    yaw = np.arctan2(steps[:, 1], steps[:, 0])
+    return np.column_stack((points, np.append(yaw, yaw[-1:] if len(yaw) else 0.0)))
