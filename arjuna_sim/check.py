@@ -13,6 +13,7 @@ import numpy as np
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.whole_file import read_bytes
 from arjuna_core.pose3 import ORIGIN
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
@@ -21,7 +22,7 @@ from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.guess import save_guess
 from arjuna_sim.files.urdf.robot_file import load_robot, names_drive
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.files.xml_file import read_bytes
+from arjuna_sim.files.xml_file import BYTES_MAX
 from arjuna_sim.model.footprint import footprint
 from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.notes import Note, NoteKind
@@ -119,7 +120,7 @@ def is_robot(path: Path) -> bool:
     Raises:
         InputFileError: It cannot be read.
     """
-    text = read_bytes(path, InputFileError)
+    text = read_bytes(path, BYTES_MAX, InputFileError)
     root = _ROOT.search(text)
     if root is not None and path.suffix not in MAP_SUFFIXES:
         drives = b"<world" not in text and names_drive(text)

@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.whole_file import read_bytes
 
 _LARGEST = 2**20  # [bytes]
 _DEEPEST = 50
@@ -27,12 +28,7 @@ def read_yaml(path: Path, error: type[InputFileError] = InputFileError) -> Any:
         InputFileError: The file cannot be read or is no YAML; of the kind asked for.
     """
     try:
-        size = path.stat().st_size
-        if size > _LARGEST:
-            raise error(path, f"has {size} bytes; at most {_LARGEST} are valid")
-        return plain(path.read_text(encoding="utf-8"))
-    except OSError as reason:
-        raise error(path, f"cannot be read: {reason.strerror}") from reason
+        return plain(read_bytes(path, _LARGEST, error).decode("utf-8"))
     except UnicodeDecodeError as reason:
         raise error(path, "is no UTF-8 text") from reason
     except yaml.YAMLError as reason:

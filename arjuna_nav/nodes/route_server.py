@@ -16,6 +16,7 @@ from std_srvs.srv import Trigger
 
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError, InputFileError
+from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, header, path_msg
 from arjuna_core.ros.goal_node import GoalNode
@@ -35,6 +36,7 @@ class RouteServerConfig:
     """Parameters of the node `route_server`, by Nav2's names."""
 
     graph_filepath: str = param("", "The graph, a GeoJSON file; empty: set by a service.")
+    graphs_folder: str = param(".", "Folder that set_route_graph may read from.")
     route_frame: str = param("map", "Frame of the graph.", read_only=True)
     base_frame: str = param("base_footprint", "The robot's frame.", read_only=True)
     path_density: float = param(0.05, "Between poses of a path.", unit="m", minimum=0.001)
@@ -100,8 +102,9 @@ class RouteServerNode(GoalNode):
 
     def _on_graph(self, request: Any, response: Any) -> Any:
         try:
-            self._graph = read_graph(Path(request.graph_filepath), self.config.route_frame)
-        except InputFileError as error:
+            path = path_in_folder(self.config.graphs_folder, request.graph_filepath)
+            self._graph = read_graph(path, self.config.route_frame)
+        except (InputFileError, MapsFolderError) as error:
             self.get_logger().error(str(error))
             return response
         self._prices.clear()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.whole_file import read_json
 
 Point = tuple[float, float]
 _IDS = 65536  # as many as nav2_msgs can tell apart
@@ -71,14 +71,12 @@ def read_graph(path: Path, frame: str) -> Graph:
         InputFileError: It cannot be read, or holds no such graph.
     """
     try:
-        features = json.loads(path.read_text(encoding="utf-8"))["features"]
+        features = read_json(path)["features"]
         shapes = [(one["geometry"]["type"], one["properties"], one) for one in features]
         nodes = dict(_node(about, one, frame) for kind, about, one in shapes if kind == "Point")
         ways = [about for kind, about, _ in shapes if kind in _SHAPES - {"Point"}]
         edges = {edge.id: edge for edge in (_edge(about, nodes) for about in ways)}
-    except OSError as error:
-        raise InputFileError(path, f"cannot be read: {error.strerror}") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, OverflowError, KeyError, TypeError, AttributeError) as error:
         raise InputFileError(path, f"is no route graph: {_told(error)}") from error
     if not nodes:
         raise InputFileError(path, "is no route graph: it has no node, a Point with an 'id'")

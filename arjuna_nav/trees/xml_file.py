@@ -9,7 +9,8 @@ from typing import Any
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import ParseError, fromstring
 
-from arjuna_core.errors import nearest
+from arjuna_core.errors import InputFileError, nearest
+from arjuna_core.files.whole_file import read_bytes
 from arjuna_nav.trees import (
     actions,
     conditions,
@@ -89,12 +90,9 @@ def read_tree(path: Path) -> Tree:
         TreeError: It cannot be read, or is no tree that can be run.
     """
     try:
-        size = path.stat().st_size
-        if size > _MAX_SIZE:
-            raise TreeError(f"{path}: {size} bytes; the most are {_MAX_SIZE}")
-        text = path.read_bytes()
-    except OSError as error:
-        raise TreeError(f"{path}: cannot be read: {error.strerror}") from error
+        text = read_bytes(path, _MAX_SIZE)
+    except InputFileError as error:
+        raise TreeError(str(error)) from error
     return build_tree(text, str(path))
 
 

@@ -11,12 +11,13 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.whole_file import read_bytes
 from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.model.geometry.shapes import Mesh, Terrain
 from arjuna_sim.model.notes import Note, NoteKind
 
 # Bounds on hostile files: what still loads within 2 s and 500 MB (tests/sim/files/test_fuzz.py).
-_BYTES_MAX = 20_000_000
+BYTES_MAX = 20_000_000
 _ELEMENTS_MAX = 300_000
 _DEPTH_MAX = 100
 _TEXT_MAX = 1000
@@ -76,23 +77,6 @@ def _parse(text: bytes) -> Element:
     return root
 
 
-def read_bytes(path: Path, error: type[InputFileError]) -> bytes:
-    """Return a file's content.
-
-    Raises:
-        InputFileError: As `error`: the file is missing or too large.
-    """
-    try:
-        if path.exists() and not path.is_file():
-            raise error(path, "cannot be read: it is no file")
-        size = path.stat().st_size
-        if size > _BYTES_MAX:
-            raise error(path, f"has {size} bytes; at most {_BYTES_MAX} are read")
-        return path.read_bytes()
-    except OSError as cause:
-        raise error(path, f"cannot be read: {cause.strerror}") from cause
-
-
 class XmlFile:
     """A parsed file, and the helpers that turn its text into values.
 
@@ -117,7 +101,7 @@ class XmlFile:
     ) -> None:
         self.path = path
         self.error = error
-        self.text = read_bytes(path, error) if text is None else text
+        self.text = read_bytes(path, BYTES_MAX, error) if text is None else text
         self.root = self._parse(tag)
         self.search = SearchPath.of() if search is None else search
         self.beside: tuple[Path, ...] = (path,)

@@ -7,7 +7,6 @@ Source: Pivtoraiko, Knepper and Kelly, Differentially constrained mobile robot m
 from __future__ import annotations
 
 import itertools
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,10 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.whole_file import read_json
 from arjuna_core.se2 import wrap
 from arjuna_nav.planners.hybrid.moves import STEP, Moves
 
 _DIRECTIONS = ((1, 0), (2, 1), (1, 1), (1, 2))  # and as many in each other quadrant
+_FARTHEST = 100.0  # that a piece of a file may lead [m]
+_LONGEST = 1000  # poses
 _TURN = 0.1  # between two poses of a turn that are looked at for collisions [rad]
 _LEAST = math.sqrt(2.0)  # so that a piece leaves its cell [cells]
 _MODELS = ("diff", "omni", "ackermann")
@@ -144,16 +146,14 @@ def read(path: Path) -> Lattice:
         InputFileError: It cannot be read, or is no such file.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = read_json(path)
         about = content["lattice_metadata"]
         angles = np.array(about["heading_angles"], np.float64)
         pieces = tuple(_primitive(one, len(angles)) for one in content["primitives"])
         model, radius = str(about["motion_model"]), float(about["turning_radius"])
-    except OSError as error:
-        raise InputFileError(path, f"cannot be read: {error.strerror}") from error
-    except (ValueError, KeyError, TypeError, IndexError) as error:
+    except (ValueError, OverflowError, KeyError, TypeError, IndexError) as error:
         raise InputFileError(path, f"is no file of lattice primitives: {error!r}") from error
-    if model not in _MODELS or radius <= 0.0:
+    if model not in _MODELS or not 0.0 < radius < _FARTHEST:
         valid = ", ".join(_MODELS)
         problem = f"motion_model '{model}' with turning_radius {radius:g} m; valid: {valid}, > 0"
         raise InputFileError(path, problem)
@@ -165,6 +165,8 @@ def _primitive(one: dict[str, Any], headings: int) -> Primitive:
     if not (0 <= first < headings and 0 <= last < headings):
         raise ValueError(f"an angle index of {first} or {last} with {headings} headings")
     poses = np.array(one["poses"], np.float64).reshape(-1, 3)
+    if not (np.abs(poses) < _FARTHEST).all() or len(poses) > _LONGEST:
+        raise ValueError(f"a piece over {_FARTHEST:g} m or {_LONGEST} poses long")
     bends = float(one["trajectory_radius"]) > 0.0
     side = (1 if one["left_turn"] else -1) if bends else 0
     return Primitive(first, last, side, poses[1:] if len(poses) > 1 else poses)

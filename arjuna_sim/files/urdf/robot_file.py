@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from arjuna_core.errors import RobotError
+from arjuna_core.files.whole_file import read_bytes
 from arjuna_sim.files.sdf.robot_as_urdf import robot_as_urdf
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.completion import complete_masses, complete_shapes, friction_of
@@ -17,7 +18,7 @@ from arjuna_sim.files.urdf.guess import guess_drive
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.stand_up import stand_up
 from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
-from arjuna_sim.files.xml_file import XmlFile, read_bytes
+from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.wheels import eccentricity, is_round, wheel_sign
@@ -42,7 +43,7 @@ def load_robot(
         RobotError: The file cannot be read or does not describe a robot.
     """
     path = Path(path)
-    text = read_bytes(path, RobotError)
+    text = read_bytes(path, BYTES_MAX, RobotError)
     expanded = Expanded(text)
     search = SearchPath.of() if search is None else search
     if has_macros(path, text):

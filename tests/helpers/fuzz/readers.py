@@ -20,6 +20,8 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_nav.planners.hybrid import primitives
+from arjuna_nav.routes.graph import read_graph
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
 from arjuna_slam.mapping.session_file import SessionFileError, load_session
@@ -27,6 +29,7 @@ from bringup.client.waypoints import load_waypoints
 from bringup.parameters.files import load_parameters
 from bringup.recording.bags.reader import Bag
 from tests.helpers.fuzz.mutations import mutated
+from tests.helpers.nav import lattices, routes
 from tests.slam.logs.recordings import (
     ODOMETRY,
     SCAN,
@@ -155,6 +158,8 @@ READERS = (
     Reader("map PNG", lambda path: load_map(path.with_suffix(".yaml")), MapError, _image("png")),
     Reader("parameters", lambda path: load_parameters([path]), InputFileError, _parameters),
     Reader("waypoints", load_waypoints, InputFileError, _waypoints),
+    Reader("route graph", lambda path: read_graph(path, "map"), InputFileError, routes.written),
+    Reader("lattice", primitives.read, InputFileError, lattices.written),
     Reader("CARMEN", _drained, InputFileError, _carmen),
     Reader("mcap as log", _drained, InputFileError, _recorded),
     Reader("mcap as bag", _bag, InputFileError, _recorded),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import PlanStatus
 from arjuna_nav.planners.hybrid.primitives import generated, laid_out
+from tests.helpers.nav.lattices import written
 from tests.helpers.nav.planners import make
 from tests.nav.worlds import block, costmap_of, empty_grid, room
 
@@ -80,39 +80,6 @@ def test_a_robot_that_can_turn_leaves_a_pocket_ahead() -> None:
     block(grid, 4.5, 0.8, 0.1, 1.4)
     result = make("smac lattice").plan(costmap_of(grid), SE2(3.8, 1.5), SE2(1.0, 1.5, math.pi))
     assert result.status is PlanStatus.SUCCEEDED, result.message
-
-
-def written(folder: Path, **about: object) -> Path:
-    """Write a file of a robot that drives straight and turns by quarters, and return it."""
-    quarter = math.pi / 2
-    straight = [
-        [[0.1 * k * math.cos(i * quarter), 0.1 * k * math.sin(i * quarter), i * quarter]
-         for k in range(3)]
-        for i in range(4)
-    ]  # fmt: skip
-    ahead = [{"start_angle_index": i, "end_angle_index": i, "poses": straight[i]} for i in range(4)]
-    turns = [
-        {
-            "start_angle_index": i,
-            "end_angle_index": (i + 1) % 4,
-            "poses": [[0, 0, (i + 1) * quarter]],
-        }
-        for i in range(4)
-    ]
-    content = {
-        "lattice_metadata": {
-            "motion_model": "diff",
-            "turning_radius": 0.4,
-            "heading_angles": [i * quarter for i in range(4)],
-            **about,
-        },
-        "primitives": [
-            {**one, "trajectory_radius": 0.0, "left_turn": True} for one in (*ahead, *turns)
-        ],
-    }
-    path = folder / "lattice.json"
-    path.write_text(json.dumps(content), encoding="utf-8")
-    return path
 
 
 def test_the_pieces_of_a_file_are_driven(tmp_path: Path) -> None:

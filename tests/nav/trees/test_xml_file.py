@@ -79,5 +79,5 @@ def test_files_that_cannot_be_read_or_are_too_large(tmp_path: Path) -> None:
         read_tree(tmp_path / "none.xml")
     large = tmp_path / "large.xml"
     large.write_text("<!-- -->" * 200_000, encoding="utf-8")
-    with pytest.raises(TreeError, match="the most are 1000000"):
+    with pytest.raises(TreeError, match="at most 1000000"):
         read_tree(large)

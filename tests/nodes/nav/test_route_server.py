@@ -28,7 +28,8 @@ Code = ComputeRoute.Result
 
 @pytest.fixture
 def robot(tmp_path: Path) -> Iterator[PlayedRobot]:
-    robot = PlayedRobot({"route_server": {"graph_filepath": str(written(tmp_path))}})
+    values = {"graph_filepath": str(written(tmp_path)), "graphs_folder": str(tmp_path)}
+    robot = PlayedRobot({"route_server": values})
     robot.bring_up(ROUTE_SERVER)
     robot.run(0.2)
     yield robot
@@ -74,8 +75,11 @@ def test_says_why_there_is_no_route(robot: PlayedRobot, track: bool) -> None:
         assert (goal.status, goal.result.error_code) == (ABORTED, code)
 
 
-def test_a_graph_that_cannot_be_read_leaves_the_last(robot: PlayedRobot, tmp_path: Path) -> None:
-    wrong = SetRouteGraph.Request(graph_filepath=str(tmp_path / "none"))
+@pytest.mark.parametrize("name", ["none", "/dev/zero", "../graph.geojson", "http://["])
+def test_a_graph_that_cannot_be_read_leaves_the_last(
+    robot: PlayedRobot, tmp_path: Path, name: str
+) -> None:
+    wrong = SetRouteGraph.Request(graph_filepath=name)
     assert not robot.bench.call(SetRouteGraph, "route_server/set_route_graph", wrong).success
     assert ask(robot, start_id=0, goal_id=2).status == SUCCEEDED
     right = SetRouteGraph.Request(graph_filepath=str(written(tmp_path)))

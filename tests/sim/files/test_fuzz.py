@@ -186,5 +186,7 @@ def test_models_that_include_ever_more_are_refused(tmp_path: Path) -> None:
 def test_size_beyond_reason_is_refused_or_left_out(tmp_path: Path, value: str) -> None:
     world = load_world(edited(ROOM, tmp_path, "10.2 0.2 1.0", value))
     assert re.search("left out: .*<size>", " ".join(note.text for note in world.notes))
+    seen = edited(ROBOT, tmp_path, "0.45 0.30 0.10", value)  # the first is the visual
+    assert re.search("size: .*left out", " ".join(note.text for note in load_robot(seen).notes))
     with pytest.raises(RobotError, match="size"):
-        load_robot(edited(ROBOT, tmp_path, "0.45 0.30 0.10", value))
+        load_robot(edited(seen, tmp_path, "0.45 0.30 0.10", value))
