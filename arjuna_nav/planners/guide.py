@@ -21,10 +21,12 @@ class Guide:
         end: The goal's cell, or the nearest to it that can be reached.
         left: `(height, width) float32` what it costs from each cell to the end, inf where that
             does not matter or no way leads there.
+        whole: Whether it is known from everywhere, not about the likely way alone.
     """
 
     end: Cell
     left: NDArray[np.float32]
+    whole: bool
 
 
 def guide(
@@ -58,12 +60,12 @@ def guide(
             within,
         )
         if np.isfinite(left[tuple(exits.T)]).any():
-            return Guide(goal, left)
+            return Guide(goal, left, not within)
     reached = spread(data, costs, seeds)
     end = query.reachable_end(reached)
     if end is None:
         return query.failure(reached)
-    return Guide(end, spread(data, costs, _seed(end)))
+    return Guide(end, spread(data, costs, _seed(end)), True)
 
 
 def _seed(cell: Cell) -> NDArray[np.float64]:

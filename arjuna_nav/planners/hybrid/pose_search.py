@@ -19,7 +19,7 @@ from arjuna_nav.planners.potential import NEUTRAL
 from arjuna_nav.planners.query import Cell, Query, ask
 
 _ENDLESS = 2**62
-_SLACK = 0.005  # of ways that are looked at on large maps, over the best estimate
+_SLACK = 0.0  # of ways that are looked at on large maps, over the best estimate
 _TRUST = 1.03  # factor on what is left: a tenth of the time for a way 1 % dearer at most
 
 
@@ -49,17 +49,22 @@ class PoseSearch(abc.ABC):
         way_out, first = _first(query)
         rules, moves = self._rules(costmap), self._moves(costmap, first[2])
         heading, first[2] = first[2], moves.angles[moves.start]
+        looked = 0
         for slack in (_SLACK, None):
             seeds = query.out.seeds(NEUTRAL)[:1]
             found = guide(query, self._costs(), seeds, slack, rules.radius)
             if isinstance(found, PlanResult):
                 return found
             end, terrain = _end(query, found.end), self._terrain(costmap, found.left)
-            nodes, row, curve, looked = search(first, end, terrain, rules, moves)
+            left = rules._replace(limit=rules.limit - looked)
+            nodes, row, curve, more = search(first, end, terrain, left, moves)
+            looked += more
             if row >= 0:
                 poses = np.vstack((way_out, driven(nodes, row, curve, moves)))
                 poses[0, 2] = heading
                 return PlanResult(PlanStatus.SUCCEEDED, _placed(poses, costmap, goal))
+            if found.whole:
+                break
         if looked >= rules.limit:
             message = f"no path within max_iterations = {rules.limit} poses"
             return PlanResult.failed(PlanStatus.TIMEOUT, message)
