@@ -21,6 +21,7 @@ from arjuna_nav.planners.potential import NEUTRAL
 from arjuna_nav.planners.query import ask, oriented
 from arjuna_nav.planners.relaxation import relax, touches
 
+_ACROSS = math.sqrt(2.0)
 _SCALE = np.float32(NEUTRAL)  # of a free cell's cost in a corridor's estimate
 _SLACK = 0.0  # of ways that are looked at on large maps, over the best estimate
 
@@ -159,13 +160,13 @@ def _a_star(
                     continue
                 if is_outside(within, r, c):
                     continue
-                cost = costs[data[r, c]]
+                value = values[row, column] + costs[data[r, c]] * (_ACROSS if d_r * d_c else 1.0)
+                if value >= values[r, c]:
+                    continue
                 if costs[data[row, c]] == np.inf or costs[data[r, column]] == np.inf:
                     continue
-                value = values[row, column] + cost * math.hypot(d_r, d_c)
-                if value < values[r, c]:
-                    values[r, c], before[r, c] = value, cell
-                    heapq.heappush(queue, (value + _left(r, c, goal), np.int64(r * width + c)))
+                values[r, c], before[r, c] = value, cell
+                heapq.heappush(queue, (value + _left(r, c, goal), np.int64(r * width + c)))
     return values, before, False
 
 
