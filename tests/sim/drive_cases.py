@@ -43,6 +43,7 @@ class Robot:
         radius: Of the wheels [m].
         mass: Of the box [kg].
         limit: Of steering [rad].
+        steering: The kind of its steering joints.
         files: Files beside it, by name.
     """
 
@@ -51,6 +52,7 @@ class Robot:
     radius: float = 0.06
     mass: float = 12.0
     limit: float = 0.6
+    steering: str = "revolute"
     files: dict[str, str] = field(default_factory=dict)
 
     def write(self, folder: Path, name: str = "made.urdf") -> Path:
@@ -111,8 +113,9 @@ class Robot:
             mimic = wheel.follows and f"<mimic joint='{wheel.follows}_steer_joint'/>"
             steer = (
                 f"<link name='{carrier}'>{INERTIAL.format(m=0.2, i=1e-4)}</link>"
-                f"<joint name='{wheel.name}_steer_joint' type='revolute'><parent link='base'/>"
-                f"<child link='{carrier}'/><origin xyz='{place}'/><axis xyz='0 0 1'/>"
+                f"<joint name='{wheel.name}_steer_joint' type='{self.steering}'>"
+                f"<parent link='base'/><child link='{carrier}'/><origin xyz='{place}'/>"
+                "<axis xyz='0 0 1'/>"
                 f"<limit lower='-{self.limit}' upper='{self.limit}' effort='9' velocity='9'/>"
                 f"{mimic}</joint>"
             )
@@ -197,13 +200,14 @@ def omni(count: int, controlled: bool = False) -> Robot:
     return Robot(wheels, tag, files=files)
 
 
-def car(source: str, driven: str = "rear") -> Robot:
+def car(source: str, driven: str = "rear", steer: str = "revolute") -> Robot:
     """Return a car.
 
     Args:
         source: What says how it drives: `gz`, `classic`, `control`, or nothing, in which case one
             front wheel's steering mimics the other's.
         driven: Its driven wheels, `rear` or `all`.
+        steer: The kind of its steering joints.
     """
     follows = {"left": "", "right": "" if source else "front_left_wheel"}
     wheels = tuple(
@@ -221,7 +225,7 @@ def car(source: str, driven: str = "rear") -> Robot:
         )
         return Robot(wheels, tag, files=files)
     if not source:
-        return Robot(wheels)
+        return Robot(wheels, steering=steer)
     joints = "".join(
         f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
         for end in ends

@@ -29,6 +29,7 @@ STEERED = {
     "car, classic": cases.car("classic"),
     "car, controlled": cases.car("control"),
     "car without a plugin": cases.car(""),
+    "car of endless steering": cases.car("", steer="continuous"),
     "tricycle": cases.tricycle(),
 }
 

@@ -17,20 +17,22 @@ _STEERS = re.compile(r"steer|kingpin|knuckle|turn|swivel|hinge", re.I)
 _PASSIVE = re.compile(r"cast[eo]r", re.I)
 _UPRIGHT, _ACROSS = 0.7, 0.5  # least part of a steering axis along z, and of a wheel's along y
 _LIMITS = (0.05, 1.4)  # of what steering can do [rad]
+_TRAIL = 0.1  # least of a caster's wheel behind its hinge, by its radius
 _STANDS = 0.02  # how far a wheel's lowest point may be off the others' [m]
 
 
 def steering_joints(urdf: Urdf) -> tuple[str, ...]:
-    """Return the joints that turn a wheel about the vertical by limits, but for casters.
+    """Return the joints that turn a wheel about the vertical, but for casters.
 
+    Those without limits steer where their wheel stands below them: a caster's trails.
     One that follows another to the same side is one, too: each steers its own wheel.
     """
     carriers = {joint.parent for joint in urdf.joints.values() if joint.kind == "continuous"}
     return tuple(
         joint.name
         for joint in urdf.joints.values()
-        if joint.kind == "revolute"
-        and joint.child in carriers
+        if joint.child in carriers
+        and (joint.kind == "revolute" or (joint.kind == "continuous" and _is_above(urdf, joint)))
         and (joint.mimic is None or joint.mimic.multiplier > 0.0)
         and _STEERS.search(f"{joint.name} {joint.child}") is not None
         and _PASSIVE.search(f"{joint.name} {joint.child}") is None
@@ -40,6 +42,17 @@ def steering_joints(urdf: Urdf) -> tuple[str, ...]:
 
 def _is_upright(urdf: Urdf, joint: Joint) -> bool:
     return abs(float(axis(urdf, joint.name)[2])) > _UPRIGHT
+
+
+def _is_above(urdf: Urdf, joint: Joint) -> bool:
+    """Tell whether a joint stands above the wheel that it carries, or beside it on its axle."""
+    place = np.array(urdf.T_root(joint.child).position)
+    for name, wheel in urdf.joints.items():
+        if wheel.parent == joint.child and wheel.kind == "continuous":
+            ahead = np.cross(axis(urdf, name), (0.0, 0.0, 1.0))
+            if abs(float((center(urdf, name) - place) @ ahead)) > _TRAIL * radius_of(urdf, name):
+                return False
+    return True
 
 
 def with_steering(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> DriveSettings | None:
