@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.moving.outlines import free_standing
+from arjuna_nav.costmap.moving.sightings import Sightings, has_moved
 
 _KEPT = 8  # sightings of a track
 _LOOKS = 4  # that make a speed
@@ -55,21 +56,25 @@ class Tracker:
 
     To be known to move, a thing moves as slowly as the slower of its two outer points: the outer
     points of what stands stay where they are, while its middle seems to wander as the robot passes
-    it. From then on its middle counts, for the outer points of what comes near part from each
-    other; and where something hides a part of it, what is seen about where it has got to is its.
+    it. And it has come where an earlier scan saw nothing, or left what is free now: what stands
+    among much else comes in sight here and goes out of it there, as if it went. From then on its
+    middle counts, for the outer points of what comes near part from each other; and where something
+    hides a part of it, what is seen about where it has got to is its.
 
     Source: nearest-neighbour tracking with a constant velocity (Bar-Shalom and Fortmann, Tracking
         and data association, 1988); speeds by least squares over the last sightings.
     """
 
     def __init__(self) -> None:
-        self._seen = np.zeros((_MOST, _KEPT, 5))  # t, x, y of the first, x, y of the last
+        self._seen = np.zeros((_MOST, _KEPT, 7))  # t, x, y of the first, x, y of the last, beams
         self._counts = np.zeros(_MOST, np.int64)  # sightings; 0 for a free place
         self._going = np.zeros((_MOST, 3))  # last velocity known, and when
+        self._scans = Sightings.of(_KEPT, 0, 0.0, 1.0)
 
     def reset(self) -> None:
         """Forget all."""
         self._counts[:] = 0
+        self._scans.stamps[:] = -math.inf
 
     def update(self, scan: Scan, T_fixed_base: SE2) -> Moving:
         """Take the next scan, and return what of it moves.
@@ -82,12 +87,17 @@ class Tracker:
         ranges = np.where(valid, scan.ranges, np.inf)
         reach = np.where(valid, scan.ranges, np.nan)
         ends = np.column_stack((reach * np.cos(angles), reach * np.sin(angles)))
-        points = (T_fixed_base @ scan.T_base_sensor).apply(ends)
+        T_fixed_sensor = T_fixed_base @ scan.T_base_sensor
+        points = T_fixed_sensor.apply(ends)
         round_it = abs(scan.angle_increment) * len(ranges) > 2.0 * math.pi - 0.05
         found = free_standing(points, ranges, round_it)
         velocities = np.zeros_like(points)
         tracks = self._seen, self._counts, self._going
-        _follow(*tracks, points, found, scan.stamp, velocities)
+        layout = len(ranges), scan.angle_min, scan.angle_increment
+        if not self._scans.fits(*layout):
+            self._scans = Sightings.of(_KEPT, *layout)
+        number = self._scans.add(scan.stamp, T_fixed_sensor, ranges, points)
+        _follow(*tracks, self._scans, number, found, velocities)
         things = _going_on(*tracks, points, scan.stamp, velocities)
         return Moving(points[valid], velocities[valid], things, scan.stamp)
 
@@ -97,12 +107,13 @@ def _follow(
     seen: NDArray[np.float64],
     counts: NDArray[np.int64],
     going: NDArray[np.float64],
-    points: NDArray[np.float64],
+    scans: Sightings,
+    number: int,
     found: NDArray[np.int64],
-    now: float,
     velocities: NDArray[np.float64],
 ) -> None:
     """Give each thing to the nearest track or a new one, and fill the velocities of its beams."""
+    now, points = scans.stamps[number], scans.points[number]
     for track in range(_MOST):
         lost = _LOST_MOVING if going[track, :2].any() else _LOST
         if counts[track] and not 0.0 <= now - seen[track, _latest(counts[track]), 0] <= lost:
@@ -117,9 +128,9 @@ def _follow(
         if not counts[track]:
             going[track] = 0.0
         row = seen[track, counts[track] % _KEPT]
-        row[0], row[1:3], row[3:5] = now, points[first], points[last]
+        row[0], row[1:3], row[3:5], row[5], row[6] = now, points[first], points[last], first, last
         counts[track] += 1
-        _go(seen[track], counts[track], going[track], now)
+        _go(seen[track], counts[track], going[track], scans, number)
         velocities[first : last + 1] = going[track, :2]
 
 
@@ -191,14 +202,36 @@ def _nearest(
 
 
 @njit(cache=True)
-def _go(seen: NDArray[np.float64], count: int, going: NDArray[np.float64], now: float) -> None:
+def _go(
+    seen: NDArray[np.float64],
+    count: int,
+    going: NDArray[np.float64],
+    scans: Sightings,
+    number: int,
+) -> None:
     """Bring a velocity up to date; who turns about seems to stand meanwhile, and yet goes on."""
-    moves = bool(going[:2].any())
+    moves, now = bool(going[:2].any()), scans.stamps[number]
     vx, vy = _velocity(seen, count, moves, now)
-    if vx != 0.0 or vy != 0.0:
+    if (vx != 0.0 or vy != 0.0) and (moves or _is_sure(seen, count, scans, number)):
         going[0], going[1], going[2] = vx, vy, now
     elif now - going[2] > _STANDS and _slopes(seen, count, now, _SPAN)[0] >= _LOOKS:
         going[:2] = 0.0
+
+
+@njit(cache=True)
+def _is_sure(seen: NDArray[np.float64], count: int, scans: Sightings, number: int) -> bool:
+    """Tell whether what a track's first scan, of those kept, saw was free says that it moves."""
+    last, now = seen[_latest(count)], scans.stamps[number]
+    since, first, then = now, -1, -1
+    for k in range(min(count, _KEPT)):
+        if now - _SPAN <= seen[k, 0] < since:
+            for other in range(len(scans.stamps)):
+                if scans.stamps[other] == seen[k, 0]:
+                    since, first, then = seen[k, 0], k, other
+    if first < 0:
+        return False
+    before = int(seen[first, 5]), int(seen[first, 6])
+    return bool(has_moved(scans, then, before, number, (int(last[5]), int(last[6]))))
 
 
 @njit(cache=True)

@@ -81,6 +81,21 @@ def test_what_is_seen_between_two_things_does_not_move() -> None:
     assert max(flags) == 0
 
 
+@pytest.mark.parametrize("seed", [3, 4, 6])
+def test_what_comes_in_sight_among_many_things_does_not_move(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    places = rng.uniform(-3.5, 3.5, (60, 2))
+    thicket = np.vstack([post(x, y, 0.075) for x, y in places if abs(y) > 0.5])
+    flags: list[int] = []
+    watch(
+        lambda t: thicket,
+        lambda t: SE2(-3.0 + 1.5 * t, 0.0, 0.5 * math.sin(2.0 * t)),
+        4.0,
+        lambda moving: flags.append(int(moving.velocities.any(axis=1).sum())),
+    )
+    assert max(flags) == 0
+
+
 def test_time_that_was_set_back_ends_every_track() -> None:
     tracker, rng = Tracker(), np.random.default_rng(1)
     for k in range(8):

@@ -1,0 +1,121 @@
+"""The last scans, and what they say about a place: whether it was seen to be free."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+
+_BEHIND = 0.1  # that a beam ends farther than a place it has passed [m]
+_BESIDE = 0.04  # from a place, where beams have to pass it as well [m]
+_SHARE = 0.25  # of a thing's points
+
+
+class Sightings(NamedTuple):
+    """The last scans in turn, all as long.
+
+    Attributes:
+        stamps: `(S,)` [s], -inf where there is none yet.
+        sensors: `(S, 3)` the sensor's poses in the fixed frame [m, m, rad].
+        ranges: `(S, N)` [m], inf where nothing was hit.
+        points: `(S, N, 2)` where beams ended in the fixed frame [m].
+        angles: The first beam's bearing and what lies between two, `(2,)` [rad].
+        added: How many there have been, `(1,) int64`.
+    """
+
+    stamps: NDArray[np.float64]
+    sensors: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+    points: NDArray[np.float64]
+    angles: NDArray[np.float64]
+    added: NDArray[np.int64]
+
+    @staticmethod
+    def of(scans: int, beams: int, angle_min: float, increment: float) -> Sightings:
+        """Return room for scans of so many beams, empty."""
+        return Sightings(
+            np.full(scans, -math.inf),
+            np.zeros((scans, 3)),
+            np.full((scans, beams), np.nan),
+            np.zeros((scans, beams, 2)),
+            np.array([angle_min, increment]),
+            np.zeros(1, np.int64),
+        )
+
+    def fits(self, beams: int, angle_min: float, increment: float) -> bool:
+        """Tell whether a scan is like these."""
+        return self.ranges.shape[1] == beams and bool((self.angles == (angle_min, increment)).all())
+
+    def add(
+        self,
+        stamp: float,
+        T_fixed_sensor: SE2,
+        ranges: NDArray[np.float64],
+        points: NDArray[np.float64],
+    ) -> int:
+        """Put a scan in the oldest one's place, and return its number."""
+        oldest = int(self.added[0]) % len(self.stamps)
+        self.added[0] += 1
+        self.stamps[oldest], self.sensors[oldest] = stamp, T_fixed_sensor.array()
+        self.ranges[oldest], self.points[oldest] = ranges, points
+        return oldest
+
+
+@njit(cache=True)
+def has_moved(
+    scans: Sightings,
+    then: int,
+    beams_then: tuple[int, int],
+    now: int,
+    beams_now: tuple[int, int],
+) -> bool:
+    """Tell whether a thing has come where it was free, or left what is free now.
+
+    What stands does neither, though what is seen of it between other things may seem to go.
+
+    Args:
+        scans: The scans.
+        then: Number of an earlier one.
+        beams_then: The first and the last beam that hit the thing then.
+        now: Number of the last one.
+        beams_now: As then.
+
+    Source: moving things violate space known to be free, as in Wang, Thorpe and Thrun, Online
+        simultaneous localization and mapping with detection and tracking of moving objects, ICRA
+        2003.
+    """
+    come = _share(scans, now, beams_now, then)
+    return come >= _SHARE or _share(scans, then, beams_then, now) >= _SHARE
+
+
+@njit(cache=True)
+def _share(scans: Sightings, number: int, beams: tuple[int, int], other: int) -> float:
+    """Return the part of a thing's points that another scan has seen to be free."""
+    first, last = beams
+    free = 0
+    for beam in range(first, last + 1):
+        free += _is_free(scans, other, scans.points[number, beam])
+    return free / (last - first + 1)
+
+
+@njit(cache=True)
+def _is_free(scans: Sightings, number: int, point: NDArray[np.float64]) -> bool:
+    """Tell whether the beams of a scan have passed a place and what lies beside it."""
+    x, y, theta = scans.sensors[number]
+    dx, dy = point[0] - x, point[1] - y
+    away = math.hypot(dx, dy)
+    step, count = scans.angles[1], scans.ranges.shape[1]
+    ranges = scans.ranges[number]
+    round_it = 2.0 * math.pi / abs(step)
+    middle = ((math.atan2(dy, dx) - theta - scans.angles[0]) / step) % round_it
+    beside = max(_BESIDE / max(away, _BESIDE) / abs(step), 1.0)
+    for beam in range(math.floor(middle - beside), math.ceil(middle + beside) + 1):
+        k = beam % round(round_it)
+        if k >= count or not ranges[k] > away + _BEHIND:  # NaN has seen nothing
+            return False
+    return True
