@@ -168,12 +168,9 @@ class LocalMap:
             The pose in the frame of the reference that holds from now on.
         """
         if not self.active or self._full(self.active[-1], 0.5):
-            start = T_anchor_base if self.active else IDENTITY
+            start = self.poses(T_anchor_base)[-1][1] if self.active else IDENTITY
             self.active.append(Submap(self._config.field(), start))
-        pose = T_anchor_base
-        for k, submap in enumerate(self.active):
-            if k > 0:
-                pose = submap.T_previous_anchor.inverse() @ pose
+        for submap, pose in self.poses(T_anchor_base):
             turn = SE2(0.0, 0.0, pose.theta - T_anchor_base.theta).matrix()
             submap.insert(node, surface, pose, turn @ unseen @ turn.T)
         if len(self.active) < 2 or not self._full(self.reference, 1.0):
