@@ -22,7 +22,7 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.graph.loop_config import LoopConfig, Submap
 from arjuna_slam.graph.rivals import APART, SeenField, Views, rival
 from arjuna_slam.graph.uncertainty import plausible
-from arjuna_slam.matching.contradiction import seen_and_contradicted
+from arjuna_slam.matching.contradiction import longest, seen_and_contradicted
 from arjuna_slam.matching.correlative import Window, search
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
@@ -30,6 +30,7 @@ from arjuna_slam.matching.surface import Surface
 
 _POINTS = 240  # of a submap that is looked for
 _SCANS = 12  # of a submap that are asked for contradiction
+_WALL = 1.2  # of a wall, longer than a door is wide, in a beam's way: it is another place [m]
 _COARSE = 0.45  # mean likelihood that a place must reach in the coarse search
 _FINE = Window(0.2, 0.02, 2)
 _BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # covariance of what a submap's own bend adds
@@ -148,7 +149,8 @@ class PlaceMatcher:
         found = match.T_field_base
         if not plausible(window.prior.inverse(), found.inverse(), window.covariance):
             return None
-        if self._contradicted(query, past, points, found, scans):
+        much, wall = self._against(query, past, points, found, scans)
+        if much:
             return None
         yield
 
@@ -158,37 +160,43 @@ class PlaceMatcher:
             yield
 
             def against(pose: SE2) -> bool:
-                return self._contradicted(query, past, points, pose, scans)
+                much, wall = self._against(query, past, points, pose, scans)
+                return much or wall > _WALL
 
             other = yield from rival(seen, some, best[0], pieces, against)
         information = invert(match.covariance + _BENT)
         if other is not None:
             information = _along_unknown(information, other, match)
         holds, area = _what_holds(past.field, surface, match), _area(query.field, past.field, found)
-        return Place(found, invert(information), other is None, holds, area)
+        sure = other is None and wall <= _WALL
+        return Place(found, invert(information), sure, holds, area)
 
     def _refine(self, past: Submap, surface: Surface, start: SE2) -> Match | None:
         match = self._matcher.match(past.field, surface, start, _FINE, 0.0)
         good = match.response >= self._config.loop_place_response
         return match if good and match.status is MatchStatus.MATCHED else None
 
-    def _contradicted(
+    def _against(
         self,
         query: Submap,
         past: Submap,
         points: NDArray[np.float64],
         T_past_query: SE2,
         scans: Sequence[Scan],
-    ) -> bool:
-        """Tell whether the beams of either go through what the other has seen."""
+    ) -> tuple[bool, float]:
+        """Return whether the beams of either go through much of what the other has seen.
+
+        And how long the longest piece of wall is that they go through [m].
+        """
         theirs = past.field.surface()[0]
         sides = ((points, past, T_past_query.inverse()), (theirs, query, T_past_query))
+        much, wall = False, 0.0
         for seen_points, submap, change in sides:
             views = _views(submap, change, scans)
             seen, against = seen_and_contradicted(seen_points, views, self._range_max)
-            if against > self._config.loop_contradiction * seen:
-                return True
-        return False
+            much |= bool(against.sum() > self._config.loop_contradiction * seen.sum())
+            wall = max(wall, longest(seen_points[against]))
+        return much, wall
 
 
 def _views(submap: Submap, change: SE2, scans: Sequence[Scan]) -> Views:

@@ -12,18 +12,20 @@ from collections.abc import Iterable
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
 _THROUGH, _ON = 0.4, 0.2  # a beam so much longer than the way to a point goes through it [m]
 _SHARE = 0.7  # of a point's beams that must go through it
+_GAP = 0.2  # side of cells that hang together where they touch [m]
 
 
 def seen_and_contradicted(
     points: NDArray[np.float64], scans: Iterable[tuple[Scan, SE2]], range_max: float
-) -> tuple[int, int]:
-    """Return how many points scans see, and how many of those their beams go through.
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which points scans see, and which of those their beams go through, each `(N,) bool`.
 
     Args:
         points: `(N, 2) float64` in a frame [m].
@@ -35,7 +37,27 @@ def seen_and_contradicted(
         _count(*_beams(scan, pose, range_max), points, on, through)
     seen = on + through > 0
     against = through > _SHARE * (on + through)
-    return int(seen.sum()), int((seen & against).sum())
+    return seen, seen & against
+
+
+def longest(points: NDArray[np.float64]) -> float:
+    """Return how long the longest thing is that points make up, without gaps in it [m].
+
+    Args:
+        points: On its walls, `(N, 2) float64` [m].
+    """
+    if not len(points):
+        return 0.0
+    cells = np.floor(points / _GAP).astype(np.int64)
+    cells -= cells.min(axis=0)
+    taken = np.zeros(cells.max(axis=0) + 1, np.bool_)
+    taken[cells[:, 0], cells[:, 1]] = True
+    names, count = ndimage.label(taken, np.ones((3, 3)))
+    which, every = names[cells[:, 0], cells[:, 1]], np.arange(1, count + 1)
+    size = [
+        ndimage.maximum(xy, which, every) - ndimage.minimum(xy, which, every) for xy in points.T
+    ]
+    return float(np.hypot(*size).max())
 
 
 def gone_through(

@@ -101,8 +101,15 @@ def test_a_row_of_rooms_that_reaches_beyond_what_was_seen_may_lie_a_room_further
 
 
 @pytest.mark.parametrize(("nodes", "sure"), [((), False), ((0, 1, 2), True)])
-def test_what_beams_speak_against_is_no_other_place(nodes: tuple[int, ...], sure: bool) -> None:
-    """Further along, the ends of a hall would lie where nobody has looked, or in the open."""
-    sides: tuple[Wall, ...] = ((0.0, 0.0, 16.0, 0.0), (0.0, 6.0, 16.0, 6.0))
-    ends: tuple[Wall, ...] = ((0.0, 0.0, 0.0, 6.0), (16.0, 0.0, 16.0, 6.0))
-    assert find((*sides, *ends), xy=5.0, nodes=nodes).sure is sure
+@pytest.mark.parametrize(("size", "xy"), [((16.0, 6.0), 5.0), ((24.0, 4.0), 1.6)])
+def test_what_beams_speak_against_is_no_other_place(
+    size: tuple[float, float], xy: float, nodes: tuple[int, ...], sure: bool
+) -> None:
+    """Further along, the ends would lie where nobody has looked, or in the open.
+
+    Those of a corridor are little of all of its walls.
+    """
+    x, y = size
+    sides: tuple[Wall, ...] = ((0.0, 0.0, x, 0.0), (0.0, y, x, y))
+    ends: tuple[Wall, ...] = ((0.0, 0.0, 0.0, y), (x, 0.0, x, y))
+    assert find((*sides, *ends), xy=xy, nodes=nodes).sure is sure
