@@ -36,7 +36,7 @@ class ControlResult:
     Attributes:
         status: SUCCEEDED where the velocity is to be driven.
         velocity: What to drive.
-        message: What went wrong, with numbers; empty on success.
+        message: What went wrong, with numbers; empty where nothing did.
     """
 
     status: ControlStatus

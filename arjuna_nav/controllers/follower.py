@@ -24,6 +24,7 @@ from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
 
+_GOES_BY = 0.5  # what moves so near may be what is in the way, and is waited for [m]
 _STILL = 0.1  # slower than that, the robot does not brake any more [m/s]
 
 
@@ -205,7 +206,9 @@ class PathFollower:
         distance = paths.length(self._controller.path)
         if control.status is ControlStatus.SUCCEEDED:
             self._failing_since = None
-            return FollowResult(FollowState.RUNNING, control.velocity, distance=distance)
+            return FollowResult(
+                FollowState.RUNNING, control.velocity, message=control.message, distance=distance
+            )
         if abs(velocity.v) > _STILL:
             self._failing_since = None  # it brakes
         return self._bear(control.status, control.message, now, distance)
@@ -213,7 +216,10 @@ class PathFollower:
     def _control(
         self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
     ) -> ControlResult:
-        """Ask the controller; where it finds no way on, look for one and drive that first."""
+        """Ask the controller; where it finds no way on, look for one and drive that first.
+
+        What moves and is in the way will have gone: it is waited for, as long as progress allows.
+        """
         manoeuvre, passage = self._manoeuvre, self._passage
         command = passage.compute(pose, velocity, costmap, now)
         command = manoeuvre.compute(pose, costmap) if command is None else command
@@ -224,6 +230,9 @@ class PathFollower:
             if control.velocity.v != 0.0:  # to turn about again is no way on
                 self._sought = False
             return control
+        reach = self._footprint.circumscribed_radius + _GOES_BY
+        if costmap.moves_within(pose.x, pose.y, reach):
+            return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
         if self._sought or abs(velocity.v) > _STILL:
             return control
         self._sought = True  # once: what is not found now is not found the next tick

@@ -45,6 +45,7 @@ class Costmap:
             obstacle where a cost is [m]; inf where the cost does not tell.
         hits: `(height, width) uint32` where in their cells obstacles lie, as `hit_points` reads
             them; None where only the cells are known.
+        moving: What moves: middles and radii in the grid, from its origin, `(K, 3)` [m].
     """
 
     frame: GridFrame
@@ -53,6 +54,7 @@ class Costmap:
     circumscribed_cost: int = 0
     clearances: NDArray[np.float64] = field(default_factory=lambda: np.full(256, np.inf))
     hits: NDArray[np.uint32] | None = None
+    moving: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
         if self.data.shape != self.frame.shape:
@@ -73,6 +75,12 @@ class Costmap:
         hits = np.zeros(self.frame.shape, np.uint32) if self.hits is None else self.hits
         points = hit_points(self.data, hits, float(at[0]), float(at[1]), radius / cell, LETHAL)
         return T_frame_grid.apply(points * cell)
+
+    def moves_within(self, x: float, y: float, reach: float) -> bool:
+        """Tell whether anything moves nearer than a reach to a place [m] of the frame."""
+        at = self.frame.origin.inverse().apply(np.array([[x, y]]))[0]
+        gaps = np.hypot(*(self.moving[:, :2] - at).T) - self.moving[:, 2]
+        return bool((gaps < reach).any())
 
     def seen_from(self, T_other_frame: SE2) -> Costmap:
         """Return the same costs with the grid placed in another frame; the data is shared.

@@ -114,6 +114,7 @@ class LayeredCostmap:
             self._compose_all()
         else:
             self._compose(changed)
+        self._tell_moving()
         self._lay()
 
     def clear_entirely(self) -> None:
@@ -165,6 +166,12 @@ class LayeredCostmap:
         source = grown(window, reach, shape)
         self._costmap.data[window] = self._layers(source)[seen_in(window, source)]
         self._changed = joined(self._changed, window)
+
+    def _tell_moving(self) -> None:
+        """Say in the costmap where things are that move."""
+        things = self._obstacles.moving.things
+        places = self._obstacles.frame.origin.inverse().apply(things[:, :2])
+        self._costmap = replace(self._costmap, moving=np.column_stack((places, things[:, 4])))
 
     def _lay(self) -> None:
         """Lay the costs of ways over the others; they change by themselves, and are not mixed."""

@@ -38,9 +38,9 @@ class ApproachConfig:
         minimum=0.0,
     )
     deceleration: float = param(
-        1.0, "What the robot brakes with before what moves.", unit="m/s^2", minimum=0.01
+        2.5, "What the robot brakes with before what moves.", unit="m/s^2", minimum=0.01
     )
-    angular_deceleration: float = param(1.5, "The same of its turns.", unit="rad/s^2", minimum=0.01)
+    angular_deceleration: float = param(3.2, "The same of its turns.", unit="rad/s^2", minimum=0.01)
 
 
 class ApproachZone:

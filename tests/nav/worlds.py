@@ -95,6 +95,8 @@ class Unicycle:
     Attributes:
         pose: Where it is.
         delay: Time from a command to its effect, in periods.
+        acceleration: How fast its speed changes [m/s^2].
+        angular_acceleration: How fast its turn rate changes [rad/s^2].
         trace: Every pose it had.
     """
 
@@ -102,6 +104,8 @@ class Unicycle:
     velocity: Velocity = field(default_factory=Velocity)
     period: float = 0.05
     delay: int = 1
+    acceleration: float = 1.0
+    angular_acceleration: float = 1.5
     trace: list[SE2] = field(default_factory=list)
     _queue: deque[Velocity] = field(default_factory=deque)
 
@@ -109,7 +113,7 @@ class Unicycle:
         """Drive one period."""
         self._queue.append(command)
         target = self._queue.popleft() if len(self._queue) > self.delay else Velocity()
-        dv, dw = 1.0 * self.period, 1.5 * self.period
+        dv, dw = self.acceleration * self.period, self.angular_acceleration * self.period
         v = self.velocity.v + float(np.clip(target.v - self.velocity.v, -dv, dv))
         w = self.velocity.w + float(np.clip(target.w - self.velocity.w, -dw, dw))
         self.velocity = Velocity(v, w)

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import load
+from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -29,17 +31,8 @@ _TICK, _SCANS, _MAPS, _PLANS = 0.05, 2, 10, 20  # [s], and ticks from one to the
 _STANDS = 2.0  # after a failure [s]
 _STANDS_STILL = 0.02  # slower than that [m/s]
 _BEAMS, _RANGE = 360, 12.0
+_ACCELERATION, _ANGULAR_ACCELERATION = 2.5, 3.2  # Arjuna's, simulated [m/s^2], [rad/s^2]
 _KEPT = 0.98  # of an error from tick to tick
-_FOLLOW_PATH = {
-    "plugin": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
-    "desired_linear_vel": 0.4,
-    "use_velocity_scaled_lookahead_dist": True,
-    "rotate_to_heading_angular_vel": 1.6,
-    "rotate_to_heading_gain": 2.5,
-    "max_angular_accel": 3.0,
-    "inflation_cost_scaling_factor": 5.0,
-    "regulated_linear_scaling_min_speed": 0.15,
-}
 
 
 @dataclass(frozen=True)
@@ -103,11 +96,16 @@ class Play:
             self._far.set_map(grid)
         self._has_map = grid is not None
         self._unmapped: list[PlacedScan] = []
-        self._config = load(FollowerConfig, {"FollowPath": _FOLLOW_PATH})
+        self._config = load(FollowerConfig, _shipped_controller())
         self._follower: PathFollower | None = None
         self._stands = -math.inf
         self._T_true_map = self._T_true_odom = SE2()
-        self.robot = Unicycle(start, period=_TICK)
+        self.robot = Unicycle(
+            start,
+            period=_TICK,
+            acceleration=_ACCELERATION,
+            angular_acceleration=_ANGULAR_ACCELERATION,
+        )
         self.arrived = self.touched = False
         self.bumped = self.met = 0
         self.time, self.why = 0.0, ""
@@ -213,6 +211,13 @@ class Play:
 
     def _fail(self, why: str) -> None:
         self.why, self._stands, self._follower = why, self.time + _STANDS, None
+
+
+def _shipped_controller() -> dict[str, Any]:
+    """Return the parameters that Arjuna follows paths with."""
+    file = read_yaml(shipped_file("params/arjuna_nav.yaml"))
+    parameters: dict[str, Any] = file["controller_server"]["ros__parameters"]
+    return parameters
 
 
 def scan_of(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -87,3 +88,28 @@ def test_finds_none_where_there_is_none_and_stops_for_what_comes_up() -> None:
     block(grid, 1.5, 1.75, 2.5, 1.25)
     closed = costmap_of(grid, footprint=str(CORNERS.tolist()))
     assert not manoeuvre.begin(start, out, closed)
+
+
+@pytest.mark.parametrize("origin", ORIGINS)
+@pytest.mark.parametrize(("gap", "waits"), [(0.2, True), (1.2, False)])
+def test_what_moves_in_the_way_is_waited_for_and_not_driven_round(
+    gap: float, waits: bool, origin: SE2
+) -> None:
+    grid = empty_grid(5.0, 3.0, origin)
+    block(grid, 1.9, 1.25, 0.4, 0.5)
+    costmap = costmap_of(grid, footprint=str(CORNERS.tolist()))
+    costmap = replace(costmap, moving=np.array([[1.4 + 0.5 + 0.2 + gap, 1.5, 0.2]]))
+    points = polyline([(1.4, 1.5), (4.0, 1.5)], 0.0)
+    path = np.column_stack((origin.apply(points[:, :2]), points[:, 2] + origin.theta))
+    follower = PathFollower(load(FollowerConfig, {"FollowPath": PARAMETERS["pure pursuit"]}), LONG)
+    follower.start(path, 0.0)
+    start = origin @ SE2(1.4, 1.5)
+    result = follower.tick(start, STILL, costmap, 0.0)
+    assert result.state is FollowState.RUNNING
+    assert (result.velocity == STILL) is waits
+    assert ("collision ahead" in result.message) is waits
+    for k in range(100):
+        result = follower.tick(start, STILL, costmap, 0.05 * k)
+        assert result.state is FollowState.RUNNING, result.message
+    stuck = follower.tick(start, STILL, costmap, 60.0)
+    assert stuck.error is ControlStatus.FAILED_TO_MAKE_PROGRESS

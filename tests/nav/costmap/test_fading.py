@@ -127,6 +127,18 @@ def test_who_is_far_will_have_gone_and_is_no_obstacle(distance: float, lethal: b
     assert bool(watched.lethal_about(distance, 0.16)) is lethal
 
 
+@pytest.mark.parametrize("T_map_odom", [SE2(), SE2(3.0, -2.0, 1.1)])
+def test_it_tells_whether_anything_moves_near_a_place(T_map_odom: SE2) -> None:
+    watched = Watched()
+    for k in range(12):
+        watched.see((1.6, -1.6 + 0.08 * k), (-1.0, 0.0))
+    costmap = watched.layered.costmap.seen_from(T_map_odom)
+    (x, y), (beside_x, beside_y) = T_map_odom.apply(np.array([[1.6, -0.2], [-1.0, -0.8]]))
+    assert costmap.moves_within(x, y, 0.4)
+    assert not costmap.moves_within(x, y, 0.1)
+    assert not costmap.moves_within(beside_x, beside_y, 1.0), "who stands does not move"
+
+
 def test_what_is_laid_over_the_costs_is_taken_off_again() -> None:
     watched, untouched = Watched(), Watched()
     for k in range(40):

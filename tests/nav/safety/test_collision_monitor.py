@@ -12,6 +12,7 @@ from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.safety.approach import ApproachConfig
 from arjuna_nav.safety.base import Action
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig, Verdict
 
@@ -192,6 +193,7 @@ def test_what_moves_counts_as_standing_where_it_is_not_to_be_looked_ahead() -> N
     assert judge_moving(FORWARD, cluster(0.6, -0.9), CROSSING, **off) == Verdict(FORWARD)
 
 
+BRAKES = ApproachConfig()
 STRAY = np.full((8, 2), (0.0, 1.0))  # who walks past, and may turn
 
 
@@ -199,7 +201,7 @@ STRAY = np.full((8, 2), (0.0, 1.0))  # who walks past, and may turn
 def test_it_can_be_at_rest_before_who_walks_past_turns_to_it(gap: float) -> None:
     verdict = judge_moving(FORWARD, cluster(0.25 + gap, 0.0), STRAY)
     speed = verdict.velocity.v
-    assert gap >= speed * (1.0 + 0.5 * speed)  # braked with 1 m/s^2
+    assert gap >= speed / BRAKES.deceleration * (1.0 + 0.5 * speed)
     assert speed == pytest.approx(0.4) or speed > 0.4 * (gap - 0.2)
 
 
@@ -210,7 +212,8 @@ def test_it_turns_in_place_no_faster_than_it_can_stop_beside_who_walks(
     turning = Velocity(0.0, 1.6)
     verdict = judge_moving(turning, cluster(0.0, 0.25 + gap), -STRAY)
     assert (verdict == Verdict(turning)) is turns
-    assert verdict.velocity.w / 1.5 * 1.0 <= max(gap - 0.1, 0.0) or turns
+    seconds = verdict.velocity.w / BRAKES.angular_deceleration
+    assert 1.0 * seconds <= max(gap - 0.1, 0.0) or turns
 
 
 def test_it_leaves_who_touches_it_and_presses_on_nobody() -> None:
