@@ -21,6 +21,7 @@ _PARTS = (1.0, 0.7, 0.4, 0.2, 0.0)
 """Of a velocity, tried one after the other before what moves."""
 _ROOM = 0.1  # kept to what moves, all round [m]
 _REACTION = 0.1  # from a scan to the wheels [s]
+_AT_ONCE = 1e-3  # a robot that is at rest so soon stands [s]
 
 
 @dataclass(frozen=True)
@@ -142,11 +143,12 @@ class ApproachZone:
         nears = speeds - (away * motions).sum(axis=1)
         speeds = np.clip(2.0 * nears, 0.0, speeds)[meets]  # less only of what goes away
         closing = closing[meets]
-        stops, settles = (
-            abs(velocity.v) / zone.deceleration,
-            abs(velocity.w) / zone.angular_deceleration,
+        stops = max(
+            abs(velocity.v) / zone.deceleration, abs(velocity.w) / zone.angular_deceleration
         )
-        room = np.maximum(gaps[meets] - _ROOM - _REACTION * speeds, 0.0) / max(stops, settles)
+        if stops < _AT_ONCE:
+            return 1.0
+        room = np.maximum(gaps[meets] - _ROOM - _REACTION * speeds, 0.0) / stops
         parts = (np.sqrt(np.square(speeds) + 2.0 * closing * room) - speeds) / closing
         return min(float(parts.min()), 1.0)
 

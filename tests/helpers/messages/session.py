@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numba.core import event
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from simulation_interfaces.msg import SimulationState
@@ -118,15 +119,23 @@ class Barrage:
     def _timed(self, target: Target, number: int) -> None:
         print(json.dumps({"number": number, "target": target.name}), file=self._log, flush=True)
         data = self._made(target)
+        compiled: list[float] = []
+        with event.install_timer("numba:compile", compiled.append):
+            spent = self._spent(target, data, number)
+        if spent > HUNG and compiled:  # which happens once on a machine: it is sent again
+            spent = self._spent(target, data, number)
+        if spent > HUNG:
+            self.hung.append(f"{target.name}: {spent:.1f} s")
+
+    def _spent(self, target: Target, data: Any, number: int) -> float:
+        """Return what a message, and every few of them a tick, take of a core's time [s]."""
         self._send(target, data)
         begun = time.process_time()
         self.robot.process.drain()
         if number % _TICK_EVERY == 0:
             self._play()
             self.robot.step()
-        spent = time.process_time() - begun
-        if spent > HUNG:
-            self.hung.append(f"{target.name}: {spent:.1f} s")
+        return time.process_time() - begun
 
     def _made(self, target: Target) -> Any:
         owner = self.robot.nodes.get(target.name.rsplit("/", 1)[0].lstrip("/"))

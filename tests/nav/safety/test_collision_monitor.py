@@ -216,6 +216,11 @@ def test_it_turns_in_place_no_faster_than_it_can_stop_beside_who_walks(
     assert 1.0 * seconds <= max(gap - 0.1, 0.0) or turns
 
 
+@pytest.mark.parametrize("velocity", [Velocity(5e-324, 0.0), Velocity(0.0, -1e-310)])
+def test_next_to_no_velocity_is_allowed(velocity: Velocity) -> None:
+    assert judge_moving(velocity, cluster(0.35, 0.0), STRAY) == Verdict(velocity)
+
+
 def test_it_leaves_who_touches_it_and_presses_on_nobody() -> None:
     touching = cluster(0.24, 0.0)
     assert judge_moving(FORWARD, touching, STRAY).velocity == Velocity()
