@@ -222,7 +222,10 @@ class PathFollower:
         """
         manoeuvre, passage = self._manoeuvre, self._passage
         command = passage.compute(pose, velocity, costmap, now)
-        command = manoeuvre.compute(pose, costmap) if command is None else command
+        if command is None:
+            command = manoeuvre.compute(pose, costmap)
+            if command is not None and manoeuvre.may_end(pose, self._controller.path, costmap):
+                command = self._faster(command, pose, velocity, costmap, now)
         if command is not None:
             return ControlResult(ControlStatus.SUCCEEDED, command)
         control = self._controller.compute(pose, velocity, costmap, now)
@@ -241,6 +244,17 @@ class PathFollower:
         elif manoeuvre.begin(pose, self._controller.path, costmap):
             command = manoeuvre.compute(pose, costmap)
         return control if command is None else ControlResult(ControlStatus.SUCCEEDED, command)
+
+    def _faster(
+        self, command: Velocity, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
+    ) -> Velocity:
+        """Leave a manoeuvre to the controller if that drives on faster; return what to drive."""
+        control = self._controller.compute(pose, velocity, costmap, now)
+        if control.status is not ControlStatus.SUCCEEDED or control.velocity.v <= command.v:
+            return command
+        self._manoeuvre.reset()
+        self._sought = False
+        return control.velocity
 
     def _arrive(
         self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float, left: float

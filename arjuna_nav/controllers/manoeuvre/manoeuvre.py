@@ -19,14 +19,15 @@ from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import collides, first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
-from arjuna_nav.planners.turning.passage import Terms, find_way
+from arjuna_nav.planners.turning.passage import Terms, find_way, first_blocked
 
-_LOOK = 0.5  # the command's own arc is checked this far ahead [s]
+_LOOK = 0.5  # the command's own arc is checked this far ahead, or to its piece's end [s]
 _CHORD = 0.3  # over which a path's direction is taken [m]
 _TARGETS = 4  # on the path, that ways are looked for to
 _STOP = 0.3  # a stop is as dear as a turn by so much [rad]
 _DONE, _TURNED = 0.015, 0.05  # what may be left of a piece [m], [rad]
 _LOOKAHEAD = 0.2  # on a stretch [m]
+_AWAY = 0.3  # driven ahead before a controller goes on: what stopped it is passed [m]
 _SLOWEST_TURN = 0.25  # what skidding wheels still do evenly [rad/s]
 
 
@@ -56,6 +57,10 @@ class _Piece(NamedTuple):
     drive: int
 
     @property
+    def start(self) -> SE2:
+        return SE2.from_array(self.poses[0])
+
+    @property
     def end(self) -> SE2:
         return SE2.from_array(self.poses[-1])
 
@@ -79,6 +84,11 @@ class Manoeuvre:
     def active(self) -> bool:
         """Whether there is something left to drive."""
         return bool(self._pieces)
+
+    @property
+    def _goes_on(self) -> bool:
+        """Whether it ends in driving ahead: the controller takes over without a stop."""
+        return len(self._pieces) == 1 and self._pieces[0].drive > 0
 
     def reset(self) -> None:
         """Let go."""
@@ -113,12 +123,26 @@ class Manoeuvre:
             self._pieces.pop(0)
         if not self._pieces:
             return None
-        command = self._command(self._pieces[0], pose)
-        arc = rollout(pose, command, _LOOK, costmap.frame.resolution)
+        piece = self._pieces[0]
+        command = self._command(piece, pose)
+        look = _LOOK if self._goes_on else min(_LOOK, _until(piece, pose, command))
+        arc = rollout(pose, command, look, costmap.frame.resolution)
         if first_collision(costmap, self._footprint, arc) is not None:
             self.reset()
             return None
         return command
+
+    def may_end(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
+        """Tell whether a controller may go on from here, if it can: farther and faster.
+
+        It may where there is nothing left but to drive ahead, some way of that is done, and the
+        outline fits where the path leads now.
+        """
+        if not self._goes_on or pose.distance(self._pieces[0].start) < _AWAY:
+            return False
+        ahead = paths.ahead(path, pose)
+        near = ahead[paths.along(ahead) <= 2.0 * self._config.rejoin_distance]
+        return first_blocked(near, costmap, self._footprint) is None
 
     def _targets(self, path: NDArray[np.float64], costmap: Costmap) -> Iterator[tuple[SE2, float]]:
         """Give poses of the path where the outline is free, and how far along they are [m]."""
@@ -137,7 +161,8 @@ class Manoeuvre:
     def _is_done(self, piece: _Piece, pose: SE2) -> bool:
         if piece.drive == 0:
             return abs(wrap(piece.end.theta - pose.theta)) <= _TURNED
-        return piece.drive * (pose.inverse() @ piece.end).x <= _DONE
+        beyond = piece.drive * (pose.inverse() @ piece.end).x <= _DONE
+        return beyond and paths.nearest(piece.poses, pose) == len(piece.poses) - 1
 
     def _command(self, piece: _Piece, pose: SE2) -> Velocity:
         config, seen = self._config, pose.inverse() @ piece.end
@@ -146,9 +171,8 @@ class Manoeuvre:
             rate = math.sqrt(2.0 * config.angular_deceleration * abs(off))
             rate = max(min(rate, config.max_angular_velocity), _SLOWEST_TURN)
             return Velocity(0.0, math.copysign(rate, off))
-        goes_on = len(self._pieces) == 1 and piece.drive > 0  # the controller takes over driving
         braking = math.sqrt(2.0 * config.deceleration * abs(seen.x)) + 0.03
-        v = piece.drive * min(config.max_speed, math.inf if goes_on else braking)
+        v = piece.drive * min(config.max_speed, math.inf if self._goes_on else braking)
         w, limit = v * _curvature(piece, pose), config.max_angular_velocity
         if abs(w) > limit:
             v, w = v * limit / abs(w), math.copysign(limit, w)
@@ -166,6 +190,13 @@ def _curvature(piece: _Piece, pose: SE2) -> float:
         point = piece.end @ SE2(_LOOKAHEAD * piece.drive, 0.0)
     seen = pose.inverse() @ point
     return 2.0 * seen.y / max(seen.x**2 + seen.y**2, 1e-6)
+
+
+def _until(piece: _Piece, pose: SE2, command: Velocity) -> float:
+    """Return how long it takes a command to the piece's end [s]."""
+    if piece.drive == 0:
+        return abs(float(wrap(piece.end.theta - pose.theta))) / abs(command.w)
+    return (pose.distance(piece.end) + _DONE) / abs(command.v)
 
 
 def _pieces(way: NDArray[np.float64]) -> Iterator[_Piece]:

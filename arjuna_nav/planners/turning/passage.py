@@ -79,7 +79,7 @@ def plan_for_outline(
         return _through_gaps(planner, costmap, start, goal, footprint) or plan
     if plan.status is not PlanStatus.SUCCEEDED or footprint.circular:
         return plan
-    blocked = _first_blocked(plan.path, costmap, footprint)
+    blocked = first_blocked(plan.path, costmap, footprint)
     if blocked is None:
         return plan
     way = find_way(start, SE2.from_array(plan.path[-1]), costmap, footprint, _PLAN)
@@ -91,7 +91,7 @@ def plan_for_outline(
         other = planner.plan(closed, start, goal)
         if other.status is not PlanStatus.SUCCEEDED:
             break
-        blocked = _first_blocked(other.path, costmap, footprint)
+        blocked = first_blocked(other.path, costmap, footprint)
         if blocked is None:
             return other
     return plan
@@ -184,7 +184,7 @@ def find_way(
     return way
 
 
-def _first_blocked(
+def first_blocked(
     path: NDArray[np.float64], costmap: Costmap, footprint: Footprint
 ) -> NDArray[np.float64] | None:
     """Return the first pose of a path at which the outline, looking along it, meets an obstacle."""

@@ -113,3 +113,57 @@ def test_what_moves_in_the_way_is_waited_for_and_not_driven_round(
         assert result.state is FollowState.RUNNING, result.message
     stuck = follower.tick(start, STILL, costmap, 60.0)
     assert stuck.error is ControlStatus.FAILED_TO_MAKE_PROGRESS
+
+
+def test_the_controller_goes_on_once_it_drives_faster() -> None:
+    footprint = str(CORNERS.tolist())
+    grid = empty_grid(6.0, 3.0)
+    block(grid, 2.0, 1.0, 0.2, 0.65)
+    closed, open_ = (costmap_of(one, footprint=footprint) for one in (grid, empty_grid(6.0, 3.0)))
+    far = {"rejoin_distance": 2.5, "reach": 2.5}
+    values = {"FollowPath": PARAMETERS["pure pursuit"], "manoeuvre": far}
+    follower = PathFollower(load(FollowerConfig, values), LONG)
+    follower.start(polyline([(0.8, 1.5), (5.0, 1.5)], 0.0), 0.0)
+    robot, speeds, turned = Unicycle(SE2(0.8, 1.5)), [], False
+    for k in range(300):
+        turned = turned or abs(robot.pose.theta) > 0.3
+        costmap = open_ if turned else closed
+        result = follower.tick(robot.pose, robot.velocity, costmap, k * robot.period)
+        assert result.state is FollowState.RUNNING, result.message
+        robot.drive(result.velocity)
+        speeds.append(robot.velocity.v if turned and robot.pose.x < 3.0 else 0.0)
+    assert turned
+    assert max(speeds) > 0.35, "it goes on as slowly as it gets round"
+
+
+def test_it_goes_on_itself_where_the_outline_does_not_fit_along_the_path() -> None:
+    grid = empty_grid(6.0, 3.0)
+    block(grid, 3.0, 0.0, 0.2, 1.4)
+    block(grid, 3.0, 1.6, 0.2, 1.4)
+    narrow = costmap_of(grid, footprint=str(CORNERS.tolist()))
+    path, start = polyline([(1.0, 1.5), (5.0, 1.5)], 0.0), SE2(1.6, 1.5)
+    manoeuvre = Manoeuvre(ManoeuvreConfig(), LONG)
+    assert manoeuvre.begin_to(start, SE2(2.6, 1.5), narrow)
+    assert not manoeuvre.may_end(start, path, narrow)
+    on = SE2(2.1, 1.5)
+    assert not manoeuvre.may_end(on, path, narrow)
+    free = costmap_of(empty_grid(6.0, 3.0), footprint=str(CORNERS.tolist()))
+    assert manoeuvre.may_end(on, path, free)
+
+
+def test_a_turn_is_looked_at_no_farther_than_to_its_end() -> None:
+    costmap, start = dead_end(SE2())
+    manoeuvre = Manoeuvre(ManoeuvreConfig(), LONG)
+    assert manoeuvre.begin_to(start, start @ SE2(0.0, 0.0, 0.3), costmap)
+    command = manoeuvre.compute(start, costmap)
+    assert command is not None
+    assert command.w > 0.0
+
+
+def test_a_stretch_is_driven_though_its_end_lies_behind_a_robot_that_turned_too_far() -> None:
+    costmap = costmap_of(empty_grid(6.0, 4.0), footprint=str(CORNERS.tolist()))
+    manoeuvre = Manoeuvre(ManoeuvreConfig(), LONG)
+    assert manoeuvre.begin_to(SE2(2.0, 1.5, 1.2), SE2(3.5, 1.0, -0.5), costmap)
+    command = manoeuvre.compute(SE2(2.0, 1.5, 1.5), costmap)
+    assert command is not None
+    assert command.v > 0.0
