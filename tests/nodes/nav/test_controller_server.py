@@ -167,7 +167,7 @@ def test_a_bad_path_ends_the_one_before(robot: PlayedRobot) -> None:
 
 
 def test_the_robot_stops_before_what_it_sees_and_loses_patience(robot: PlayedRobot) -> None:
-    block(robot.world, 6.5, 5.2, 0.2, 0.6)  # at x = 1, on the path
+    block(robot.world, 6.5, 2.5, 0.2, 6.0)  # at x = 1, too wide to go round
     goal = follow(robot, path((2.0, 0.0)))
     robot.run_until_done(goal, 15.0)
     assert_failed(goal, Result.PATIENCE_EXCEEDED)
