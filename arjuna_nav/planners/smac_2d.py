@@ -156,9 +156,8 @@ def _a_star(
         for d_r in range(-1, 2):
             for d_c in range(-1, 2):
                 r, c = row + d_r, column + d_c
-                if not (0 <= r < height and 0 <= c < width) or closed[r, c]:
-                    continue
-                if is_outside(within, r, c):
+                inside = 0 <= r < height and 0 <= c < width
+                if not inside or closed[r, c] or is_outside(within, r, c):
                     continue
                 value = values[row, column] + costs[data[r, c]] * (_ACROSS if d_r * d_c else 1.0)
                 if value >= values[r, c]:

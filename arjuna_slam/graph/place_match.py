@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,11 +159,7 @@ class PlaceMatcher:
         if window.reaches_beside(best[0]):
             seen = SeenField.of(past.field, coarse, _views(past, SE2(), scans), self._range_max)
             yield
-
-            def against(pose: SE2) -> bool:
-                much, wall = self._against(query, past, points, pose, scans)
-                return much or wall > _WALL
-
+            against = partial(self._is_ruled_out, query, past, points, scans)
             other = yield from rival(seen, some, best[0], pieces, against)
         information = invert(match.covariance + _BENT)
         if other is not None:
@@ -175,6 +172,18 @@ class PlaceMatcher:
         match = self._matcher.match(past.field, surface, start, _FINE, 0.0)
         good = match.response >= self._config.loop_place_response
         return match if good and match.status is MatchStatus.MATCHED else None
+
+    def _is_ruled_out(
+        self,
+        query: Submap,
+        past: Submap,
+        points: NDArray[np.float64],
+        scans: Sequence[Scan],
+        T_past_query: SE2,
+    ) -> bool:
+        """Tell whether beams speak against a rival: they go through much, or a wall."""
+        much, wall = self._against(query, past, points, T_past_query, scans)
+        return much or wall > _WALL
 
     def _against(
         self,

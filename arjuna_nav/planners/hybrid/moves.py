@@ -44,13 +44,24 @@ class Moves(NamedTuple):
 
 
 @njit(cache=True)
+def _turns(bins: int, tight: int) -> list[int]:
+    """Return by how many bins pieces turn: none, the tightest bends, and gentle ones if need be.
+
+    Where the tightest turn by much, as on coarse grids, the robot could else but drive along the
+    grid.
+    """
+    gentle = max(bins // _GENTLE, 1)
+    turns = [0, tight, -tight]
+    if tight > 2 * gentle:
+        turns += [gentle, -gentle]
+    return turns
+
+
+@njit(cache=True)
 def arcs(
     first: float, bins: int, radius: float, reverse: bool, factors: tuple[float, float, float]
 ) -> Moves:
     """Return bends by whole bins that leave their cell, and straights as long.
-
-    Where the tightest turn by much, as on coarse grids, there are gentle ones too: else the robot
-    could but drive along the grid.
 
     Args:
         first: The heading that is to be the first [rad].
@@ -64,10 +75,7 @@ def arcs(
     """
     one = 2.0 * math.pi / bins
     tight = math.ceil(2.0 * math.asin(min(math.sqrt(2.0) / (2.0 * radius), 1.0)) / one)
-    gentle = max(bins // _GENTLE, 1)
-    turns = [0, tight, -tight]
-    if tight > 2 * gentle:
-        turns += [gentle, -gentle]
+    turns = _turns(bins, tight)
     piece = radius * tight * one
     steps = int(piece / STEP) + 1
     ways = [1.0, -1.0] if reverse else [1.0]
