@@ -1,0 +1,51 @@
+"""Claims: the viewer's page is served to this machine, and to its own pages alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+pytest.importorskip("viser", reason="no viewer here")
+
+import viser
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin
+
+from bringup.viewing.browser.server import ServerError, open_server
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[viser.ViserServer]:
+    opened = open_server("127.0.0.1", 0)
+    yield opened
+    opened.stop()
+
+
+def open_from(server: viser.ViserServer, origin: str | None) -> None:
+    here = None if origin is None else Origin(origin)
+    connect(f"ws://127.0.0.1:{server.get_port()}", origin=here, proxy=None).close()
+
+
+@pytest.mark.parametrize(
+    "origin",
+    ["https://example.com", "http://localhost.example.com", "http://127.0.0.1.example.com", "null"],
+)
+def test_a_page_of_another_site_cannot_connect(server: viser.ViserServer, origin: str) -> None:
+    with pytest.raises(InvalidStatus, match="403"):
+        open_from(server, origin)
+
+
+@pytest.mark.parametrize("origin", [None, "http://localhost:8080", "http://127.0.0.1:8081"])
+def test_a_page_of_this_machine_can(server: viser.ViserServer, origin: str | None) -> None:
+    open_from(server, origin)
+
+
+def test_no_browser_can_publish_the_robot(server: viser.ViserServer) -> None:
+    assert server.request_share_url() is None
+
+
+def test_another_machines_address_is_refused() -> None:
+    with pytest.raises(ServerError, match=r"'192\.0\.2\.1' is no address of this machine"):
+        open_server("192.0.2.1", 0)
