@@ -136,7 +136,7 @@ _KNOWN = {
 _NODES = """
     *_rclcpp_node *_client lifecycle_manager* *lifecycle_manager *filter_info_server
     *filter_mask_server *_mask_server following_server
-    loopback_simulator recoveries_server collision_detector base_footprint_publisher
+    loopback_simulator collision_detector base_footprint_publisher
     joint_state_publisher* ros_gz_bridge gz_* gazebo* controller_manager diff_drive_controller
     twist_mux teleop_* rviz* navsat_transform* map_merging turtlebot3_* turtlebot4_* create3_*
     amcl_* planner_server_* controller_server_* bt_navigator_* joy_node camera* *_driver* *lidar*

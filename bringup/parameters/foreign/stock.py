@@ -14,8 +14,12 @@ from bringup.parameters.foreign.known import known_elsewhere, known_node, known_
 from bringup.parameters.foreign.stock_layers import COSTMAPS, Layers, layers_as_ours
 from bringup.stack import NodeSpec
 
+_RENAMED_NODES = {"recoveries_server": "behavior_server"}  # Nav2 before Humble
 _RENAMED = {
-    "behavior_server": {"cmd_vel_teleop": "cmd_vel_teleop_topic"},
+    "behavior_server": {
+        "cmd_vel_teleop": "cmd_vel_teleop_topic",
+        "recovery_plugins": "behavior_plugins",
+    },
     "collision_monitor": {"scan.topic": "scan_topic"},
     "controller_server": {
         "progress_checker_plugin": "progress_checker_plugins",
@@ -55,6 +59,7 @@ def understand(given: Parameters, below: Parameters, specs: Iterable[NodeSpec]) 
         specs: All nodes there are.
     """
     nodes = {spec.name: spec for spec in specs}
+    given = merged(*({_RENAMED_NODES.get(name, name): v} for name, v in given.items()))
     result, taken = merged(below), set[str]()
     notes, problems = _strangers(given, nodes)
     everywhere = {k: v for k, v in given.get(EVERY_NODE, {}).items() if k != "use_sim_time"}
@@ -91,7 +96,8 @@ def _as_ours(name: str, given: dict[str, Any], below: dict[str, Any]) -> Layers:
     for key, value in given.items():
         ours = _RENAMED.get(name, {}).get(key, key)
         if key.endswith("plugin") and isinstance(value, str):
-            value = canonical(value) if ours == key else [value]
+            value = canonical(value).replace("nav2_recoveries::", "nav2_behaviors::")
+            value = value if ours == key else [value]
         if isinstance(value, str):
             value = _OLDER.get((name, key), {}).get(value, value)
         values[ours] = value

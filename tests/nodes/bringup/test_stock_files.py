@@ -56,6 +56,24 @@ def test_what_has_another_name_here_is_used(tmp_path: Path) -> None:
     assert parameters["collision_monitor"]["scan_topic"] == "scan"
 
 
+def test_the_recoveries_of_galactic_are_the_behaviors(tmp_path: Path) -> None:
+    text = """
+        recoveries_server:
+          ros__parameters:
+            cycle_frequency: 5.0
+            recovery_plugins: [turn, wait]
+            turn: {plugin: nav2_recoveries/Spin}
+            wait: {plugin: nav2_recoveries/Wait}
+            max_rotational_vel: 0.7
+    """
+    found = understood(tmp_path, text)
+    behaviors = found.parameters["behavior_server"]
+    assert (found.notes, found.problems) == ([], [])
+    assert behaviors["behavior_plugins"] == ["turn", "wait"]
+    assert behaviors["turn.plugin"] == "nav2_behaviors::Spin"
+    assert (behaviors["cycle_frequency"], behaviors["max_rotational_vel"]) == (5.0, 0.7)
+
+
 def test_nothing_is_kept_of_a_plugin_that_the_file_replaces(tmp_path: Path) -> None:
     assert "FollowPath.desired_linear_vel" in shipped_parameters()["controller_server"]
     text = "controller_server: {ros__parameters: {controller_plugins: [Other]}}"
