@@ -7,41 +7,15 @@ from bringup.parameters.foreign.ros1_planners import PLANNERS
 
 _FOLLOW = "controller_server:FollowPath"
 _MOVES = "controller_server:progress_checker"
+_STAY, _END = "=", "-"  # what begins a line of names that stay, or that mean nothing here
 _COSTMAP = """
-update_frequency
-publish_frequency
-global_frame
-robot_base_frame
-width
-height
-origin_x
-origin_y
-resolution
-rolling_window
-footprint
-robot_radius
-footprint_padding
-transform_tolerance
-track_unknown_space
-lethal_cost_threshold
-map_topic
-static_map -
-map_type -
-max_obstacle_height -
-min_obstacle_height -
-unknown_cost_value -
-unknown_threshold -
+= update_frequency publish_frequency global_frame robot_base_frame width height origin_x origin_y
+= resolution rolling_window footprint robot_radius footprint_padding transform_tolerance
+= track_unknown_space lethal_cost_threshold map_topic trinary_costmap
 mark_threshold obstacle_layer.mark_threshold
 origin_z obstacle_layer.origin_z
 z_resolution obstacle_layer.z_resolution
 z_voxels obstacle_layer.z_voxels
-always_send_full_costmap -
-publish_voxel_map -
-combination_method -
-use_maximum -
-subscribe_to_updates -
-first_map_only -
-trinary_costmap
 footprint_clearing_enabled obstacle_layer.footprint_clearing_enabled
 inflation_radius inflation_layer.inflation_radius
 inflate_unknown inflation_layer.inflate_unknown
@@ -49,32 +23,22 @@ cost_scaling_factor inflation_layer.cost_scaling_factor
 obstacle_range obstacle_layer.scan.obstacle_max_range
 raytrace_range obstacle_layer.scan.raytrace_max_range
 observation_sources obstacle_layer.observation_sources
+- static_map map_type max_obstacle_height min_obstacle_height unknown_cost_value unknown_threshold
+- always_send_full_costmap publish_voxel_map combination_method use_maximum subscribe_to_updates
+- first_map_only
 """
 TABLES = {
     "amcl": """
-min_particles
-max_particles
+= min_particles max_particles update_min_d update_min_a resample_interval transform_tolerance
+= recovery_alpha_slow recovery_alpha_fast save_pose_rate first_map_only selective_resampling
+= laser_min_range laser_max_range laser_likelihood_max_dist laser_model_type do_beamskip
+= beam_skip_distance beam_skip_threshold beam_skip_error_threshold alpha1 alpha2 alpha3 alpha4
+= alpha5 odom_frame_id base_frame_id global_frame_id tf_broadcast
 kld_err pf_err
 kld_z pf_z
-update_min_d
-update_min_a
-resample_interval
-transform_tolerance
-recovery_alpha_slow
-recovery_alpha_fast
 initial_pose_x initial_pose.x
 initial_pose_y initial_pose.y
 initial_pose_a initial_pose.yaw
-initial_cov_xx -
-initial_cov_yy -
-initial_cov_aa -
-gui_publish_rate -
-save_pose_rate
-use_map_topic -
-first_map_only
-selective_resampling
-laser_min_range
-laser_max_range
 laser_max_beams max_beams
 laser_z_hit z_hit
 laser_z_short z_short
@@ -82,99 +46,47 @@ laser_z_max z_max
 laser_z_rand z_rand
 laser_sigma_hit sigma_hit
 laser_lambda_short lambda_short
-laser_likelihood_max_dist
-laser_model_type
-do_beamskip
-beam_skip_distance
-beam_skip_threshold
-beam_skip_error_threshold
 odom_model_type robot_model_type
 odom_alpha1 alpha1
 odom_alpha2 alpha2
 odom_alpha3 alpha3
 odom_alpha4 alpha4
 odom_alpha5 alpha5
-alpha1
-alpha2
-alpha3
-alpha4
-alpha5
-odom_frame_id
-base_frame_id
-global_frame_id
-tf_broadcast
-force_update_after_initialpose -
-force_update_after_set_map -
-std_warn_level_x -
-std_warn_level_y -
-std_warn_level_yaw -
-restore_defaults -
+- initial_cov_xx initial_cov_yy initial_cov_aa gui_publish_rate use_map_topic
+- force_update_after_initialpose force_update_after_set_map std_warn_level_x std_warn_level_y
+- std_warn_level_yaw restore_defaults
 """,
     "gmapping": """
-base_frame
-odom_frame
-map_frame
-scan_topic
-map_update_interval
+= base_frame odom_frame map_frame scan_topic map_update_interval throttle_scans
+= transform_publish_period
 maxUrange max_laser_range
-maxRange -
 linearUpdate minimum_travel_distance
 angularUpdate minimum_travel_heading
 temporalUpdate minimum_time_interval
 delta resolution
-throttle_scans
-transform_publish_period
-minimumScore -
-particles -
-sigma -
-kernelSize -
-lstep -
-astep -
-iterations -
-lsigma -
-ogain -
-lskip -
-srr -
-srt -
-str -
-stt -
-resampleThreshold -
-xmin -
-ymin -
-xmax -
-ymax -
-llsamplerange -
-llsamplestep -
-lasamplerange -
-lasamplestep -
-occ_thresh -
-tf_delay -
-inverted_laser -
+- maxRange minimumScore particles sigma kernelSize lstep astep iterations lsigma ogain lskip srr srt
+- str stt resampleThreshold xmin ymin xmax ymax llsamplerange llsamplestep lasamplerange
+- lasamplestep occ_thresh tf_delay inverted_laser
 """,
     "move_base": f"""
 controller_frequency controller_server:controller_frequency
 planner_frequency bt_navigator:replanning_frequency
 controller_patience controller_server:failure_tolerance
-planner_patience -
 oscillation_timeout {_MOVES}.movement_time_allowance
 oscillation_distance {_MOVES}.required_movement_radius
 base_local_planner {_FOLLOW}.plugin
 base_global_planner planner_server:GridBased.plugin
-recovery_behavior_enabled -
-recovery_behaviors -
-clearing_rotation_allowed -
-conservative_reset_dist -
 max_planning_retries bt_navigator:number_of_retries
-shutdown_costmaps -
-make_plan_clear_costmap -
-make_plan_add_unreachable_goal -
-restore_defaults -
+- planner_patience recovery_behavior_enabled recovery_behaviors clearing_rotation_allowed
+- conservative_reset_dist shutdown_costmaps make_plan_clear_costmap make_plan_add_unreachable_goal
+- restore_defaults
 """,
     **PLANNERS,
     "global_costmap": _COSTMAP,
     "local_costmap": _COSTMAP,
     "slam_toolbox": KARTO,
 }
+"""By section, a line each: a name of ROS 1 and ours, `NODE:NAME`; or `=` or `-` and many names."""
 NODES = {
     "amcl": "amcl",
     "gmapping": "slam_toolbox",
@@ -221,9 +133,14 @@ CLASSES = {
 
 def targets(section: str) -> dict[str, list[tuple[str, str]]]:
     """Return what becomes of a section's names: nodes and names of ours, none where they end."""
-    node, found = NODES.get(section, ""), {}
+    node, found = NODES.get(section, ""), dict[str, list[tuple[str, str]]]()
     for line in filter(None, TABLES[section].splitlines()):
-        old, *new = line.split()
-        ours = [] if new == ["-"] else [n.rpartition(":")[::2] for n in new or [old]]
-        found[old] = [(given or node, name) for given, name in ours]
+        first, *names = line.split()
+        if first == _STAY:
+            found |= {name: [(node, name)] for name in names}
+        elif first == _END:
+            found |= {name: [] for name in names}
+        else:
+            ours = (name.rpartition(":")[::2] for name in names)
+            found[first] = [(given or node, name) for given, name in ours]
     return found
