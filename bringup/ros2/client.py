@@ -18,6 +18,8 @@ from bringup.ros2 import interrupt
 from bringup.ros2.discovery import Graph, look, time_to_settle
 from bringup.ros2.errors import Ros2Error
 
+Names = Sequence[tuple[str, Sequence[str]]]
+"""Names of the graph, each with its types."""
 MISSING = 1.0  # a graph must stand still for so long before something counts as not there [s]
 LIMIT = 8.0  # how long a graph that goes on changing is watched
 ANSWER = 10.0  # how long a service may take to appear, and again to answer [s]
@@ -101,6 +103,25 @@ class Client:
             raise Ros2Error("Node not found")
         return full
 
+    def find_types(
+        self, name: str, names_of: Callable[[Any], Names], whole: bool = False
+    ) -> Sequence[str]:
+        """Wait for a name of the graph and return its types, none if nobody has it.
+
+        Args:
+            name: The name.
+            names_of: Returns the names, of topics or the like, that a node sees.
+            whole: Whether to wait for the rest of the graph too.
+        """
+
+        def types() -> Sequence[str]:
+            return dict(names_of(self.node)).get(name, ())
+
+        self.discover(lambda: bool(types()))
+        if whole:
+            self.discover()
+        return types()
+
     def call(self, service_type: Any, name: str, request: Any, timeout: float = ANSWER) -> Any:
         """Return a service's response.
 
@@ -137,14 +158,27 @@ def visible(names: Iterable[str], hidden: bool) -> list[str]:
     return [name for name in names if hidden or not topic_or_service_is_hidden(name)]
 
 
-def visible_types(
-    pairs: Iterable[tuple[str, Sequence[str]]], hidden: bool
-) -> list[tuple[str, Sequence[str]]]:
+def visible_types(pairs: Names, hidden: bool) -> Names:
     """Return the names and types whose names are not hidden, or all of them."""
     return [pair for pair in pairs if hidden or not topic_or_service_is_hidden(pair[0])]
 
 
-def print_names_and_types(pairs: Sequence[tuple[str, Sequence[str]]], types: bool) -> None:
-    """Print a line for each name, its types in brackets if asked for."""
-    for name, kinds in pairs:
-        print(f"{name} [{', '.join(kinds)}]" if types else name)
+def print_names(names: Sequence[str], count: bool) -> None:
+    """Print a line for each name, or only how many there are."""
+    if count:
+        print(len(names))
+    else:
+        print("".join(f"{name}\n" for name in names), end="")
+
+
+def with_types(pairs: Names, types: bool) -> list[str]:
+    """Return the names, their types in brackets if asked for."""
+    return [f"{name} [{', '.join(kinds)}]" if types else name for name, kinds in pairs]
+
+
+def print_types(arguments: argparse.Namespace, name: str, names_of: Callable[[Any], Names]) -> int:
+    """Print the types of a name of the graph, as `Client.find_types`; return 1 if it has none."""
+    with Client(arguments) as client:
+        types = client.find_types(absolute(name), names_of)
+        print_names(types, count=False)
+    return int(not types)

@@ -57,7 +57,7 @@ def _pose(given: argparse.Namespace, parser: argparse.ArgumentParser) -> Pose3:
     return Pose3(position, (1.0 if w is None else w, x or 0.0, y or 0.0, z or 0.0))
 
 
-def main(words: list[str]) -> int:
+def main(words: list[str]) -> None:
     """Publish a static transform until interrupted."""
     frame, child, pose = parse(words)
     with Client(argparse.Namespace(), "static_transform_publisher") as client:
@@ -75,7 +75,6 @@ def main(words: list[str]) -> int:
             f"from '{frame}' to '{child}'"
         )
         client.spin(lambda: False)
-    return 0
 
 
 def _text(values: tuple[float, ...]) -> str:

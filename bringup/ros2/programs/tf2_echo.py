@@ -14,7 +14,7 @@ from bringup.ros2.client import Client
 from bringup.ros2.tables.topic import rate
 
 
-def main(words: list[str]) -> int:
+def main(words: list[str]) -> None:
     """Print the pose of the target frame in the source frame until interrupted."""
     parser = argparse.ArgumentParser(prog="ros2 run tf2_ros tf2_echo", description=main.__doc__)
     parser.add_argument("source_frame")
@@ -38,7 +38,7 @@ def main(words: list[str]) -> int:
                 pose = Pose3((t.x, t.y, t.z), (q.w, q.x, q.y, q.z))
                 print("\n".join(lines(seconds(found.header.stamp), pose)))
                 if arguments.once:
-                    return 0
+                    return
             client.spin(lambda: False, 1.0 / arguments.rate)
 
 

@@ -18,7 +18,7 @@ Frames = dict[str, dict[str, Any]]
 """What tf2 says of each frame by its name: parent, broadcaster, rate and times."""
 
 
-def main(words: list[str]) -> int:
+def main(words: list[str]) -> None:
     """Listen to /tf for a while, then write `frames_DATE.gv` and `frames_DATE.pdf`."""
     parser = argparse.ArgumentParser(
         prog="ros2 run tf2_tools view_frames", description=main.__doc__
@@ -40,7 +40,6 @@ def main(words: list[str]) -> int:
         raise Ros2Error("no tf data received; is anything published on /tf or /tf_static?")
     Path(f"{name}.gv").write_text(dot(frames), encoding="utf-8")
     draw(frames, Path(f"{name}.pdf"))
-    return 0
 
 
 def _frames(buffer: Buffer) -> Frames:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from action_msgs.msg import GoalStatus
@@ -15,7 +15,15 @@ from rclpy.action import (
     get_action_server_names_and_types_by_node,
 )
 
-from bringup.ros2.client import ANSWER, Client, absolute, print_names_and_types
+from bringup.ros2.client import (
+    ANSWER,
+    Client,
+    Names,
+    absolute,
+    print_names,
+    print_types,
+    with_types,
+)
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.types import interface_class
 from bringup.ros2.values import Abridge, fill, to_yaml
@@ -24,27 +32,18 @@ from bringup.ros2.verbs.pub import values_of
 _CUT = Abridge(length=128)
 
 
-def list_actions(arguments: argparse.Namespace) -> int:
+def list_actions(arguments: argparse.Namespace) -> None:
     """List the actions."""
-    _print(_actions(arguments), arguments.count_actions, arguments.show_types)
-    return 0
+    print_names(with_types(_actions(arguments), arguments.show_types), arguments.count_actions)
 
 
-def find(arguments: argparse.Namespace) -> int:
+def find(arguments: argparse.Namespace) -> None:
     """List the actions of a type."""
-    pairs = [pair for pair in _actions(arguments) if arguments.action_type in pair[1]]
-    _print(pairs, arguments.count_actions, types=False)
-    return 0
+    names = [name for name, types in _actions(arguments) if arguments.action_type in types]
+    print_names(names, arguments.count_actions)
 
 
-def _print(pairs: Sequence[tuple[str, Sequence[str]]], count: bool, types: bool) -> None:
-    if count:
-        print(len(pairs))
-    else:
-        print_names_and_types(pairs, types)
-
-
-def _actions(arguments: argparse.Namespace) -> list[tuple[str, Sequence[str]]]:
+def _actions(arguments: argparse.Namespace) -> Names:
     with Client(arguments) as client:
         client.discover()
         return list(get_action_names_and_types(client.node))
@@ -52,38 +51,24 @@ def _actions(arguments: argparse.Namespace) -> list[tuple[str, Sequence[str]]]:
 
 def type_of(arguments: argparse.Namespace) -> int:
     """Print an action's types; 1 if there is no such action."""
-    name = absolute(arguments.action_name)
-    with Client(arguments) as client:
-
-        def types() -> Sequence[str]:
-            found: Sequence[str] = dict(get_action_names_and_types(client.node)).get(name, [])
-            return found
-
-        if not client.discover(lambda: bool(types())):
-            return 1
-        print("\n".join(types()))
-    return 0
+    return print_types(arguments, arguments.action_name, get_action_names_and_types)
 
 
-def info(arguments: argparse.Namespace) -> int:
+def info(arguments: argparse.Namespace) -> None:
     """Print which nodes serve an action and which are its clients."""
     name = absolute(arguments.action_name)
     with Client(arguments) as client:
-        client.discover(lambda: name in dict(get_action_names_and_types(client.node)))
-        client.discover()
+        client.find_types(name, get_action_names_and_types, whole=True)
         clients = _nodes_with(client, name, get_action_client_names_and_types_by_node)
         servers = _nodes_with(client, name, get_action_server_names_and_types_by_node)
     print(f"Action: {arguments.action_name}")
     for title, pairs in (("clients", clients), ("servers", servers)):
         print(f"Action {title}: {len(pairs)}")
-        for node, types in [] if arguments.count else pairs:
-            print(f"    {node} [{', '.join(types)}]" if arguments.show_types else f"    {node}")
-    return 0
+        for line in [] if arguments.count else with_types(pairs, arguments.show_types):
+            print(f"    {line}")
 
 
-def _nodes_with(
-    client: Client, action: str, get: Callable[..., Any]
-) -> list[tuple[str, Sequence[str]]]:
+def _nodes_with(client: Client, action: str, get: Callable[..., Any]) -> Names:
     found = []
     for full in client.nodes(hidden=True):
         space, _, name = full.rpartition("/")
@@ -93,7 +78,7 @@ def _nodes_with(
     return found
 
 
-def send_goal(arguments: argparse.Namespace) -> int:
+def send_goal(arguments: argparse.Namespace) -> None:
     """Send a goal and print how it ends; an interrupt cancels it.
 
     Raises:
@@ -115,7 +100,7 @@ def send_goal(arguments: argparse.Namespace) -> int:
         handle = client.result(sent, None, arguments.action_name)
         if not handle.accepted:
             print("Goal was rejected.")
-            return 0
+            return
         print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
         feedback.start()
         try:
@@ -125,7 +110,6 @@ def send_goal(arguments: argparse.Namespace) -> int:
             raise
         print(f"Result:\n    {to_yaml(outcome.result, _CUT)}")
         print(f"Goal finished with status: {status_name(outcome.status)}")
-    return 0
 
 
 class _Feedback:

@@ -13,10 +13,10 @@ from bringup.ros2.errors import Ros2Error
 from bringup.ros2.qos import for_subscription
 from bringup.ros2.types import interface_class
 from bringup.ros2.values import Abridge, dump, is_message, to_csv, to_yaml
-from bringup.ros2.verbs.topic import types_of
+from bringup.ros2.verbs.topic import topics
 
 
-def echo(arguments: argparse.Namespace) -> int:
+def echo(arguments: argparse.Namespace) -> None:
     """Print messages of a topic until interrupted, timed out, or after the first.
 
     Raises:
@@ -41,7 +41,6 @@ def echo(arguments: argparse.Namespace) -> int:
         client.spin(lambda: printer.finished, arguments.timeout)
     if printer.problem:
         raise Ros2Error(printer.problem)
-    return 0
 
 
 def topic_class(client: Client, topic: str, given: str | None = None) -> Any:
@@ -52,7 +51,7 @@ def topic_class(client: Client, topic: str, given: str | None = None) -> Any:
     """
     if given is not None:
         return interface_class(given, "msg")
-    types = types_of(client, absolute(topic))
+    types = dict(topics(client.node)).get(absolute(topic), ())
     if len(types) > 1:
         kinds = ", ".join(types)
         raise Ros2Error(

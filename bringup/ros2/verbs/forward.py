@@ -7,6 +7,7 @@ import importlib
 import os
 import sys
 from collections.abc import Callable
+from typing import NoReturn
 
 from arjuna_core.errors import nearest
 from bringup.ros2.errors import Ros2Error
@@ -15,7 +16,7 @@ from bringup.ros2.programs.bag import VERBS, translated
 _PROGRAMS = "bringup.ros2.programs"
 
 
-def _teleop(words: list[str]) -> int:
+def _teleop(words: list[str]) -> NoReturn:
     """Run teleop_twist_keyboard: its parameters and remapping as our options."""
     _, remapped, parameters = ros_arguments(words)
     options = ["--keys", "twist"]
@@ -26,10 +27,10 @@ def _teleop(words: list[str]) -> int:
             options += [f"--{name}", parameters[name]]
     if parameters.get("stamped", "").lower() == "true":
         options.append("--stamped")
-    return arjuna("teleop", options)
+    arjuna("teleop", options)
 
 
-def _save_map(words: list[str]) -> int:
+def _save_map(words: list[str]) -> NoReturn:
     """Run map_saver_cli: its options as ours."""
     rest, remapped, parameters = ros_arguments(words)
     parser = argparse.ArgumentParser(prog="ros2 run nav2_map_server map_saver_cli")
@@ -41,11 +42,11 @@ def _save_map(words: list[str]) -> int:
     options = [given.pop("name"), "--timeout", parameters.get("save_map_timeout", "10.0")]
     for name, value in given.items():
         options += [f"--{name}", value] if value is not None else []
-    return arjuna("save-map", options)
+    arjuna("save-map", options)
 
 
 # What `ros2 run PACKAGE EXECUTABLE` runs
-PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], int]] = {
+PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("nav2_map_server", "map_saver_cli"): _save_map,
     ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
@@ -79,11 +80,10 @@ def ros_arguments(words: list[str]) -> tuple[list[str], dict[str, str], dict[str
     return own, remapped, parameters
 
 
-def arjuna(command: str, words: list[str]) -> int:
+def arjuna(command: str, words: list[str]) -> NoReturn:
     """Become `arjuna COMMAND`, which stands above this wing."""
     program = [sys.executable, "-m", "bringup", command, *words]
     os.execv(sys.executable, program)  # noqa: S606 - our own module
-    raise AssertionError("execv returned")
 
 
 def run(words: list[str]) -> int:
@@ -106,28 +106,28 @@ def run(words: list[str]) -> int:
     program = PROGRAMS[package, name]
     if isinstance(program, str):
         program = importlib.import_module(program).main
-    return program(words[2:])
+    program(words[2:])
+    return 0
 
 
-def daemon(words: list[str]) -> int:
+def daemon(words: list[str]) -> None:
     """Say that there is no daemon; scripts that stop or start it go on."""
     if words[:1] == ["status"] or words[:1] == ["stop"]:
         print("The daemon is not running")
     else:
         print("There is no daemon: every command looks at the graph itself")
-    return 0
 
 
-def bag(words: list[str]) -> int:
+def bag(words: list[str]) -> None:
     """Record, play or describe a recording."""
     if words[:1] in ([], ["-h"], ["--help"]):
         print("usage: ros2 bag [-h] VERB ...\n")
         print("\n".join(f"  {verb:8}{about}" for verb, about in VERBS.items()))
-        return 0
+        return
     command, *rest = translated(words)
-    return arjuna(command, rest)
+    arjuna(command, rest)
 
 
-def doctor(words: list[str]) -> int:
+def doctor(words: list[str]) -> NoReturn:
     """Look for what is wrong."""
-    return arjuna("doctor", words)
+    arjuna("doctor", words)

@@ -22,7 +22,7 @@ def _kinds(arguments: argparse.Namespace) -> list[str]:
     return [kind for kind in options if options[kind]] or list(options)
 
 
-def list_types(arguments: argparse.Namespace) -> int:
+def list_types(arguments: argparse.Namespace) -> None:
     """List all interfaces."""
     found = all_packages()
     for kind in _kinds(arguments):
@@ -31,27 +31,24 @@ def list_types(arguments: argparse.Namespace) -> int:
             for name in names:
                 if name.startswith(f"{kind}/"):
                     print(f"    {package}/{name}")
-    return 0
 
 
-def package(arguments: argparse.Namespace) -> int:
+def package(arguments: argparse.Namespace) -> None:
     """List the interfaces of a package."""
     for name in interfaces_of(arguments.package_name):
         if name.split("/")[0] in _kinds(arguments):
             print(f"{arguments.package_name}/{name}")
-    return 0
 
 
-def packages(arguments: argparse.Namespace) -> int:
+def packages(arguments: argparse.Namespace) -> None:
     """List the packages that have interfaces."""
     kinds = set(_kinds(arguments))
     for name, names in all_packages().items():
         if kinds & {item.split("/")[0] for item in names}:
             print(name)
-    return 0
 
 
-def proto(arguments: argparse.Namespace) -> int:
+def proto(arguments: argparse.Namespace) -> None:
     """Print an interface with its default values, to be filled in and sent."""
     from bringup.ros2.values import to_yaml  # only here: it takes as long as all the rest
 
@@ -60,10 +57,9 @@ def proto(arguments: argparse.Namespace) -> int:
         found = getattr(found, part, found)
     text = to_yaml(found())
     print(text if arguments.no_quotes else f'"{text}"')
-    return 0
 
 
-def show(arguments: argparse.Namespace) -> int:
+def show(arguments: argparse.Namespace) -> None:
     """Print a definition; `-` reads its name from the standard input.
 
     Raises:
@@ -74,4 +70,3 @@ def show(arguments: argparse.Namespace) -> int:
         raise Ros2Error("the passed value is empty")
     for line in flattened(name, not arguments.no_comments, arguments.all_comments):
         print(line)
-    return 0

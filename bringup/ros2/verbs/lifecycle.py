@@ -8,24 +8,19 @@ from typing import Any
 
 from lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
 
-from bringup.ros2.client import Client, say_failed
+from bringup.ros2.client import Client, print_names, say_failed
 from bringup.ros2.errors import Ros2Error
 
 _GET_STATE = "lifecycle_msgs/srv/GetState"
 _TRANSITION_TIMEOUT = 60.0  # [s]; a node may read a large map while it is configured
 
 
-def nodes(arguments: argparse.Namespace) -> int:
+def nodes(arguments: argparse.Namespace) -> None:
     """List the nodes with a lifecycle."""
     with Client(arguments) as client:
         client.discover()
         names = _managed(client, arguments.all)
-    if arguments.count_nodes:
-        print(len(names))
-    else:
-        for name in names:
-            print(name)
-    return 0
+    print_names(names, arguments.count_nodes)
 
 
 def _managed(client: Client, hidden: bool) -> list[str]:
@@ -47,7 +42,7 @@ def _find(client: Client, arguments: argparse.Namespace) -> str:
     return node
 
 
-def get(arguments: argparse.Namespace) -> int:
+def get(arguments: argparse.Namespace) -> None:
     """Print the state of a node, or of all nodes with a lifecycle."""
     with Client(arguments) as client:
         if arguments.node_name:
@@ -66,10 +61,9 @@ def get(arguments: argparse.Namespace) -> int:
             state = answer.current_state
             prefix = "" if arguments.node_name else f"{name}: "
             print(f"{prefix}{state.label} [{state.id}]")
-    return 0
 
 
-def list_transitions(arguments: argparse.Namespace) -> int:
+def list_transitions(arguments: argparse.Namespace) -> None:
     """Print the transitions that a node can make now, or all it has."""
     service = "get_transition_graph" if arguments.all else "get_available_transitions"
     with Client(arguments) as client:
@@ -77,7 +71,6 @@ def list_transitions(arguments: argparse.Namespace) -> int:
             print(f"- {item.transition.label} [{item.transition.id}]")
             print(f"\tStart: {item.start_state.label}")
             print(f"\tGoal: {item.goal_state.label}")
-    return 0
 
 
 def _transitions(client: Client, node: str, service: str) -> list[Any]:
@@ -86,7 +79,7 @@ def _transitions(client: Client, node: str, service: str) -> list[Any]:
     return list(answer.available_transitions)
 
 
-def set_state(arguments: argparse.Namespace) -> int:
+def set_state(arguments: argparse.Namespace) -> None:
     """Make a node go through a transition, named by label or number.
 
     Raises:
@@ -109,4 +102,3 @@ def set_state(arguments: argparse.Namespace) -> int:
         print("Transitioning successful")
     else:
         sys.stderr.write("Transitioning failed\n")
-    return 0

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
-from typing import Any
 
 from rclpy.action import (
     get_action_client_names_and_types_by_node,
     get_action_server_names_and_types_by_node,
 )
 
-from bringup.ros2.client import Client, absolute, visible_types
+from bringup.ros2.client import Client, Names, absolute, print_names, visible_types
 from bringup.ros2.errors import Ros2Error
 
 _TWICE = (
@@ -21,22 +19,17 @@ _TWICE = (
 )
 
 
-def list_nodes(arguments: argparse.Namespace) -> int:
+def list_nodes(arguments: argparse.Namespace) -> None:
     """List the nodes."""
     with Client(arguments) as client:
         client.discover()
         names = client.nodes(arguments.all)
-    if arguments.count_nodes:
-        print(len(names))
-        return 0
-    if len(set(names)) < len(names):
+    if len(set(names)) < len(names) and not arguments.count_nodes:
         sys.stderr.write(_TWICE)
-    for name in names:
-        print(name)
-    return 0
+    print_names(names, arguments.count_nodes)
 
 
-def info(arguments: argparse.Namespace) -> int:
+def info(arguments: argparse.Namespace) -> None:
     """Print what a node publishes, subscribes to, serves and calls.
 
     Raises:
@@ -60,21 +53,17 @@ def info(arguments: argparse.Namespace) -> int:
                 print(f"    {name}: {', '.join(types)}")
             if not visible_types(pairs, hidden):
                 print()  # as ros2cli
-    return 0
 
 
-def sections(client: Client, full: str) -> list[tuple[str, Sequence[tuple[str, Sequence[str]]]]]:
+def sections(client: Client, full: str) -> list[tuple[str, Names]]:
     """Return what a node has, under ros2cli's titles: names and types."""
     space, _, name = full.rpartition("/")
     node, space = client.node, space or "/"
-    actions: list[tuple[str, Callable[..., Any]]] = [
-        ("Action Servers", get_action_server_names_and_types_by_node),
-        ("Action Clients", get_action_client_names_and_types_by_node),
-    ]
     return [
         ("Subscribers", node.get_subscriber_names_and_types_by_node(name, space)),
         ("Publishers", node.get_publisher_names_and_types_by_node(name, space)),
         ("Service Servers", node.get_service_names_and_types_by_node(name, space)),
         ("Service Clients", node.get_client_names_and_types_by_node(name, space)),
-        *((title, get(node, name, space)) for title, get in actions),
+        ("Action Servers", get_action_server_names_and_types_by_node(node, name, space)),
+        ("Action Clients", get_action_client_names_and_types_by_node(node, name, space)),
     ]

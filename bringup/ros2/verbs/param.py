@@ -28,7 +28,7 @@ _NAMES = {
 }
 
 
-def list_parameters(arguments: argparse.Namespace) -> int:
+def list_parameters(arguments: argparse.Namespace) -> None:
     """List the parameters of a node, or of all nodes that serve them."""
     wanted = re.compile(arguments.filter or "")
     with Client(arguments) as client:
@@ -52,7 +52,6 @@ def list_parameters(arguments: argparse.Namespace) -> int:
                 print(f"{node}:")
             for line in shown:
                 print(f"  {line}")
-    return 0
 
 
 def _list(client: Client, node: str, arguments: argparse.Namespace) -> list[str]:
@@ -93,7 +92,7 @@ def _values(
     return list(client.call(GetParameters, service, request, timeout=arguments.timeout).values)
 
 
-def get(arguments: argparse.Namespace) -> int:
+def get(arguments: argparse.Namespace) -> None:
     """Print a parameter.
 
     Raises:
@@ -110,7 +109,6 @@ def get(arguments: argparse.Namespace) -> int:
         print(value)
     else:
         print(label) if value is None else print(label, value)
-    return 0
 
 
 def _field(kind: str) -> str:
@@ -118,19 +116,19 @@ def _field(kind: str) -> str:
     return kind.replace("boolean", "bool").replace(" ", "_") + "_value"
 
 
-def set_parameter(arguments: argparse.Namespace) -> int:
+def set_parameter(arguments: argparse.Namespace) -> None:
     """Set a parameter."""
     value = get_parameter_value(arguments.value)
-    return _set(arguments, value, "Set parameter successful", "Setting parameter failed")
+    _set(arguments, value, "Set parameter successful", "Setting parameter failed")
 
 
-def delete(arguments: argparse.Namespace) -> int:
+def delete(arguments: argparse.Namespace) -> None:
     """Delete a parameter."""
     done, failed = "Deleted parameter successfully", "Deleting parameter failed"
-    return _set(arguments, ParameterValue(), done, failed)
+    _set(arguments, ParameterValue(), done, failed)
 
 
-def _set(arguments: argparse.Namespace, value: Any, done: str, failed: str) -> int:
+def _set(arguments: argparse.Namespace, value: Any, done: str, failed: str) -> None:
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
         parameter = Parameter(name=arguments.parameter_name, value=value)
@@ -138,7 +136,6 @@ def _set(arguments: argparse.Namespace, value: Any, done: str, failed: str) -> i
     reason = f": {result.reason}" if result.reason else ""
     stream = sys.stdout if result.successful else sys.stderr
     stream.write(f"{done if result.successful else failed}{reason}\n")
-    return 0
 
 
 def set_all(
@@ -150,13 +147,12 @@ def set_all(
     return list(client.call(SetParameters, service, request, timeout=arguments.timeout).results)
 
 
-def describe(arguments: argparse.Namespace) -> int:
+def describe(arguments: argparse.Namespace) -> None:
     """Print descriptions of parameters."""
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
         for item in _describe(client, node, arguments.parameter_names, arguments):
             print("\n".join(_described(item)))
-    return 0
 
 
 def _described(item: Any) -> list[str]:

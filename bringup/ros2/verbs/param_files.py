@@ -15,13 +15,12 @@ from bringup.ros2.values import dump as to_yaml
 from bringup.ros2.verbs.param import set_all, values
 
 
-def dump(arguments: argparse.Namespace) -> int:
+def dump(arguments: argparse.Namespace) -> None:
     """Print a node's parameters as YAML, in the form that `load` reads."""
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
         found = values(client, node, arguments)
     print(to_yaml({node: {"ros__parameters": nested(found)}}))
-    return 0
 
 
 def nested(flat: dict[str, Any]) -> dict[str, Any]:
@@ -36,7 +35,7 @@ def nested(flat: dict[str, Any]) -> dict[str, Any]:
     return tree
 
 
-def load(arguments: argparse.Namespace) -> int:
+def load(arguments: argparse.Namespace) -> None:
     """Set a node's parameters from a file.
 
     Raises:
@@ -59,4 +58,3 @@ def load(arguments: argparse.Namespace) -> int:
         reason = f": {result.reason}" if result.reason else ""
         word, stream = ("successful", sys.stdout) if result.successful else ("failed", sys.stderr)
         stream.write(f"Set parameter {parameter.name} {word}{reason}\n")
-    return 0

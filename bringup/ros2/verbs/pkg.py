@@ -14,12 +14,11 @@ from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import PROGRAMS
 
 
-def list_packages(arguments: argparse.Namespace) -> int:
+def list_packages(arguments: argparse.Namespace) -> None:
     """List the packages."""
     add_environment_to_ament_index()
     for name in sorted({*get_packages_with_prefixes(), *(package for package, _ in PROGRAMS)}):
         print(name)
-    return 0
 
 
 def _prefix(package: str) -> Path:
@@ -30,7 +29,7 @@ def _prefix(package: str) -> Path:
         raise Ros2Error("Package not found") from error
 
 
-def prefix(arguments: argparse.Namespace) -> int:
+def prefix(arguments: argparse.Namespace) -> None:
     """Print where a package is installed.
 
     Raises:
@@ -38,10 +37,9 @@ def prefix(arguments: argparse.Namespace) -> int:
     """
     found = _prefix(arguments.package_name)
     print(found / "share" / arguments.package_name if arguments.share else found)
-    return 0
 
 
-def xml(arguments: argparse.Namespace) -> int:
+def xml(arguments: argparse.Namespace) -> None:
     """Print a package's manifest, or the texts of one of its tags.
 
     Raises:
@@ -53,18 +51,16 @@ def xml(arguments: argparse.Namespace) -> int:
     root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
     if arguments.tag is None:
         print(ElementTree.tostring(root, encoding="unicode"))
-        return 0
+        return
     found = root.findall(arguments.tag)
     if not found:
         raise Ros2Error("XML tag not found")
     for element in found:
         print(element.text)
-    return 0
 
 
-def executables(arguments: argparse.Namespace) -> int:
+def executables(arguments: argparse.Namespace) -> None:
     """List what `ros2 run` can run."""
     for package, name in sorted(PROGRAMS):
         if arguments.package_name in (None, package):
             print(name if arguments.package_name else f"{package} {name}")
-    return 0

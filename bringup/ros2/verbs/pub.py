@@ -18,7 +18,7 @@ def values_of(text: str, stdin: bool) -> dict[str, object]:
     return parse(sys.stdin.read() if stdin else text)
 
 
-def pub(arguments: argparse.Namespace) -> int:
+def pub(arguments: argparse.Namespace) -> None:
     """Publish a message once, some times, or until interrupted.
 
     Raises:
@@ -47,7 +47,6 @@ def pub(arguments: argparse.Namespace) -> int:
                 print(f"publishing #{count}: {message!r}\n")
             publisher.publish(message)
         client.spin(lambda: False, max(arguments.keep_alive, 0.0))
-    return 0
 
 
 def _wait_for_subscriptions(

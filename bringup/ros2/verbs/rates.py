@@ -18,7 +18,7 @@ from bringup.ros2.verbs.echo import condition, topic_class
 _EVERY = 1.0  # between two lines [s]
 
 
-def hz(arguments: argparse.Namespace) -> int:
+def hz(arguments: argparse.Namespace) -> None:
     """Print the rate at which messages come, until interrupted."""
     wanted = condition(arguments.filter)
     intervals = Intervals(arguments.window)
@@ -41,7 +41,7 @@ def hz(arguments: argparse.Namespace) -> int:
             new.clear()
 
 
-def bw(arguments: argparse.Namespace) -> int:
+def bw(arguments: argparse.Namespace) -> None:
     """Print how many bytes a second come, until interrupted."""
     sizes: deque[int] = deque(maxlen=arguments.window)
     times: deque[float] = deque(maxlen=arguments.window)
@@ -59,7 +59,7 @@ def bw(arguments: argparse.Namespace) -> int:
                 print(bandwidth_text(sizes, time.monotonic() - times[0]))
 
 
-def delay(arguments: argparse.Namespace) -> int:
+def delay(arguments: argparse.Namespace) -> None:
     """Print how old messages are when they come, until interrupted.
 
     Raises:

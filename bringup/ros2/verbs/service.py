@@ -4,58 +4,49 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Sequence
+from operator import methodcaller
 
-from bringup.ros2.client import Client, absolute, print_names_and_types, visible_types
+from bringup.ros2.client import (
+    Client,
+    Names,
+    absolute,
+    print_names,
+    print_types,
+    visible_types,
+    with_types,
+)
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.types import interface_class
 from bringup.ros2.values import fill
 from bringup.ros2.verbs.pub import values_of
 
+_names = methodcaller("get_service_names_and_types")
 
-def list_services(arguments: argparse.Namespace) -> int:
+
+def list_services(arguments: argparse.Namespace) -> None:
     """List the services."""
-    pairs = _services(arguments)
-    if arguments.count_services:
-        print(len(pairs))
-    else:
-        print_names_and_types(pairs, arguments.show_types)
-    return 0
+    names = with_types(_services(arguments), arguments.show_types)
+    print_names(names, arguments.count_services)
 
 
-def find(arguments: argparse.Namespace) -> int:
+def find(arguments: argparse.Namespace) -> None:
     """List the services of a type."""
-    pairs = [pair for pair in _services(arguments) if arguments.service_type in pair[1]]
-    if arguments.count_services:
-        print(len(pairs))
-    else:
-        print_names_and_types(pairs, types=False)
-    return 0
+    names = [name for name, types in _services(arguments) if arguments.service_type in types]
+    print_names(names, arguments.count_services)
 
 
-def _services(arguments: argparse.Namespace) -> list[tuple[str, Sequence[str]]]:
+def _services(arguments: argparse.Namespace) -> Names:
     with Client(arguments) as client:
         client.discover()
-        pairs = client.node.get_service_names_and_types()
-    return visible_types(pairs, arguments.include_hidden_services)
-
-
-def _types(client: Client, name: str) -> Sequence[str]:
-    types: Sequence[str] = dict(client.node.get_service_names_and_types()).get(name, [])
-    return types
+        return visible_types(_names(client.node), arguments.include_hidden_services)
 
 
 def type_of(arguments: argparse.Namespace) -> int:
     """Print a service's types; 1 if there is no such service."""
-    name = absolute(arguments.service_name)
-    with Client(arguments) as client:
-        if not client.discover(lambda: bool(_types(client, name))):
-            return 1
-        print("\n".join(_types(client, name)))
-    return 0
+    return print_types(arguments, arguments.service_name, _names)
 
 
-def info(arguments: argparse.Namespace) -> int:
+def info(arguments: argparse.Namespace) -> None:
     """Print a service's type and how many serve and call it.
 
     Raises:
@@ -63,18 +54,15 @@ def info(arguments: argparse.Namespace) -> int:
     """
     name = absolute(arguments.service_name)
     with Client(arguments) as client:
-        client.discover(lambda: bool(_types(client, name)))
-        client.discover()
-        types = _types(client, name)
+        types = client.find_types(name, _names, whole=True)
         if not types:
             raise Ros2Error(f"Unknown service '{arguments.service_name}'")
         print(f"Type: {types[0] if len(types) == 1 else types}")
         print(f"Clients count: {client.node.count_clients(name)}")
         print(f"Services count: {client.node.count_services(name)}")
-    return 0
 
 
-def call(arguments: argparse.Namespace) -> int:
+def call(arguments: argparse.Namespace) -> None:
     """Call a service once, or at a rate until interrupted.
 
     Raises:
@@ -94,5 +82,5 @@ def call(arguments: argparse.Namespace) -> int:
             response = client.result(service.call_async(request), None, arguments.service_name)
             print(f"response:\n{response!r}\n")
             if arguments.rate is None:
-                return 0
+                return
             client.spin(lambda: False, max(sent + 1.0 / arguments.rate - time.monotonic(), 0.0))

@@ -3,34 +3,38 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from operator import methodcaller
 
-from bringup.ros2.client import Client, absolute, print_names_and_types, visible_types
+from bringup.ros2.client import (
+    Client,
+    Names,
+    absolute,
+    print_names,
+    print_types,
+    visible_types,
+    with_types,
+)
 from bringup.ros2.errors import Ros2Error
 
+topics = methodcaller("get_topic_names_and_types")
+"""Return the topics that a node sees."""
 
-def list_topics(arguments: argparse.Namespace) -> int:
+
+def list_topics(arguments: argparse.Namespace) -> None:
     """List the topics."""
     with Client(arguments) as client:
         client.discover()
-        pairs = visible_types(
-            client.node.get_topic_names_and_types(), arguments.include_hidden_topics
-        )
-        if arguments.count_topics:
-            print(len(pairs))
-        elif arguments.verbose and pairs:
+        pairs = visible_types(topics(client.node), arguments.include_hidden_topics)
+        if arguments.verbose and pairs and not arguments.count_topics:
             count = client.node.count_publishers
             print(_counted("Published", "publisher", pairs, [count(name) for name, _ in pairs]))
             count = client.node.count_subscribers
             print(_counted("Subscribed", "subscriber", pairs, [count(name) for name, _ in pairs]))
         else:
-            print_names_and_types(pairs, arguments.show_types)
-    return 0
+            print_names(with_types(pairs, arguments.show_types), arguments.count_topics)
 
 
-def _counted(
-    title: str, noun: str, pairs: Sequence[tuple[str, Sequence[str]]], counts: list[int]
-) -> str:
+def _counted(title: str, noun: str, pairs: Names, counts: list[int]) -> str:
     text = f"{title} topics:\n"
     for (name, types), count in zip(pairs, counts, strict=True):
         if count:
@@ -38,35 +42,21 @@ def _counted(
     return text
 
 
-def find(arguments: argparse.Namespace) -> int:
+def find(arguments: argparse.Namespace) -> None:
     """List the topics of a type."""
     with Client(arguments) as client:
         client.discover()
-        pairs = visible_types(
-            client.node.get_topic_names_and_types(), arguments.include_hidden_topics
-        )
+        pairs = visible_types(topics(client.node), arguments.include_hidden_topics)
     names = [name for name, types in pairs if arguments.topic_type in types]
-    print(len(names) if arguments.count_topics else "\n".join(names), end="\n" if names else "")
-    return 0
+    print_names(names, arguments.count_topics)
 
 
 def type_of(arguments: argparse.Namespace) -> int:
     """Print a topic's types; 1 if there is no such topic."""
-    name = absolute(arguments.topic_name)
-    with Client(arguments) as client:
-        if not client.discover(lambda: bool(types_of(client, name))):
-            return 1
-        print("\n".join(types_of(client, name)))
-    return 0
+    return print_types(arguments, arguments.topic_name, topics)
 
 
-def types_of(client: Client, topic: str) -> Sequence[str]:
-    """Return the types of a topic, none if nobody has it."""
-    types: Sequence[str] = dict(client.node.get_topic_names_and_types()).get(topic, [])
-    return types
-
-
-def info(arguments: argparse.Namespace) -> int:
+def info(arguments: argparse.Namespace) -> None:
     """Print a topic's type and its endpoints.
 
     Raises:
@@ -74,9 +64,7 @@ def info(arguments: argparse.Namespace) -> int:
     """
     name = absolute(arguments.topic_name)
     with Client(arguments) as client:
-        client.discover(lambda: bool(types_of(client, name)))
-        client.discover()  # the rest of its endpoints
-        types = types_of(client, name)
+        types = client.find_types(name, topics, whole=True)
         if not types:
             raise Ros2Error(f"Unknown topic '{arguments.topic_name}'")
         gap = "\n" if arguments.verbose else ""
@@ -90,4 +78,3 @@ def info(arguments: argparse.Namespace) -> int:
         if arguments.verbose:
             for endpoint in node.get_subscriptions_info_by_topic(name):
                 print(endpoint, end="\n\n")
-    return 0
