@@ -122,7 +122,7 @@ class MapOnEarth:
         east, north, _ = self._plane.enu(point)
         return self._T_map_enu @ SE2(float(east), float(north), yaw)
 
-    def to_earth(self, pose: SE2) -> GeoPoint:
-        """Return the place of a pose in the map, on the plane of the known place."""
-        local = self._T_map_enu.inverse() @ pose
-        return self._plane.geodetic(np.array([local.x, local.y, 0.0]))
+    def to_earth(self, x: float, y: float, up: float = 0.0) -> GeoPoint:
+        """Return the place of a point of the map, above the plane of the known place [m]."""
+        local = self._T_map_enu.inverse() @ SE2(x, y)
+        return self._plane.geodetic(np.array([local.x, local.y, up]))

@@ -10,13 +10,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.geodesy import GeoPoint
 from arjuna_sim.model.settings import (
     AltimeterSettings,
     BumperSettings,
     MagnetometerSettings,
     NavSatSettings,
 )
-from arjuna_sim.model.world import Earth, Geodetic
+from arjuna_sim.model.world import Earth
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Fix:
         variance: Of its position to the east, to the north and upward [m^2].
     """
 
-    place: Geodetic
+    place: GeoPoint
     variance: tuple[float, float, float]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,34 +10,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.geodesy import GeoPoint, MapOnEarth
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.actors import Actor
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.joints import Hinge
 from arjuna_sim.model.notes import Note
 
-_EQUATOR = 6_378_137.0  # WGS 84 [m]
-_FLATTENING = 1.0 / 298.257223563
-_SQUARED = _FLATTENING * (2.0 - _FLATTENING)  # eccentricity^2
-_ROUNDS = 6  # of Bowring's method; errs by less than a nanometre near the ground
+_NULL_ISLAND = GeoPoint(0.0, 0.0)
 GROUND = "ground_plane"
 """Name of the model that is the ground."""
 GROUND_COLOUR = (0.6, 0.6, 0.6, 1.0)
-
-
-@dataclass(frozen=True)
-class Geodetic:
-    """A place on WGS 84.
-
-    Attributes:
-        latitude: North of the equator [rad].
-        longitude: East of Greenwich [rad].
-        altitude: Above the ellipsoid [m].
-    """
-
-    latitude: float = 0.0
-    longitude: float = 0.0
-    altitude: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -51,43 +33,17 @@ class Earth:
         magnetic_field: In the world's frame [T].
     """
 
-    origin: Geodetic = Geodetic()
+    origin: GeoPoint = _NULL_ISLAND
     heading: float = 0.0
     magnetic_field: tuple[float, float, float] = (6e-6, 2.3e-5, -4.2e-5)
 
-    def geodetic(self, point: NDArray[np.float64]) -> Geodetic:
-        """Return the place on Earth of a point of the world, `(3,) float64` [m].
+    def geodetic(self, point: NDArray[np.float64]) -> GeoPoint:
+        """Return the place on Earth of a point of the world, `(3,) float64` [m]."""
+        return self._map.to_earth(*(float(value) for value in point))
 
-        Source: Bowring, Transformation from spatial to geographical coordinates, Survey Review 23
-        (1976).
-        """
-        c, s = math.cos(self.heading), math.sin(self.heading)
-        x, y, up = (float(value) for value in point)
-        east, north = c * x - s * y, s * x + c * y
-        X, Y, Z = self._ecef(east, north, up)
-        level = math.hypot(X, Y)
-        latitude = math.atan2(Z, level * (1.0 - _SQUARED))
-        for _ in range(_ROUNDS):
-            radius = _across(latitude)
-            latitude = math.atan2(Z + _SQUARED * radius * math.sin(latitude), level)
-        radius, slope = _across(latitude), math.sin(latitude)
-        # Along the normal, which is well conditioned at the poles as well.
-        altitude = level * math.cos(latitude) + Z * slope - radius * (1.0 - _SQUARED * slope**2)
-        return Geodetic(latitude, math.atan2(Y, X), altitude)
-
-    def _ecef(self, east: float, north: float, up: float) -> tuple[float, float, float]:
-        """Return a point of the tangent plane in coordinates that turn with the Earth [m]."""
-        origin = self.origin
-        sin_lat, cos_lat = math.sin(origin.latitude), math.cos(origin.latitude)
-        sin_lon, cos_lon = math.sin(origin.longitude), math.cos(origin.longitude)
-        radius = _across(origin.latitude)
-        outward = cos_lat * up - sin_lat * north + (radius + origin.altitude) * cos_lat
-        along = sin_lat * up + cos_lat * north
-        return (
-            outward * cos_lon - sin_lon * east,
-            outward * sin_lon + cos_lon * east,
-            along + (radius * (1.0 - _SQUARED) + origin.altitude) * sin_lat,
-        )
+    @cached_property
+    def _map(self) -> MapOnEarth:
+        return MapOnEarth(self.origin, heading=self.heading)
 
 
 @dataclass(frozen=True)
@@ -162,8 +118,3 @@ def ground() -> list[Body]:
 def is_ground(model: str, part: Part) -> bool:
     """Tell whether a robot stands on a part rather than runs into it."""
     return model == GROUND or part.shape.kind in (Kind.PLANE, Kind.TERRAIN)
-
-
-def _across(latitude: float) -> float:
-    """Return the radius of curvature across the meridian [m]."""
-    return _EQUATOR / math.sqrt(1.0 - _SQUARED * math.sin(latitude) ** 2)

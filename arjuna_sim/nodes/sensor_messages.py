@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import array
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,8 +75,8 @@ def fix_msg(sensor: NavSatSettings, reading: Fix, now: float) -> NavSatFix:
     return NavSatFix(
         header=header(sensor.frame, now),
         status=NavSatStatus(status=NavSatStatus.STATUS_FIX, service=NavSatStatus.SERVICE_GPS),
-        latitude=math.degrees(reading.place.latitude),
-        longitude=math.degrees(reading.place.longitude),
+        latitude=reading.place.latitude_deg,
+        longitude=reading.place.longitude_deg,
         altitude=reading.place.altitude,
         position_covariance=np.diag(reading.variance).ravel(),
         position_covariance_type=NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN,

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 from scipy import stats
-
-_Z = 1.959963984540054  # 95 %, two-sided
 
 
 def wilson_interval(successes: int, count: int) -> tuple[float, float]:
@@ -23,11 +20,8 @@ def wilson_interval(successes: int, count: int) -> tuple[float, float]:
     """
     if count == 0:
         return 0.0, 1.0
-    share, square = successes / count, _Z**2 / count
-    middle = (share + square / 2.0) / (1.0 + square)
-    spread = _Z * math.sqrt(share * (1.0 - share) / count + square / (4.0 * count))
-    half = spread / (1.0 + square)
-    return max(middle - half, 0.0), min(middle + half, 1.0)
+    low, high = stats.binomtest(successes, count).proportion_ci(method="wilson")
+    return float(low), float(high)
 
 
 def success_difference(first: tuple[int, int], second: tuple[int, int]) -> float:

@@ -111,7 +111,7 @@ def test_waypoints_on_the_map_and_on_the_earth(bench: Bench) -> None:
     assert navigator.followWaypoints([at(0.5, 0.0), at(0.6, 0.4)])
     assert bench.result() is TaskResult.SUCCEEDED
     assert navigator.getFeedback().current_waypoint == 1
-    place = MapOnEarth(HERE).to_earth(SE2(0.2, 0.1))
+    place = MapOnEarth(HERE).to_earth(0.2, 0.1)
     position = GeoPointMsg(latitude=place.latitude_deg, longitude=place.longitude_deg)
     assert navigator.followGpsWaypoints([GeoPose(position=position)])
     assert bench.result() is TaskResult.SUCCEEDED

@@ -5,23 +5,24 @@ from __future__ import annotations
 import math
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
+from arjuna_core.geodesy import GeoPoint
 from arjuna_sim.files.sdf.includes import leaving_out
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.world import Earth, Geodetic
+from arjuna_sim.model.world import Earth
 
 _ANGLES = {"latitude_deg": 90.0, "longitude_deg": 360.0, "heading_deg": 360.0}
 
 
 def read_earth(xml: XmlFile, world: Element) -> Earth:
     """Read `<spherical_coordinates>` and `<magnetic_field>`; what is broken is left out."""
-    origin, heading, field = Geodetic(), 0.0, Earth().magnetic_field
+    nowhere = Earth()
+    origin, heading, field = nowhere.origin, nowhere.heading, nowhere.magnetic_field
     with leaving_out(xml, "<spherical_coordinates>"):
         tag, place = world.find("spherical_coordinates"), "<spherical_coordinates>"
-        latitude, longitude, heading = (
-            math.radians(_angle(xml, tag, key, place)) for key in _ANGLES
-        )
+        latitude, longitude, turn = (_angle(xml, tag, key, place) for key in _ANGLES)
         altitude = xml.number(tag, "elevation", 0.0, place)
-        origin = Geodetic(latitude, longitude, altitude)
+        origin = GeoPoint(latitude, math.remainder(longitude, 360.0), altitude)
+        heading = math.radians(turn)
     with leaving_out(xml, "<magnetic_field>"):
         text = world.findtext("magnetic_field")
         if text is not None and text.strip():

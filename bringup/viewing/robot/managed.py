@@ -16,7 +16,6 @@ COMMANDS = {
 }
 """What can be asked of lifecycle managers."""
 _TRANSITIONS_DEADLINE = 120.0
-_SUFFIX = "/get_state"
 
 
 class ManagedNodes:

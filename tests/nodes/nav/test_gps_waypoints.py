@@ -67,7 +67,7 @@ def follow(robot: PlayedRobot, *poses: GeoPose, **fields: int) -> Goal:
 
 
 def on_earth(field: MapOnEarth, heading: float, *stops: SE2) -> list[GeoPose]:
-    return [geo_pose(field.to_earth(stop), stop.theta + heading) for stop in stops]
+    return [geo_pose(field.to_earth(stop.x, stop.y), stop.theta + heading) for stop in stops]
 
 
 def test_places_are_driven_to_by_a_datum(made: Callable[..., PlayedRobot]) -> None:

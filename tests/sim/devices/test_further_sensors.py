@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arjuna_core.geodesy import GeoPoint
 from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -25,7 +26,7 @@ from arjuna_sim.model.settings import (
     RangeSettings,
     SensorSettings,
 )
-from arjuna_sim.model.world import Earth, Geodetic
+from arjuna_sim.model.world import Earth
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import EMPTY, ROOM, run, simulator, texts
 from tests.sim.robot_cases import RobotMaker
@@ -195,7 +196,7 @@ def test_places_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
     world = tmp_path / "w.world"
     world.write_text(
         """<sdf version='1.7'><world name='w'><magnetic_field>1e-5 2e-5 -4e-5</magnetic_field>
-    <spherical_coordinates><latitude_deg>47.5</latitude_deg><longitude_deg>8.25</longitude_deg>
+    <spherical_coordinates><latitude_deg>47.5</latitude_deg><longitude_deg>-351.75</longitude_deg>
     <elevation>400</elevation><heading_deg>90</heading_deg></spherical_coordinates>
     </world></sdf>""",
         encoding="utf-8",
@@ -207,20 +208,20 @@ def test_places_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
     fix, field = (sim.sense(_further(sim, name)) for name in ("gps", "compass"))
     assert isinstance(fix, Fix)
     place, x = fix.place, sim.truth().pose.x  # the world's x points north there
-    assert math.degrees(place.latitude) == pytest.approx(47.5 + x / 111_177.0, abs=2e-8)
-    assert math.degrees(place.longitude) == pytest.approx(8.25, abs=1e-7)
+    assert place.latitude_deg == pytest.approx(47.5 + x / 111_177.0, abs=2e-8)
+    assert place.longitude_deg == pytest.approx(8.25, abs=1e-7)
     above = _T_world(sim, maker.mounted[0].T_base).position[2]
     assert place.altitude == pytest.approx(400.0 + above, abs=1e-5)
     assert field == pytest.approx((2e-5, -1e-5, -4e-5), abs=1e-6)
     assert sim.sense(_further(sim, "height")) == 0.0
 
 
-@pytest.mark.parametrize("latitude", [-1.2, 0.0, 0.8, 1.5])
+@pytest.mark.parametrize("latitude", [-70.0, 0.0, 45.0, 85.0])
 def test_geodetic_of_the_origin_is_the_origin(latitude: float) -> None:
-    origin = Geodetic(latitude, -2.0, 120.0)
+    origin = GeoPoint(latitude, -115.0, 120.0)
     back = Earth(origin, 0.3).geodetic(np.zeros(3))
-    assert back.latitude == pytest.approx(latitude, abs=1e-12)
-    assert back.longitude == pytest.approx(-2.0, abs=1e-12)
+    assert back.latitude_deg == pytest.approx(latitude, abs=1e-10)
+    assert back.longitude_deg == pytest.approx(-115.0, abs=1e-10)
     assert back.altitude == pytest.approx(120.0, abs=1e-6)
 
 
