@@ -88,11 +88,7 @@ class Pose3:
 
     def rpy(self) -> tuple[float, float, float]:
         """Return fixed-axis roll, pitch and yaw [rad]."""
-        w, x, y, z = self.quaternion
-        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-        pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-        yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-        return roll, pitch, yaw
+        return rpy_of(*self.quaternion)
 
     def planar(self) -> SE2:
         """Return the pose seen from above."""
@@ -100,6 +96,14 @@ class Pose3:
 
 
 ORIGIN = Pose3()
+
+
+def rpy_of(w: float, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return fixed-axis roll, pitch and yaw [rad] of a unit quaternion."""
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return roll, pitch, yaw
 
 
 def quaternion_product(

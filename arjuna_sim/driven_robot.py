@@ -123,7 +123,7 @@ class DrivenRobot:
         angles = self._motion.steering_angles()
         return Observation(
             now,
-            self._odometry.update(self.wheel_angles(), self._config.tick, angles),
+            self._odometry.update(self._encoders(), self._config.tick, angles),
             self._motion.joint_states(),
             readings[-1] if readings else None,
             self._sensors.scan(self._stage.data, now),
@@ -142,7 +142,10 @@ class DrivenRobot:
         Of a base of two sides how far the left and the right wheels have turned forward, in the
         mean; else how far each wheel's joint has turned.
         """
-        return tuple(self._base.encoders(self._motion.wheel_angles()).tolist())
+        return tuple(self._encoders().tolist())
+
+    def _encoders(self) -> NDArray[np.float64]:
+        return self._base.encoders(self._motion.wheel_angles())
 
     def staged(self, sensor: SensorSettings) -> SensorSettings:
         """Return one of its sensors as the stage knows it."""

@@ -146,24 +146,18 @@ class Simulation:
     def _advance(self) -> dict[str, list[ImuReading]]:
         """Run a tick's physics; an IMU that is faster reads on the way, after a whole step."""
         start, tick, steps = self.time, self.config.tick, self.config.substeps
-        faster = {name for name, robot in self.robots.items() if robot.is_imu_faster}
+        faster = [robot for robot in self.robots.values() if robot.is_imu_faster]
         slices = steps if faster else 1
         self._ticks += 1
         readings: dict[str, list[ImuReading]] = {name: [] for name in self.robots}
         for i in range(1, slices + 1):
             self.stage.advance(steps // slices)
+            self.stage.settle()
             is_last = i == slices
             now = self.time if is_last else start + i * tick / slices
-            asked = self.robots if is_last else faster
-            due = [
-                name
-                for name, robot in self.robots.items()
-                if name in asked and robot.is_imu_due(now)
-            ]
-            if due or is_last:
-                self.stage.settle()
-            for name in due:
-                readings[name].append(self.robots[name].read_imu(now))
+            for robot in self.robots.values() if is_last else faster:
+                if robot.is_imu_due(now):
+                    readings[robot.name].append(robot.read_imu(now))
         return readings
 
     def adjust(self, config: SimulatorConfig) -> None:

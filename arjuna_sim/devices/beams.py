@@ -64,7 +64,9 @@ class Rays:
         if len(self._hits) != len(rays):
             self._hits = np.zeros((len(rays), 1), np.int32)
         groups = self._model.geom_group
-        groups[self._others] = Group.WORLD_COLLISION.value  # which rays see
+        others = self._others
+        if len(others):
+            groups[others] = Group.WORLD_COLLISION.value  # which rays see
         ranges = np.empty(len(rays))
         mujoco.mj_multiRay(
             self._model,
@@ -80,7 +82,8 @@ class Rays:
             len(rays),
             reach,
         )
-        groups[self._others] = Group.ROBOT_COLLISION.value
+        if len(others):
+            groups[others] = Group.ROBOT_COLLISION.value
         ranges[ranges < 0.0] = np.inf
         return ranges
 

@@ -37,7 +37,7 @@ class Velocity:
     side: float = 0.0
 
     def __post_init__(self) -> None:
-        if not all(map(math.isfinite, (self.v, self.w, self.side))):
+        if not (math.isfinite(self.v) and math.isfinite(self.w) and math.isfinite(self.side)):
             values = f"v={self.v}, w={self.w}, side={self.side}"
             raise CommandError(f"velocity ({values}) must be finite")
 
@@ -107,7 +107,8 @@ class Kinematics:
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]
     ) -> tuple[float, float, float]:
         """Return path [m], way to the side [m] and turn [rad] for turns of left and right [rad]."""
-        path, turn = self.base_motion(float(turns[0]), float(turns[1]))
+        left, right = turns.tolist()
+        path, turn = self.base_motion(left, right)
         return path, 0.0, turn
 
 

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.pose3 import Pose3, quaternion_product
 from arjuna_core.se2 import wrap
-from arjuna_sim.devices.noise import BiasedNoise
 from arjuna_sim.model.settings import ImuSettings
+
+_SITE = mujoco.mjtObj.mjOBJ_SITE
+_DRAWS = 14  # for biases and white noise of six channels, and for roll and pitch
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,8 @@ class ImuReading:
 class Imu:
     """Reads the motion of one site.
 
-    Acceleration is the mean over the time between readings, as a real unit's filter gives.
+    Acceleration is the mean over the time between readings, as a real unit's filter gives. Each
+    turn rate and acceleration errs by white noise on a bias that walks.
 
     Args:
         model: The compiled `mujoco.MjModel`.
@@ -91,12 +94,13 @@ class Imu:
         told = {"gyro_noise": settings.gyro_noise, "accel_noise": settings.accel_noise}
         config = replace(config, **{key: v for key, v in told.items() if v is not None})
         self.rebind(model)
-        self._config = config
         self._rng = rng
-        self._gyro = BiasedNoise(rng, 3, config.gyro_noise, config.gyro_bias_walk)
-        self._accel = BiasedNoise(rng, 3, config.accel_noise, config.accel_bias_walk)
-        self._heading = 0.0  # of the robot, as the IMU believes it
-        self._true_heading = 0.0  # of the robot when it was read
+        sigmas = config.gyro_noise, config.accel_noise
+        walks = config.gyro_bias_walk, config.accel_bias_walk
+        self._errors = np.repeat([(0.0, 0.0), walks, sigmas], 3, axis=1)
+        self._tilt_noise = config.tilt_noise
+        self._variances = sigmas[0] ** 2, sigmas[1] ** 2, config.tilt_noise**2
+        self._headings = np.zeros(2)
         self._last: NDArray[np.float64] | None = None
 
     def rebind(self, model: Any) -> None:
@@ -104,6 +108,7 @@ class Imu:
         self._model = model
         self._site = model.site(self._name).id
         self._root = int(model.body_rootid[model.site_bodyid[self._site]])
+        self._gravity = model.opt.gravity.copy()
 
     def settle(self) -> None:
         """Forget the last velocity, since the robot was lifted to another place."""
@@ -117,54 +122,19 @@ class Imu:
             now: The time [s].
             dt: Time since the last reading [s].
         """
-        rotation, motion = data.site_xmat[self._site], self._motion(data)
-        heading = _heading(data.xmat[self._root])
+        rotation, facing = data.site_xmat[self._site], data.xmat[self._root]
+        motion = np.empty(6)
+        mujoco.mj_objectVelocity(self._model, data, _SITE, self._site, motion, 0)
         if self._last is None:  # put down here: the gyros have not felt how it came
-            self._true_heading = heading
-        last = motion if self._last is None else self._last
+            self._headings[1] = math.atan2(float(facing[3]), float(facing[0]))
+            self._last = motion
+        draws, felt = self._rng.standard_normal(_DRAWS), np.empty(6)
+        rate = _feel(rotation, motion, self._last, dt, self._gravity, draws, self._errors, felt)
         self._last = motion
-        felt = np.concatenate((self._gyro.sample(dt), self._accel.sample(dt)))
-        drift = dt * _feel(rotation, motion, last, dt, self._model.opt.gravity, felt)
-        self._heading = wrap(self._heading + wrap(heading - self._true_heading) + drift)
-        self._true_heading = heading
-        return self._reading(felt, rotation, now)
-
-    def _motion(self, data: Any) -> NDArray[np.float64]:
-        """Return the site's turn rate and velocity along the world's axes, `(6,) float64`."""
-        result = np.zeros(6)
-        kind = mujoco.mjtObj.mjOBJ_SITE
-        mujoco.mj_objectVelocity(self._model, data, kind, self._site, result, 0)
-        return result
-
-    def _reading(
-        self, felt: NDArray[np.float64], rotation: NDArray[np.float64], now: float
-    ) -> ImuReading:
-        config = self._config
-        quaternion = np.zeros(4)
-        mujoco.mju_mat2Quat(quaternion, rotation)
-        w, x, y, z = quaternion.tolist()
-        roll, pitch = (config.tilt_noise * self._rng.standard_normal(2)).tolist()
-        level = quaternion_product(_about_vertical(-self._true_heading), (w, x, y, z))
-        tilt = Pose3.from_rpy((0.0, 0.0, 0.0), (roll, pitch, 0.0)).quaternion
-        tilted = quaternion_product(tilt, level)
-        return ImuReading(
-            felt[:3],
-            felt[3:],
-            Pose3(quaternion=quaternion_product(_about_vertical(self._heading), tilted)),
-            config.gyro_noise**2,
-            config.accel_noise**2,
-            config.tilt_noise**2,
-            now,
-        )
-
-
-def _heading(rotation: NDArray[np.float64]) -> float:
-    """Return the heading of a body whose rotation matrix is `(9,) float64` [rad]."""
-    return math.atan2(float(rotation[3]), float(rotation[0]))
-
-
-def _about_vertical(angle: float) -> tuple[float, float, float, float]:
-    return math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
+        level = np.empty(4)
+        mujoco.mju_mat2Quat(level, rotation)
+        turned = _orientation(level, facing, self._headings, dt * rate, self._tilt_noise, draws)
+        return ImuReading(felt[:3], felt[3:], Pose3(quaternion=turned), *self._variances, now)
 
 
 @njit(cache=True)
@@ -174,9 +144,13 @@ def _feel(
     last: NDArray[np.float64],
     dt: float,
     gravity: NDArray[np.float64],
+    draws: NDArray[np.float64],
+    errors: NDArray[np.float64],
     felt: NDArray[np.float64],
 ) -> float:
-    """Add turn rates and specific force in a frame to errors; return what those turn it.
+    """Fill in turn rates and specific force in a frame; return what their errors turn it.
+
+    One call for all, as of `_orientation` (`bench sim`: 15 us a reading in NumPy, 7 us so).
 
     Args:
         rotation: Of the frame, row by row, `(9,) float64`.
@@ -184,12 +158,19 @@ def _feel(
         last: The same a time `dt` [s] before.
         dt: [s].
         gravity: `(3,) float64` [m/s^2].
-        felt: Errors of each turn rate and acceleration, `(6,) float64`, changed in place.
+        draws: Standard normal: for the gyros' biases, the gyros, the other biases and the rest.
+        errors: Biases, how they grow per root second and white noise, `(3, 6) float64`; the
+            biases are changed in place.
+        felt: What each turn rate and acceleration is read as, `(6,) float64`.
 
     Returns:
         The gyros' error about the vertical [rad/s].
     """
-    up = 0.0
+    up, root = 0.0, math.sqrt(dt)
+    for i in range(6):
+        first = 3 * (i // 3) + i
+        errors[0, i] += errors[1, i] * root * draws[first]
+        felt[i] = errors[0, i] + errors[2, i] * draws[first + 3]
     for i in range(3):
         up += rotation[6 + i] * felt[i]
         for j in range(3):
@@ -197,3 +178,38 @@ def _feel(
             felt[i] += rotation[3 * j + i] * motion[j]
             felt[3 + i] += rotation[3 * j + i] * along
     return up
+
+
+_wrap = njit(cache=True)(wrap)
+_product = njit(cache=True)(quaternion_product)
+
+
+@njit(cache=True)
+def _orientation(
+    rotation: NDArray[np.float64],
+    facing: NDArray[np.float64],
+    headings: NDArray[np.float64],
+    drift: float,
+    tilt_noise: float,
+    draws: NDArray[np.float64],
+) -> tuple[float, float, float, float]:
+    """Return the quaternion that an IMU believes it has.
+
+    Args:
+        rotation: Its true quaternion, `(4,) float64`.
+        facing: Rotation of the robot, row by row, `(9,) float64`.
+        headings: Of the robot, as the IMU believes it and in truth, both when it was read last,
+            `(2,) float64` [rad], changed in place.
+        drift: Of the gyros since [rad].
+        tilt_noise: Of roll and pitch [rad].
+        draws: Standard normal, the last two for roll and pitch.
+    """
+    heading = math.atan2(facing[3], facing[0])
+    headings[0] = _wrap(headings[0] + _wrap(heading - headings[1]) + drift)
+    headings[1] = heading
+    roll, pitch = tilt_noise * draws[-2] / 2, tilt_noise * draws[-1] / 2
+    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    back = math.cos(-heading / 2), 0.0, 0.0, math.sin(-heading / 2)
+    level = _product(back, (rotation[0], rotation[1], rotation[2], rotation[3]))
+    tilted = _product((cr * cp, sr * cp, cr * sp, -sr * sp), level)
+    return _product((math.cos(headings[0] / 2), 0.0, 0.0, math.sin(headings[0] / 2)), tilted)

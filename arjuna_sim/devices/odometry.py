@@ -99,7 +99,10 @@ class Odometry:
         self._covariance = np.zeros((3, 3))
 
     def update(
-        self, wheels: Sequence[float], dt: float, angles: NDArray[np.float64] = _NONE
+        self,
+        wheels: Sequence[float] | NDArray[np.float64],
+        dt: float,
+        angles: NDArray[np.float64] = _NONE,
     ) -> OdometryEstimate:
         """Add one step.
 
@@ -122,11 +125,11 @@ class Odometry:
             self._pose, path / dt, turn / dt, self._covariance, twist_variance, side / dt
         )
 
-    def _to_ticks(self, wheels: Sequence[float]) -> NDArray[np.float64]:
+    def _to_ticks(self, wheels: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
         ticks = np.asarray(wheels, np.float64) / self._angle_per_tick
         if self.config.encoder_noise > 0.0:
             ticks += self.config.encoder_noise * self._rng.standard_normal(len(ticks))
-        return np.round(ticks)
+        return np.rint(ticks)
 
     def _spread(self, path: float, side: float, turn: float) -> tuple[float, float]:
         """Propagate the covariance, at the middle heading; return variances of path and turn."""

@@ -21,7 +21,7 @@ def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
         robot: Its name in the scene.
     """
     pairs = data.contact.geom
-    if not scene.is_obstacle[pairs].any():
+    if not scene.is_obstacle.take(pairs).any():
         return ()
     rows, side = np.nonzero(scene.robots[robot].is_solid[pairs])
     others = pairs[rows, 1 - side]

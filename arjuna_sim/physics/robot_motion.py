@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.pose3 import Pose3
+from arjuna_core.pose3 import Pose3, rpy_of
 from arjuna_core.se2 import SE2
 from arjuna_sim.physics.scene import RobotInScene
 from arjuna_sim.physics.stage import Stage
@@ -109,7 +109,7 @@ class RobotMotion:
         at, rate = self._found.base
         x, y, z, qw, qx, qy, qz = self._data.qpos[at : at + 7].tolist()
         vx, vy, vz, _, _, w = self._data.qvel[rate : rate + 6].tolist()
-        roll, pitch, yaw = Pose3((x, y, z), (qw, qx, qy, qz)).rpy()
+        roll, pitch, yaw = rpy_of(qw, qx, qy, qz)
         ahead = 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz), 2 * (qx * qz - qw * qy)
         left = 2 * (qx * qy - qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qw * qx)
         v = vx * ahead[0] + vy * ahead[1] + vz * ahead[2]

@@ -11,6 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import mujoco
+
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import ROBOT, ROOM, edited, simulator
@@ -38,13 +40,15 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     Returns:
         `core_real_time_factor` and `ros_real_time_factor` (None without rclpy) of the shipped robot
-        in the shipped room, and the core's factor `by_beams` and `by_boxes`, among 100 boxes that
-        can be pushed and among 30 actors.
+        in the shipped room, `mujoco_real_time_factor` of MuJoCo alone on the same model and way,
+        and the core's factor `by_beams` and `by_boxes`, among 100 boxes that can be pushed and
+        among 30 actors.
     """
     seconds = arguments.seconds
     print(f"simulated per real second on one core; {_SENSORS}")
-    core = _core_factor(simulator(ROOM), seconds)
+    core, alone = _paired_factors(simulator(ROOM), seconds)
     _show("without ROS", core)
+    _show("mj_step alone, same way", alone)
     ros = _ros_factor(seconds) if importlib.util.find_spec("rclpy") else None
     if ros is None:
         print("through ROS       skipped: rclpy is not installed")
@@ -61,12 +65,33 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         _show(f"{_ACTORS} actors", people)
     return {
         "core_real_time_factor": core,
+        "mujoco_real_time_factor": alone,
         "ros_real_time_factor": ros,
         "by_beams": beams,
         "by_boxes": boxes,
         "pushable_boxes_real_time_factor": pushed,
         "actors_real_time_factor": people,
     }
+
+
+def _paired_factors(sim: Simulator, seconds: float) -> tuple[float, float]:
+    """Return the core's factor, and that of MuJoCo with the controls of the same way, in turns."""
+    model, data, controls = sim.stage.scene.model, sim.stage.data, []
+    for i in range(round(seconds / sim.config.tick)):
+        sim.step(_command(i))
+        controls.append(data.ctrl.copy())
+
+    def physics(i: int) -> None:
+        data.ctrl[:] = controls[i]
+        mujoco.mj_step(model, data, nstep=sim.config.substeps)
+
+    core = alone = 0.0
+    for _ in range(_REPEATS):
+        sim.reset()
+        core = max(core, _once(lambda i: sim.step(_command(i)), seconds, sim.config.tick))
+        sim.reset()
+        alone = max(alone, _once(physics, seconds, sim.config.tick))
+    return core, alone
 
 
 def _core_factor(sim: Simulator, seconds: float) -> float:
@@ -104,14 +129,14 @@ def _ros_factor(seconds: float) -> float:
 
 def _best(step: Callable[[int], object], seconds: float, tick: float) -> float:
     """Return simulated time per processor time of the fastest run."""
-    count = round(seconds / tick)
-    spent = math.inf
-    for _ in range(_REPEATS):
-        start = time.process_time()
-        for i in range(count):
-            step(i)
-        spent = min(spent, time.process_time() - start)
-    return count * tick / spent
+    return max(_once(step, seconds, tick) for _ in range(_REPEATS))
+
+
+def _once(step: Callable[[int], object], seconds: float, tick: float) -> float:
+    count, start = round(seconds / tick), time.process_time()
+    for i in range(count):
+        step(i)
+    return count * tick / (time.process_time() - start)
 
 
 def _command(i: int) -> Velocity:

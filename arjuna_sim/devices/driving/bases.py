@@ -45,13 +45,24 @@ class SidesBase:
 
     Attributes:
         kinematics: The ideal two-wheeled robot that stands for it.
-        left: +1 for each left wheel that turning drives forward, else -1, `(L,) float64`.
-        right: As `left`.
+        sides: For each wheel and the left and the right side, +1 where the wheel is of that side
+            and turning drives it forward, -1 where it drives it back, else 0, `(W, 2) float64`.
+        counts: How many wheels each side has, at least 1, `(2,) float64`.
     """
 
     kinematics: Kinematics
-    left: NDArray[np.float64]
-    right: NDArray[np.float64]
+    sides: NDArray[np.float64]
+    counts: NDArray[np.float64]
+
+    @staticmethod
+    def of(robot: Robot, config: DriveConfig) -> SidesBase:
+        """Return the base of a robot."""
+        drive = robot.drive
+        signs = [wheel_sign(robot.urdf, name) for name in (*drive.left, *drive.right)]
+        counts = len(drive.left), len(drive.right)
+        sides = np.zeros((len(signs), 2))
+        sides[np.arange(len(signs)), np.repeat((0, 1), counts)] = signs
+        return SidesBase(kinematics_of(drive, config), sides, np.maximum(counts, 1.0))
 
     def reachable(self, velocity: Velocity) -> Velocity:
         """Return a velocity without its way to the side."""
@@ -59,8 +70,8 @@ class SidesBase:
 
     def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return how fast the wheels' joints turn."""
-        left, right = self.kinematics.wheel_speeds(velocity)
-        return np.concatenate((left * self.left, right * self.right))
+        speeds: NDArray[np.float64] = self.sides.dot(self.kinematics.wheel_speeds(velocity))
+        return speeds
 
     def angles(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return nothing: nothing steers."""
@@ -68,10 +79,8 @@ class SidesBase:
 
     def encoders(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how far the left and the right wheels have turned forward, in the mean [rad]."""
-        count = len(self.left)
-        left = joints[:count] @ self.left / max(1, count)
-        right = joints[count:] @ self.right / max(1, len(self.right))
-        return np.array([left, right])
+        turned: NDArray[np.float64] = joints.dot(self.sides) / self.counts
+        return turned
 
     def motion(
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]
@@ -92,8 +101,4 @@ def base_of(robot: Robot, config: DriveConfig) -> Base:
         return RollerBase.of(robot.urdf, drive)
     if drive.kind is DriveKind.STEERED:
         return SteeredBase.of(robot.urdf, drive)
-    left, right = (
-        np.array([wheel_sign(robot.urdf, name) for name in names])
-        for names in (drive.left, drive.right)
-    )
-    return SidesBase(kinematics_of(drive, config), left, right)
+    return SidesBase.of(robot, config)

@@ -13,9 +13,8 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
-from arjuna_sim.devices.imu import ImuConfig
+from arjuna_sim.devices.imu import Imu, ImuConfig
 from arjuna_sim.devices.lidar import LidarConfig
-from arjuna_sim.devices.noise import BiasedNoise
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, run, simulator
 
@@ -103,8 +102,14 @@ def test_imu_measures_turn_rate_and_heading_of_a_spin() -> None:
 
 
 def test_bias_walks_with_the_root_of_time() -> None:
-    rng = np.random.default_rng(3)
-    noise = BiasedNoise(rng, 4000, sigma=0.0, walk=0.1)
-    for _ in range(100):
-        error = noise.sample(0.04)
-    assert error.std() == pytest.approx(0.1 * math.sqrt(4.0), rel=0.05)
+    sim, config = simulator(), ImuConfig(0.0, 0.1, 0.0, 0.3, 0.0)
+    settings, rng = sim.robot.settings.imu, np.random.default_rng(3)
+    assert settings is not None
+    readings = []
+    for _ in range(500):
+        imu = Imu(sim.stage.scene.model, settings, config, rng)
+        readings.append([imu.read(sim.stage.data, 0.4 * i, 0.4) for i in range(10)][-1])
+    rates = np.array([reading.angular_velocity for reading in readings])
+    forces = np.array([reading.linear_acceleration for reading in readings])
+    assert rates.std(axis=0) == pytest.approx([0.1 * math.sqrt(4.0)] * 3, rel=0.1)
+    assert forces.std(axis=0) == pytest.approx([0.3 * math.sqrt(4.0)] * 3, rel=0.1)
