@@ -222,7 +222,7 @@ def _go(
 def _is_sure(seen: NDArray[np.float64], count: int, scans: Sightings, number: int) -> bool:
     """Tell whether what a track's first scan, of those kept, saw was free says that it moves."""
     last, now = seen[_latest(count)], scans.stamps[number]
-    since, first, then = now, -1, -1
+    since, first, then = now, -1, np.int64(-1)  # a plain -1 has `has_moved` compiled twice
     for k in range(min(count, _KEPT)):
         if now - _SPAN <= seen[k, 0] < since:
             for other in range(len(scans.stamps)):

@@ -85,7 +85,7 @@ def search(
     index = indexed(height, width, len(moves.angles))
     most = np.max(moves.first[1:] - moves.first[:-1])
     queue = [(0.0, np.int64(0))]
-    count, looked, until_direct = 1, 0, 0.0
+    count, looked, until_direct = np.int64(1), 0, 0.0  # a plain 1 has what takes it compiled twice
     while len(queue) > 0 and looked < rules.limit:
         row = heapq.heappop(queue)[1]
         if nodes.done[row]:

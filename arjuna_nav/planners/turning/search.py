@@ -96,7 +96,8 @@ def search(
     nodes = begun(start)
     rows = {_key(start, start[2], ground): np.int64(0)}
     queue = [(_left(start, goal, ground), np.int64(0))]
-    allowed, count, looked = _allowed(start, ground), 1, 0
+    # A plain 1 for the count has what takes it compiled twice.
+    allowed, count, looked = _allowed(start, ground), np.int64(1), 0
     while len(queue) > 0 and looked < limit:
         row = heapq.heappop(queue)[1]
         if nodes.done[row] or rows[_key(nodes.poses[row], start[2], ground)] != row:
