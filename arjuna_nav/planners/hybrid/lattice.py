@@ -5,13 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import wrap
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.hybrid.config import SmacLatticeConfig
 from arjuna_nav.planners.hybrid.moves import Moves
 from arjuna_nav.planners.hybrid.pose_search import PoseSearch
 from arjuna_nav.planners.hybrid.primitives import Lattice, generated, laid_out, read
-from arjuna_nav.planners.hybrid.search import Rules
+from arjuna_nav.planners.hybrid.search import Rules, can_turn
 
 
 class SmacLattice(PoseSearch):
@@ -45,12 +49,21 @@ class SmacLattice(PoseSearch):
             self._in_cells = resolution, made
         return self._in_cells[1]
 
-    def _moves(self, costmap: Costmap, heading: float) -> Moves:
-        """Return the pieces that it drives, from a heading [rad]."""
-        config = self._lattice_config
+    def _moves(self, costmap: Costmap, first: NDArray[np.float64]) -> Moves:
+        """Return the pieces that it drives, from its first pose [cells, rad].
+
+        Where the robot cannot turn on the spot to the nearest of the lattice's headings, the
+        lattice is turned to the robot's.
+        """
+        lattice, config = self._lattice(costmap), self._lattice_config
         factors = config.reverse_penalty, config.non_straight_penalty, config.change_penalty
         prices = (*factors, config.rotation_penalty)
-        return laid_out(self._lattice(costmap), heading, self._reverse, prices)
+        moves = laid_out(lattice, first[2], self._reverse, prices)
+        turn = wrap(moves.angles[moves.start] - first[2])
+        terrain = self._terrain(costmap, np.empty((0, 0), np.float32))
+        if lattice.spins and can_turn(first, turn, terrain):
+            return moves
+        return moves.turned(-turn)
 
     def _rules(self, costmap: Costmap) -> Rules:
         """Return how the robot drives."""

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from arjuna_core.se2 import SE2
 from arjuna_nav.planners.hybrid.curves import along
 
 STEP = 0.5
@@ -41,6 +42,12 @@ class Moves(NamedTuple):
     changes: NDArray[np.float64]
     begins: NDArray[np.int64]
     poses: NDArray[np.float64]
+
+    def turned(self, angle: float) -> Moves:
+        """Return them from headings turned by an angle [rad]."""
+        points = SE2(theta=angle).apply(self.poses[:, :2])
+        poses = np.column_stack((points, self.poses[:, 2]))
+        return self._replace(angles=self.angles + angle, poses=poses)
 
 
 @njit(cache=True)

@@ -42,12 +42,12 @@ class PoseSearch(abc.ABC):
         to it within `tolerance`, with the goal's heading. A start within an obstacle's inscribed
         radius is led out of there first, in a straight line from cell to cell.
         """
-        config = self._config
+        config, costmap = self._config, self._grid(costmap)
         query = ask(config, costmap, start, goal)
         if isinstance(query, PlanResult):
             return query
         way_out, first = _first(query)
-        rules, moves = self._rules(costmap), self._moves(costmap, first[2])
+        rules, moves = self._rules(costmap), self._moves(costmap, first)
         heading, first[2] = first[2], moves.angles[moves.start]
         looked = 0
         for slack in (_SLACK, None):
@@ -98,9 +98,13 @@ class PoseSearch(abc.ABC):
         """What a cell of a straight costs where nothing is near."""
         return 1.0 - self._config.retrospective_penalty
 
+    def _grid(self, costmap: Costmap) -> Costmap:
+        """Return the costs on the grid that is searched."""
+        return costmap
+
     @abc.abstractmethod
-    def _moves(self, costmap: Costmap, heading: float) -> Moves:
-        """Return the pieces that it drives, from a heading [rad]."""
+    def _moves(self, costmap: Costmap, first: NDArray[np.float64]) -> Moves:
+        """Return the pieces that it drives, from its first pose [cells, rad]."""
 
     @property
     @abc.abstractmethod

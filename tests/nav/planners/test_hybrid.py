@@ -161,3 +161,17 @@ def test_the_limit_of_poses_is_told() -> None:
     result = planner.plan(costmap_of(room()), SE2(-4.0, -4.0), SE2(4.0, 4.0))
     assert result.status is PlanStatus.TIMEOUT
     assert "max_iterations = 3 poses" in result.message
+
+
+def test_bends_tighter_than_a_cell_are_driven() -> None:
+    data = np.full((9, 9), 254, np.uint8)
+    data[1:8, 4] = 0  # a corridor a cell wide, and the robot faces its wall
+    costmap, start, goal = Costmap(GridFrame(1.0, 9, 9), data), SE2(4.5, 3.5), SE2(4.5, 6.5)
+    footprint = Footprint.circle(0.1)
+    path = make("smac hybrid", footprint).plan(costmap, start, goal).path
+    assert len(path)
+    assert first_collision(costmap, footprint, path) is None
+    steps, turns = np.hypot(*np.diff(path[:, :2], axis=0).T), np.abs(wrap(np.diff(path[:, 2])))
+    assert (2.0 * RADIUS * np.sin(turns / 2.0) <= steps + 1e-6).all()
+    wide = make("smac hybrid", footprint, minimum_turning_radius=0.6)
+    assert wide.plan(costmap, start, goal).status is PlanStatus.NO_VALID_PATH

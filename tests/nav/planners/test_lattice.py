@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
@@ -71,6 +72,23 @@ def test_a_path_touches_nothing_and_is_driven_ahead_or_on_the_spot(start: SE2, g
     steps = np.diff(path[:, :2], axis=0)
     ahead = steps[:, 0] * np.cos(heading) + steps[:, 1] * np.sin(heading)
     np.testing.assert_allclose(ahead[1:], np.hypot(*steps[1:].T), atol=1e-6)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_first_turn_meets_nothing(side: float) -> None:
+    footprint, start = Footprint.polygon(LONG), SE2(1.0, 1.5, 0.19 * side)
+    grid = empty_grid(4.0, 3.0)
+    nose = start @ SE2(0.45, -0.15 * side)
+    block(grid, nose.x - 0.04, nose.y - 0.13 if side > 0.0 else nose.y + 0.03, 0.1, 0.1)
+    costmap = costmap_of(grid, footprint=str(LONG.tolist()))
+    assert first_collision(costmap, footprint, start.array()[None]) is None
+    assert first_collision(costmap, footprint, np.array([[*start.array()[:2], 0.0]])) is not None
+    path = make("smac lattice", footprint).plan(costmap, start, SE2(3.0, 1.5)).path
+    assert len(path)
+    for one, after in itertools.pairwise(path):
+        ratios = np.linspace(0.0, 1.0, 9)[:, None]
+        turn = one + ratios * np.array([*(after - one)[:2], wrap(after[2] - one[2])])
+        assert first_collision(costmap, footprint, turn) is None
 
 
 def test_a_robot_that_can_turn_leaves_a_pocket_ahead() -> None:
