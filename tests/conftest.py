@@ -19,7 +19,8 @@ _REAL_TIME = ("tests/system/", "tests/nodes/bringup/ros2/")
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """Run a file's tests in one process, and in one those that start real processes.
 
-    Side by side those would make each other late. Not by xdist's marks: where pytest is 9.2, xdist 3.8 loses them without a word.
+    Side by side those would make each other late. Not by xdist's marks: where pytest is 9.2, xdist
+    3.8 loses them without a word.
     """
     from xdist.scheduler import LoadScopeScheduling
 
