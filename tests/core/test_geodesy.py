@@ -53,6 +53,7 @@ def test_the_plane_is_rigid(place: GeoPoint) -> None:
 
 def test_a_map_is_placed_and_turned() -> None:
     here = GeoPoint(48.0, 11.0)
+    assert MapOnEarth(here).to_map(here).array() == pytest.approx(np.zeros(3), abs=1e-6)
     field = MapOnEarth(here, 5.0, -2.0, math.pi / 2.0)  # its x axis points north
     assert field.to_map(here).array()[:2] == pytest.approx([5.0, -2.0])
     north = TangentPlane(here).geodetic(np.array([0.0, 10.0, 0.0]))
