@@ -106,8 +106,8 @@ def test_the_greatest_and_least_values_stall_nothing(
             what = ", ".join(f"{node.get_name()} {name}" for node, name, _, _ in changed)
             with quick(f"{end} of {what}", slow):
                 for node, name, _, descriptor in changed:
-                    (span,) = (*descriptor.floating_point_range, *descriptor.integer_range)
-                    taken(robot, node, name, getattr(span, end))
+                    spans = [*descriptor.floating_point_range, *descriptor.integer_range]
+                    taken(robot, node, name, getattr(spans[0], end))
                 robot.run(0.2)
             with quick(f"back from {end} of {what}", slow):
                 for node, name, value, descriptor in changed:

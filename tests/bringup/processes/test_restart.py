@@ -24,7 +24,7 @@ def test_deaths_older_than_the_window_no_longer_count() -> None:
     assert policy.on_death(0.0) == 1.0
     assert policy.on_death(6.0) == 2.0
     assert policy.on_death(12.0) == 2.0  # the first is forgotten
-    assert policy.on_death(13.0) is None
+    assert policy.on_death(16.0) is None  # the second is just young enough
 
 
 def test_a_process_that_came_up_each_time_always_starts_again_at_once() -> None:

@@ -38,6 +38,10 @@ def test_it_finds_what_python_finds(seed: int) -> None:
         assert Pattern(expression).found_in(text) == expected, (expression, text)
 
 
+def test_the_longest_expression_is_searched() -> None:
+    assert Pattern("a" * LONGEST).found_in("a" * LONGEST)
+
+
 @pytest.mark.parametrize("expression", SLOW)
 def test_what_takes_python_for_ever_ends(expression: str) -> None:
     begun = time.process_time()

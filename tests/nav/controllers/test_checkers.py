@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import pytest
+
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.checkers import (
     GoalConfig,
+    PoseProgressChecker,
+    PoseProgressConfig,
     ProgressConfig,
     SimpleGoalChecker,
     SimpleProgressChecker,
+)
+from arjuna_nav.controllers.goal_checkers import (
+    PositionGoalChecker,
+    PositionGoalConfig,
+    StoppedGoalChecker,
+    StoppedGoalConfig,
 )
 
 GOAL = SE2(1.0, 0.0, 3.1)
@@ -27,6 +38,49 @@ def test_a_position_once_reached_stays_reached_where_stateful() -> None:
         assert checker.reached(SE2(0.7, 0.0, 3.1), GOAL) is stateful
         checker.reset()
         assert not checker.reached(SE2(0.7, 0.0, 3.1), GOAL)
+
+
+def test_arrives_backwards_too_where_that_is_as_good() -> None:
+    for symmetric in (True, False):
+        checker = SimpleGoalChecker(GoalConfig(symmetric_yaw_tolerance=symmetric))
+        assert checker.reached(SE2(1.0, 0.0, 0.1), GOAL) is symmetric
+        assert checker.reached(SE2(1.0, 0.0, -3.1), GOAL)
+        assert not checker.reached(SE2(1.0, 0.0, 1.6), GOAL)
+
+
+def test_a_position_alone_is_reached_at_any_heading() -> None:
+    for stateful in (True, False):
+        checker = PositionGoalChecker(PositionGoalConfig(0.2, stateful))
+        assert not checker.reached(SE2(0.7, 0.0, 3.1), GOAL)
+        assert checker.reached(SE2(0.9, 0.0, 1.0), GOAL)
+        assert checker.reached(SE2(0.7, 0.0, 3.1), GOAL) is stateful
+        checker.reset()
+        assert not checker.reached(SE2(0.7, 0.0, 3.1), GOAL)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "stands"),
+    [
+        (Velocity(0.25, -0.25), True),
+        (Velocity(0.3, 0.0), False),
+        (Velocity(-0.3, 0.0), False),
+        (Velocity(0.0, -0.3), False),
+    ],
+)
+def test_arrives_only_once_it_stands(velocity: Velocity, stands: bool) -> None:
+    checker = StoppedGoalChecker(StoppedGoalConfig())
+    assert checker.reached(GOAL, GOAL, velocity) is stands
+    assert not checker.reached(SE2(0.0, 0.0, 0.0), GOAL, velocity)
+
+
+def test_turning_is_progress_where_the_pose_counts() -> None:
+    config = PoseProgressConfig(0.5, 10.0, required_movement_angle=0.5)
+    checker = PoseProgressChecker(config)
+    assert checker.check(SE2(0.0, 0.0, 3.1), 0.0)
+    assert checker.check(SE2(0.0, 0.0, -2.6), 9.0), "headings wrap"
+    assert not checker.check(SE2(0.0, 0.0, -2.2), 19.1)
+    assert "turned less than 0.5 rad and" in checker.complaint()
+    assert checker.check(SE2(0.6, 0.0, -2.2), 19.2)
 
 
 def test_asks_for_movement_within_the_time_allowed() -> None:

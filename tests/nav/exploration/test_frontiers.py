@@ -113,6 +113,17 @@ def test_faces_the_frontier_and_prefers_the_nearer() -> None:
     assert abs(goal.theta) < 0.5
 
 
+def test_places_near_a_goal_tried_are_left_out_and_no_others() -> None:
+    grid = empty_grid(8.0, 4.0)
+    grid.data[:, :2] = -1
+    grid.data[:, 150:] = -1
+    costmap, tried = costmap_of(grid, track_unknown=True), list[SE2]()
+    while (goal := next_goal(grid, costmap, SE2(5.5, 2.0), tried)) is not None and goal.x > 2.0:
+        assert all(goal.distance(other) > 0.45 for other in tried)
+        tried.append(goal)
+    assert goal is not None, "the other frontier was left out too"
+
+
 def test_nothing_is_left_in_a_known_world() -> None:
     grid = empty_grid(4.0, 4.0)
     assert next_goal(grid, costmap_of(grid), SE2(2.0, 2.0), []) is None

@@ -191,6 +191,8 @@ def test_it_drives_away_from_what_comes_after_it_and_stands_before_what_comes_at
 def test_what_moves_counts_as_standing_where_it_is_not_to_be_looked_ahead() -> None:
     off = {"FootprintApproach.moving_time": 0.0}
     assert judge_moving(FORWARD, cluster(0.6, -0.9), CROSSING, **off) == Verdict(FORWARD)
+    near = {"FootprintApproach.moving_time": 0.9}
+    assert judge_moving(FORWARD, cluster(0.5, -0.6), CROSSING, **near) != Verdict(FORWARD)
 
 
 BRAKES = ApproachConfig()
