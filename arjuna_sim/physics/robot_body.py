@@ -19,7 +19,8 @@ from arjuna_sim.physics.wheels.rollers import add_rollers
 from arjuna_sim.physics.wheels.servo import ServoConfig, add_servo, add_steering, armature
 from arjuna_sim.physics.wheels.tyres import add_tyre
 
-_PASSIVE_DAMPING = 1e-3  # [N m s/rad] lets casters come to rest
+_PASSIVE_DAMPING = 1e-3  # at most, lets casters come to rest [N m s/rad]
+_ROLLING_DAMPING = 0.2  # the same by load and radius^2: 1 % of the weight at 0.5 m/s [1/s]
 ROBOTS_MAX = 30
 """Robots in one world: each takes one of 31 bits that say what touches what."""
 _ANCHOR_WEIGHT = 1e9  # [kg] inertia that no arm can move
@@ -158,17 +159,23 @@ def _add_moving(
         rotor = armature(robot, servo, spec.option.timestep)
         child.add_joint(name=joint.name, axis=joint.axis, armature=rotor)
     elif joint.has_position:
-        _add_joint(child, joint)
+        _add_joint(child, joint, _passive_damping(robot))
     else:
         _add_loose(child, joint)
     _fill_body(spec, child, robot, joint.child, servo)
 
 
-def _add_joint(child: Any, joint: Joint) -> None:
+def _passive_damping(robot: Robot) -> float:
+    """Return how damped joints are that nothing drives: hardly felt by the lightest robot."""
+    load = robot.urdf.mass / max(1, len(robot.rolling_joints))
+    return min(_PASSIVE_DAMPING, _ROLLING_DAMPING * load * robot.drive.radius**2)
+
+
+def _add_joint(child: Any, joint: Joint, least_damping: float) -> None:
     slides = joint.kind == "prismatic"
     kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
     added = child.add_joint(name=joint.name, type=kind, axis=joint.axis)
-    added.damping[0] = max(joint.damping, _PASSIVE_DAMPING)
+    added.damping[0] = max(joint.damping, least_damping)
     added.frictionloss = joint.friction
     if joint.limits is not None:
         added.limited, added.range = True, joint.limits

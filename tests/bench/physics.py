@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ from arjuna_sim.model.world import World
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import ROBOT
 from tests.sim.generated import chassis, level, sill, slope
+from tests.sim.robot_files.options import robot_files
+from tests.sim.robot_files.package import write
 
 _PARKED = 60.0  # [s]
 _SLOPE = 10.0  # [deg]
@@ -53,7 +56,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--timestep", type=float, metavar="S", help="of the physics")
     parser.add_argument(
-        "--generated", type=int, metavar="N", help="measure so many generated robots instead"
+        "--generated",
+        type=int,
+        metavar="N",
+        help="measure so many generated robots instead, half of them read from files",
     )
 
 
@@ -71,10 +77,19 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     config = SimulatorConfig() if step is None else SimulatorConfig(physics_timestep=step)
     print(f"{'mm parked':>10}{'on 10 deg':>10}{'drive':>8}{'turn':>8}{'over':>7}{'sill':>8}")
     if arguments.generated is not None:
-        robots = {c.name: c.robot() for c in chassis(arguments.generated)}
+        robots = _generated(arguments.generated)
         return {name: _measure(robot, config, name) for name, robot in robots.items()}
     robot = load_robot(arguments.robot, SearchPath.of(arguments.package_path))
     return _measure(robot, config, robot.urdf.name)
+
+
+def _generated(count: int) -> dict[str, Robot]:
+    """Return robots of all sizes, and those of files written in all ways."""
+    robots = {c.name: c.robot() for c in chassis(count // 2)}
+    with tempfile.TemporaryDirectory() as folder:
+        for i, file in enumerate(robot_files(count - count // 2)):
+            robots[file.name] = load_robot(write(file, Path(folder) / str(i)))
+    return robots
 
 
 def _measure(robot: Robot, config: SimulatorConfig, name: str) -> dict[str, Any]:

@@ -16,11 +16,13 @@ from arjuna_sim.model.geometry.inertia import (
 from arjuna_sim.model.geometry.shapes import Kind, corners
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.wheels import center, radius_of
 
 CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
 _PLAUSIBLE = 20.0  # a body as light as foam lacks masses that its file forgot [kg/m^3]
 _TOUCHES = 0.008  # how far off the ground a caster may be [m]
+_BEYOND = 4.0  # of the inertia of a mass that is all at the reach of its shapes
 _LEAST = 0.01  # mass of a moving part without mass or shape [kg]
 _GRIP = 0.8  # friction of rubber on dry concrete, of wheels that Gazebo let slide
 
@@ -36,6 +38,50 @@ def complete_shapes(xml: XmlFile, urdf: Urdf) -> Urdf:
             xml.note(f"link '{name}': has no <collision>, so it is as solid as it is drawn")
             links[name] = dataclasses.replace(link, collisions=link.visuals)
     return dataclasses.replace(urdf, links=links)
+
+
+def bound_inertias(xml: XmlFile, urdf: Urdf) -> Urdf:
+    """Replace the inertias of a part that moves where its mass cannot have them in its shapes.
+
+    Such a placeholder, as 1 kg m^2 of a wheel of 50 g, is more than all else that motors move.
+    """
+    links = dict(urdf.links)
+    for group in rigid_groups(urdf):
+        most = {name: _most_inertia(urdf, group, name) for name in group}
+        said = {name: _greatest(urdf.links[name].inertial) for name in group}
+        if not sum(said.values()) > _BEYOND * sum(most.values()) > 0.0:
+            continue
+        for link in (urdf.links[name] for name in group if said[name] > _BEYOND * most[name]):
+            assert link.inertial is not None
+            mass, parts = link.inertial.mass, link.collisions or link.visuals
+            found = inertial_of_parts(parts, mass).inertia if parts else np.eye(3) * most[link.name]
+            links[link.name] = dataclasses.replace(
+                link, inertial=dataclasses.replace(link.inertial, inertia=found)
+            )
+            xml.note(
+                f"link '{link.name}': {mass:.3g} kg of its size cannot have an inertia of"
+                f" {said[link.name]:.3g} kg m^2: that of its shapes is taken"
+            )
+    return dataclasses.replace(urdf, links=links)
+
+
+def _greatest(inertial: Inertial | None) -> float:
+    return 0.0 if inertial is None else float(np.linalg.eigvalsh(inertial.inertia)[2])
+
+
+def _most_inertia(urdf: Urdf, group: list[str], name: str) -> float:
+    """Return the inertia of a link's mass at the farthest of its rigid part's shapes [kg m^2]."""
+    own = urdf.links[name].inertial
+    if own is None:
+        return 0.0
+    middle = urdf.T_root(name).apply(np.array([own.center]))
+    reaches = [
+        np.linalg.norm((urdf.T_root(n) @ part.pose).apply(corners(part.shape)) - middle, axis=1)
+        for n in group
+        for part in (*urdf.links[n].collisions, *urdf.links[n].visuals)
+        if part.shape.kind is not Kind.PLANE
+    ]
+    return own.mass * max((float(reach.max()) ** 2 for reach in reaches), default=0.0)
 
 
 def complete_masses(xml: XmlFile, urdf: Urdf) -> Urdf:
@@ -104,7 +150,10 @@ def friction_of(
     if not wheels:
         return friction
     lowest = {name: low for name in urdf.links if (low := _lowest(urdf, name)) < np.inf}
-    ground = min((lowest[name] for name in wheels if name in lowest), default=-np.inf)
+    ground = min(
+        float(center(urdf, name)[2]) - (radius_of(urdf, name) or drive.radius)
+        for name in drive.rolling
+    )
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
     for name, low in lowest.items():
         if name in carried and name not in friction and low < ground + _TOUCHES:

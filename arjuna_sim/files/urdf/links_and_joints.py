@@ -83,7 +83,8 @@ def _link(xml: XmlFile, element: Element, colours: dict[str, tuple[float, ...]])
                 material = child.find("material")
                 colour = GREY if material is None else colours.get(material.get("name", ""), GREY)
                 found.append(Part(shape, read_origin(xml, child, f"{place} {tag}"), colour))
-    inertial = read_inertial(xml, element, place, tuple(parts["collision"]))
+    shapes = tuple(parts["collision"] or parts["visual"])
+    inertial = read_inertial(xml, element, place, shapes)
     return Link(name, inertial, tuple(parts["collision"]), tuple(parts["visual"]))
 
 

@@ -11,7 +11,12 @@ from arjuna_core.errors import RobotError
 from arjuna_core.files.whole_file import read_bytes
 from arjuna_sim.files.sdf.robot_as_urdf import robot_as_urdf
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.completion import complete_masses, complete_shapes, friction_of
+from arjuna_sim.files.urdf.completion import (
+    bound_inertias,
+    complete_masses,
+    complete_shapes,
+    friction_of,
+)
 from arjuna_sim.files.urdf.drive_kinds import arranged, told_by
 from arjuna_sim.files.urdf.gazebo import read_gazebo
 from arjuna_sim.files.urdf.guess import guess_drive
@@ -108,5 +113,5 @@ def read_robot(xml: XmlFile) -> Robot:
             off = eccentricity(urdf, name)
             xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
     settings = dataclasses.replace(settings, friction=friction_of(xml, urdf, settings, drive))
-    urdf = complete_masses(xml, urdf)
+    urdf = complete_masses(xml, bound_inertias(xml, urdf))
     return Robot(urdf, settings, drive, tuple(xml.notes))

@@ -1,0 +1,78 @@
+"""Writing a robot file with the package around it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tests.sim.robot_files.drives import controllers, drive_tag
+from tests.sim.robot_files.options import RobotFile
+from tests.sim.robot_files.parts import base, caster, steered, wheel
+
+_MANIFEST = "<package format='3'><name>made_description</name></package>"
+_MACROS = """<robot xmlns:xacro='http://www.ros.org/wiki/xacro'>
+<xacro:property name='unused' value='${2 * pi}'/>
+<xacro:macro name='wheel' params='name parent axis *origin **inside side:=^|left'>
+  <link name='$(arg prefix)${name}_wheel_link'><xacro:insert_block name='inside'/></link>
+  <joint name='$(arg prefix)${name}_wheel_joint' type='continuous'>
+    <xacro:insert_block name='origin'/>
+    <parent link='${parent}'/><child link='$(arg prefix)${name}_wheel_link'/><axis xyz='${axis}'/>
+    <xacro:if value='$(arg heavy)'><dynamics damping='1'/></xacro:if>
+  </joint>
+</xacro:macro></robot>"""
+
+
+def write(robot: RobotFile, folder: Path) -> Path:
+    """Write the package of a robot; return its file."""
+    package = folder / "made_description"
+    ending = "urdf.xacro" if robot.macros else "urdf"
+    files = {
+        "package.xml": _MANIFEST,
+        f"urdf/made.{ending}": _text(robot),
+        "urdf/inc/wheel.xacro": _MACROS,
+        "config/controllers.yaml": controllers(robot),
+    }
+    for name, text in files.items():
+        path = package / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    (package / "meshes").mkdir(exist_ok=True)
+    (package / "meshes" / "unit.stl").write_bytes(_unit_wheel())
+    return package / "urdf" / f"made.{ending}"
+
+
+def _text(robot: RobotFile) -> str:
+    parts = [base(robot), *(wheel(robot, *each) for each in robot.wheels())]
+    if robot.layout == "two":
+        parts.append(caster(robot, -2.5 * robot.radius))
+    if robot.layout == "tricycle":
+        parts.append(steered(robot, "front", 3.0 * robot.radius, 0.0, ""))
+    parts.append(drive_tag(robot))
+    head = "<?xml version='1.0'?>\n<robot name='made'"
+    if not robot.macros:
+        return f"{head}>{''.join(parts)}</robot>".replace("$(find made_description)", "..")
+    return (
+        f"{head} xmlns:xacro='http://www.ros.org/wiki/xacro'>"
+        "<xacro:arg name='prefix' default=''/><xacro:arg name='heavy' default='false'/>"
+        f"<xacro:property name='r' value='{robot.radius!r}'/>"
+        "<xacro:include filename='$(find made_description)/urdf/inc/wheel.xacro'/>"
+        f"{''.join(parts)}</robot>"
+    )
+
+
+def _unit_wheel(corners: int = 48) -> bytes:
+    """Return a cylinder about z of diameter and height 1 as a binary STL."""
+    turn = 2.0 * np.pi * np.arange(corners) / corners
+    ring = np.column_stack((0.5 * np.cos(turn), 0.5 * np.sin(turn)))
+    low, high = (np.column_stack((ring, np.full(corners, z))) for z in (-0.5, 0.5))
+    after = np.roll(np.arange(corners), -1)
+    faces = [
+        *((low[i], low[j], high[j]) for i, j in enumerate(after)),
+        *((low[i], high[j], high[i]) for i, j in enumerate(after)),
+        *((high[0], high[i], high[j]) for i, j in enumerate(after)),
+        *((low[0], low[j], low[i]) for i, j in enumerate(after)),
+    ]
+    records = np.zeros(len(faces), np.dtype([("n", "<3f4"), ("p", "<9f4"), ("a", "<u2")]))
+    records["p"] = np.array(faces, np.float32).reshape(len(faces), 9)
+    return bytes(80) + len(faces).to_bytes(4, "little") + records.tobytes()
