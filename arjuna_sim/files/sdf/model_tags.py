@@ -122,7 +122,7 @@ class ModelReader:
         scope = Scope(xml, model, place)
         frame = model.get("placement_frame", "")
         T_world = pose if placed or not frame else pose @ scope.find(frame).inverse()
-        static = static or (model.findtext("static") or "").strip().lower() in _TRUE
+        static = static or is_static(model)
         for tag in sorted({child.tag for child in model} - set(_OF_MODEL)):
             xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
         for link in model.findall("link"):
@@ -130,7 +130,7 @@ class ModelReader:
                 links.append(self._link(xml, link, scope, T_world, (prefix, place, static)))
         for joint in model.findall("joint"):
             with leaving_out(xml, f"{place} joint '{joint.get('name', '?')}'"):
-                joints.append(_joint(xml, joint, scope, T_world, prefix))
+                joints.append(read_joint(xml, joint, scope, T_world, prefix))
         for nested in model.findall("model"):
             name = nested.get("name", "?")
             with leaving_out(xml, f"{place} model '{name}'"):
@@ -178,7 +178,24 @@ def _part(
     return Part(shape, pose, read_colour(xml, element, place), read_friction(xml, element, place))
 
 
-def _joint(xml: XmlFile, joint: Element, scope: Scope, T_world: Pose3, prefix: str) -> SdfJoint:
+def is_static(model: Element) -> bool:
+    """Tell whether a model stands fast by what it says itself."""
+    return (model.findtext("static") or "").strip().lower() in _TRUE
+
+
+def read_joint(xml: XmlFile, joint: Element, scope: Scope, T_world: Pose3, prefix: str) -> SdfJoint:
+    """Read a `<joint>` of a model, or of the world.
+
+    Args:
+        xml: The file.
+        joint: The joint.
+        scope: The frames that it may name.
+        T_world: Where those are.
+        prefix: Of the links' paths.
+
+    Raises:
+        WorldError: An end is missing, or a frame does not exist.
+    """
     place = f"joint '{joint.get('name', '?')}'"
     ends = []
     for tag in ("parent", "child"):

@@ -11,9 +11,10 @@ from arjuna_sim.files.sdf.actor_tags import read_actor
 from arjuna_sim.files.sdf.earth_tags import read_earth
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
-from arjuna_sim.files.sdf.model_tags import PARTS_MAX, ModelReader, parts_of
+from arjuna_sim.files.sdf.model_tags import PARTS_MAX, ModelReader, SdfJoint, parts_of
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
 from arjuna_sim.files.sdf.surface_tags import read_gravity
+from arjuna_sim.files.sdf.world_joints import world_joints
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import Actor
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
@@ -25,7 +26,7 @@ from arjuna_sim.model.world import Body, World, ground
 
 _UNLIT = (
     *("light", "gui", "physics", "gravity", "scene", "plugin", "state", "magnetic_field"),
-    *("frame", "atmosphere", "wind", "spherical_coordinates", "audio"),
+    *("frame", "joint", "atmosphere", "wind", "spherical_coordinates", "audio"),
 )
 _MASS = 1.0  # SDF's default [kg]
 _MASS_MAX = 1e7  # [kg]
@@ -76,6 +77,7 @@ class _Reader:
         self._includes = Includes(xml)
         self._models = ModelReader(self._includes)
         self._used: set[str] = set()
+        self._held: dict[str, list[SdfJoint]] = {}
         self.bodies: list[Body] = []
         self.actors: list[Actor] = []
         self.masses: dict[str, float] = {}
@@ -87,6 +89,7 @@ class _Reader:
         xml = self._xml
         self._includes.expand(xml, world)
         scope, moved = Scope(xml, world, "world"), _states(xml, world)
+        self._held = world_joints(xml, world, scope)
         for element in world:
             name = element.get("name", "")
             with leaving_out(xml, f"{element.tag} '{name}'"):
@@ -104,6 +107,7 @@ class _Reader:
         xml = self._xml
         name = self._free_name(xml.attribute(model, "name", "a model"))
         links, joints = self._models.read(xml, model, pose, placed)
+        joints += self._held.pop(name, [])
         for group in rigid_groups(xml, f"model '{name}'", links, joints):
             solid = any(link.solid for link in group.links)
             moves = solid and not group.fast

@@ -1,0 +1,73 @@
+"""Joints that stand in a world, beside the models that they hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.world_file import load_world
+from arjuna_sim.model.world import World
+from tests.sim.builders import simulator, texts
+
+_INERTIAL = "<inertial><mass>4</mass></inertial>"
+_LEAF = "<geometry><box><size>0.05 1 1</size></box></geometry>"
+
+
+def _model(name: str, pose: str, static: bool = False) -> str:
+    inside = f"<link name='l'>{_INERTIAL}<collision name='c'>{_LEAF}</collision></link>"
+    told = f"<static>{str(static).lower()}</static>"
+    return f"<model name='{name}'>{told}<pose>{pose}</pose>{inside}</model>"
+
+
+def _joint(kind: str, parent: str, child: str, inside: str = "") -> str:
+    ends = f"<parent>{parent}</parent><child>{child}</child>"
+    axis = "<axis><xyz>0 0 1</xyz></axis>" if kind == "revolute" else ""
+    return f"<joint name='j' type='{kind}'>{ends}{axis}{inside}</joint>"
+
+
+def _world(folder: Path, inside: str) -> Path:
+    ground = "<include><uri>model://ground_plane</uri></include>"
+    path = folder / "made.world"
+    path.write_text(
+        f"<sdf version='1.10'><world name='w'>{ground}{inside}</world></sdf>", encoding="utf-8"
+    )
+    return path
+
+
+def _read(folder: Path, inside: str) -> World:
+    return load_world(_world(folder, inside))
+
+
+@pytest.mark.parametrize(
+    ("parent", "child"), [("world", "door::l"), ("post::l", "door"), ("post", "door::l")]
+)
+def test_a_door_of_the_world_hangs_on_its_hinge(tmp_path: Path, parent: str, child: str) -> None:
+    post = _model("post", "2 -2 0.5 0 0 0", static=True)
+    hinge = _joint("revolute", parent, child, "<pose>0 -0.5 0 0 0 0</pose>")
+    world = _read(tmp_path, post + _model("door", "2 0 0.6 0 0 1.2") + hinge)
+    assert texts(world.notes) == ()
+    assert world.hinges["door::l"].axis == pytest.approx((0.0, 0.0, 1.0))
+    assert world.hinges["door::l"].anchor == pytest.approx((0.0, -0.5, 0.0))
+
+
+def test_what_is_fixed_to_the_world_stays_in_the_air(tmp_path: Path) -> None:
+    joint = _joint("fixed", "world", "sign")
+    sim = simulator(_world(tmp_path, _model("sign", "2 0 2 0 0 0") + joint))
+    for _ in range(50):
+        sim.step()
+    assert sim.stage.motion("sign").pose == Pose3((2.0, 0.0, 2.0))
+
+
+def test_a_joint_of_two_that_move_is_left_out_by_name(tmp_path: Path) -> None:
+    models = _model("a", "2 0 0.5 0 0 0") + _model("b", "4 0 0.5 0 0 0")
+    world = _read(tmp_path, models + _joint("fixed", "a::l", "b::l"))
+    assert "joint 'j': connects no model to what stands fast: not simulated" in texts(world.notes)
+    assert set(world.masses) == {"a", "b"}
+
+
+def test_a_joint_whose_link_does_not_exist_costs_no_model(tmp_path: Path) -> None:
+    world = _read(tmp_path, _model("a", "2 0 0.5 0 0 0") + _joint("fixed", "world", "c::l"))
+    assert set(world.masses) == {"a"}
+    assert any(note.startswith("joint 'j' is left out") for note in texts(world.notes))
