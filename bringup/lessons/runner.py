@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from types import TracebackType
 
 from arjuna_core.errors import ArjunaError
 from bringup.lessons.page import Command, Section
@@ -55,12 +54,7 @@ class Running:
     def __enter__(self) -> Running:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *ended: object) -> None:
         """End it as Ctrl-C does, or by force where it does not mind."""
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -48,13 +49,13 @@ class SqliteBag:
             if reader.message_count:  # rosbags ends one nanosecond after the last message
                 self.entry.start, self.entry.end = reader.start_time, reader.end_time - 1
 
-    def _open(self) -> Any:
+    def _open(self) -> closing[Reader]:
         try:
             reader = Reader(self.path)
             reader.open()
         except _DAMAGE as error:
             raise InputFileError(self.path, f"is no recording of rosbag2: {_why(error)}") from error
-        return _Opened(reader)
+        return closing(reader)
 
     def messages(
         self, takes: Callable[[str], bool] = lambda topic: True, start: int = 0
@@ -73,19 +74,6 @@ class SqliteBag:
                 note = f"{self.path.name}: damaged ({_why(error)}); read up to there"
                 if note not in self.problems:
                     self.problems.append(note)
-
-
-class _Opened:
-    """Closes an opened reader."""
-
-    def __init__(self, reader: Any) -> None:
-        self._reader = reader
-
-    def __enter__(self) -> Any:
-        return self._reader
-
-    def __exit__(self, *ended: object) -> None:
-        self._reader.close()
 
 
 def _topic(connection: Any) -> TopicInfo:
