@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from arjuna_core.se2 import IDENTITY, SE2, wrap
+from arjuna_core.pose3 import Pose3
+from arjuna_core.se2 import IDENTITY, SE2, wrap, yaw_of
 
 SEEDS = range(20)
 
@@ -114,3 +115,20 @@ def test_interpolation_ends_at_the_ends_and_takes_the_shorter_turn(seed: int) ->
 def test_arrays_round_trip() -> None:
     pose = SE2(1.0, -2.0, 0.5)
     assert SE2.from_array(pose.array()) == pose
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_yaw_of_a_tilted_quaternion_of_any_length(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    roll, pitch, yaw = rng.uniform((-3.1, -1.5, -3.1), (3.1, 1.5, 3.1)).tolist()
+    scale = float(rng.uniform(0.1, 3.0))
+    w, x, y, z = (
+        scale * part for part in Pose3.from_rpy((0.0, 0.0, 0.0), (roll, pitch, yaw)).quaternion
+    )
+    assert yaw_of(x, y, z, w) == pytest.approx(yaw, abs=1e-9)
+
+
+@pytest.mark.parametrize("quaternion", [(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, math.nan, 1.0)])
+def test_what_is_no_rotation_has_no_yaw(quaternion: tuple[float, float, float, float]) -> None:
+    with pytest.raises(ValueError, match="is no rotation"):
+        yaw_of(*quaternion)

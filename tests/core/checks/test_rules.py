@@ -10,6 +10,7 @@ import pytest
 
 from arjuna_core.checks import limits
 from arjuna_core.checks.rules import (
+    cloud_problem,
     covariance_problem,
     grid_problem,
     imu_problem,
@@ -125,6 +126,30 @@ def test_maps_of_cells_that_cannot_be_are_refused(resolution: float) -> None:
 )
 def test_maps_of_sizes_that_cannot_be_are_refused(width: int, height: int, cells: int) -> None:
     assert f"for {width} x {height}" in str(grid_problem(grid(0.05, width, height, cells)))
+
+
+def cloud(bytes_given: int, **changed: Any) -> Any:
+    """Return two rows of three points, 24 bytes each, x, y and z as float64."""
+    fields = [SimpleNamespace(name=n, offset=8 * k, datatype=8) for k, n in enumerate("xyz")]
+    layout = {"width": 3, "height": 2, "point_step": 24, "row_step": 72, "fields": fields}
+    return SimpleNamespace(data=bytes(bytes_given), **{**layout, **changed})
+
+
+def test_a_cloud_that_fills_its_bytes_is_taken() -> None:
+    assert cloud_problem(cloud(144)) is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "problem"),
+    [
+        ({"row_step": 71}, "71 bytes a row"),
+        ({"height": 3}, "144 bytes for 3 rows of 3 points"),
+        ({"point_step": 23, "row_step": 72}, "'z' is no field of a point"),
+        ({"fields": []}, "'x' is no field of a point"),
+    ],
+)
+def test_clouds_that_cannot_be_are_refused(changed: dict[str, Any], problem: str) -> None:
+    assert problem in str(cloud_problem(cloud(144, **changed)))
 
 
 def test_an_imu_without_orientation_says_so_by_its_covariance() -> None:

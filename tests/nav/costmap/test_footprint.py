@@ -24,6 +24,12 @@ def test_radii_of_a_polygon_with_padding() -> None:
     assert footprint.circumscribed_radius == pytest.approx(math.hypot(0.235, 0.20))
 
 
+def test_padding_leaves_a_corner_on_an_axis_there() -> None:
+    kite = np.array([[0.4, 0.0], [0.0, 0.2], [-0.3, 0.0], [0.0, -0.2]])
+    padded = Footprint.polygon(kite, padding=0.05).points
+    assert padded == pytest.approx(np.array([[0.45, 0.0], [0.0, 0.25], [-0.35, 0.0], [0.0, -0.25]]))
+
+
 def test_parses_nav2s_parameters() -> None:
     circle = Footprint.parse("[]", 0.25, 0.03)
     assert circle.circular

@@ -47,6 +47,16 @@ def test_the_speed_falls_with_the_time_before_a_collision(gap: float, seconds: f
     assert verdict.velocity.v == pytest.approx(0.4 * seconds / 1.2, abs=0.4 * 0.11 / 1.2)
 
 
+@pytest.mark.parametrize("gap", np.arange(0.02, 1.5, 0.06).tolist())
+def test_nobody_is_made_faster_and_who_comes_nearer_is_no_faster_than_before(gap: float) -> None:
+    nearer, farther = (
+        judge(Velocity(0.4, 0.1), cluster(0.25 + each, 0.0), **LATER).velocity
+        for each in (gap, gap + 0.06)
+    )
+    assert 0.0 <= nearer.v <= farther.v + 1e-9 <= 0.4 + 2e-9
+    assert nearer.w == pytest.approx(0.25 * nearer.v)
+
+
 def test_a_turn_is_slowed_where_a_corner_would_hit() -> None:
     long = Footprint.polygon(np.array([[0.4, 0.1], [0.4, -0.1], [-0.4, -0.1], [-0.4, 0.1]]))
     monitor = CollisionMonitor(load(MonitorConfig, LATER))

@@ -14,7 +14,7 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.logs.carmen import read_carmen
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
-from arjuna_slam.logs.relations import evaluate
+from arjuna_slam.logs.relations import evaluate, read_relations
 from arjuna_slam.offline import run
 from arjuna_slam.slam import Slam
 from tests.slam.slam_room import ranges_at, room
@@ -65,6 +65,16 @@ def test_a_replayed_log_meets_its_relations_and_a_stamp_that_steps_back_is_used(
     assert result.count == 2
     assert result.translation[0] < 0.01
     assert result.rotation[0] < 0.003
+
+
+def test_relations_are_read_from_a_file_of_eight_columns(tmp_path: Path) -> None:
+    path = tmp_path / "a.relations"
+    path.write_text("# t1 t2 x y z roll pitch yaw\n1 2 0.5 -0.1 0 0 0 0.3\n", encoding="utf-8")
+    assert read_relations(path).tolist() == [[1.0, 2.0, 0.5, -0.1, 0.0, 0.0, 0.0, 0.3]]
+    for text, problem in (("1 2 3\n", "has 3 columns"), ("a b\n", "cannot be read as relations")):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(InputFileError, match=problem):
+            read_relations(path)
 
 
 def test_relation_errors_are_those_of_the_metric() -> None:
