@@ -221,11 +221,11 @@ class PathFollower:
         What moves and is in the way will have gone: it is waited for, as long as progress allows.
         """
         manoeuvre, passage = self._manoeuvre, self._passage
-        command = passage.compute(pose, velocity, costmap, now)
+        command, ending = passage.compute(pose, velocity, costmap, now), passage.may_end
         if command is None:
-            command = manoeuvre.compute(pose, costmap)
-            if command is not None and manoeuvre.may_end(pose, self._controller.path, costmap):
-                command = self._faster(command, pose, velocity, costmap, now)
+            command, ending = manoeuvre.compute(pose, costmap), manoeuvre.may_end
+        if command is not None and ending(pose, self._controller.path, costmap):
+            command = self._faster(command, pose, velocity, costmap, now)
         if command is not None:
             return ControlResult(ControlStatus.SUCCEEDED, command)
         control = self._controller.compute(pose, velocity, costmap, now)
@@ -248,11 +248,12 @@ class PathFollower:
     def _faster(
         self, command: Velocity, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
     ) -> Velocity:
-        """Leave a manoeuvre to the controller if that drives on faster; return what to drive."""
+        """Leave the rest to the controller if that drives on faster; return what to drive."""
         control = self._controller.compute(pose, velocity, costmap, now)
         if control.status is not ControlStatus.SUCCEEDED or control.velocity.v <= command.v:
             return command
         self._manoeuvre.reset()
+        self._passage.reset()
         self._sought = False
         return control.velocity
 

@@ -18,6 +18,7 @@ from arjuna_nav.controllers.passage.strip import follow_line, line_bend, widest_
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
+from arjuna_nav.planners.turning.passage import first_blocked
 
 _SPANS = (0.3, 0.15)  # of the strip before and behind the narrowest place, the first that does [m]
 _BESIDE, _TURNED = 0.25, 0.8  # how far the strip may be off the path [m], [rad]
@@ -28,6 +29,7 @@ _BEFORE = 0.12  # from the nose to the place where it lines up before it [m]
 _AHEAD = 0.15  # of the motion that must be free [m]
 _LOOKAHEAD = 0.2  # of the steering [m]
 _STEP = 0.02  # between two looks at a motion [m]
+_ROOM = 1.0  # of the path, in which the outline fits where the gap is over [m]
 _WAITS = 1.0  # for points that come and go [s]
 _TRIES = 3
 
@@ -129,6 +131,18 @@ class Passage:
             self._stage, self._blocked_since = _Stage.THROUGH, math.inf
         return self._drive(pose, points, costmap, now)
 
+    def may_end(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
+        """Tell whether a controller may go on from here, if it can.
+
+        It may where the narrowest place is behind the robot's middle, and the outline fits where
+        the path leads: points beside the line need not be those of the gap.
+        """
+        if self._stage is not _Stage.THROUGH or (self._line.inverse() @ pose).x < 0.0:
+            return False
+        ahead = paths.ahead(path, pose)
+        near = ahead[paths.along(ahead) <= _ROOM]
+        return first_blocked(near, costmap, self._footprint) is None
+
     def _narrowest(self, path: NDArray[np.float64], points: NDArray[np.float64]) -> SE2 | None:
         """Return the path's pose that is nearest to an obstacle, None where there is room."""
         along = paths.along(path)
@@ -153,7 +167,7 @@ class Passage:
         return None
 
     def _start(self, pose: SE2, points: NDArray[np.float64], costmap: Costmap) -> bool:
-        """Drive on where that is free, else come to the place before the gap."""
+        """Drive on where that is free, else come to the place before the gap, if it is ahead."""
         seen, at = self._line.inverse().apply(points), self._line.inverse() @ pose
         first, last = self._extent(seen)
         self._entry = self._line @ SE2(first - self._front - _BEFORE, -self._middle)
@@ -162,7 +176,8 @@ class Passage:
             self._stage = _Stage.THROUGH
             return True
         self._tries += 1
-        if self._tries > _TRIES or not self._manoeuvre.begin_to(pose, self._entry, costmap):
+        tried = at.x >= last or self._tries > _TRIES
+        if tried or not self._manoeuvre.begin_to(pose, self._entry, costmap):
             self.reset()
             return False
         self._stage = _Stage.COMING

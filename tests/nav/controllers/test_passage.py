@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -14,14 +15,16 @@ from arjuna_core.twist import STILL
 from arjuna_nav.controllers.manoeuvre.manoeuvre import ManoeuvreConfig
 from arjuna_nav.controllers.passage.passage import Passage, PassageConfig
 from arjuna_nav.controllers.passage.strip import follow_line, widest_strip
-from arjuna_nav.costmap import CostmapConfig, LayeredCostmap, PlacedScan
+from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.footprint import Footprint
 from tests.helpers.nav.bodies import Body
 from tests.helpers.nav.doors import Door
 from tests.helpers.nav.played import Play
-from tests.nav.worlds import costmap_of, empty_grid, polyline
+from tests.nav.worlds import block, costmap_of, empty_grid, polyline
 
 ROBOT = Body.box(0.45, 0.38)
+START = SE2(1.5, 2.0)
+PATH = polyline([(1.5, 2.0), (2.6, 2.0), (2.6, 3.6)], 0.0)
 
 
 def sides(width: float, length: float = 0.2) -> NDArray[np.float64]:
@@ -94,3 +97,40 @@ def test_does_nothing_where_there_is_room_or_where_it_is_not_wanted() -> None:
     assert not passage.begin(SE2(1.0, 2.0), path, costmap)
     assert passage.compute(SE2(1.0, 2.0), STILL, costmap, 0.0) is None
     assert not passage.active
+
+
+def begun_before(*beyond: tuple[float, float, float, float]) -> tuple[Passage, Costmap]:
+    """Return a passage begun before a gap, behind which blocks stand, `x, y, width, height`."""
+    grid = empty_grid(5.0, 4.0)
+    for one in ((2.0, 0.0, 0.2, 1.75), (2.0, 2.25, 0.2, 1.75), *beyond):
+        block(grid, *one)
+    outline = Footprint.polygon(ROBOT.corners)
+    costmap = costmap_of(grid, footprint=str(ROBOT.corners.tolist()))
+    passage = Passage(PassageConfig(), ManoeuvreConfig(), outline, outline)
+    assert passage.begin(START, PATH, costmap)
+    return passage, costmap
+
+
+def drive(passage: Passage, costmap: Costmap, until: Callable[[SE2], bool]) -> SE2:
+    """Return where a robot comes that does as a passage says."""
+    pose, now = START, 0.0
+    while passage.active and not until(pose) and now < 30.0:
+        command, now = passage.compute(pose, STILL, costmap, now), now + 0.05
+        if command is not None:
+            pose = pose @ SE2.exp((0.05 * command.v, 0.0, 0.05 * command.w))
+    return pose
+
+
+def test_a_controller_goes_on_once_the_gap_is_behind() -> None:
+    passage, costmap = begun_before((2.2, 1.65, 1.6, 0.1))  # a wall beside what follows
+    end = drive(passage, costmap, lambda pose: passage.may_end(pose, PATH, costmap))
+    assert passage.active
+    assert 2.0 < end.x < 2.7
+
+
+def test_does_not_go_back_to_a_gap_that_it_is_through() -> None:
+    passage, costmap = begun_before((2.95, 1.6, 0.2, 0.8))
+    end = drive(passage, costmap, lambda pose: pose.x > 2.5 and abs(pose.theta) > 0.5)
+    assert not passage.active
+    assert end.x > 2.5
+    assert abs(end.theta) < 0.5
