@@ -3,78 +3,22 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
-from xml.etree.ElementTree import Element, ParseError, TreeBuilder  # parsing is defusedxml's
+from xml.etree.ElementTree import Element, ParseError  # parsing is defusedxml's
 
 from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import DefusedXMLParser
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.whole_file import read_bytes
 from arjuna_sim.files.search_path import EscapeError, SearchPath
+from arjuna_sim.files.xml_text import parse_xml
 from arjuna_sim.model.geometry.shapes import Mesh, Terrain
 from arjuna_sim.model.notes import Note, NoteKind
 
-# Bounds on hostile files: what still loads within 2 s and 500 MB (tests/sim/files/test_fuzz.py).
-BYTES_MAX = 20_000_000
-_ELEMENTS_MAX = 300_000
-_DEPTH_MAX = 100
+BYTES_MAX = 20_000_000  # a hostile file still loads within 2 s and 500 MB
 _TEXT_MAX = 1000
-_PREFIXES_MAX = 20
-_PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
-_DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
-_ROOT = re.compile(rb"<[A-Za-z_][\w.-]*")
 _SIZE_MAX = 1e5  # [m]
 _PLACE_MAX = 1e6  # [m]
-
-
-class _Builder(TreeBuilder):
-    """Builds elements, as long as there are not too many of them."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._count = self._depth = 0
-
-    def start(self, tag: str, attributes: dict[str, str], /) -> Element:
-        self._count += 1
-        self._depth += 1
-        if self._count > _ELEMENTS_MAX or self._depth > _DEPTH_MAX:
-            problem = f"it has more than {_ELEMENTS_MAX} elements, or more than {_DEPTH_MAX} nested"
-            raise ValueError(problem)
-        return super().start(tag, attributes)
-
-    def end(self, tag: str, /) -> Element:
-        self._depth -= 1
-        return super().end(tag)
-
-
-def parse_xml(text: bytes) -> Element:
-    """Parse plain XML: no DTD, no entities, no more elements than any robot or world has.
-
-    A prefix that nobody declares stands for itself, and blanks may stand before the declaration,
-    as for Gazebo's own parser.
-
-    Raises:
-        ParseError: It is broken.
-        DefusedXmlException: It declares a DTD or entities.
-        ValueError: It is too large, or its encoding is unknown.
-    """
-    try:
-        return _parse(text)
-    except ParseError as error:
-        if "unbound prefix" not in str(error):
-            raise
-    prefixes = sorted(set(_PREFIX.findall(text)) - set(_DECLARED.findall(text)))
-    declared = b"".join(b" xmlns:%b='%b'" % (prefix, prefix) for prefix in prefixes[:_PREFIXES_MAX])
-    return _parse(_ROOT.sub(lambda found: found.group() + declared, text, count=1))
-
-
-def _parse(text: bytes) -> Element:
-    parser = DefusedXMLParser(target=_Builder(), forbid_dtd=True)
-    parser.feed(text.lstrip() if text.lstrip().startswith(b"<?xml") else text)
-    root: Element = parser.close()
-    return root
 
 
 class XmlFile:

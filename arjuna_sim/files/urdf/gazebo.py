@@ -85,6 +85,9 @@ class _Reader:
             if plain(child.tag) in ("mu1", "mu", "mu2", *_CONTACT):
                 place = f"gazebo '{link}' {child.tag}"
                 text = (child.text or "").strip() or child.get("value", "")
+                if not text:
+                    self._xml.note(f"{place}: is empty, so it is left out", NoteKind.BROKEN)
+                    continue
                 values[plain(child.tag)] = self._xml.numbers(text, 1, place)[0]
         stiffness = {key: value for key, value in values.items() if key in _CONTACT}
         if stiffness:

@@ -24,7 +24,7 @@ from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.stand_up import stand_up
 from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
 from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import ANCHOR, Robot
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.wheels import eccentricity, is_round, wheel_sign
 
@@ -114,4 +114,6 @@ def read_robot(xml: XmlFile) -> Robot:
             xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
     settings = dataclasses.replace(settings, friction=friction_of(xml, urdf, settings, drive))
     urdf = complete_masses(xml, bound_inertias(xml, urdf))
+    if urdf.root == ANCHOR and drive.wheels:
+        xml.note(f"link '{ANCHOR}': fixes it to the world, as in Gazebo: it does not drive")
     return Robot(urdf, settings, drive, tuple(xml.notes))
