@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -24,10 +25,13 @@ WORLDS = sorted(
 )
 
 
+_robot, _world = cache(load_robot), cache(load_world)  # plain values; xacro takes most of the time
+
+
 def _drive(robot: Path, world: Path, seed: int) -> tuple[bytes, float, bool]:
     """Drive for 2 s; return all that was sensed, how far the robot came [m], and if noise came."""
     rng = np.random.default_rng(seed)
-    sim = Simulator(load_robot(robot), load_world(world), SimulatorConfig(), rng)
+    sim = Simulator(_robot(robot), _world(world), SimulatorConfig(), rng)
     assert sim.obstacles_at(sim.spawn) == ()
     parts, is_noisy = [], False
     for _ in range(round(2.0 / sim.config.tick)):
