@@ -38,6 +38,12 @@ def test_it_finds_what_python_finds(seed: int) -> None:
         assert Pattern(expression).found_in(text) == expected, (expression, text)
 
 
+@pytest.mark.parametrize("expression", [r"\Aab", r"b\Z", r"\Z", "b$", "^$", r"\Bb", r"a\B"])
+@pytest.mark.parametrize("text", ["", "ab", "ab\n", "bab", "a b", "\n"])
+def test_anchors_stand_where_python_s_do(expression: str, text: str) -> None:
+    assert Pattern(expression).found_in(text) == (re.search(expression, text) is not None)
+
+
 def test_the_longest_expression_is_searched() -> None:
     assert Pattern("a" * LONGEST).found_in("a" * LONGEST)
 

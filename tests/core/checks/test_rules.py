@@ -113,6 +113,8 @@ def test_scans_that_cannot_be_are_refused(changed: dict[str, Any], problem: str)
 def test_a_map_as_it_comes_over_the_wire_is_taken() -> None:
     assert grid_problem(grid(0.05000000074505806)) is None
     assert grid_problem(grid(0.05, limits.CELLS, 1, limits.CELLS)) is None
+    assert grid_problem(grid(limits.FINEST, 1, 1, 1)) is None
+    assert grid_problem(grid(limits.COARSEST, 1, 1, 1)) is None
 
 
 @pytest.mark.parametrize("resolution", [0.0, -0.05, 1e-9, 1e-6, 1e-3, 1e30])

@@ -125,3 +125,4 @@ def test_waits_as_long_as_asked() -> None:
     assert wait.tick(SE2(), None, 10.0).progress == 5.0
     assert wait.tick(SE2(), None, 14.9).status is BehaviorStatus.RUNNING
     assert wait.tick(SE2(), None, 15.0).status is BehaviorStatus.SUCCEEDED
+    assert wait.tick(SE2(), None, 15.1).progress == 0.0

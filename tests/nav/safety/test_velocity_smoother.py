@@ -53,6 +53,23 @@ def test_braking_has_a_limit_of_its_own() -> None:
     assert slower.v == pytest.approx(0.4 - 0.5 * PERIOD)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_starting_to_either_side_takes_the_acceleration_turning_round_the_braking(
+    side: float,
+) -> None:
+    limits: dict[str, Any] = {"max_accel": (0.5, 0.0, 1.0), "max_decel": (-2.0, 0.0, -3.0)}
+    started = said(driven(Velocity(0.4 * side, 0.6 * side), 2, **limits))
+    assert started[0] == pytest.approx((0.5 * PERIOD * side, 1.0 * PERIOD * side))
+    smoother = VelocitySmoother(load(SmoothingConfig, LIMITS | limits))
+    for k in range(40):
+        smoother.take(Velocity(0.4 * side, 0.0), k * PERIOD)
+        smoother.tick(STILL, k * PERIOD)
+    smoother.take(Velocity(-0.4 * side, 0.0), 2.0)
+    turned = smoother.tick(STILL, 2.0)
+    assert turned is not None
+    assert turned.v == pytest.approx((0.4 - 2.0 * PERIOD) * side)
+
+
 def test_commands_beyond_the_greatest_speeds_are_cut() -> None:
     assert said(driven(Velocity(9.0, -9.0), 18))[-1] == pytest.approx((0.5, -2.5))
     assert said(driven(Velocity(-9.0, 9.0), 18))[-1] == pytest.approx((-0.5, 2.5))

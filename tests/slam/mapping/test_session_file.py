@@ -143,6 +143,17 @@ def test_arrays_that_do_not_fit_are_refused(
         load_session(file)
 
 
+def test_submaps_of_no_node_or_of_more_than_there_are_are_refused(file: Path) -> None:
+    with np.load(file) as archive:
+        sizes = archive["submap_sizes"]
+    content = file.read_bytes()
+    for wrong in (np.append(sizes, sizes.dtype.type(0)), sizes + sizes.dtype.type(1)):
+        file.write_bytes(content)
+        file.write_bytes(packed(file, {"submap_sizes": wrong}))
+        with pytest.raises(SessionFileError, match="submap_sizes: not as many as nodes"):
+            load_session(file)
+
+
 def test_a_compressed_archive_is_refused_before_it_is_unpacked(file: Path) -> None:
     file.write_bytes(packed(file, {"ranges": np.zeros(10**7, np.float32)}, True))
     assert file.stat().st_size < 10**6
