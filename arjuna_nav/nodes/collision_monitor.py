@@ -128,7 +128,7 @@ class CollisionMonitorNode(ManagedNode):
             return Verdict(STILL, Action.STOP, _BLIND)
         padding = self._costmap.config.footprint_padding
         outline = self._costmap.layered.footprint.without(padding)
-        return self._monitor.judge(velocity, seen[0], outline, seen[1])
+        return self._monitor.judge(velocity, seen[0], outline, seen[1], self._moving.speeds)
 
     def _seen(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Return what was last seen from where the robot is now, and how it moves; None if blind.

@@ -20,6 +20,7 @@ _SCALES = (1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)
 _PARTS = (1.0, 0.7, 0.4, 0.2, 0.0)
 """Of a velocity, tried one after the other before what moves."""
 _ROOM = 0.1  # kept to what moves, all round [m]
+_TURNS = 0.5  # of its speed, that what goes away may come back with at once
 _REACTION = 0.1  # from a scan to the wheels [s]
 _AT_ONCE = 1e-3  # a robot that is at rest so soon stands [s]
 
@@ -59,6 +60,7 @@ class ApproachZone:
         points: NDArray[np.float64],
         footprint: Footprint,
         motions: NDArray[np.float64] | None = None,
+        speeds: NDArray[np.float64] | None = None,
     ) -> float:
         """Return how long nothing is met, as a part of the time to be kept.
 
@@ -70,8 +72,10 @@ class ApproachZone:
             return 1.0
         allowed = self._before_what_stands(velocity, points, footprint)
         if motions is not None and zone.moving_time > 0.0:
-            moves = motions.any(axis=1)
-            ahead = self._before_what_moves(velocity, points[moves], motions[moves], footprint)
+            speeds = np.hypot(*motions.T) if speeds is None else speeds
+            moves = speeds > 0.0
+            seen = points[moves], motions[moves], speeds[moves]
+            ahead = self._before_what_moves(velocity, *seen, footprint)
             allowed = min(allowed, ahead)
         return allowed
 
@@ -97,19 +101,21 @@ class ApproachZone:
         velocity: Velocity,
         points: NDArray[np.float64],
         motions: NDArray[np.float64],
+        speeds: NDArray[np.float64],
         footprint: Footprint,
     ) -> float:
         """Return the greatest part of a velocity that keeps clear of what moves.
 
         Where all of them meet it the robot stands, unless it is met no sooner while it goes on.
         """
-        reach = self._config.moving_time * (np.hypot(*motions.T) + abs(velocity.v))
+        reach = self._config.moving_time * (speeds + abs(velocity.v))
         gaps, away = footprint.gaps(points)
         near = gaps <= reach + _ROOM
         if not near.any():
             return 1.0
         points, motions = points[near], motions[near]
-        part = self._at_rest_in_time(velocity, gaps[near], away[near], motions, footprint)
+        turned = _turned_here(away[near], motions, speeds[near])
+        part = self._at_rest_in_time(velocity, gaps[near], away[near], turned, footprint)
         grown = footprint.scaled(1.0 + _ROOM / footprint.inscribed_radius)
         outline = grown if gaps.min() > _ROOM else footprint
         if gaps.min() <= 0.0:
@@ -125,24 +131,22 @@ class ApproachZone:
         velocity: Velocity,
         gaps: NDArray[np.float64],
         away: NDArray[np.float64],
-        motions: NDArray[np.float64],
+        speeds: NDArray[np.float64],
         footprint: Footprint,
     ) -> float:
-        """Return the greatest part that can be braked before what moves, wherever it turns to.
+        """Return the greatest part that can be braked before what may come at speeds.
 
         The robot is at rest by then, or moves away: it may be walked into, but walks into nobody.
 
         Source: passive motion safety, as Macek et al., Towards safe vehicle navigation in dynamic
             urban scenarios, Automatika 2009.
         """
-        zone, speeds = self._config, np.hypot(*motions.T)
+        zone = self._config
         closing = velocity.v * away[:, 0] + abs(velocity.w) * footprint.circumscribed_radius
         meets = closing > 0.0
         if not meets.any():
             return 1.0
-        nears = speeds - (away * motions).sum(axis=1)
-        speeds = np.clip(2.0 * nears, 0.0, speeds)[meets]  # less only of what goes away
-        closing = closing[meets]
+        speeds, closing = speeds[meets], closing[meets]
         stops = max(
             abs(velocity.v) / zone.deceleration, abs(velocity.w) / zone.angular_deceleration
         )
@@ -188,6 +192,15 @@ class ApproachZone:
             if _count(points, outline) < self._config.min_points:
                 return points, outline
         return points[~footprint.holds(points)], footprint
+
+
+def _turned_here(
+    away: NDArray[np.float64], motions: NDArray[np.float64], speeds: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return how fast things may come, wherever they turn to; less only of what goes away."""
+    own = np.hypot(*motions.T)
+    nears = np.clip(2.0 * (own - (away * motions).sum(axis=1)), _TURNS * own, own)
+    return np.where(own > 0.0, nears, speeds)
 
 
 def _count(points: NDArray[np.float64], outline: Footprint) -> int:

@@ -37,6 +37,7 @@ class Zone(Protocol):
         points: NDArray[np.float64],
         footprint: Footprint,
         motions: NDArray[np.float64] | None = None,
+        speeds: NDArray[np.float64] | None = None,
     ) -> float:
         """Return the part of a velocity that it allows, 0 to 1.
 
@@ -45,5 +46,6 @@ class Zone(Protocol):
             points: What is seen, `(N, 2) float64` in the base frame [m].
             footprint: The robot.
             motions: Their velocities over ground, `(N, 2)` in the base frame [m/s].
+            speeds: At which each may turn to the robot, `(N,)` [m/s]; its motion's if None.
         """
         ...

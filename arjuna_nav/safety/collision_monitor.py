@@ -57,6 +57,7 @@ class CollisionMonitor:
         points: NDArray[np.float64],
         footprint: Footprint,
         motions: NDArray[np.float64] | None = None,
+        speeds: NDArray[np.float64] | None = None,
     ) -> Verdict:
         """Return what may be driven.
 
@@ -65,10 +66,11 @@ class CollisionMonitor:
             points: What is seen, `(N, 2) float64` in the base frame [m].
             footprint: The robot.
             motions: Velocities of the points over ground, `(N, 2)` in the base frame [m/s].
+            speeds: At which each may turn to the robot, `(N,)` [m/s]; its motion's if None.
         """
         verdict, least = Verdict(velocity), 1.0
         for name, zone in self._zones.items():
-            ratio = zone.allowed(velocity, points, footprint, motions)
+            ratio = zone.allowed(velocity, points, footprint, motions, speeds)
             if ratio < least:
                 least = ratio
                 left = Velocity(velocity.v * ratio, velocity.w * ratio)

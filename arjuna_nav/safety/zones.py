@@ -55,6 +55,7 @@ class _Entered:
         points: NDArray[np.float64],
         footprint: Footprint,
         motions: NDArray[np.float64] | None = None,
+        speeds: NDArray[np.float64] | None = None,
     ) -> float:
         """Return the part of a velocity that is allowed."""
         entered = self._outline.holds(points).sum() >= self._config.min_points

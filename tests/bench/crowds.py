@@ -44,8 +44,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         result[str(people)] = {
             "reached": sum(drive.arrived for drive in drives),
             "count": len(drives),
-            "bumped": sum(drive.bumped for drive in drives),
-            "met": sum(drive.met for drive in drives),
+            "bumped": sum(drive.meetings.bumped for drive in drives),
+            "met": sum(drive.meetings.met for drive in drives),
             "walls": sum(drive.touched for drive in drives),
         }
         print(f"{people:3} people: {result[str(people)]}", flush=True)

@@ -14,10 +14,12 @@ import numpy as np
 
 from arjuna_core.files.maps import load_map
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 from bringup.parameters import options, robot_options
 from tests.helpers.nav.drives import Drive, Ground, desired_speed, placed
 from tests.helpers.nav.furnished import make_room
+from tests.helpers.nav.inhabited import boxes_in, settle, with_boxes
 
 _CLEARANCE = 0.5  # from a goal to the nearest wall: there is room to turn [m]
 _SHORTEST = 1.0  # a goal nearer than that says nothing of the way [m]
@@ -37,7 +39,8 @@ class Arrival:
         length: The way driven [m].
         shortest: The way there was [m].
         time: It took [s].
-        touches: Contacts that began.
+        touches: Contacts that began, with people by the robot's own doing.
+        met: Contacts with people, whoever walked, and with what they push the robot against.
     """
 
     succeeded: bool
@@ -48,6 +51,7 @@ class Arrival:
     shortest: float
     time: float
     touches: int
+    met: int
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,6 +65,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="in a room made up by the seed, much of it below and above the lidar's plane",
     )
+    parser.add_argument("--boxes", type=int, default=0, help="that the map does not have (0)")
+    parser.add_argument("--people", type=int, default=0, help="who walk to and fro, each a way (0)")
     parser.add_argument("--count", type=int, default=20, help="how many goals (%(default)s)")
     parser.add_argument(
         "--radius", type=float, default=0.2, help="of the robot, for the shortest way [m]"
@@ -72,7 +78,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """Drive to one goal after the other.
 
     Returns:
-        `succeeded` of `count`, `touches`, `arrival_p95_m` and `arrival_p95_rad` by the truth,
+        `succeeded` of `count`, `touches`, of people by the robot's own doing, how often it `met`
+        people at all, `arrival_p95_m` and `arrival_p95_rad` by the truth,
         `believed_p95_m` by the robot's own word, `path_ratio` to the shortest way,
         `speed_ratio` to the desired speed and `time_per_metre_s` of the shortest way, of the
         goals reached.
@@ -88,12 +95,11 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             arguments.world = arguments.world or shipped_file("worlds/arjuna_room.world")
             arguments.map = arguments.map or shipped_file(f"maps/{arguments.world.stem}.yaml")
             whole = arguments.map
-        ground = Ground(load_map(whole), arguments.radius, _CLEARANCE)
-        return _figures(*_drive(arguments, ground, rng))
+        return _figures(*_drive(arguments, load_map(whole), rng))
 
 
 def _drive(
-    arguments: argparse.Namespace, ground: Ground, rng: np.random.Generator
+    arguments: argparse.Namespace, grid: OccupancyGrid, rng: np.random.Generator
 ) -> tuple[list[Arrival], float]:
     from bringup.client.goals import Goals
     from bringup.lockstep import LockStep
@@ -101,11 +107,17 @@ def _drive(
     from bringup.parameters.inputs import gather
     from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
 
-    parameters = merged(gather(arguments), placed(ground.draw(rng)))
+    ground = Ground(grid, arguments.radius, _CLEARANCE)
+    start = ground.draw(rng)
+    boxes = boxes_in(grid, arguments.boxes, start, rng)
+    grid = with_boxes(grid, boxes)
+    ground = Ground(grid, arguments.radius, _CLEARANCE)
+    parameters = merged(gather(arguments), placed(start))
     arrivals: list[Arrival] = []
     with closing(LockStep(parameters)) as robot:
         robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
         robot.run(1.0)
+        settle(robot.sim.simulator.stage, grid, boxes, arguments.people, start, rng)
         goals = Goals(robot)
         while len(arrivals) < arguments.count:
             goal, shortest = ground.draw(rng), math.nan
@@ -137,6 +149,7 @@ def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
         shortest,
         time,
         drive.touches,
+        drive.met,
     )
 
 
@@ -145,7 +158,7 @@ def _line(number: int, goal: SE2, one: Arrival) -> str:
         f"{number:4} ({goal.x:6.2f}, {goal.y:6.2f}) {'reached' if one.succeeded else 'FAILED '}"
         f"{one.time:7.1f} s  way {one.length:6.2f} of {one.shortest:6.2f} m"
         f"  off {one.off_m:.3f} m {one.off_rad:.3f} rad (believed {one.believed_m:.3f} m)"
-        f"  touches {one.touches}"
+        f"  touches {one.touches} met {one.met}"
     )
 
 
@@ -162,6 +175,7 @@ def _figures(arrivals: list[Arrival], speed: float) -> dict[str, Any]:
         "succeeded": len(reached),
         "count": len(arrivals),
         "touches": sum(one.touches for one in arrivals),
+        "met": sum(one.met for one in arrivals),
         "arrival_p95_m": p95([one.off_m for one in reached]),
         "arrival_p95_rad": p95([one.off_rad for one in reached]),
         "believed_p95_m": p95([one.believed_m for one in reached]),

@@ -14,6 +14,7 @@ from arjuna_core.se2 import SE2
 _BEHIND = 0.1  # that a beam ends farther than a place it has passed [m]
 _BESIDE = 0.04  # from a place, where beams have to pass it as well [m]
 _SHARE = 0.25  # of a thing's points
+_NEIGHBOURS = 3  # beams beside each other that must say the same: one alone is noise
 
 
 class Sightings(NamedTuple):
@@ -94,17 +95,47 @@ def has_moved(
 
 
 @njit(cache=True)
+def has_come(scans: Sightings, now: int, since: float) -> NDArray[np.bool_]:
+    """Tell which beams of a scan end where an earlier one saw nothing: what is there has moved.
+
+    That is known at once, its speed only after some scans more.
+
+    Args:
+        scans: The scans.
+        now: Number of the last one.
+        since: How old an earlier one may be [s].
+    """
+    count = scans.ranges.shape[1]
+    come = np.zeros(count, np.bool_)
+    for beam in range(count):
+        if not math.isfinite(scans.ranges[now, beam]):
+            continue
+        for other in range(len(scans.stamps)):
+            if 0.0 < scans.stamps[now] - scans.stamps[other] <= since:
+                come[beam] = come[beam] or is_free(scans, other, scans.points[now, beam])
+    first = 0
+    while first < count:
+        last = first
+        while last < count and come[last]:
+            last += 1
+        if last - first < _NEIGHBOURS:
+            come[first:last] = False
+        first = last + 1
+    return come
+
+
+@njit(cache=True)
 def _share(scans: Sightings, number: int, beams: tuple[int, int], other: int) -> float:
     """Return the part of a thing's points that another scan has seen to be free."""
     first, last = beams
     free = 0
     for beam in range(first, last + 1):
-        free += _is_free(scans, other, scans.points[number, beam])
+        free += is_free(scans, other, scans.points[number, beam])
     return free / (last - first + 1)
 
 
 @njit(cache=True)
-def _is_free(scans: Sightings, number: int, point: NDArray[np.float64]) -> bool:
+def is_free(scans: Sightings, number: int, point: NDArray[np.float64]) -> bool:
     """Tell whether the beams of a scan have passed a place and what lies beside it."""
     x, y, theta = scans.sensors[number]
     dx, dy = point[0] - x, point[1] - y

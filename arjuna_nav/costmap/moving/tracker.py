@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.moving.outlines import free_standing
-from arjuna_nav.costmap.moving.sightings import Sightings, has_moved
+from arjuna_nav.costmap.moving.sightings import Sightings, has_come, has_moved, is_free
 
 _KEPT = 8  # sightings of a track
 _LOOKS = 4  # that make a speed
@@ -26,6 +26,8 @@ _TRAVELLED = 0.15  # by both outer points before it is [m]
 _STANDS = 0.5  # after which what has moved is taken for standing [s]
 _MOST = 128  # tracks
 _ABOUT = 0.1  # beyond its outer points, what is seen is a thing's own [m]
+_SUDDEN = 1.0  # of what is known to have moved, and no more [m/s]
+_RING = 8  # points that stand for what moves and is hidden
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +35,10 @@ class Moving:
     """What of a scan moves.
 
     Attributes:
-        points: Where its beams end, in the fixed frame, `(N, 2)` [m].
+        points: Where its beams end, in the fixed frame, `(N, 2)` [m]; and round what moves and
+            is hidden.
         velocities: Of each, `(N, 2)` [m/s]; 0 for what stands or is not known to move.
+        come: Which are where nothing was just before, though their velocity is not known, `(N,)`.
         things: Of each thing that moves the middle, the velocity and the radius, `(K, 5)`
             [m, m, m/s, m/s, m].
         stamp: Of the scan [s].
@@ -42,13 +46,21 @@ class Moving:
 
     points: NDArray[np.float64]
     velocities: NDArray[np.float64]
+    come: NDArray[np.bool_]
     things: NDArray[np.float64]
     stamp: float
+
+    @property
+    def speeds(self) -> NDArray[np.float64]:
+        """How fast each point may come, whichever way it turns, `(N,)` [m/s]."""
+        speeds: NDArray[np.float64] = np.hypot(*self.velocities.T)
+        return np.where(self.come, _SUDDEN, speeds)
 
     @staticmethod
     def nothing() -> Moving:
         """Return what is known before any scan."""
-        return Moving(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 5)), -math.inf)
+        none = np.zeros((0, 2))
+        return Moving(none, none, np.zeros(0, np.bool_), np.zeros((0, 5)), -math.inf)
 
 
 class Tracker:
@@ -84,7 +96,8 @@ class Tracker:
             T_fixed_base: Pose of the base in a frame that stays, at the scan's stamp.
         """
         valid, angles = scan.valid, scan.angles
-        ranges = np.where(valid, scan.ranges, np.inf)
+        ends_not = np.where(scan.ranges >= scan.range_max, np.inf, np.nan)  # NaN: too near, or none
+        ranges = np.where(valid, scan.ranges, ends_not)
         reach = np.where(valid, scan.ranges, np.nan)
         ends = np.column_stack((reach * np.cos(angles), reach * np.sin(angles)))
         T_fixed_sensor = T_fixed_base @ scan.T_base_sensor
@@ -98,8 +111,16 @@ class Tracker:
             self._scans = Sightings.of(_KEPT, *layout)
         number = self._scans.add(scan.stamp, T_fixed_sensor, ranges, points)
         _follow(*tracks, self._scans, number, found, velocities)
-        things = _going_on(*tracks, points, scan.stamp, velocities)
-        return Moving(points[valid], velocities[valid], things, scan.stamp)
+        things, is_hidden = _going_on(*tracks, self._scans, number, velocities)
+        come = has_come(self._scans, number, _SPAN) & ~velocities.any(axis=1)
+        hidden = things[is_hidden]
+        return Moving(
+            np.vstack((points[valid], _round(hidden))),
+            np.vstack((velocities[valid], np.repeat(hidden[:, 2:4], _RING, axis=0))),
+            np.append(come[valid], np.zeros(_RING * len(hidden), np.bool_)),
+            things,
+            scan.stamp,
+        )
 
 
 @njit(cache=True)
@@ -139,15 +160,16 @@ def _going_on(
     seen: NDArray[np.float64],
     counts: NDArray[np.int64],
     going: NDArray[np.float64],
-    points: NDArray[np.float64],
-    now: float,
+    scans: Sightings,
+    number: int,
     velocities: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Return the things that move, and fill the velocities of those beams that hit what is hidden.
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return what moves and whether it is hidden, and fill the velocities of beams that yet hit it.
 
     A thing that this scan does not show free-standing has gone on as it went.
     """
-    things = np.empty((_MOST, 5))
+    now, points = scans.stamps[number], scans.points[number]
+    things, hidden = np.empty((_MOST, 5)), np.zeros(_MOST, np.bool_)
     count = 0
     for track in range(_MOST):
         if not counts[track] or not going[track, :2].any():
@@ -158,12 +180,21 @@ def _going_on(
         x, y = 0.5 * (row[1] + row[3]) + vx * ahead, 0.5 * (row[2] + row[4]) + vy * ahead
         radius = 0.5 * math.hypot(row[3] - row[1], row[4] - row[2])
         things[count] = x, y, vx, vy, radius
+        hidden[count] = ahead > 0.0 and not is_free(scans, number, things[count, :2])
         count += 1
         for i in range(len(points) if ahead > 0.0 else 0):
             stands = velocities[i, 0] == 0.0 and velocities[i, 1] == 0.0
             if stands and math.hypot(points[i, 0] - x, points[i, 1] - y) <= radius + _ABOUT:
                 velocities[i, 0], velocities[i, 1] = vx, vy
-    return things[:count]
+    return things[:count], hidden[:count]
+
+
+def _round(things: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points round each of some things, `(N, 2)` [m]."""
+    turns = np.arange(_RING) * (2.0 * math.pi / _RING)
+    ring = np.column_stack((np.cos(turns), np.sin(turns)))
+    points: NDArray[np.float64] = things[:, None, :2] + things[:, None, 4:] * ring
+    return points.reshape(-1, 2)
 
 
 @njit(cache=True)

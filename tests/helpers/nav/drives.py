@@ -13,12 +13,17 @@ from scipy.ndimage import distance_transform_edt, label
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.costmap import LETHAL
 from arjuna_nav.planners.descent import descend
 from arjuna_nav.planners.potential import spread, traversal_costs
+from arjuna_sim.model.actors import PERSON
+from arjuna_sim.model.footprint import footprint
 from bringup.lockstep import LockStep
 from bringup.parameters.files import Parameters
+from tests.helpers.nav.meetings import Meetings
 
+_PUSHED = 0.5  # after somebody has touched the robot, what it touches is their doing [s]
 _SAMPLES = 4  # of a line of sight, a cell
 
 
@@ -30,16 +35,19 @@ class Drive:
 
     Attributes:
         length: The way driven so far [m].
-        touches: How many contacts with the world have begun.
-        touched: Names of what was touched, in order.
+        touched: Names of what was touched, in order, people among them.
     """
 
     def __init__(self, robot: LockStep) -> None:
         self._robot = robot
-        self.length, self.touches = 0.0, 0
+        self.length, self._contacts, self._pushed = 0.0, 0, 0
+        self._pushed_at = -math.inf
         self.touched: list[str] = []
-        self._before = frozenset(robot.sim.last.contacts)
-        self._pose = self.truth
+        self._before, self._truth = frozenset(robot.sim.last.contacts), robot.sim.last.truth
+        simulator = robot.sim.simulator
+        self._stage = simulator.stage
+        self._walkers = [e.name for e in self._stage.entities if e.trajectory is not None]
+        self._meetings = Meetings(footprint(simulator.robot, simulator.robot.urdf.root))
         robot.on_tick = self._watch
 
     @property
@@ -48,13 +56,32 @@ class Drive:
         pose: SE2 = self._robot.sim.last.truth.pose
         return pose
 
+    @property
+    def touches(self) -> int:
+        """Contacts with what stands, and with people by the robot's own doing."""
+        return self._contacts + self._meetings.bumped
+
+    @property
+    def met(self) -> int:
+        """Contacts with people, whoever walked, and with what they push the robot against."""
+        return self._meetings.met + self._pushed
+
     def _watch(self) -> None:
-        pose, contacts = self.truth, frozenset(self._robot.sim.last.contacts)
-        self.length += pose.distance(self._pose)
+        last, before = self._robot.sim.last, self._truth
+        contacts, velocity = frozenset(last.contacts), Velocity(before.v, before.w)
+        self.length += last.truth.pose.distance(before.pose)
         begun = sorted(contacts - self._before)
-        self.touches += len(begun)
         self.touched += begun
-        self._pose, self._before = pose, contacts
+        places = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
+        people = np.array([(*place, PERSON[0]) for place in places]).reshape(-1, 3)
+        self._meetings.update(last.truth.pose, velocity, people)
+        now, standing = self._robot.now, len([name for name in begun if name not in self._walkers])
+        self._pushed_at = now if self._meetings.touching else self._pushed_at
+        if now - self._pushed_at <= _PUSHED:
+            self._pushed += standing
+        else:
+            self._contacts += standing
+        self._truth, self._before = last.truth, contacts
 
 
 class Ground:
@@ -86,26 +113,34 @@ class Ground:
 
         The way down a potential without costs, pulled tight between cells that see each other.
         """
+        way = self.way(start, goal)
+        return math.nan if way is None else float(np.hypot(*np.diff(way, axis=0).T).sum())
+
+    def way(self, start: SE2, goal: SE2) -> NDArray[np.float64] | None:
+        """Return the corners of the shortest way from the goal to the start, `(N, 2)` [m]."""
         ends = [self.frame.to_cell(pose.x, pose.y) for pose in (start, goal)]
         data = np.where(self._open, 0, LETHAL).astype(np.uint8)
         potential = spread(data, traversal_costs(), np.array([[*ends[0], 0.0]]))
         if not math.isfinite(potential[ends[1]]):
-            return math.nan
+            return None
         way = descend(potential, ends[1])
-        return _tight(np.isfinite(potential), way) * self.frame.resolution
+        kept = way[_tight(np.isfinite(potential), way)]
+        frame = self.frame
+        cells: NDArray[np.float64] = (kept[:, ::-1] + 0.5) * frame.resolution
+        return frame.origin.apply(cells)
 
 
 @njit(cache=True)
-def _tight(open_: NDArray[np.bool_], way: NDArray[np.float64]) -> float:
-    """Return the length [cells] of a way whose ends are drawn together from both sides."""
-    length, here, last = 0.0, 0, len(way) - 1
-    while here < last:
-        nxt = last
+def _tight(open_: NDArray[np.bool_], way: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the corners of a way whose ends are drawn together from both sides."""
+    kept, count, last = np.zeros(len(way), np.int64), 1, len(way) - 1
+    while kept[count - 1] < last:
+        here, nxt = kept[count - 1], last
         while nxt > here + 1 and not _sees(open_, way[here], way[nxt]):
             nxt -= 1
-        length += math.hypot(way[nxt, 0] - way[here, 0], way[nxt, 1] - way[here, 1])
-        here = nxt
-    return length
+        kept[count] = nxt
+        count += 1
+    return kept[:count]
 
 
 @njit(cache=True)

@@ -25,13 +25,14 @@ from arjuna_nav.planners.navfn import NavFn, NavFnConfig
 from arjuna_nav.planners.through import plan_through
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from tests.helpers.nav.bodies import Body, whole_map, window
+from tests.helpers.nav.meetings import Meetings
 from tests.nav.worlds import Unicycle
 
 _TICK, _SCANS, _MAPS, _PLANS = 0.05, 2, 10, 20  # [s], and ticks from one to the next
 _STANDS = 2.0  # after a failure [s]
-_STANDS_STILL = 0.02  # slower than that [m/s]
 _BEAMS, _RANGE = 360, 12.0
 _ACCELERATION, _ANGULAR_ACCELERATION = 2.5, 3.2  # Arjuna's, simulated [m/s^2], [rad/s^2]
+_BESIDE_WALLS = 1.4  # times its outline: where people leave the robot to
 _KEPT = 0.98  # of an error from tick to tick
 
 
@@ -68,8 +69,7 @@ class Play:
     Attributes:
         arrived: Whether the follower says so.
         touched: Whether the robot met a wall.
-        bumped: How often it drove into somebody.
-        met: How often it met somebody at all.
+        meetings: Whom it met.
         time: [s]
         why: What was said last where it did not go on.
     """
@@ -89,7 +89,6 @@ class Play:
         self._errors, self._people = errors or Errors(), people
         self._monitor, self._tracker = CollisionMonitor(load(MonitorConfig, {})), Tracker()
         self._moving = Moving.nothing()
-        self._touching: set[int] = set()
         self._near = LayeredCostmap(window(3, 2.5, body))
         self._far = LayeredCostmap(window(14, 3.0, body) if grid is None else whole_map(body))
         if grid is not None:
@@ -107,7 +106,7 @@ class Play:
             angular_acceleration=_ANGULAR_ACCELERATION,
         )
         self.arrived = self.touched = False
-        self.bumped = self.met = 0
+        self.meetings = Meetings(body.corners)
         self.time, self.why = 0.0, ""
 
     def run(self, timeout: float = 90.0) -> Play:
@@ -115,31 +114,25 @@ class Play:
         for k in range(round(timeout / _TICK)):
             self.time = k * _TICK
             self._err()
-            self._see(k)
+            people = self._people(self.time)
+            self._see(k, people)
             self.robot.drive(self._allowed(self._command(k)))
             self.touched = _crosses(self._walls, self.robot.pose.apply(self._body.corners))
-            self._meet()
+            self._meet(people)
             if self.arrived or self.touched:
                 break
         return self
 
-    def _meet(self) -> None:
-        corners = self.robot.pose.apply(self._body.corners)
-        people = dict(enumerate(self._people(self.time)))
-        touching = {k for k, edges in people.items() if _crosses(edges, corners)}
-        for k in touching - self._touching:
-            self.met += 1
-            self.bumped += self._drives_at(people[k][:, :2].mean(axis=0))
-        self._touching = touching
-
-    def _drives_at(self, place: NDArray[np.float64]) -> bool:
-        """Tell whether the robot's side towards a place moves towards it."""
-        seen = self.robot.pose.inverse().apply(place[None])[0]
-        low, high = self._body.corners.min(axis=0), self._body.corners.max(axis=0)
-        side, velocity = np.clip(seen, low, high), self.robot.velocity
-        motion = velocity.v - velocity.w * side[1], velocity.w * side[0]
-        away = seen - side
-        return float(away @ motion) > _STANDS_STILL * float(np.hypot(*away))
+    def _meet(self, people: list[NDArray[np.float64]]) -> None:
+        """Let people push the robot, but into no wall."""
+        rounds = [(edges[:, :2].mean(axis=0), edges[0, :2]) for edges in people]
+        discs = np.array([(*middle, np.hypot(*(edge - middle))) for middle, edge in rounds])
+        push = self.meetings.update(self.robot.pose, self.robot.velocity, discs.reshape(-1, 3))
+        if push.any():
+            pose = self.robot.pose
+            pushed = SE2(pose.x + push[0], pose.y + push[1], pose.theta)
+            if not _crosses(self._walls, pushed.apply(_BESIDE_WALLS * self._body.corners)):
+                self.robot.pose = pushed
 
     def _allowed(self, command: Velocity) -> Velocity:
         """Return what the collision monitor lets through."""
@@ -149,7 +142,7 @@ class Play:
         turn = SE2(0.0, 0.0, T_base_odom.theta)
         body = self._near.footprint.without(self._body.padding)
         motions = turn.apply(moving.velocities)
-        return self._monitor.judge(command, points, body, motions).velocity
+        return self._monitor.judge(command, points, body, motions, moving.speeds).velocity
 
     def _err(self) -> None:
         errors, spread = self._errors, math.sqrt(1.0 - _KEPT**2)
@@ -169,10 +162,10 @@ class Play:
     def _in_map(self) -> SE2:
         return self.robot.pose @ self._T_true_map if self._has_map else self._in_odom
 
-    def _see(self, tick: int) -> None:
+    def _see(self, tick: int, people: list[NDArray[np.float64]]) -> None:
         if tick % _SCANS:
             return
-        edges = np.vstack([self._walls, *self._people(self.time)])
+        edges = np.vstack([self._walls, *people])
         scan = scan_of(edges, self.robot.pose, self._rng, self._errors.scan, self.time)
         self._moving = self._tracker.update(scan, self._in_odom)
         self._near.update(self._in_odom, self.time, [PlacedScan(scan, self._in_odom)])

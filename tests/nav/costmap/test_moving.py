@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -126,3 +127,56 @@ def test_things_are_told_with_their_middle_velocity_and_size() -> None:
     assert (x, y) == pytest.approx((1.45, 0.0), abs=0.1)
     assert (vx, vy) == pytest.approx((0.0, 0.8), abs=0.2)
     assert radius == pytest.approx(0.2, abs=0.05)
+
+
+def test_who_steps_out_from_behind_is_known_before_the_speed_is() -> None:
+    hides = edges(np.array([[0.8, -1.6], [1.4, -1.6], [1.4, -0.4], [0.8, -0.4]]))
+    tracker, rng = Tracker(), np.random.default_rng(3)
+    first: dict[str, float] = {}
+    for k in range(20):
+        y = -1.6 + 0.1 * k
+        walls = np.vstack((ROOM, hides, post(2.0, y, 0.25)))
+        moving = tracker.update(scan_of(walls, SE2(), rng, 0.01, 0.1 * k), SE2())
+        about = np.hypot(moving.points[:, 0] - 2.0, moving.points[:, 1] - y) < 0.35
+        for kind, flags in (("come", moving.come), ("speed", moving.velocities.any(axis=1))):
+            if (flags & about).any():
+                first.setdefault(kind, 0.1 * k)
+        assert not moving.come[~about].any()
+        assert (moving.speeds[about & moving.come] > 0.5).all()
+    assert first["come"] <= first["speed"] - 0.2
+
+
+def test_nothing_has_come_where_a_robot_passes_what_stands() -> None:
+    flags: list[int] = []
+    things = np.vstack((edges(BOX), post(0.5, 1.2, 0.08), post(1.4, -1.0)))
+    watch(
+        lambda t: things,
+        lambda t: SE2(-1.5 + 0.8 * t, -0.2, 0.3 * math.sin(t)),
+        3.0,
+        lambda moving: flags.append(int(moving.come.sum())),
+    )
+    assert max(flags) == 0
+
+
+def test_what_is_too_near_to_be_measured_was_not_seen_to_be_free() -> None:
+    tracker, rng = Tracker(), np.random.default_rng(4)
+    for k in range(6):
+        scan = scan_of(np.vstack((ROOM, post(1.0, 0.0))), SE2(), rng, 0.01, 0.1 * k)
+        ranges = np.full_like(scan.ranges, 0.05) if k < 5 else scan.ranges
+        moving = tracker.update(replace(scan, ranges=ranges), SE2())
+    assert len(moving.points) == len(scan.ranges)
+    assert not moving.come.any()
+
+
+def test_who_walks_on_behind_another_is_told_where_that_leads() -> None:
+    tracker, rng = Tracker(), np.random.default_rng(5)
+    hides = edges(np.array([[0.7, 0.1], [1.0, 0.1], [1.0, 1.4], [0.7, 1.4]]))
+    hidden = []
+    for k in range(24):
+        y = -1.2 + 0.08 * k
+        walls = np.vstack((ROOM, hides, post(1.6, y)))
+        moving = tracker.update(scan_of(walls, SE2(), rng, 0.01, 0.1 * k), SE2())
+        beyond = np.hypot(moving.points[:, 0] - 1.6, moving.points[:, 1] - y) < 0.4
+        if y > 0.5:
+            hidden.append(int((beyond & (moving.velocities[:, 1] > 0.4)).sum()))
+    assert min(hidden) > 0

@@ -245,3 +245,21 @@ def test_it_turns_on_while_somebody_yet_far_walks_up_to_it() -> None:
     turning, someone = Velocity(0.0, 0.3), cluster(1.2, 0.0)
     verdict = judge_moving(turning, someone, np.full((8, 2), (-0.9, 0.0)))
     assert verdict == Verdict(turning)
+
+
+@pytest.mark.parametrize(("speed", "held"), [(0.0, False), (1.0, True)])
+def test_it_turns_slowly_beside_what_has_come_though_its_motion_is_not_known(
+    speed: float, held: bool
+) -> None:
+    turning, someone = Velocity(0.0, 1.6), cluster(0.0, 0.6)
+    monitor = CollisionMonitor(load(MonitorConfig, {}))
+    unknown = np.zeros((8, 2))
+    verdict = monitor.judge(turning, someone, ROBOT, unknown, np.full(8, speed))
+    assert (verdict.velocity.w < 0.8) is held
+
+
+def test_it_reckons_that_who_walks_away_may_turn_about() -> None:
+    turning, someone = Velocity(0.0, 1.6), cluster(0.0, 0.45)
+    away, far = np.full((8, 2), (0.0, 1.0)), cluster(0.0, 1.0)
+    assert judge_moving(turning, someone, away).velocity.w < 0.8
+    assert judge_moving(turning, far, away) == Verdict(turning)

@@ -1,0 +1,91 @@
+"""What a map does not have, put into a running simulator: boxes, and people who walk about."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.grid import OCCUPIED, OccupancyGrid
+from arjuna_core.pose3 import Pose3
+from arjuna_core.se2 import SE2
+from arjuna_sim.model.actors import PERSON, Trajectory, person
+from arjuna_sim.model.entities import Entity
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from tests.helpers.nav.drives import Ground
+
+_EDGE, _HEIGHT = 0.5, 1.0  # of a box [m]
+_BESIDE = 1.0  # from a box's middle to walls: the robot passes [m]
+_APART = 1.5  # between boxes, and from the robot to them and to people, at first [m]
+_SLOWEST, _FASTEST = 0.4, 1.2  # of people [m/s]
+_SHORTEST = 3.0  # way of a person, there and back [m]
+
+
+def boxes_in(
+    grid: OccupancyGrid, count: int, start: SE2, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return the middles of boxes on a map, `(N, 2)` [m]."""
+    ground, found = Ground(grid, _EDGE, _BESIDE), [(start.x, start.y)]
+    while len(found) <= count:
+        place = ground.draw(rng)
+        if all(math.dist((place.x, place.y), other) > _APART for other in found):
+            found.append((place.x, place.y))
+    return np.array(found[1:]).reshape(-1, 2)
+
+
+def with_boxes(grid: OccupancyGrid, boxes: NDArray[np.float64]) -> OccupancyGrid:
+    """Return a map on which the boxes stand as well."""
+    data, frame = grid.data.copy(), grid.frame
+    half = math.ceil(0.5 * _EDGE / frame.resolution)
+    for x, y in boxes.tolist():
+        row, column = frame.to_cell(x, y)
+        data[row - half : row + half + 1, column - half : column + half + 1] = OCCUPIED
+    return OccupancyGrid(frame, data)
+
+
+def settle(
+    stage: Any,
+    grid: OccupancyGrid,
+    boxes: NDArray[np.float64],
+    people: int,
+    start: SE2,
+    rng: np.random.Generator,
+) -> None:
+    """Put boxes and people into a simulator's stage.
+
+    Args:
+        stage: Where to.
+        grid: The map that has the boxes.
+        boxes: Their middles `(N, 2)` [m].
+        people: How many, each with a way of its own that it walks to and fro.
+        start: Of the robot.
+        rng: For their ways.
+    """
+    half = Pose3((0.0, 0.0, 0.5 * _HEIGHT))
+    box = (Part(Shape(Kind.BOX, (_EDGE, _EDGE, _HEIGHT)), half, (0.6, 0.5, 0.3, 1.0)),)
+    for k, (x, y) in enumerate(boxes.tolist()):
+        stage.spawn(Entity(f"box_{k}", box, start=Pose3((x, y, 0.0)), spawned=True))
+    for k, walk in zip(range(people), _walks(grid, start, rng), strict=False):
+        stage.spawn(Entity(f"person_{k}", person(), trajectory=walk, spawned=True))
+
+
+def _walks(grid: OccupancyGrid, start: SE2, rng: np.random.Generator) -> Iterator[Trajectory]:
+    ground = Ground(
+        grid, PERSON[0] + grid.frame.resolution, PERSON[0] + 2.0 * grid.frame.resolution
+    )
+    while True:
+        way = ground.way(ground.draw(rng), ground.draw(rng))
+        if way is None or _length(way) < _SHORTEST:
+            continue
+        if math.dist(way[0], (start.x, start.y)) < _APART:
+            continue
+        yield Trajectory.along(
+            np.vstack((way, way[-2:0:-1])), float(rng.uniform(_SLOWEST, _FASTEST))
+        )
+
+
+def _length(way: NDArray[np.float64]) -> float:
+    return float(np.hypot(*np.diff(way, axis=0).T).sum())

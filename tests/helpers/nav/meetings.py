@@ -1,0 +1,73 @@
+"""Whom a robot meets, and who of the two walked or drove into the other."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
+from arjuna_nav.costmap.footprint import Footprint
+
+_STANDS = 0.02  # slower than that, what a robot is met by has come to it [m/s]
+_REBOUNDS = 0.1  # that slowly a robot that was pushed may come back by itself [m/s]
+_TOUCHES, _APART = 0.005, 0.03  # between the two, when a touch begins and until it is over [m]
+
+
+class Meetings:
+    """Counts touches of a robot and people, who stop for nobody.
+
+    A touch is the robot's own doing if, when it begins or while it lasts, the robot's side towards
+    the person moves towards it: a robot that is at rest, or moves away, has been walked into,
+    and one that was pushed may spring back.
+
+    Args:
+        corners: The robot's outline about its base `(N, 2)` [m].
+
+    Attributes:
+        met: How many touches there have been.
+        bumped: How many of them were the robot's own doing.
+    """
+
+    def __init__(self, corners: NDArray[np.float64]) -> None:
+        self._outline = Footprint.polygon(corners)
+        self._touching: dict[int, bool] = {}
+        self.met = self.bumped = 0
+
+    @property
+    def touching(self) -> bool:
+        """Whether anybody touches the robot now."""
+        return bool(self._touching)
+
+    def update(
+        self, pose: SE2, velocity: Velocity, people: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Count who touches the robot now.
+
+        Args:
+            pose: The robot's.
+            velocity: The robot's.
+            people: Their middles and radii `(N, 3)` [m].
+
+        Returns:
+            How far they would push it, `(2,)` [m].
+        """
+        push = np.zeros(2)
+        if not len(people):
+            return push
+        seen = pose.inverse().apply(people[:, :2])
+        gaps, away = self._outline.gaps(seen)
+        sides = seen - gaps[:, None] * away
+        for k, gap in enumerate((gaps - people[:, 2]).tolist()):
+            before = self._touching.get(k)
+            if gap > (_TOUCHES if before is None else _APART):
+                self._touching.pop(k, None)
+                continue
+            x, y = sides[k]
+            speed = float(away[k] @ (velocity.v - velocity.w * y, velocity.w * x))
+            drives = speed > (_STANDS if before is None else _REBOUNDS)
+            self.met += before is None
+            self.bumped += drives and not before
+            self._touching[k] = drives or bool(before)
+            push += SE2(0.0, 0.0, pose.theta).apply(away[k : k + 1])[0] * min(gap, 0.0)
+        return push
