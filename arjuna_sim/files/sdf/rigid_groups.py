@@ -63,10 +63,10 @@ def rigid_groups(
         fast = {int(label[i]) for i, link in enumerate(links) if _stands(link)}
         fast |= {int(label[i]) for j in known if j.kind == "fixed" for i in _on_world(j, index)}
     hung: dict[int, list[SdfJoint]] = {}
-    for joint in known:
-        for i in _ends(joint, index) or ():
-            if joint.kind != "fixed" and i >= 0 and int(label[i]) not in fast:
-                hung.setdefault(int(label[i]), []).append(joint)
+    for joint in (j for j in known if j.kind != "fixed"):
+        held = {int(label[i]) if i >= 0 else -1 for i in _ends(joint, index) or ()}
+        for number in held - fast - {-1} if len(held) > 1 else ():  # else within one body
+            hung.setdefault(number, []).append(joint)
     groups = [RigidGroup([link for i, link in enumerate(links) if int(label[i]) in fast], True)]
     for number in dict.fromkeys(int(value) for value in label if int(value) not in fast):
         own = [link for i, link in enumerate(links) if label[i] == number]

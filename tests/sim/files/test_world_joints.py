@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.pose3 import Pose3
+from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.world import World
-from tests.sim.builders import simulator, texts
+from tests.sim.builders import run, simulator, texts
 
 _INERTIAL = "<inertial><mass>4</mass></inertial>"
 _LEAF = "<geometry><box><size>0.05 1 1</size></box></geometry>"
@@ -55,8 +56,7 @@ def test_a_door_of_the_world_hangs_on_its_hinge(tmp_path: Path, parent: str, chi
 def test_what_is_fixed_to_the_world_stays_in_the_air(tmp_path: Path) -> None:
     joint = _joint("fixed", "world", "sign")
     sim = simulator(_world(tmp_path, _model("sign", "2 0 2 0 0 0") + joint))
-    for _ in range(50):
-        sim.step()
+    run(sim, 1.0)
     assert sim.stage.motion("sign").pose == Pose3((2.0, 0.0, 2.0))
 
 
@@ -65,6 +65,27 @@ def test_a_joint_of_two_that_move_is_left_out_by_name(tmp_path: Path) -> None:
     world = _read(tmp_path, models + _joint("fixed", "a::l", "b::l"))
     assert "joint 'j': connects no model to what stands fast: not simulated" in texts(world.notes)
     assert set(world.masses) == {"a", "b"}
+
+
+def test_a_cart_and_its_wheels_are_one_body_that_rests_and_is_pushed(tmp_path: Path) -> None:
+    box = "<collision name='c'><geometry><box><size>0.4 0.3 0.2</size></box></geometry></collision>"
+    disc = "<geometry><cylinder><radius>0.1</radius><length>0.04</length></cylinder></geometry>"
+    light = _INERTIAL.replace("4", "0.2")
+    wheels = "".join(
+        f"<link name='w{i}'><pose>{x} {y} 0.1 1.5708 0 0</pose>{light}<collision name='c'>{disc}"
+        f"</collision></link><joint name='j{i}' type='revolute'><parent>l</parent>"
+        f"<child>w{i}</child><axis><xyz>0 0 1</xyz></axis></joint>"
+        for i, (x, y) in enumerate([(0.15, 0.2), (0.15, -0.2), (-0.15, 0.2), (-0.15, -0.2)])
+    )
+    body = f"<link name='l'><pose>0 0 0.25 0 0 0</pose>{light}{box}</link>"
+    model = f"<model name='cart'><pose>1 0 0 0 0 0</pose>{body}{wheels}</model>"
+    sim = simulator(_world(tmp_path, model))
+    assert "model 'cart': its links hold together as one body" in texts(sim.world.notes)
+    run(sim, 1.0)
+    start = sim.stage.motion("cart").pose.position
+    assert start == pytest.approx((1.0, 0.0, 0.25), abs=0.01)
+    run(sim, 4.0, Velocity(0.4, 0.0))
+    assert sim.stage.motion("cart").pose.position[0] > start[0] + 0.1
 
 
 def test_a_joint_whose_link_does_not_exist_costs_no_model(tmp_path: Path) -> None:
