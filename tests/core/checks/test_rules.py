@@ -139,6 +139,8 @@ def cloud(bytes_given: int, **changed: Any) -> Any:
 
 def test_a_cloud_that_fills_its_bytes_is_taken() -> None:
     assert cloud_problem(cloud(144)) is None
+    thin = [SimpleNamespace(name=n, offset=4 * k, datatype=7) for k, n in enumerate("xyz")]
+    assert cloud_problem(cloud(72, point_step=12, row_step=36, fields=thin)) is None
 
 
 @pytest.mark.parametrize(

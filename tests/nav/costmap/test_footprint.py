@@ -24,6 +24,21 @@ def test_radii_of_a_polygon_with_padding() -> None:
     assert footprint.circumscribed_radius == pytest.approx(math.hypot(0.235, 0.20))
 
 
+def test_a_circle_s_corners_lie_all_round_it() -> None:
+    points = Footprint.circle(0.25).points
+    assert np.hypot(*points.T) == pytest.approx(np.full(len(points), 0.25))
+    assert points.mean(axis=0) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert len(np.unique(points.round(6), axis=0)) == len(points)
+
+
+def test_a_bent_outline_holds_what_lies_in_it() -> None:
+    bent = Footprint.polygon(np.array([[1, 1], [-1, 1], [-1, -1], [0, -1], [0, 0], [1, 0]], float))
+    points = np.random.default_rng(3).uniform(-1.5, 1.5, (500, 2))
+    x, y = points.T
+    inside = (np.abs(x) < 1.0) & (np.abs(y) < 1.0) & ~((x > 0.0) & (y < 0.0))
+    assert (bent.holds(points) == inside).all()
+
+
 def test_padding_leaves_a_corner_on_an_axis_there() -> None:
     kite = np.array([[0.4, 0.0], [0.0, 0.2], [-0.3, 0.0], [0.0, -0.2]])
     padded = Footprint.polygon(kite, padding=0.05).points

@@ -198,6 +198,15 @@ def test_it_drives_away_from_what_comes_after_it_and_stands_before_what_comes_at
     assert judge_moving(FORWARD, cluster(1.2, 0.0), -after).velocity == Velocity()
 
 
+@pytest.mark.parametrize(("v", "x", "y"), [(0.0, 0.3, 0.6), (0.3, 0.7, 0.5)])
+def test_a_long_nose_turns_away_from_who_comes_and_not_to_him(v: float, x: float, y: float) -> None:
+    nose = Footprint.polygon(np.array([[0.6, 0.1], [0.6, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
+    monitor, coming = CollisionMonitor(load(MonitorConfig, {})), np.full((8, 2), (0.0, -0.3))
+    to_him, away = Velocity(v, 0.8), Velocity(v, -0.8)
+    assert monitor.judge(to_him, cluster(x, y), nose, coming).velocity == Velocity()
+    assert monitor.judge(away, cluster(x, y), nose, coming) == Verdict(away)
+
+
 def test_what_moves_counts_as_standing_where_it_is_not_to_be_looked_ahead() -> None:
     off = {"FootprintApproach.moving_time": 0.0}
     assert judge_moving(FORWARD, cluster(0.6, -0.9), CROSSING, **off) == Verdict(FORWARD)

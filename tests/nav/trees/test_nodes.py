@@ -8,7 +8,7 @@ import pytest
 from arjuna_core.se2 import SE2
 from arjuna_nav.trees.exchange import Answer, TreeState
 from arjuna_nav.trees.node import Status
-from arjuna_nav.trees.ports import TreeError
+from arjuna_nav.trees.ports import TreeError, entry
 from arjuna_nav.trees.xml_file import build_tree
 from tests.helpers.nav.tree_play import Play
 
@@ -269,3 +269,10 @@ def test_what_a_node_must_be_given_is_said(xml: str, entries: dict[str, object],
     with pytest.raises(TreeError, match="port") as error:
         play.tick()
     assert says in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"), [("{goal}", "goal"), (" {a_b} ", "a_b"), ("{goal", None), ("goal}", None)]
+)
+def test_braces_on_both_sides_name_an_entry(text: str, name: str | None) -> None:
+    assert entry(text) == name
