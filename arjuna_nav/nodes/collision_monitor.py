@@ -19,7 +19,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.costmap.moving.tracker import Moving, Tracker
+from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 from arjuna_nav.safety.base import Action
@@ -68,7 +68,7 @@ class CollisionMonitorNode(ManagedNode):
         self._monitor = CollisionMonitor(config)
         self._enabled = config.enabled
         self._scan: Any | None = None
-        self._tracker, self._moving = Tracker(), Moving.nothing()
+        self._tracker, self._moving = Tracker(REACH), Moving.nothing()
         self._intervals: deque[float] = deque(maxlen=_INTERVALS)
         self._told = Verdict(STILL)
         self._moved_at = 0.0

@@ -95,24 +95,26 @@ def has_moved(
 
 
 @njit(cache=True)
-def has_come(scans: Sightings, now: int, since: float) -> NDArray[np.bool_]:
+def has_come(scans: Sightings, now: int, since: float, reach: float) -> NDArray[np.bool_]:
     """Tell which beams of a scan end where an earlier one saw nothing: what is there has moved.
 
     That is known at once, its speed only after some scans more.
 
     Args:
-        scans: The scans.
+        scans: The scans; each second one is asked.
         now: Number of the last one.
         since: How old an earlier one may be [s].
+        reach: How far off things are told [m].
     """
-    count = scans.ranges.shape[1]
+    count, kept = scans.ranges.shape[1], len(scans.stamps)
     come = np.zeros(count, np.bool_)
-    for beam in range(count):
-        if not math.isfinite(scans.ranges[now, beam]):
+    for back in range(1, kept, 2):
+        other = (now - back) % kept
+        if not 0.0 < scans.stamps[now] - scans.stamps[other] <= since:
             continue
-        for other in range(len(scans.stamps)):
-            if 0.0 < scans.stamps[now] - scans.stamps[other] <= since:
-                come[beam] = come[beam] or is_free(scans, other, scans.points[now, beam])
+        for beam in range(count):
+            if not come[beam] and scans.ranges[now, beam] < reach:
+                come[beam] = is_free(scans, other, scans.points[now, beam])
     first = 0
     while first < count:
         last = first

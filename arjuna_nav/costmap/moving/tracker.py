@@ -12,18 +12,13 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.moving.outlines import free_standing
-from arjuna_nav.costmap.moving.sightings import Sightings, has_come, has_moved, is_free
+from arjuna_nav.costmap.moving.sightings import Sightings, has_come, is_free
+from arjuna_nav.costmap.moving.speeds import KEPT, SPAN, go, latest
 
-_KEPT = 8  # sightings of a track
-_LOOKS = 4  # that make a speed
-_SPAN = 0.9  # that sightings count before a thing is known to move [s]
-_SPAN_MOVING = 0.5  # and then: who walks may turn [s]
+REACH = 3.0  # from where somebody may be at a robot before it has stopped [m]
 _LOST = 0.5  # after which a track ends [s]
 _LOST_MOVING = 1.5  # and that of what moves: it is hidden, and goes on [s]
 _GATE = 0.4  # from where a thing is expected [m]
-_SLOWEST, _FASTEST = 0.2, 3.0  # of what is taken for moving [m/s]
-_TRAVELLED = 0.15  # by both outer points before it is [m]
-_STANDS = 0.5  # after which what has moved is taken for standing [s]
 _MOST = 128  # tracks
 _ABOUT = 0.1  # beyond its outer points, what is seen is a thing's own [m]
 _SUDDEN = 1.0  # of what is known to have moved, and no more [m/s]
@@ -73,15 +68,19 @@ class Tracker:
     middle counts, for the outer points of what comes near part from each other; and where something
     hides a part of it, what is seen about where it has got to is its.
 
+    Args:
+        reach: How far off it tells what has come [m].
+
     Source: nearest-neighbour tracking with a constant velocity (Bar-Shalom and Fortmann, Tracking
         and data association, 1988); speeds by least squares over the last sightings.
     """
 
-    def __init__(self) -> None:
-        self._seen = np.zeros((_MOST, _KEPT, 7))  # t, x, y of the first, x, y of the last, beams
+    def __init__(self, reach: float = 0.0) -> None:
+        self._reach = reach
+        self._seen = np.zeros((_MOST, KEPT, 7))  # t, x, y of the first, x, y of the last, beams
         self._counts = np.zeros(_MOST, np.int64)  # sightings; 0 for a free place
         self._going = np.zeros((_MOST, 3))  # last velocity known, and when
-        self._scans = Sightings.of(_KEPT, 0, 0.0, 1.0)
+        self._scans = Sightings.of(KEPT, 0, 0.0, 1.0)
 
     def reset(self) -> None:
         """Forget all."""
@@ -108,11 +107,11 @@ class Tracker:
         tracks = self._seen, self._counts, self._going
         layout = len(ranges), scan.angle_min, scan.angle_increment
         if not self._scans.fits(*layout):
-            self._scans = Sightings.of(_KEPT, *layout)
+            self._scans = Sightings.of(KEPT, *layout)
         number = self._scans.add(scan.stamp, T_fixed_sensor, ranges, points)
         _follow(*tracks, self._scans, number, found, velocities)
         things, is_hidden = _going_on(*tracks, self._scans, number, velocities)
-        come = has_come(self._scans, number, _SPAN) & ~velocities.any(axis=1)
+        come = has_come(self._scans, number, SPAN, self._reach) & ~velocities.any(axis=1)
         hidden = things[is_hidden]
         return Moving(
             np.vstack((points[valid], _round(hidden))),
@@ -137,7 +136,7 @@ def _follow(
     now, points = scans.stamps[number], scans.points[number]
     for track in range(_MOST):
         lost = _LOST_MOVING if going[track, :2].any() else _LOST
-        if counts[track] and not 0.0 <= now - seen[track, _latest(counts[track]), 0] <= lost:
+        if counts[track] and not 0.0 <= now - seen[track, latest(counts[track]), 0] <= lost:
             counts[track] = 0
     taken = np.zeros(_MOST, np.bool_)
     for k in range(len(found)):
@@ -148,10 +147,10 @@ def _follow(
         taken[track] = True
         if not counts[track]:
             going[track] = 0.0
-        row = seen[track, counts[track] % _KEPT]
+        row = seen[track, counts[track] % KEPT]
         row[0], row[1:3], row[3:5], row[5], row[6] = now, points[first], points[last], first, last
         counts[track] += 1
-        _go(seen[track], counts[track], going[track], scans, number)
+        go(seen[track], counts[track], going[track], scans, number)
         velocities[first : last + 1] = going[track, :2]
 
 
@@ -174,7 +173,7 @@ def _going_on(
     for track in range(_MOST):
         if not counts[track] or not going[track, :2].any():
             continue
-        row = seen[track, _latest(counts[track])]
+        row = seen[track, latest(counts[track])]
         ahead = now - row[0]
         vx, vy = going[track, :2]
         x, y = 0.5 * (row[1] + row[3]) + vx * ahead, 0.5 * (row[2] + row[4]) + vy * ahead
@@ -198,11 +197,6 @@ def _round(things: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @njit(cache=True)
-def _latest(count: int) -> int:
-    return (count - 1) % _KEPT
-
-
-@njit(cache=True)
 def _nearest(
     seen: NDArray[np.float64],
     counts: NDArray[np.int64],
@@ -221,7 +215,7 @@ def _nearest(
         if not counts[track]:
             empty = track if empty < 0 else empty
             continue
-        row = seen[track, _latest(counts[track])]
+        row = seen[track, latest(counts[track])]
         vx, vy = going[track, :2]
         ahead = now - row[0]
         gap = math.hypot(
@@ -230,85 +224,3 @@ def _nearest(
         if gap < least:
             best, least = track, gap
     return best if best >= 0 else empty
-
-
-@njit(cache=True)
-def _go(
-    seen: NDArray[np.float64],
-    count: int,
-    going: NDArray[np.float64],
-    scans: Sightings,
-    number: int,
-) -> None:
-    """Bring a velocity up to date; who turns about seems to stand meanwhile, and yet goes on."""
-    moves, now = bool(going[:2].any()), scans.stamps[number]
-    vx, vy = _velocity(seen, count, moves, now)
-    if (vx != 0.0 or vy != 0.0) and (moves or _is_sure(seen, count, scans, number)):
-        going[0], going[1], going[2] = vx, vy, now
-    elif now - going[2] > _STANDS and _slopes(seen, count, now, _SPAN)[0] >= _LOOKS:
-        going[:2] = 0.0
-
-
-@njit(cache=True)
-def _is_sure(seen: NDArray[np.float64], count: int, scans: Sightings, number: int) -> bool:
-    """Tell whether what a track's first scan, of those kept, saw was free says that it moves."""
-    last, now = seen[_latest(count)], scans.stamps[number]
-    since, first, then = now, -1, np.int64(-1)  # a plain -1 has `has_moved` compiled twice
-    for k in range(min(count, _KEPT)):
-        if now - _SPAN <= seen[k, 0] < since:
-            for other in range(len(scans.stamps)):
-                if scans.stamps[other] == seen[k, 0]:
-                    since, first, then = seen[k, 0], k, other
-    if first < 0:
-        return False
-    before = int(seen[first, 5]), int(seen[first, 6])
-    return bool(has_moved(scans, then, before, number, (int(last[5]), int(last[6]))))
-
-
-@njit(cache=True)
-def _velocity(
-    seen: NDArray[np.float64], count: int, moves: bool, now: float
-) -> tuple[float, float]:
-    """Return the velocity of what is known to move, else of the slower outer point if that is sure.
-
-    It is 0 for what stands.
-    """
-    span = _SPAN_MOVING if moves else _SPAN
-    looks, duration, slopes = _slopes(seen, count, now, span)
-    if moves and looks >= 2:
-        vx, vy = 0.5 * (slopes[0] + slopes[2]), 0.5 * (slopes[1] + slopes[3])
-        return (vx, vy) if _SLOWEST <= math.hypot(vx, vy) <= _FASTEST else (0.0, 0.0)
-    if looks < _LOOKS:
-        return 0.0, 0.0
-    speeds = math.hypot(slopes[0], slopes[1]), math.hypot(slopes[2], slopes[3])
-    same = slopes[0] * slopes[2] + slopes[1] * slopes[3] > 0.5 * speeds[0] * speeds[1]
-    slower = 0 if speeds[0] <= speeds[1] else 2
-    speed = min(speeds[0], speeds[1])
-    if not same or not _SLOWEST <= speed <= _FASTEST or speed * duration < _TRAVELLED:
-        return 0.0, 0.0
-    return slopes[slower], slopes[slower + 1]
-
-
-@njit(cache=True)
-def _slopes(
-    seen: NDArray[np.float64], count: int, now: float, span: float
-) -> tuple[int, float, NDArray[np.float64]]:
-    """Return how many sightings of the last while there are, over how long, and their slopes."""
-    looks, t, sums = 0, 0.0, np.zeros(4)
-    for k in range(min(count, _KEPT)):
-        if now - seen[k, 0] <= span:
-            looks += 1
-            t += seen[k, 0]
-            sums += seen[k, 1:5]
-    t, sums = t / max(looks, 1), sums / max(looks, 1)
-    spread, slopes = 0.0, np.zeros(4)
-    low, high = math.inf, -math.inf
-    for k in range(min(count, _KEPT)):
-        if now - seen[k, 0] <= span:
-            off = seen[k, 0] - t
-            low, high = min(low, off), max(high, off)
-            spread += off * off
-            slopes += off * (seen[k, 1:5] - sums)
-    if spread <= 0.0:
-        return 0, 0.0, slopes
-    return looks, high - low, slopes / spread

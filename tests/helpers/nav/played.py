@@ -19,7 +19,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.follower import FollowerConfig, FollowState, PathFollower
 from arjuna_nav.costmap import LayeredCostmap, PlacedScan
-from arjuna_nav.costmap.moving.tracker import Moving, Tracker
+from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from arjuna_nav.planners.base import PlanStatus
 from arjuna_nav.planners.navfn import NavFn, NavFnConfig
 from arjuna_nav.planners.through import plan_through
@@ -87,7 +87,7 @@ class Play:
     ) -> None:
         self._walls, self._goal, self._body, self._rng = walls, goal, body, rng
         self._errors, self._people = errors or Errors(), people
-        self._monitor, self._tracker = CollisionMonitor(load(MonitorConfig, {})), Tracker()
+        self._monitor, self._tracker = CollisionMonitor(load(MonitorConfig, {})), Tracker(REACH)
         self._moving = Moving.nothing()
         self._near = LayeredCostmap(window(3, 2.5, body))
         self._far = LayeredCostmap(window(14, 3.0, body) if grid is None else whole_map(body))

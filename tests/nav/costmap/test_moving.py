@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.moving.tracker import Moving, Tracker
+from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from tests.helpers.nav.played import scan_of
 
 ROOM = np.array([[-4.0, -4, 4, -4], [4, -4, 4, 4], [4, 4, -4, 4], [-4, 4, -4, -4]])
@@ -36,7 +36,7 @@ def watch(
     every: Callable[[Moving], None] = lambda moving: None,
 ) -> Moving:
     """Return what moves at the end, seen ten times a second with noise of 1 cm."""
-    tracker, rng, moving = Tracker(), np.random.default_rng(1), Moving.nothing()
+    tracker, rng, moving = Tracker(REACH), np.random.default_rng(1), Moving.nothing()
     for k in range(round(duration * 10) + 1):
         now = 0.1 * k
         walls = np.vstack((ROOM, things(now)))
@@ -98,7 +98,7 @@ def test_what_comes_in_sight_among_many_things_does_not_move(seed: int) -> None:
 
 
 def test_time_that_was_set_back_ends_every_track() -> None:
-    tracker, rng = Tracker(), np.random.default_rng(1)
+    tracker, rng = Tracker(REACH), np.random.default_rng(1)
     for k in range(8):
         walls = np.vstack((ROOM, post(1.5, -0.5 + 0.1 * k)))
         moving = tracker.update(scan_of(walls, SE2(), rng, 0.01, 0.1 * k), SE2())
@@ -108,7 +108,7 @@ def test_time_that_was_set_back_ends_every_track() -> None:
 
 
 def test_who_turns_about_or_is_half_hidden_is_not_lost() -> None:
-    tracker, rng = Tracker(), np.random.default_rng(2)
+    tracker, rng = Tracker(REACH), np.random.default_rng(2)
     flags, x = [], 2.0
     for k in range(40):
         x += 0.08 if k >= 20 else -0.08
@@ -131,7 +131,7 @@ def test_things_are_told_with_their_middle_velocity_and_size() -> None:
 
 def test_who_steps_out_from_behind_is_known_before_the_speed_is() -> None:
     hides = edges(np.array([[0.8, -1.6], [1.4, -1.6], [1.4, -0.4], [0.8, -0.4]]))
-    tracker, rng = Tracker(), np.random.default_rng(3)
+    tracker, rng = Tracker(REACH), np.random.default_rng(3)
     first: dict[str, float] = {}
     for k in range(20):
         y = -1.6 + 0.1 * k
@@ -159,7 +159,7 @@ def test_nothing_has_come_where_a_robot_passes_what_stands() -> None:
 
 
 def test_what_is_too_near_to_be_measured_was_not_seen_to_be_free() -> None:
-    tracker, rng = Tracker(), np.random.default_rng(4)
+    tracker, rng = Tracker(REACH), np.random.default_rng(4)
     for k in range(6):
         scan = scan_of(np.vstack((ROOM, post(1.0, 0.0))), SE2(), rng, 0.01, 0.1 * k)
         ranges = np.full_like(scan.ranges, 0.05) if k < 5 else scan.ranges
@@ -169,7 +169,7 @@ def test_what_is_too_near_to_be_measured_was_not_seen_to_be_free() -> None:
 
 
 def test_who_walks_on_behind_another_is_told_where_that_leads() -> None:
-    tracker, rng = Tracker(), np.random.default_rng(5)
+    tracker, rng = Tracker(REACH), np.random.default_rng(5)
     hides = edges(np.array([[0.7, 0.1], [1.0, 0.1], [1.0, 1.4], [0.7, 1.4]]))
     hidden = []
     for k in range(24):

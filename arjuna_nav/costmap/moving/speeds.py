@@ -1,0 +1,115 @@
+"""How fast a thing goes that was seen some times, and whether it does."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_nav.costmap.moving.sightings import Sightings, has_moved
+
+KEPT = 8  # sightings of a track
+_LOOKS = 4  # that make a speed
+SPAN = 0.9  # that sightings count before a thing is known to move [s]
+_SPAN_MOVING = 0.5  # and then: who walks may turn [s]
+_SLOWEST, _FASTEST = 0.2, 3.0  # of what is taken for moving [m/s]
+_TRAVELLED = 0.15  # by both outer points before it is [m]
+_STANDS = 0.5  # after which what has moved is taken for standing [s]
+
+
+@njit(cache=True)
+def latest(count: int) -> int:
+    """Return the row of a track's last sighting, of so many."""
+    return (count - 1) % KEPT
+
+
+@njit(cache=True)
+def go(
+    seen: NDArray[np.float64],
+    count: int,
+    going: NDArray[np.float64],
+    scans: Sightings,
+    number: int,
+) -> None:
+    """Bring a velocity up to date; who turns about seems to stand meanwhile, and yet goes on.
+
+    Args:
+        seen: The track's sightings `(KEPT, 7)`: time [s], its first point, its last [m], the beams.
+        count: How many there have been.
+        going: Its last known velocity, and when `(3,)` [m/s, m/s, s]; changed in place.
+        scans: The last scans.
+        number: Which of them is the last.
+    """
+    moves, now = bool(going[:2].any()), scans.stamps[number]
+    vx, vy = _velocity(seen, count, moves, now)
+    if (vx != 0.0 or vy != 0.0) and (moves or _is_sure(seen, count, scans, number)):
+        going[0], going[1], going[2] = vx, vy, now
+    elif now - going[2] > _STANDS and _slopes(seen, count, now, SPAN)[0] >= _LOOKS:
+        going[:2] = 0.0
+
+
+@njit(cache=True)
+def _is_sure(seen: NDArray[np.float64], count: int, scans: Sightings, number: int) -> bool:
+    """Tell whether what a track's first scan, of those kept, saw was free says that it moves."""
+    last, now = seen[latest(count)], scans.stamps[number]
+    since, first, then = now, -1, np.int64(-1)  # a plain -1 has `has_moved` compiled twice
+    for k in range(min(count, KEPT)):
+        if now - SPAN <= seen[k, 0] < since:
+            for other in range(len(scans.stamps)):
+                if scans.stamps[other] == seen[k, 0]:
+                    since, first, then = seen[k, 0], k, other
+    if first < 0:
+        return False
+    before = int(seen[first, 5]), int(seen[first, 6])
+    return bool(has_moved(scans, then, before, number, (int(last[5]), int(last[6]))))
+
+
+@njit(cache=True)
+def _velocity(
+    seen: NDArray[np.float64], count: int, moves: bool, now: float
+) -> tuple[float, float]:
+    """Return the velocity of what is known to move, else of the slower outer point if that is sure.
+
+    It is 0 for what stands.
+    """
+    span = _SPAN_MOVING if moves else SPAN
+    looks, duration, slopes = _slopes(seen, count, now, span)
+    if moves and looks >= 2:
+        vx, vy = 0.5 * (slopes[0] + slopes[2]), 0.5 * (slopes[1] + slopes[3])
+        return (vx, vy) if _SLOWEST <= math.hypot(vx, vy) <= _FASTEST else (0.0, 0.0)
+    if looks < _LOOKS:
+        return 0.0, 0.0
+    speeds = math.hypot(slopes[0], slopes[1]), math.hypot(slopes[2], slopes[3])
+    same = slopes[0] * slopes[2] + slopes[1] * slopes[3] > 0.5 * speeds[0] * speeds[1]
+    slower = 0 if speeds[0] <= speeds[1] else 2
+    speed = min(speeds[0], speeds[1])
+    if not same or not _SLOWEST <= speed <= _FASTEST or speed * duration < _TRAVELLED:
+        return 0.0, 0.0
+    return slopes[slower], slopes[slower + 1]
+
+
+@njit(cache=True)
+def _slopes(
+    seen: NDArray[np.float64], count: int, now: float, span: float
+) -> tuple[int, float, NDArray[np.float64]]:
+    """Return how many sightings of the last while there are, over how long, and their slopes."""
+    looks, t, sums = 0, 0.0, np.zeros(4)
+    for k in range(min(count, KEPT)):
+        if now - seen[k, 0] <= span:
+            looks += 1
+            t += seen[k, 0]
+            sums += seen[k, 1:5]
+    t, sums = t / max(looks, 1), sums / max(looks, 1)
+    spread, slopes = 0.0, np.zeros(4)
+    low, high = math.inf, -math.inf
+    for k in range(min(count, KEPT)):
+        if now - seen[k, 0] <= span:
+            off = seen[k, 0] - t
+            low, high = min(low, off), max(high, off)
+            spread += off * off
+            slopes += off * (seen[k, 1:5] - sums)
+    if spread <= 0.0:
+        return 0, 0.0, slopes
+    return looks, high - low, slopes / spread
