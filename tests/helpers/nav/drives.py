@@ -43,7 +43,7 @@ class Drive:
         self.length, self._contacts, self._pushed = 0.0, 0, 0
         self._pushed_at = -math.inf
         self.touched: list[str] = []
-        self._before, self._truth = frozenset(robot.sim.last.contacts), robot.sim.last.truth
+        self._before, self._last = frozenset(robot.sim.last.contacts), robot.sim.last
         simulator = robot.sim.simulator
         self._stage = simulator.stage
         self._walkers = [e.name for e in self._stage.entities if e.trajectory is not None]
@@ -67,21 +67,22 @@ class Drive:
         return self._meetings.met + self._pushed
 
     def _watch(self) -> None:
-        last, before = self._robot.sim.last, self._truth
-        contacts, velocity = frozenset(last.contacts), Velocity(before.v, before.w)
-        self.length += last.truth.pose.distance(before.pose)
+        last, before = self._robot.sim.last, self._last
+        contacts = frozenset(last.contacts)
+        self.length += last.truth.pose.distance(before.truth.pose)
         begun = sorted(contacts - self._before)
         self.touched += begun
         places = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
         people = np.array([(*place, PERSON[0]) for place in places]).reshape(-1, 3)
-        self._meetings.update(last.truth.pose, velocity, people)
+        wheels = Velocity(before.odometry.v, before.odometry.w)  # its own, not what a push gives it
+        self._meetings.update(last.truth.pose, wheels, people)
         now, standing = self._robot.now, len([name for name in begun if name not in self._walkers])
         self._pushed_at = now if self._meetings.touching else self._pushed_at
         if now - self._pushed_at <= _PUSHED:
             self._pushed += standing
         else:
             self._contacts += standing
-        self._truth, self._before = last.truth, contacts
+        self._last, self._before = last, contacts
 
 
 class Ground:
