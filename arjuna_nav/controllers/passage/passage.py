@@ -26,9 +26,12 @@ _SHIFT, _TILT = 0.06, 0.1  # how far it may have moved since the last look [m], 
 _NEWEST = 0.3  # weight of the newest look
 _SIDES = 0.15  # beside the robot, within which points make a place narrow [m]
 _BEFORE = 0.12  # from the nose to the place where it lines up before it [m]
+_RUN_UP = 0.25  # more, in which it is steered onto the line without lining up [m]
 _AHEAD = 0.15  # of the motion that must be free [m]
 _LOOKAHEAD = 0.2  # of the steering [m]
 _STEP = 0.02  # between two looks at a motion [m]
+_EASY = 0.08  # room on each side from which on a gap is not tight [m]
+_ALONG = 0.5  # how far the robot may look off the line to be steered onto it [rad]
 _ROOM = 1.0  # of the path, in which the outline fits where the gap is over [m]
 _WAITS = 1.0  # for points that come and go [s]
 _TRIES = 3
@@ -42,7 +45,9 @@ class PassageConfig:
     margin: float = param(
         0.005, "Room on each side of the robot without its padding.", unit="m", minimum=0.0
     )
-    max_speed: float = param(0.15, "Speed in it.", unit="m/s", minimum=0.02)
+    max_speed: float = param(
+        0.3, "Speed in it; half of that where it is tight.", unit="m/s", minimum=0.02
+    )
     max_angular_velocity: float = param(1.0, "Yaw rate in it.", unit="rad/s", minimum=0.05)
     reach: float = param(1.5, "How far ahead on the path it is looked for.", unit="m", minimum=0.1)
 
@@ -91,10 +96,16 @@ class Passage:
         """Whether there is something left to drive."""
         return self._stage is not _Stage.AWAY
 
+    @property
+    def _speed(self) -> float:
+        """How fast to drive through [m/s]."""
+        room = 0.5 * self._width - self._half
+        return float(self._config.max_speed * min(max(room / _EASY, 0.5), 1.0))
+
     def reset(self) -> None:
         """Let go."""
         self._stage = _Stage.AWAY
-        self._line, self._entry, self._tries = SE2(), SE2(), 0
+        self._line, self._entry, self._width, self._tries = SE2(), SE2(), 0.0, 0
         self._blocked_since = math.inf
 
     def begin(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
@@ -104,10 +115,10 @@ class Passage:
             return False
         points = costmap.obstacles(pose.x, pose.y, self._config.reach + 0.5)
         place = self._narrowest(path, points)
-        line = None if place is None else self._found(place, points)
-        if line is None:
+        strip = None if place is None else self._found(place, points)
+        if strip is None:
             return False
-        self._line = line
+        self._line, self._width = strip
         return self._start(pose, points, costmap)
 
     def compute(
@@ -124,6 +135,8 @@ class Passage:
                 return command
             self._stage = _Stage.LINING_UP
             self._arrival.reset()
+            if self._is_open(pose, points):
+                self._stage = _Stage.THROUGH
         if self._stage is _Stage.LINING_UP:
             command = self._line_up(pose, velocity, costmap, now)
             if command is not None:
@@ -157,13 +170,13 @@ class Passage:
         dx, dy = path[min(int(last), len(path) - 1), :2] - path[int(first), :2]
         return SE2(float(near[k, 0]), float(near[k, 1]), math.atan2(dy, dx))
 
-    def _found(self, place: SE2, points: NDArray[np.float64]) -> SE2 | None:
-        """Return the middle line of a gap that is narrow, yet wide enough."""
+    def _found(self, place: SE2, points: NDArray[np.float64]) -> tuple[SE2, float] | None:
+        """Return the middle line of a gap that is narrow, yet wide enough, and its width [m]."""
         seen = place.inverse().apply(points)
         for span in _SPANS:
             strip = widest_strip(seen, (-span, span), _BESIDE, _TURNED, 0.04)
             if strip is not None and 0.0 <= strip[1] - 2.0 * self._half <= 2.0 * _SIDES:
-                return place @ strip[0]
+                return place @ strip[0], strip[1]
         return None
 
     def _start(self, pose: SE2, points: NDArray[np.float64], costmap: Costmap) -> bool:
@@ -171,17 +184,23 @@ class Passage:
         seen, at = self._line.inverse().apply(points), self._line.inverse() @ pose
         first, last = self._extent(seen)
         self._entry = self._line @ SE2(first - self._front - _BEFORE, -self._middle)
-        way = last - self._rear - at.x
-        if at.x < last and abs(at.theta) < 0.5 and self._free(at, seen, way) >= way:
+        if at.x < last and self._is_open(pose, points):
             self._stage = _Stage.THROUGH
             return True
         self._tries += 1
-        tried = at.x >= last or self._tries > _TRIES
-        if tried or not self._manoeuvre.begin_to(pose, self._entry, costmap):
-            self.reset()
-            return False
-        self._stage = _Stage.COMING
-        return True
+        before = self._entry @ SE2(-_RUN_UP, 0.0), self._entry
+        again = at.x < last and self._tries <= _TRIES
+        if again and any(self._manoeuvre.begin_to(pose, one, costmap) for one in before):
+            self._stage = _Stage.COMING
+            return True
+        self.reset()
+        return False
+
+    def _is_open(self, pose: SE2, points: NDArray[np.float64]) -> bool:
+        """Tell whether the robot comes through from here, steered onto the line on its way."""
+        seen, at = self._line.inverse().apply(points), self._line.inverse() @ pose
+        way = self._extent(seen)[1] - self._rear - at.x
+        return abs(at.theta) < _ALONG and self._free(at, seen, way) >= way
 
     def _extent(self, seen: NDArray[np.float64]) -> tuple[float, float]:
         """Return from where to where points beside the line make it narrow [m]."""
@@ -197,7 +216,7 @@ class Passage:
         window = (self._rear, self._front + _SPANS[0]) if inside else (-_SPANS[0], _SPANS[0])
         strip = widest_strip(place.inverse().apply(points), window, _SHIFT, _TILT)
         if strip is not None and strip[1] < 2.0 * (self._half + _SIDES):
-            seen = strip[0]
+            seen, self._width = strip
             newest = SE2(_NEWEST * seen.x, _NEWEST * seen.y, _NEWEST * seen.theta)
             shift = place @ newest @ place.inverse()
             self._line, self._entry = shift @ self._line, shift @ self._entry
@@ -213,7 +232,7 @@ class Passage:
             costmap,
             now,
             left=left,
-            speed=self._config.max_speed,
+            speed=self._speed,
             within=True,
             heading=True,
         )
@@ -237,13 +256,12 @@ class Passage:
         return Velocity() if self._start(pose, points, costmap) else None
 
     def _steered(self, at: SE2) -> Velocity:
-        config = self._config
-        w = config.max_speed * line_bend(at.y + self._middle, at.theta, _LOOKAHEAD)
-        limit = config.max_angular_velocity
-        return Velocity(config.max_speed, min(max(w, -limit), limit))
+        w = self._speed * line_bend(at.y + self._middle, at.theta, _LOOKAHEAD)
+        limit = self._config.max_angular_velocity
+        return Velocity(self._speed, min(max(w, -limit), limit))
 
     def _free(self, at: SE2, seen: NDArray[np.float64], distance: float) -> float:
-        sharpest = self._config.max_angular_velocity / self._config.max_speed
+        sharpest = self._config.max_angular_velocity / self._speed
         pose = at.x, at.y + self._middle, at.theta
         shifted = seen + np.array([0.0, self._middle])
         return float(

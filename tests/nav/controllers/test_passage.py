@@ -99,7 +99,9 @@ def test_does_nothing_where_there_is_room_or_where_it_is_not_wanted() -> None:
     assert not passage.active
 
 
-def begun_before(*beyond: tuple[float, float, float, float]) -> tuple[Passage, Costmap]:
+def begun_before(
+    *beyond: tuple[float, float, float, float], start: SE2 = START
+) -> tuple[Passage, Costmap]:
     """Return a passage begun before a gap, behind which blocks stand, `x, y, width, height`."""
     grid = empty_grid(5.0, 4.0)
     for one in ((2.0, 0.0, 0.2, 1.75), (2.0, 2.25, 0.2, 1.75), *beyond):
@@ -107,13 +109,15 @@ def begun_before(*beyond: tuple[float, float, float, float]) -> tuple[Passage, C
     outline = Footprint.polygon(ROBOT.corners)
     costmap = costmap_of(grid, footprint=str(ROBOT.corners.tolist()))
     passage = Passage(PassageConfig(), ManoeuvreConfig(), outline, outline)
-    assert passage.begin(START, PATH, costmap)
+    assert passage.begin(start, PATH, costmap)
     return passage, costmap
 
 
-def drive(passage: Passage, costmap: Costmap, until: Callable[[SE2], bool]) -> SE2:
+def drive(
+    passage: Passage, costmap: Costmap, until: Callable[[SE2], bool], start: SE2 = START
+) -> SE2:
     """Return where a robot comes that does as a passage says."""
-    pose, now = START, 0.0
+    pose, now = start, 0.0
     while passage.active and not until(pose) and now < 30.0:
         command, now = passage.compute(pose, STILL, costmap, now), now + 0.05
         if command is not None:
@@ -134,3 +138,10 @@ def test_does_not_go_back_to_a_gap_that_it_is_through() -> None:
     assert not passage.active
     assert end.x > 2.5
     assert abs(end.theta) < 0.5
+
+
+@pytest.mark.parametrize("start", [SE2(1.66, 1.88, -0.2), SE2(1.8, 1.88, 0.1)])
+def test_steers_onto_the_line_instead_of_turning_to_line_up(start: SE2) -> None:
+    passage, costmap = begun_before(start=start)
+    end = drive(passage, costmap, lambda pose: pose.x > 2.2 or abs(pose.theta) > 0.4, start)
+    assert end.x > 2.2
