@@ -175,6 +175,9 @@ class PathFollower:
             PathError: The path is empty or of the wrong shape.
         """
         self._controller.set_path(path)
+        if self._manoeuvre.active and not self._manoeuvre.leads_to(path):
+            self._manoeuvre.reset()
+            self._sought = False
         end = SE2.from_array(path[-1])
         if self._end is not None and self._end.distance(end) > 1e-3:
             self._goal.reset()

@@ -132,6 +132,11 @@ class Manoeuvre:
             return None
         return command
 
+    def leads_to(self, path: NDArray[np.float64]) -> bool:
+        """Tell whether its way ends near a path."""
+        gaps = paths.distances(path, self._pieces[-1].end)
+        return float(gaps.min()) <= self._config.rejoin_distance
+
     def may_end(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
         """Tell whether a controller may go on from here, if it can: farther and faster.
 

@@ -167,3 +167,22 @@ def test_a_stretch_is_driven_though_its_end_lies_behind_a_robot_that_turned_too_
     command = manoeuvre.compute(SE2(2.0, 1.5, 1.5), costmap)
     assert command is not None
     assert command.v > 0.0
+
+
+@pytest.mark.parametrize(("end", "goes_on"), [((0.3, 1.5), False), ((4.0, 1.4), True)])
+def test_a_way_is_let_go_where_the_path_leads_elsewhere_now(
+    end: tuple[float, float], goes_on: bool
+) -> None:
+    grid = empty_grid(5.0, 3.0)
+    block(grid, 1.9, 1.25, 0.4, 0.5)
+    costmap = costmap_of(grid, footprint=str(CORNERS.tolist()))
+    follower = PathFollower(load(FollowerConfig, {"FollowPath": PARAMETERS["pure pursuit"]}), LONG)
+    follower.start(polyline([(1.4, 1.5), (4.0, 1.5)], 0.0), 0.0)
+    robot, farthest = Unicycle(SE2(1.4, 1.5)), 0.0
+    for k in range(140):
+        if k == 10:
+            follower.change(polyline([(1.4, 1.5), end], 0.0))
+        result = follower.tick(robot.pose, robot.velocity, costmap, k * robot.period)
+        robot.drive(result.velocity)
+        farthest = max(farthest, robot.pose.x)
+    assert (farthest > 1.6) is goes_on
