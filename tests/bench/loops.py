@@ -16,7 +16,7 @@ from arjuna_slam import offline
 from arjuna_slam.graph.pose_graph import EdgeKind
 from arjuna_slam.slam import Slam
 from tests.helpers.building_drives import LIDARS, Drift, Drive, drive
-from tests.helpers.buildings import RESOLUTION, Building, building
+from tests.helpers.buildings import CHOSEN_KINDS, KINDS, RESOLUTION, Building, building
 from tests.helpers.corrected_logs import corrected, drifting, thinned
 from tests.helpers.loop_measures import (
     agreement_of_loops,
@@ -87,6 +87,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="factor on 0.02 rad per sqrt(m), 0.01 rad/m and 2 %% (%(default)s)",
     )  # fmt: skip
     parser.add_argument(
+        "--kind", choices=[*KINDS, *CHOSEN_KINDS],
+        help="of all buildings, each at least half the greatest size; without, kinds take turns",
+    )  # fmt: skip
+    parser.add_argument(
         "--log", type=Path, nargs="+", default=[], help="logs in place of made-up buildings"
     )
     parser.add_argument(
@@ -134,7 +138,7 @@ def _trials(arguments: argparse.Namespace) -> Iterator[Trial]:
     seeds = range(arguments.seed, arguments.seed + arguments.count)
     if not arguments.log:
         for seed in seeds:
-            yield attempt(seed, arguments.largest, arguments.length, drift)
+            yield attempt(seed, arguments.largest, arguments.length, drift, arguments.kind)
     for path in arguments.log:
         places = thinned(corrected(path, as_is=arguments.corrected))
         for seed in seeds:
@@ -149,7 +153,9 @@ def _row(t: Trial) -> str:
     )
 
 
-def attempt(seed: int, largest: float, length: float, drift: Drift) -> Trial:
+def attempt(
+    seed: int, largest: float, length: float, drift: Drift, kind: str | None = None
+) -> Trial:
     """Map one drive through one building.
 
     Args:
@@ -157,9 +163,10 @@ def attempt(seed: int, largest: float, length: float, drift: Drift) -> Trial:
         largest: Share of the greatest size that the building has at most.
         length: Of the longest drive [m].
         drift: Of the odometry.
+        kind: Of building; None for the one whose turn it is.
     """
-    kind, walls, log = case(seed, largest, length, drift)
-    return measure(seed, kind, walls, log)
+    name, walls, log = case(seed, largest, length, drift, kind)
+    return measure(seed, name, walls, log)
 
 
 def measure(seed: int, kind: str, walls: Building | None, log: Drive) -> Trial:
@@ -195,9 +202,11 @@ def measure(seed: int, kind: str, walls: Building | None, log: Drive) -> Trial:
     )  # fmt: skip
 
 
-def case(seed: int, largest: float, length: float, drift: Drift) -> tuple[str, Building, Drive]:
+def case(
+    seed: int, largest: float, length: float, drift: Drift, kind: str | None = None
+) -> tuple[str, Building, Drive]:
     """Return the kind of a building, the building and a drive through it."""
-    kind, walls = building(seed, largest)
+    kind, walls = building(seed, largest, kind)
     rng = np.random.default_rng([seed, 3])
     way = min(max(rng.uniform(2.0, 5.0) * walls.length, _LENGTH_MIN), _LENGTH_MAX, length)
     lidar = LIDARS[int(rng.integers(len(LIDARS)))]

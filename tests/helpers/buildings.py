@@ -129,6 +129,23 @@ def parallel(rng: np.random.Generator, width: float, height: float) -> Building:
     return building
 
 
+def court(rng: np.random.Generator, width: float, height: float) -> Building:
+    """Long corridors around a court, one of them twice side by side, and wings that end blind."""
+    building = _solid(width, height)
+    wide = rng.uniform(1.8, 3.2)
+    xs = [_BORDER + 2.0, width - _BORDER - 2.0]
+    if rng.random() < 0.5:
+        xs.insert(1, float(rng.uniform(0.3, 0.7) * width))
+    low, high = _BORDER + 2.0, 0.75 * height
+    building.net(xs, [low, low + wide + rng.uniform(1.5, 5.0), high], wide)
+    for x in xs:
+        if rng.random() < 0.6:
+            building.corridor((x, high), (x, height - _BORDER - 1.0), wide)
+    deepest = float(rng.choice([0.15, 0.3, 1.0]))
+    _line_with_doors(rng, building, wide, alike=bool(rng.random() < 0.3), deepest=deepest)
+    return building
+
+
 def hall(rng: np.random.Generator, width: float, height: float) -> Building:
     """One hall with pillars in rows, stands of some visitors among them, and lanes between."""
     building = _solid(width, height)
@@ -242,17 +259,22 @@ KINDS: dict[str, Callable[[np.random.Generator, float, float], Building]] = {
     "doors alike": doors_alike,
     "office": office,
 }
+CHOSEN_KINDS = {"court": court}
+"""Kinds that take no turn among the others, but are built where they are asked for."""
 
 
-def building(seed: int, largest: float = 1.0) -> tuple[str, Building]:
+def building(seed: int, largest: float = 1.0, kind: str | None = None) -> tuple[str, Building]:
     """Return a building and its kind, 20 x 20 to 300 x 200 m.
 
     Args:
         seed: Of all that is random; the kinds take turns.
         largest: Factor on the greatest size.
+        kind: Its kind, from half the greatest size on; None for the one whose turn it is.
     """
     rng = np.random.default_rng([seed, 1])
-    kind = list(KINDS)[seed % len(KINDS)]
-    top = np.log(np.maximum(np.array([300.0, 200.0]) * largest, 21.0))
-    width, height = np.exp(rng.uniform(math.log(20.0), top))
-    return kind, KINDS[kind](rng, float(max(width, height)), float(min(width, height)))
+    top = np.maximum(np.array([300.0, 200.0]) * largest, 21.0)
+    low = np.maximum(20.0, 0.5 * top) if kind else 20.0
+    kind = kind or list(KINDS)[seed % len(KINDS)]
+    width, height = np.exp(rng.uniform(np.log(low), np.log(top)))
+    make = (KINDS | CHOSEN_KINDS)[kind]
+    return kind, make(rng, float(max(width, height)), float(min(width, height)))
