@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
@@ -78,11 +76,9 @@ class Localizer(PoseTracker):
         """Return where a scan lies on the map, or None if it has to be looked for further."""
         if self._start is None:
             delta = self._odometry.motion_to(T_odom_base)
-            prior = self._T_map_base @ delta
             information = invert(self._config.odometry_covariance(delta))
-            way = math.hypot(delta.x, delta.y)
             return self._tracker.locate(
-                self._reference.field, surface, prior, information, way, search
+                self._reference.field, surface, self._T_map_base, delta, information, search
             )
         match = self._reference.find(surface, self._start)
         if match.status is MatchStatus.MATCHED or self._start.kind is not StartKind.ANYWHERE:

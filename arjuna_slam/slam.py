@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -214,20 +213,18 @@ class Slam(PoseTracker):
     def _follow(self, reference: ReferenceMap, surface: Surface, T_odom_base: SE2) -> Match:
         """Return where a scan lies on a session's map, by odometry since its last keyframe."""
         delta = self._T_odom_keyframe.inverse() @ T_odom_base
-        prior, information = self.graph.pose(len(self.graph) - 1) @ delta, self._information(delta)
-        way = math.hypot(delta.x, delta.y)
-        return self._tracker.locate(reference.field, surface, prior, information, way, True)
+        last, information = self.graph.pose(len(self.graph) - 1), self._information(delta)
+        return self._tracker.locate(reference.field, surface, last, delta, information, True)
 
     def _locate(self, surface: Surface, T_odom_base: SE2, search: bool) -> Match:
         """Return where a scan lies in the reference, from where odometry predicts it."""
         delta = self._odometry.motion_to(T_odom_base)
-        prior, information = self._T_anchor_base @ delta, self._information(delta)
         return self._tracker.locate(
             self._local.reference.field,
             surface,
-            prior,
-            information,
-            math.hypot(delta.x, delta.y),
+            self._T_anchor_base,
+            delta,
+            self._information(delta),
             search,
         )
 
@@ -241,6 +238,7 @@ class Slam(PoseTracker):
         T_map_anchor = self.graph.pose(self._local.reference.anchor)
         node = self.keyframes.add(scan, T_map_anchor @ match.T_field_base)
         delta = self._T_odom_keyframe.inverse() @ self._odometry.T_odom_base
+        delta = self._tracker.stretched(delta)
         information = self._information(delta)
         self.graph.add_edge(Edge(previous, node, delta, information, EdgeKind.ODOMETRY))
         if match.status is MatchStatus.MATCHED and self._config.use_scan_matching:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +12,9 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field
+from arjuna_slam.matching.odometry import Stretch, Trust
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
-
-_WELL_SEEN = 0.015  # deviation of a match up to which it judges odometry [m]
-_MEMORY = 10.0  # way over which odometry is judged [m]
-_LEAST = 0.3  # share of its configured deviation that odometry is at least expected to have
 
 
 @dataclass(frozen=True)
@@ -67,42 +65,6 @@ class TrackerConfig(MatcherConfig):
         )
 
 
-class Trust:
-    """How good odometry's positions have been of late, where scans saw them well.
-
-    Along a corridor only odometry knows how far the robot went, so that it matters how well.
-    """
-
-    def __init__(self) -> None:
-        self._square = 1.0
-
-    def weigh(self, information: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the information of an odometry step as it has proven itself.
-
-        Args:
-            information: As configured, `(3, 3) float64`.
-        """
-        scale = np.array([self._square, self._square, 1.0]) ** -0.5
-        return information * np.outer(scale, scale)
-
-    def judge(self, prior: SE2, match: Match, information: NDArray[np.float64], way: float) -> None:
-        """Compare a step with where the scan then lay.
-
-        Args:
-            prior: Where odometry put the robot.
-            match: Where it was.
-            information: Of the step, as configured, `(3, 3) float64`.
-            way: Its length [m].
-        """
-        seen = np.linalg.eigvalsh(match.covariance[:2, :2])[1] < _WELL_SEEN**2
-        if match.status is not MatchStatus.MATCHED or not seen:
-            return
-        error = np.array([match.T_field_base.x - prior.x, match.T_field_base.y - prior.y])
-        square = 0.5 * float(error @ information[:2, :2] @ error)
-        share = min(1.0, way / _MEMORY)
-        self._square = max(_LEAST**2, self._square + share * (square - self._square))
-
-
 class Tracker:
     """Tracks the pose in a reference; at keyframes, and when that fails, it searches as well.
 
@@ -115,14 +77,15 @@ class Tracker:
         self._config = config
         self._matcher = matcher
         self._trust = Trust()
+        self._stretch = Stretch()
 
     def locate(
         self,
         reference: Field,
         surface: Surface,
-        prior: SE2,
+        T_field_last: SE2,
+        delta: SE2,
         information: NDArray[np.float64],
-        way: float,
         search: bool,
     ) -> Match:
         """Return where a scan lies in a reference.
@@ -130,17 +93,23 @@ class Tracker:
         Args:
             reference: The field.
             surface: What the scan saw.
-            prior: Robot in the field's frame, as odometry has it.
-            information: Of the prior, `(3, 3) float64`.
-            way: How far it has come since the last scan [m].
+            T_field_last: Robot in the field's frame at the last scan.
+            delta: Its motion since, as odometry has it.
+            information: Of the motion, `(3, 3) float64`.
             search: Whether to search the window even if tracking succeeds.
         """
+        prior = T_field_last @ self.stretched(delta)
         if not self._config.use_scan_matching:
             return Match(MatchStatus.MATCHED, prior, invert(information), 0.0)
         held = self._trust.weigh(information)
         match = self._match(reference, surface, prior, held, search)
-        self._trust.judge(prior, match, information, way)
+        self._trust.judge(prior, match, information, math.hypot(delta.x, delta.y))
+        self._stretch.judge(reference, match, delta)
         return match
+
+    def stretched(self, delta: SE2) -> SE2:
+        """Return a motion as odometry has it, of the length it will have had."""
+        return self._stretch.of(delta)
 
     def _match(
         self,
