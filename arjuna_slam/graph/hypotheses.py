@@ -30,7 +30,7 @@ _SMALL = 0.3  # correction that needs no other closure that knows its direction 
 _ALIKE = 0.5  # share of a correction by which one that bears it out may differ
 _SAME = 0.7  # cosine from which on two directions are one
 _WIDE = 2.0  # weight of a closure that much of a place holds, near to where the graph has it
-_NEAR = 1.5  # how near that is: such places that look the same lie further apart [m]
+_NEAR = 1.5  # how near that is: corridors and places that look the same lie further apart [m]
 _SLACK = np.diag([0.05**2, 0.05**2, 0.005**2])  # what is left where all claim to know better
 
 
@@ -80,13 +80,22 @@ class Hypotheses:
         total = self._weight(chosen)
         near = {self._held[k].query + step for k in chosen for step in (-1, 0, 1)}
         rivals = [k for k in np.flatnonzero(~agrees).tolist() if self._held[k].query in near]
-        rival = max((self._weight(self._largest(k)) for k in rivals), default=0.0)
+        rival = max((self._against(chosen, self._largest(k)) for k in rivals), default=0.0)
         if count not in chosen or (rivals and total < rival + _AHEAD):
             self._drop({0} if len(self._held) > _HELD_MAX else set())
             return []
         believed = [self._held[k] for k in chosen]
         self._drop({*chosen, *rivals})
         return believed
+
+    def _against(self, chosen: list[int], rivals: list[int]) -> float:
+        """Return what a set counts for against another: little if only the other is of wide places.
+
+        Along rows of equal doors any number of closures agree, in the next corridor as well.
+        """
+        wide, rival_wide = (any(self._held[k].wide for k in ks) for ks in (chosen, rivals))
+        total = self._weight(rivals)
+        return min(total, _AHEAD) if wide and not rival_wide else total
 
     def _borne_out(self, graph: PoseGraph, chosen: list[int]) -> list[int]:
         """Return the closures of a set that have enough beside them to be believed.
@@ -95,16 +104,25 @@ class Hypotheses:
         bear none of it out. So a correction needs others that know its direction and move as far.
         """
         corrections = {k: _Correction.of(graph, self._held[k].edge) for k in chosen}
-        kept = []
-        for k in chosen:
-            own, enough = corrections[k], self._held[k].enough
-            gap = own.moves(own.node)
-            far = [axis for axis in own.known if abs(gap @ axis) > _SMALL]
-            alike = [[o for o in chosen if corrections[o].bears_out(own, axis)] for axis in far]
-            if all(self._weight(others) >= enough for others in alike):
-                kept.append(k)
+        kept = [k for k in chosen if self._stands(k, corrections)]
         total = self._weight(kept)
         return [k for k in kept if total >= self._held[k].enough]
+
+    def _stands(self, k: int, corrections: dict[int, _Correction]) -> bool:
+        """Tell whether enough of a set bears a closure out in each direction that it corrects.
+
+        A correction as far as from one corridor to the next is not believed of doors alone.
+        """
+        own, enough = corrections[k], self._held[k].enough
+        gap = own.moves(own.node)
+        for axis in own.known:
+            if abs(gap @ axis) <= _SMALL:
+                continue
+            alike = [o for o, other in corrections.items() if other.bears_out(own, axis)]
+            beside = abs(gap @ axis) > _NEAR and not any(self._held[o].wide for o in alike)
+            if beside or self._weight(alike) < enough:
+                return False
+        return True
 
     def _weight(self, chosen: list[int]) -> float:
         """Return what a set counts for: submaps that overlap see the same, and count once."""

@@ -12,7 +12,7 @@ from arjuna_slam.graph.hypotheses import Closure, Hypotheses, chained
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
 
 CERTAIN = np.diag([1e4, 1e4, 1e6])
-OFF = SE2(1.5, -0.4, 0.02)  # where drift has put the second lap
+OFF = SE2(1.2, -0.4, 0.01)  # where drift has put the second lap
 
 
 def laps(count: int = 40) -> PoseGraph:
@@ -149,3 +149,26 @@ def test_what_others_have_bent_near_is_believed_with_the_next() -> None:
     for node in range(40, 80):
         graph.poses[node] = (graph.pose(node) @ SE2(2.0, 0.0, 0.0)).array()
     assert first in held.add(graph, second)
+
+
+def aside(graph: PoseGraph, place: int, gap: float, *, wide: bool = False) -> Closure:
+    """A place seen again in what would be another corridor, so far beside [m]."""
+    found = graph.pose(place).inverse() @ SE2(0.0, gap, 0.0) @ graph.pose(place + 40)
+    return closure(place, found, weight=1.0 if wide else 0.5, wide=wide)
+
+
+def test_another_corridor_is_believed_in_only_with_a_wide_place() -> None:
+    """Equal doors agree in a corridor side by side as well, as many of them as there are."""
+    graph, places = laps(), range(0, 40, 4)
+    for gap, wide_places, count in ((1.2, (), 8), (3.7, (), 0), (3.7, (20,), 6)):
+        held = Hypotheses()
+        doors = [aside(graph, place, gap, wide=place in wide_places) for place in places]
+        assert len([one for entry in doors for one in held.add(graph, entry)]) == count
+
+
+def test_doors_of_the_next_corridor_do_not_hold_back_wide_places() -> None:
+    graph, held = laps(), Hypotheses()
+    for place in range(0, 40, 4):
+        assert not held.add(graph, aside(graph, place, 3.7))
+    wide = [closure(place, wide=True) for place in (10, 14)]
+    assert [one for entry in wide for one in held.add(graph, entry)] == wide
