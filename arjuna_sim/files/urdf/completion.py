@@ -40,14 +40,16 @@ def complete_shapes(xml: XmlFile, urdf: Urdf) -> Urdf:
     return dataclasses.replace(urdf, links=links)
 
 
-def bound_inertias(xml: XmlFile, urdf: Urdf) -> Urdf:
+def bound_inertias(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> Urdf:
     """Replace the inertias of a part that moves where its mass cannot have them in its shapes.
 
     Such a placeholder, as 1 kg m^2 of a wheel of 50 g, is more than all else that motors move.
     """
     links = dict(urdf.links)
+    wheels = {urdf.joints[name].child for name in drive.rolling}
     for group in rigid_groups(urdf):
-        most = {name: _most_inertia(urdf, group, name) for name in group}
+        least = 0.0 if wheels.isdisjoint(group) else drive.radius
+        most = {name: _most_inertia(urdf, group, name, least) for name in group}
         said = {name: _greatest(urdf.links[name].inertial) for name in group}
         if not sum(said.values()) > _BEYOND * sum(most.values()) > 0.0:
             continue
@@ -69,8 +71,11 @@ def _greatest(inertial: Inertial | None) -> float:
     return 0.0 if inertial is None else float(np.linalg.eigvalsh(inertial.inertia)[2])
 
 
-def _most_inertia(urdf: Urdf, group: list[str], name: str) -> float:
-    """Return the inertia of a link's mass at the farthest of its rigid part's shapes [kg m^2]."""
+def _most_inertia(urdf: Urdf, group: list[str], name: str, least: float) -> float:
+    """Return the inertia of a link's mass at the farthest of its rigid part's shapes [kg m^2].
+
+    Where it has none, at a least reach [m].
+    """
     own = urdf.links[name].inertial
     if own is None:
         return 0.0
@@ -81,7 +86,7 @@ def _most_inertia(urdf: Urdf, group: list[str], name: str) -> float:
         for part in (*urdf.links[n].collisions, *urdf.links[n].visuals)
         if part.shape.kind is not Kind.PLANE
     ]
-    return own.mass * max((float(reach.max()) ** 2 for reach in reaches), default=0.0)
+    return own.mass * max((float(reach.max()) for reach in reaches), default=least) ** 2
 
 
 def complete_masses(xml: XmlFile, urdf: Urdf) -> Urdf:

@@ -113,7 +113,7 @@ def read_robot(xml: XmlFile) -> Robot:
             off = eccentricity(urdf, name)
             xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
     settings = dataclasses.replace(settings, friction=friction_of(xml, urdf, settings, drive))
-    urdf = complete_masses(xml, bound_inertias(xml, urdf))
+    urdf = complete_masses(xml, bound_inertias(xml, urdf, drive))
     if urdf.root == ANCHOR and drive.wheels:
         xml.note(f"link '{ANCHOR}': fixes it to the world, as in Gazebo: it does not drive")
     return Robot(urdf, settings, drive, tuple(xml.notes))

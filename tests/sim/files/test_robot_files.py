@@ -47,8 +47,9 @@ def test_macros_and_what_they_expand_to_are_one_robot(tmp_path: Path) -> None:
     assert of_macros.settings.friction == plain.settings.friction
 
 
-def test_an_inertia_that_no_wheel_can_have_is_that_of_its_shapes(tmp_path: Path) -> None:
-    robot = _read(RobotFile(inertia="one"), tmp_path)
+@pytest.mark.parametrize("solid", ["cylinder", "drawn mesh", "none"])
+def test_an_inertia_that_no_wheel_can_have_is_replaced(tmp_path: Path, solid: str) -> None:
+    robot = _read(RobotFile(inertia="one", solid=solid), tmp_path)
     note = next(n for n in texts(robot.notes) if "cannot have an inertia of 1 kg m^2" in n)
     assert note.startswith("link 'left_wheel_link'")
     sim = Simulator(robot, level(), SimulatorConfig(), np.random.default_rng(0))
