@@ -103,6 +103,7 @@ def test_scans_of_lidars_are_taken(good: Any) -> None:
         ({"range_max": math.nan}, "to nan m"),
         ({"angle_min": math.nan}, "from nan rad"),
         ({"time_increment": 100.0}, "each 100.0 s on"),
+        ({"time_increment": 4.0}, "3 beams, each 4.0 s on"),
         ({"time_increment": math.nan}, "each nan s on"),
     ],
 )

@@ -120,6 +120,12 @@ def test_moves_nothing_without_a_costmap() -> None:
         assert (result.status, result.velocity) == (BehaviorStatus.UNKNOWN, STILL)
 
 
+def test_the_time_allowed_counts_from_the_first_tick() -> None:
+    spin, costmap = Spin(1.57, CONFIG, CIRCLE, 20.0), costmap_of(empty_grid(4.0, 4.0))
+    ends = [spin.tick(SE2(2.0, 2.0), costmap, now).status for now in (100.0, 120.0, 120.1)]
+    assert ends == [BehaviorStatus.RUNNING, BehaviorStatus.RUNNING, BehaviorStatus.TIMEOUT]
+
+
 def test_waits_as_long_as_asked() -> None:
     wait = Wait(5.0)
     assert wait.tick(SE2(), None, 10.0).progress == 5.0

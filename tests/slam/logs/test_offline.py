@@ -84,6 +84,9 @@ def test_relation_errors_are_those_of_the_metric() -> None:
     assert result.count == 1
     assert result.translation[0] == pytest.approx(0.1)
     assert result.rotation[0] == pytest.approx(0.2)
+    both = evaluate(trajectory, np.vstack((relations[:1], [(0.0, 2.0, 2.0, 0, 0, 0, 0, 0)])))
+    assert both.translation == pytest.approx((0.05, 0.05))
+    assert both.rotation == pytest.approx((0.1, 0.1))
 
 
 def test_no_relation_in_time_is_an_error() -> None:
