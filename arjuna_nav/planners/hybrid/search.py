@@ -26,7 +26,7 @@ from arjuna_nav.planners.pose_table import (
 )
 
 _SPIN = 32  # poses of half a turn on the spot that are looked at for collisions
-_PATIENCE = 50_000  # poses looked at, from which on what is left weighs the more
+_PATIENCE = 200_000  # poses looked at after which what is left weighs twice as much
 _LONGER = 8.4  # turning radii at most by which Dubins' curve is longer than the straight line
 
 
@@ -103,7 +103,7 @@ def search(
                 return nodes, row, curve, looked
             until_direct = max(distance / rules.direct_ratio, 1.0)
         nodes = with_room(nodes, count, most)
-        trust = rules.trust * max(1.0, looked / _PATIENCE)
+        trust = rules.trust * (1.0 + looked / _PATIENCE)
         count, index = _expand(row, count, nodes, index, queue, goal, terrain, rules, moves, trust)
     return nodes, -1, np.empty((0, 3)), looked
 
