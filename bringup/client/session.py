@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from rclpy.executors import Executor
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -83,13 +84,18 @@ class Connection:
         name: The node's name.
         namespace: The robot's namespace.
         use_sim_time: Whether the node's clock is the robot's.
+        executor: What runs its callbacks.
 
     Attributes:
         client: The node.
     """
 
     def __init__(
-        self, name: str = "arjuna_client", namespace: str = "", use_sim_time: bool = False
+        self,
+        name: str = "arjuna_client",
+        namespace: str = "",
+        use_sim_time: bool = False,
+        executor: type[Executor] = EventsExecutor,
     ) -> None:
         self._context = new_context()
         self.client = Node(
@@ -99,7 +105,7 @@ class Connection:
             start_parameter_services=False,
             parameter_overrides=[Parameter("use_sim_time", value=use_sim_time)],
         )
-        self._executor = EventsExecutor(context=self._context)
+        self._executor = executor(context=self._context)
         self._executor.add_node(self.client)
 
     @property

@@ -10,7 +10,11 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+from rclpy.exceptions import NameValidationException
+from rclpy.executors import Executor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
+from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bringup.client.session import POLL, Connection
 from bringup.ros2 import interrupt
@@ -30,20 +34,28 @@ class Client:
     Args:
         arguments: The command line's; `spin_time` and `use_sim_time` count.
         name: The node's name; a hidden one, as ros2cli's, if None.
+        executor: What runs its callbacks.
     """
 
-    def __init__(self, arguments: argparse.Namespace, name: str | None = None) -> None:
+    def __init__(
+        self,
+        arguments: argparse.Namespace,
+        name: str | None = None,
+        executor: type[Executor] = EventsExecutor,
+    ) -> None:
         self._name = name or f"_ros2cli_{os.getpid()}"
         use_sim_time = bool(getattr(arguments, "use_sim_time", False))
-        self._session = Connection(self._name, use_sim_time=use_sim_time)
+        self._session = Connection(self._name, use_sim_time=use_sim_time, executor=executor)
         self.node = self._session.client
         self._limit = getattr(arguments, "spin_time", None)
 
     def __enter__(self) -> Client:
         return self
 
-    def __exit__(self, *ended: object) -> None:
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
         self._session.close()
+        if isinstance(error, NameValidationException):
+            raise Ros2Error(str(error)) from error
 
     def spin(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
         """Run callbacks until something is done; return whether it is, within a timeout [s]."""
@@ -98,22 +110,23 @@ class Client:
         return full
 
     def find_types(
-        self, name: str, names_of: Callable[[Any], Names], whole: bool = False
+        self, name: str, names_of: Callable[[Any], Names], hidden: bool = True
     ) -> Sequence[str]:
-        """Wait for a name of the graph and return its types, none if nobody has it.
+        """Wait for a name of the graph and for all who have it; return its types, or none.
 
         Args:
             name: The name.
             names_of: Returns the names, of topics or the like, that a node sees.
-            whole: Whether to wait for the rest of the graph too.
+            hidden: Whether a hidden name counts.
         """
 
         def types() -> Sequence[str]:
             return dict(names_of(self.node)).get(name, ())
 
-        self.discover(lambda: bool(types()))
-        if whole:
-            self.discover()
+        if not visible([name], hidden):
+            return ()
+        if self.discover(lambda: bool(types())):
+            self.discover()  # who else has it may give it another type
         return types()
 
     def call(self, service_type: Any, name: str, request: Any, timeout: float = ANSWER) -> Any:
@@ -147,6 +160,20 @@ def absolute(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
+def full_name(topic: str) -> str:
+    """Return the full name of a topic or action.
+
+    Raises:
+        Ros2Error: No topic can have such a name.
+    """
+    name = absolute(topic)
+    try:
+        validate_full_topic_name(name)
+    except NameValidationException as error:
+        raise Ros2Error(str(error)) from error
+    return name
+
+
 def visible(names: Iterable[str], hidden: bool) -> list[str]:
     """Return the names that are not hidden, or all of them."""
     return [name for name in names if hidden or not topic_or_service_is_hidden(name)]
@@ -170,9 +197,14 @@ def with_types(pairs: Names, types: bool) -> list[str]:
     return [f"{name} [{', '.join(kinds)}]" if types else name for name, kinds in pairs]
 
 
-def print_types(arguments: argparse.Namespace, name: str, names_of: Callable[[Any], Names]) -> int:
+def print_types(
+    arguments: argparse.Namespace,
+    name: str,
+    names_of: Callable[[Any], Names],
+    hidden: bool = True,
+) -> int:
     """Print the types of a name of the graph, as `Client.find_types`; return 1 if it has none."""
     with Client(arguments) as client:
-        types = client.find_types(absolute(name), names_of)
+        types = client.find_types(absolute(name), names_of, hidden)
         print_names(types, count=False)
     return int(not types)

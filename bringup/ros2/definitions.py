@@ -6,9 +6,8 @@ import re
 
 from bringup.ros2.types import definition_file
 
-# Code and comment of a line; a # inside quotes starts no comment.
-_LINE = re.compile(r"""(?P<code>(?:[^#"']|"[^"]*"|'[^']*')*)(?P<comment>\#.*)?""")
 _TYPE = re.compile(r"(?P<name>[A-Z]\w*|\w+/(?:msg/)?\w+)(?:\[[^]]*\])?\s+\w")
+_UNIT = re.compile(r"\s*\[[^,\]]+\]")
 
 
 def flattened(name: str, comments: bool = True, nested_comments: bool = False) -> list[str]:
@@ -25,21 +24,30 @@ def flattened(name: str, comments: bool = True, nested_comments: bool = False) -
     package = name.split("/")[0]
     lines: list[str] = []
     for line in definition_file(name).read_text(encoding="utf-8").splitlines():
-        code = _code(line)
-        if comments:
-            lines.append(line.rstrip())
-        elif code:
-            lines.append(code)
-        nested = nested_type(code, package)
+        shown = line.rstrip() if comments else bare(line.rstrip())
+        lines += [] if shown is None else [shown]
+        nested = nested_type(line.partition("#")[0].strip(), package)
         if nested is not None:
             inner = flattened(nested, nested_comments, nested_comments)
             lines += [f"\t{text}" if text else "" for text in inner]
     return lines
 
 
-def _code(line: str) -> str:
-    match = _LINE.match(line)
-    return match["code"].strip() if match is not None else line.strip()
+def bare(line: str) -> str | None:
+    """Return what ros2cli leaves of a line without comments, None for nothing.
+
+    It finds the comments by what the parser of definitions (rosidl_adapter) notes of them: what
+    stands behind a constant, is indented or says nothing but a unit stays, and a field's is cut
+    a character before its first word, which leaves the `#` of most.
+    """
+    code, mark, comment = line.replace("\t", " ").partition("#")
+    units = _UNIT.findall(comment)
+    said = (comment.replace(units[0], "") if len(units) == 1 else comment).lstrip("#").lstrip()
+    if not code:  # a comment, or an empty line
+        return line if mark and not said else None
+    if not said or not code.strip() or "=" in code.partition(" ")[2]:
+        return line
+    return line[: line.find(said) - 1].strip()
 
 
 def nested_type(code: str, package: str) -> str | None:

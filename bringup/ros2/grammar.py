@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 VERBS = "bringup.ros2.verbs"
+BUFFERED = "--use-python-default-buffering"
 COMPLETIONS = ("topic", "node", "service", "action", "message_type", "interface", "package", "")
 
 
@@ -88,19 +89,36 @@ def build_parser(commands: tuple[Command, ...]) -> argparse.ArgumentParser:
         prog="ros2",
         description="ros2 is the command-line tool for ROS 2, as Arjuna brings it.",
         epilog="'ros2 --completion bash' (or zsh) prints what makes the shell complete it",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    choices = parser.add_subparsers(metavar="COMMAND", title="Commands")
-    for command in commands:
-        child = choices.add_parser(command.name, help=command.about, description=command.about)
+    parser.add_argument(BUFFERED, action="store_true", help="do not write out every line at once")
+    children = _add_choices(parser, commands)
+    for command, child in zip(commands, children, strict=True):
         child.set_defaults(run=None, help=child.format_help)
         _add_arguments(child, command.arguments)
-        if command.verbs:
-            verbs = child.add_subparsers(metavar="VERB", title="Verbs")
-            for verb in command.verbs:
-                leaf = verbs.add_parser(verb.name, help=verb.about, description=verb.about)
-                leaf.set_defaults(run=verb.run)
-                _add_arguments(leaf, verb.arguments)
+        for verb, leaf in zip(command.verbs, _add_choices(child, command.verbs), strict=True):
+            leaf.set_defaults(run=verb.run)
+            _add_arguments(leaf, verb.arguments)
     return parser
+
+
+def _add_choices(
+    parser: argparse.ArgumentParser, items: tuple[Command, ...] | tuple[Verb, ...]
+) -> list[argparse.ArgumentParser]:
+    """Add a parser for each command or verb and return them; the help lists them as ros2cli's."""
+    if not items:
+        return []
+    width = max(len(item.name) for item in items)
+    choices = parser.add_subparsers(
+        title="Commands",
+        description="".join(f"{item.name:{width}}  {item.about}\n" for item in items),
+        metavar=f"Call `{parser.prog} <command> -h` for more detailed usage.",
+    )
+    style = argparse.RawDescriptionHelpFormatter
+    return [
+        choices.add_parser(item.name, description=item.about, formatter_class=style)
+        for item in items
+    ]
 
 
 def _add_arguments(

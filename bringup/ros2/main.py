@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import signal
@@ -11,7 +12,7 @@ from pathlib import Path
 
 from arjuna_core.errors import ArjunaError
 from bringup.ros2 import completion, interrupt
-from bringup.ros2.grammar import build_parser, load
+from bringup.ros2.grammar import BUFFERED, build_parser, load
 from bringup.ros2.tables import COMMANDS
 
 FAILED, INTERRUPTED = 1, int(signal.SIGINT)  # as ros2cli ends
@@ -31,6 +32,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ[_HANDED_ON] = "1"
         os.execv(real, [real, *sys.argv[1:]])  # noqa: S606 - the program that the user asked for
     code = _guarded(sys.argv[1:])
+    with contextlib.suppress(BrokenPipeError):
+        sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)  # all is closed; taking the modules apart costs a fifth of a command
 
@@ -39,7 +42,10 @@ def _guarded(words: list[str]) -> int:
     """Run one command; its mistakes and its end by the user or the reader become exit codes."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     interrupt.watch()
-    sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
+    if words[:1] == [BUFFERED]:
+        words = words[1:]
+    else:
+        sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
     try:
         code = _run(words)
         sys.stdout.flush()

@@ -1,21 +1,17 @@
-"""Messages as plain values, as YAML and CSV, and filled from YAML."""
+"""Messages as plain values, as YAML and as CSV."""
 
 from __future__ import annotations
 
 import array
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 import yaml
 from rosidl_parser import definition
 
-from bringup.ros2.errors import Ros2Error
-from bringup.ros2.types import nested_class
-
 _WIDTH = 2**31 - 1  # no line is broken
+_ARRAYS = (list, tuple, set, array.array, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -41,31 +37,40 @@ def is_message(value: Any) -> bool:
     return hasattr(value, "get_fields_and_field_types")
 
 
+def fields_of(message: Any) -> list[tuple[str, Any, Any]]:
+    """Return name, value and type of each field."""
+    pairs = zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True)
+    return [(name, getattr(message, name), kind) for name, kind in pairs]
+
+
 def to_plain(message: Any, abridge: Abridge = WHOLE) -> dict[str, Any]:
     """Return a message as a dictionary of plain values."""
-    fields = message.get_fields_and_field_types()
-    return {
-        name: _plain(getattr(message, name), kind, abridge)
-        for name, kind in zip(fields, message.SLOT_TYPES, strict=True)
-    }
+    return {name: _plain(value, kind, abridge) for name, value, kind in fields_of(message)}
 
 
 def _plain(value: Any, kind: Any, abridge: Abridge) -> Any:
     if is_message(value):
         return to_plain(value, abridge)
-    if isinstance(value, (str, bytes)):
-        text = value if isinstance(value, str) else value.decode("latin-1")
-        if abridge.no_strings and isinstance(value, str):
-            return f"<string length: <{len(text)}>>"
-        return text if _fits(text, abridge) else text[: abridge.length] + "..."
+    if isinstance(value, str):
+        return _text(value, abridge)
+    if isinstance(value, bytes):
+        return _cut(value.decode("latin-1"), abridge)
     if isinstance(value, np.number):
         return value.item()
-    if not isinstance(value, (list, tuple, set, array.array, np.ndarray)):
+    if not isinstance(value, _ARRAYS):
         return value
     if abridge.no_arrays and kind is not None:
         return _described(value, kind)
     items = [_plain(item, None, abridge) for item in list(value)[: abridge.length]]
     return items if _fits(value, abridge) else [*items, "..."]
+
+
+def _text(text: str, abridge: Abridge) -> str:
+    return f"<string length: <{len(text)}>>" if abridge.no_strings else _cut(text, abridge)
+
+
+def _cut(text: str, abridge: Abridge) -> str:
+    return text if _fits(text, abridge) else text[: abridge.length] + "..."
 
 
 def _fits(value: Any, abridge: Abridge) -> bool:
@@ -94,94 +99,62 @@ def to_yaml(message: Any, abridge: Abridge = WHOLE, flow: bool = False) -> str:
     return dump(to_plain(message, abridge), flow)
 
 
+def _block(dumper: Any, value: dict[str, Any]) -> yaml.MappingNode:
+    """Return a dictionary's node: it is never in flow style, but in a list that is."""
+    pairs = [(dumper.represent_data(k), dumper.represent_data(v)) for k, v in value.items()]
+    return yaml.MappingNode("tag:yaml.org,2002:map", pairs)
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes as ros2cli; libyaml's dumper writes emoji and control characters otherwise."""
+
+
+_Fast: Any = type("_Fast", (getattr(yaml, "CSafeDumper", yaml.SafeDumper),), {})
+for _dumper in (_Dumper, _Fast):
+    _dumper.add_representer(dict, _block)
+
+
 def dump(value: Any, flow: bool = False) -> str:
-    """Return a plain value as YAML, in its own order and with no line broken."""
-    text: str = yaml.dump(
-        value,
-        Dumper=getattr(yaml, "CSafeDumper", yaml.SafeDumper),
-        sort_keys=False,
-        allow_unicode=True,
-        width=_WIDTH,
-        default_flow_style=flow,
-    )
-    return text
+    """Return a plain value as YAML, in its own order and with no line broken.
+
+    Args:
+        value: Dictionaries, lists, texts and numbers.
+        flow: Whether lists stand on one line.
+    """
+
+    def written(dumper: Any) -> str:
+        text: str = yaml.dump(
+            *(value, None, dumper), allow_unicode=True, width=_WIDTH, default_flow_style=flow
+        )
+        return text
+
+    text = written(_Fast)
+    return written(_Dumper) if "\\" in text else text
 
 
 def to_csv(message: Any, abridge: Abridge = WHOLE) -> str:
-    """Return a message's values separated by commas."""
-    return ",".join(_flat(to_plain(message, abridge)))
+    """Return a message's values separated by commas, an empty array as nothing."""
+    return _csv(message, None, abridge)
 
 
-def _flat(value: Any) -> list[str]:
-    if isinstance(value, dict):
-        return [text for item in value.values() for text in _flat(item)]
-    if isinstance(value, list):
-        return [text for item in value for text in _flat(item)]
-    return [str(value)]
+def _csv(value: Any, kind: Any, abridge: Abridge) -> str:
+    if is_message(value):
+        return _joined([_csv(item, kind, abridge) for _, item, kind in fields_of(value)])
+    if isinstance(value, str):
+        return _text(value, abridge)
+    if isinstance(value, bytes):
+        return str(value if _fits(value, abridge) else value[: abridge.length] + b"...")
+    if not isinstance(value, _ARRAYS):
+        return str(value)
+    if abridge.no_arrays and kind is not None:
+        return _described(value, kind)
+    items = [_csv(item, None, abridge) for item in list(value)[: abridge.length]]
+    return _joined(items if _fits(value, abridge) else [*items, "..."])
 
 
-def parse(text: str) -> dict[str, Any]:
-    """Return what a person typed as YAML.
-
-    Raises:
-        Ros2Error: It is no dictionary in YAML.
-    """
-    try:
-        values = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise Ros2Error(f"The passed value is no YAML: {error}") from error
-    values = {} if values is None else values
-    if not isinstance(values, dict):
-        raise Ros2Error("The passed value needs to be a dictionary in YAML format")
-    return values
-
-
-def fill(message: Any, values: dict[str, Any]) -> list[Callable[[Any], None]]:
-    """Set fields of a message.
-
-    Returns:
-        What sets the stamps that were given as `now`, or `auto` for a whole header, to a time.
-
-    Raises:
-        Ros2Error: A field does not exist, or a value is of the wrong type.
-    """
-    stamps: list[Callable[[Any], None]] = []
-    try:
-        _fill(message, values, stamps)
-    except (AttributeError, TypeError, ValueError, AssertionError) as error:
-        raise Ros2Error(f"Failed to populate field: {error}") from error
-    return stamps
-
-
-def _fill(message: Any, values: Any, stamps: list[Callable[[Any], None]]) -> None:
-    if not isinstance(values, dict):
-        kind = type(values).__name__
-        raise TypeError(f"Value '{values}' is expected to be a dictionary but is a {kind}")
-    kinds = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
-    for name, value in values.items():
-        field = getattr(message, name)
-        if not is_message(field):
-            setattr(message, name, _converted(field, kinds[name], value, stamps))
-        elif value == "auto" and type(field).__name__ == "Header":
-            stamps.append(partial(setattr, field, "stamp"))
-        elif value == "now" and type(field).__name__ == "Time":
-            stamps.append(partial(setattr, message, name))
-        else:
-            _fill(field, value, stamps)
-
-
-def _converted(field: Any, kind: Any, value: Any, stamps: list[Callable[[Any], None]]) -> Any:
-    """Return a value as the type of the field that it goes to."""
-    item = getattr(kind, "value_type", None)
-    if isinstance(item, definition.NamespacedType):
-        made = [nested_class(item)() for _ in value]
-        for message, values in zip(made, value, strict=True):
-            _fill(message, values, stamps)
-        return made
-    if isinstance(field, array.array):
-        return array.array(field.typecode, value)
-    if isinstance(field, np.ndarray):
-        return np.array(value, dtype=field.dtype)
-    if isinstance(field, bytes) and isinstance(value, int):
-        return bytes([value])
-    return value if type(value) is type(field) else type(field)(value)
+def _joined(texts: list[str]) -> str:
+    """Join texts by commas; as in ros2cli, those at the start that are empty get none."""
+    line = ""
+    for text in texts:
+        line = f"{line},{text}" if line else text
+    return line

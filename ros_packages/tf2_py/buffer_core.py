@@ -149,6 +149,12 @@ class BufferCore:
         self, target_frame: str, source_frame: str, time: Time
     ) -> tuple[bool, str]:
         """Tell whether a transform is known, and if not, why."""
+        for frame, argument in ((target_frame, "target_frame"), (source_frame, "source_frame")):
+            if not self._known(frame.lstrip("/")):
+                return False, (
+                    f'Invalid frame ID "{frame}" passed to canTransform argument {argument}'
+                    " - frame does not exist"
+                )
         try:
             self.lookup_transform_core(target_frame, source_frame, time)
         except TransformException as error:
@@ -181,9 +187,11 @@ class BufferCore:
         rows = sorted(self._frames.items())
         return "".join(f"Frame {name} exists with parent {frame.parent}.\n" for name, frame in rows)
 
+    def _known(self, frame: str) -> bool:
+        return frame in self._frames or any(f.parent == frame for f in self._frames.values())
+
     def _chain(self, frame: str, argument: str) -> list[str]:
-        known = frame in self._frames or any(f.parent == frame for f in self._frames.values())
-        if not known:
+        if not self._known(frame):
             raise LookupException(
                 f'"{frame}" passed to lookupTransform argument {argument} does not exist. '
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
@@ -60,7 +61,8 @@ def _pose(given: argparse.Namespace, parser: argparse.ArgumentParser) -> Pose3:
 def main(words: list[str]) -> None:
     """Publish a static transform until interrupted."""
     frame, child, pose = parse(words)
-    with Client(argparse.Namespace(), "static_transform_publisher") as client:
+    name = f"static_transform_publisher_{os.getpid()}"  # so that many can run
+    with Client(argparse.Namespace(), name) as client:
         message = TransformStamped(child_frame_id=child)
         message.header.frame_id = frame
         message.header.stamp = client.node.get_clock().now().to_msg()
@@ -78,4 +80,4 @@ def main(words: list[str]) -> None:
 
 
 def _text(values: tuple[float, ...]) -> str:
-    return f"({', '.join(f'{value:f}' for value in values)})"
+    return f"({', '.join(repr(f'{value:f}') for value in values)})"

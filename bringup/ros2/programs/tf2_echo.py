@@ -6,7 +6,7 @@ import argparse
 import math
 
 from rclpy.time import Time
-from tf2_ros import Buffer, TransformException, TransformListener
+from tf2_ros import Buffer, TransformListener
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import seconds
@@ -28,12 +28,12 @@ def main(words: list[str]) -> None:
         TransformListener(buffer, client.node)
         client.spin(lambda: bool(buffer.can_transform(source, target, Time())), 1.0)
         while True:
-            try:
-                found = buffer.lookup_transform(source, target, Time())
-            except TransformException as error:
-                text = f"Waiting for transform {source} ->  {target}: {error}"
+            known, why = buffer.can_transform(source, target, Time(), return_debug_tuple=True)
+            if not known:
+                text = f"Waiting for transform {source} ->  {target}: {why}"
                 client.node.get_logger().info(text)
             else:
+                found = buffer.lookup_transform(source, target, Time())
                 t, q = found.transform.translation, found.transform.rotation
                 pose = Pose3((t.x, t.y, t.z), (q.w, q.x, q.y, q.z))
                 print("\n".join(lines(seconds(found.header.stamp), pose)))

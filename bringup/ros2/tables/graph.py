@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 
 from bringup.ros2.grammar import GRAPH, Command, Verb, argument, switch
-from bringup.ros2.tables.topic import rate
 
 _NODE = argument("node_name", complete="node", help="full name of the node")
 _HIDDEN_NODES = switch("--include-hidden-nodes", help="consider hidden nodes too")
@@ -50,7 +49,7 @@ SERVICE = Command(
                     argument("values", nargs="?", default="{}", help="the request as YAML"),
                     switch("--stdin", help="read the values from standard input"),
                 ),
-                argument("-r", "--rate", metavar="N", type=rate, help="repeat at this rate in Hz"),
+                argument("-r", "--rate", metavar="N", type=float, help="repeat at this rate in Hz"),
                 *GRAPH,
             ),
         ),

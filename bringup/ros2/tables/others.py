@@ -42,7 +42,7 @@ PARAM = Command(
                 argument("node_name", nargs="?", complete="node", help="all nodes if left out"),
                 argument("--param-prefixes", nargs="+", default=[], help="only these prefixes"),
                 switch("--param-type", help="show the types too"),
-                argument("--filter", metavar="REGEX", help="only names that match"),
+                argument("--filter", metavar="REGEX", help="only names that begin so"),
                 *_NODES,
             ),
         ),

@@ -21,17 +21,15 @@ _COUNT = switch("-c", "--count-topics", help="only display the number of topics 
 
 def positive(text: str) -> int:
     """Return a whole number above 0."""
-    return _whole(text, 1)
+    if not text.isdecimal() or int(text) == 0:
+        raise argparse.ArgumentTypeError("value must be a positive integer")
+    return int(text)
 
 
 def unsigned(text: str) -> int:
     """Return a whole number from 0."""
-    return _whole(text, 0)
-
-
-def _whole(text: str, least: int) -> int:
-    if not text.isdecimal() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {least}")
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError("value must be non-negative integer")
     return int(text)
 
 

@@ -19,17 +19,18 @@ from bringup.ros2.client import (
     ANSWER,
     Client,
     Names,
-    absolute,
+    full_name,
     print_names,
     print_types,
     with_types,
 )
 from bringup.ros2.errors import Ros2Error
+from bringup.ros2.filling import fill
 from bringup.ros2.types import interface_class
-from bringup.ros2.values import Abridge, fill, to_yaml
+from bringup.ros2.values import to_yaml
 from bringup.ros2.verbs.pub import values_of
 
-_CUT = Abridge(length=128)
+_WRONG = "Failed to populate message fields: {!r}"
 
 
 def list_actions(arguments: argparse.Namespace) -> None:
@@ -56,9 +57,9 @@ def type_of(arguments: argparse.Namespace) -> int:
 
 def info(arguments: argparse.Namespace) -> None:
     """Print which nodes serve an action and which are its clients."""
-    name = absolute(arguments.action_name)
+    name = full_name(arguments.action_name)
     with Client(arguments) as client:
-        client.find_types(name, get_action_names_and_types, whole=True)
+        client.find_types(name, get_action_names_and_types)
         clients = _nodes_with(client, name, get_action_client_names_and_types_by_node)
         servers = _nodes_with(client, name, get_action_server_names_and_types_by_node)
     print(f"Action: {arguments.action_name}")
@@ -86,15 +87,15 @@ def send_goal(arguments: argparse.Namespace) -> None:
     """
     action_type = interface_class(arguments.action_type, "action")
     goal = action_type.Goal()
-    stamps = fill(goal, values_of(arguments.goal, arguments.stdin))
+    stamps = fill(goal, values_of(arguments.goal, arguments.stdin), _WRONG)
     with Client(arguments) as client, contextlib.ExitStack() as opened:
-        action = ActionClient(client.node, action_type, arguments.action_name)
+        action = ActionClient(client.node, action_type, full_name(arguments.action_name))
         opened.callback(action.destroy)
         print("Waiting for an action server to become available...")
         client.spin(action.server_is_ready)
         for stamp in stamps:
             stamp(client.node.get_clock().now().to_msg())
-        print(f"Sending goal:\n     {to_yaml(goal, _CUT)}")
+        print(f"Sending goal:\n     {to_yaml(goal)}")
         feedback = _Feedback()
         sent = action.send_goal_async(goal, feedback.take if arguments.feedback else None)
         handle = client.result(sent, None, arguments.action_name)
@@ -108,7 +109,7 @@ def send_goal(arguments: argparse.Namespace) -> None:
         except KeyboardInterrupt:
             _cancel(client, handle)
             raise
-        print(f"Result:\n    {to_yaml(outcome.result, _CUT)}")
+        print(f"Result:\n    {to_yaml(outcome.result)}")
         print(f"Goal finished with status: {status_name(outcome.status)}")
 
 
@@ -123,7 +124,7 @@ class _Feedback:
         if self._waiting is not None:
             self._waiting.append(message)
             return
-        print(f"Feedback:\n    {to_yaml(message.feedback, _CUT)}")
+        print(f"Feedback:\n    {to_yaml(message.feedback)}")
 
     def start(self) -> None:
         """Print what was kept, and from now on what comes."""

@@ -7,8 +7,10 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental.events_executor import EventsExecutor
 
-from bringup.ros2.client import Client, absolute
+from bringup.ros2.client import Client, full_name
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.qos import for_subscription
 from bringup.ros2.types import interface_class
@@ -23,8 +25,10 @@ def echo(arguments: argparse.Namespace) -> None:
         Ros2Error: The topic's type is not known, or the field does not exist.
     """
     printer = Printer(arguments)
-    name = absolute(arguments.topic_name)
-    with Client(arguments) as client:
+    name = full_name(arguments.topic_name)
+    # rclpy's events executor cannot hand on a message's times: Fast DDS does not count messages
+    executor = SingleThreadedExecutor if arguments.include_message_info else EventsExecutor
+    with Client(arguments, executor=executor) as client:
         client.discover(lambda: client.node.count_publishers(name) > 0)
         client.discover()  # all of its publishers, for the quality of service
         message_type = topic_class(client, arguments.topic_name, arguments.message_type)
@@ -51,7 +55,7 @@ def topic_class(client: Client, topic: str, given: str | None = None) -> Any:
     """
     if given is not None:
         return interface_class(given, "msg")
-    types = dict(topics(client.node)).get(absolute(topic), ())
+    types = dict(topics(client.node)).get(full_name(topic), ())
     if len(types) > 1:
         kinds = ", ".join(types)
         raise Ros2Error(
@@ -111,20 +115,23 @@ class Printer:
             return
         value = message
         for field in self._fields:
-            if not hasattr(value, field):
-                self.problem = f"Invalid field '{'.'.join(self._fields)}': no '{field}'"
+            try:
+                value = getattr(value, field)
+            except AttributeError as error:
+                self.problem = f"Invalid field '{'.'.join(self._fields)}': {error}"
                 self.finished = True
                 return
-            value = getattr(value, field)
         if not self._wanted(value):
             return
         self.finished = self._options.once
         if not is_message(value):
+            if info is not None:
+                print("---Got new message, message info:---", info, "---Message data:---", sep="\n")
             print(value, end="\n---\n")
         elif self._options.csv:
             head = "".join(f"{item}," for item in (info or {}).values())
             print(head + to_csv(value, self._abridge))
         else:
             if info is not None:
-                print(dump(dict(info)), end="---\n")
+                print(dump(dict(sorted(info.items()))), end="---\n")
             print(to_yaml(value, self._abridge, self._options.flow_style), end="---\n")

@@ -105,8 +105,11 @@ def run(words: list[str]) -> int:
         raise Ros2Error(f"No executable found; {valid}")
     program = PROGRAMS[package, name]
     if isinstance(program, str):
-        program = importlib.import_module(program).main
-    program(words[2:])
+        module = importlib.import_module(program)
+        own, _, _ = ros_arguments(words[2:])  # rclpy reads the others itself
+        module.main(own)
+    else:
+        program(words[2:])
     return 0
 
 

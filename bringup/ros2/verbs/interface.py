@@ -6,7 +6,6 @@ import argparse
 import sys
 
 from bringup.ros2.definitions import flattened
-from bringup.ros2.errors import Ros2Error
 from bringup.ros2.types import interface_class, interfaces_of
 from bringup.ros2.types import packages as all_packages
 
@@ -59,7 +58,7 @@ def proto(arguments: argparse.Namespace) -> None:
     print(text if arguments.no_quotes else f'"{text}"')
 
 
-def show(arguments: argparse.Namespace) -> None:
+def show(arguments: argparse.Namespace) -> int:
     """Print a definition; `-` reads its name from the standard input.
 
     Raises:
@@ -67,6 +66,8 @@ def show(arguments: argparse.Namespace) -> None:
     """
     name = sys.stdin.readline().strip() if arguments.type == "-" else arguments.type
     if not name:
-        raise Ros2Error("the passed value is empty")
+        sys.stderr.write("ros2 interface show: error: the passed value is empty\n")
+        return 2
     for line in flattened(name, not arguments.no_comments, arguments.all_comments):
         print(line)
+    return 0

@@ -26,7 +26,9 @@ def nodes(arguments: argparse.Namespace) -> None:
 def _managed(client: Client, hidden: bool) -> list[str]:
     served = dict(client.node.get_service_names_and_types())
     return [
-        name for name in client.nodes(hidden) if _GET_STATE in served.get(f"{name}/get_state", [])
+        name
+        for name in sorted(set(client.nodes(hidden)))
+        if _GET_STATE in served.get(f"{name}/get_state", [])
     ]
 
 

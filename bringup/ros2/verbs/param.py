@@ -7,6 +7,7 @@ import re
 import sys
 from typing import Any
 
+import yaml
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
@@ -37,18 +38,18 @@ def list_parameters(arguments: argparse.Namespace) -> None:
         else:
             client.discover()
             served = dict(client.node.get_service_names_and_types())
-            names = client.nodes(arguments.include_hidden_nodes)
+            names = sorted(set(client.nodes(arguments.include_hidden_nodes)))  # twins once
             nodes = [name for name in names if f"{name}/list_parameters" in served]
         for node in nodes:
             try:
-                names = [name for name in _list(client, node, arguments) if wanted.search(name)]
+                names = [name for name in _list(client, node, arguments) if wanted.match(name)]
                 shown = _typed(client, node, names, arguments) if arguments.param_type else names
             except Ros2Error as error:
                 if arguments.node_name:
                     raise
                 say_failed(node, error)
                 continue
-            if not arguments.node_name:
+            if shown and not arguments.node_name:
                 print(f"{node}:")
             for line in shown:
                 print(f"  {line}")
@@ -118,7 +119,10 @@ def _field(kind: str) -> str:
 
 def set_parameter(arguments: argparse.Namespace) -> None:
     """Set a parameter."""
-    value = get_parameter_value(arguments.value)
+    try:
+        value = get_parameter_value(arguments.value)
+    except yaml.YAMLError as error:
+        raise Ros2Error(f"The passed value is no YAML: {error}") from error
     _set(arguments, value, "Set parameter successful", "Setting parameter failed")
 
 

@@ -6,12 +6,12 @@ import argparse
 import sys
 from typing import Any
 
+import yaml
 from rclpy.parameter import Parameter
 
 from bringup.parameters.files import EVERY_NODE, load_parameters
 from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.values import dump as to_yaml
 from bringup.ros2.verbs.param import set_all, values
 
 
@@ -20,13 +20,13 @@ def dump(arguments: argparse.Namespace) -> None:
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
         found = values(client, node, arguments)
-    print(to_yaml({node: {"ros__parameters": nested(found)}}))
+    print(yaml.safe_dump({node: {"ros__parameters": nested(found)}}))
 
 
 def nested(flat: dict[str, Any]) -> dict[str, Any]:
-    """Return dotted names as dictionaries in dictionaries, each sorted."""
+    """Return dotted names as dictionaries in dictionaries."""
     tree: dict[str, Any] = {}
-    for name in sorted(flat, key=lambda name: name.split(".")):
+    for name in flat:
         *groups, last = name.split(".")
         branch = tree
         for group in groups:

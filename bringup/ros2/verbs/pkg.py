@@ -16,9 +16,12 @@ from bringup.ros2.verbs.forward import PROGRAMS
 
 def list_packages(arguments: argparse.Namespace) -> None:
     """List the packages."""
+    print("\n".join(sorted(_packages())))
+
+
+def _packages() -> set[str]:
     add_environment_to_ament_index()
-    for name in sorted({*get_packages_with_prefixes(), *(package for package, _ in PROGRAMS)}):
-        print(name)
+    return {*get_packages_with_prefixes(), *(package for package, _ in PROGRAMS)}
 
 
 def _prefix(package: str) -> Path:
@@ -60,7 +63,14 @@ def xml(arguments: argparse.Namespace) -> None:
 
 
 def executables(arguments: argparse.Namespace) -> None:
-    """List what `ros2 run` can run."""
+    """List what `ros2 run` can run.
+
+    Raises:
+        Ros2Error: There is no such package.
+    """
+    wanted = arguments.package_name
+    if wanted is not None and wanted not in _packages():
+        raise Ros2Error(f"Package '{wanted}' not found")
     for package, name in sorted(PROGRAMS):
-        if arguments.package_name in (None, package):
-            print(name if arguments.package_name else f"{package} {name}")
+        if wanted in (None, package):
+            print(package, name)

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 import time
+from typing import Any
 
 from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
+from bringup.ros2.filling import fill, parse
 from bringup.ros2.qos import from_options
 from bringup.ros2.types import interface_class
-from bringup.ros2.values import fill, parse
+
+_TICK = 0.1  # from one look at the subscriptions to the next [s]
 
 
-def values_of(text: str, stdin: bool) -> dict[str, object]:
+def values_of(text: str, stdin: bool) -> Any:
     """Return what was typed as YAML, or stands on the standard input."""
     return parse(sys.stdin.read() if stdin else text)
 
@@ -26,7 +30,10 @@ def pub(arguments: argparse.Namespace) -> None:
     """
     message_type = interface_class(arguments.message_type, "msg")
     message = message_type()
-    stamps = fill(message, values_of(arguments.values, arguments.stdin))
+    values = values_of(arguments.values, arguments.stdin)
+    if not isinstance(values, dict):
+        raise Ros2Error("The passed value needs to be a dictionary in YAML format")
+    stamps = fill(message, values)
     times = 1 if arguments.once else arguments.times
     with Client(arguments, arguments.node_name) as client:
         clock = client.node.get_clock()
@@ -56,12 +63,14 @@ def _wait_for_subscriptions(
     wanted = (1 if times else 0) if wanted is None else wanted
     count = publisher.get_subscription_count  # type: ignore[attr-defined]
     limit = arguments.max_wait_time_secs
-    end = None if limit is None else time.monotonic() + limit
-    while count() < wanted:
-        print(f"Waiting for at least {wanted} matching subscription(s)...")
-        client.spin(lambda: count() >= wanted, 1.0)
-        if count() < wanted and end is not None and time.monotonic() >= end:
+    for tick in itertools.count():
+        if count() >= wanted:
+            return
+        if tick % 10 == 0:
+            print(f"Waiting for at least {wanted} matching subscription(s)...")
+        if limit is not None and tick * _TICK >= limit:
             raise Ros2Error(
                 "Timed out waiting for subscribers: "
                 f"Expected {wanted} subscribers but only got {count()} subscribers"
             )
+        client.spin(lambda: count() >= wanted, _TICK)

@@ -7,11 +7,10 @@ import time
 from collections import deque
 from typing import Any
 
-from rclpy.qos import QoSPresetProfiles
+from rclpy.qos import qos_profile_sensor_data
 
-from bringup.ros2.client import Client, absolute
+from bringup.ros2.client import Client, full_name
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.qos import matched
 from bringup.ros2.statistics import Intervals, bandwidth_text, rate_text, spread
 from bringup.ros2.verbs.echo import condition, topic_class
 
@@ -52,7 +51,7 @@ def bw(arguments: argparse.Namespace) -> None:
 
     with Client(arguments) as client:
         _subscribe(client, arguments, heard, raw=True)
-        print(f"Subscribed to [{absolute(arguments.topic_name)}]")
+        print(f"Subscribed to [{arguments.topic_name}]")
         while True:
             _wait(client)
             if len(sizes) > 1:
@@ -95,13 +94,11 @@ def _wait(client: Client) -> None:
 
 def _subscribe(client: Client, arguments: argparse.Namespace, heard: Any, raw: bool) -> Any:
     """Subscribe to the topic, waiting until somebody has it; return its message class."""
-    topic = absolute(arguments.topic_name)
+    topic = full_name(arguments.topic_name)
     if not client.discover(lambda: client.node.count_publishers(topic) > 0):
         print(f"WARNING: topic [{arguments.topic_name}] does not appear to be published yet")
         client.spin(lambda: client.node.count_publishers(topic) > 0)
     client.discover()
     message_type = topic_class(client, arguments.topic_name)
-    publishers = client.node.get_publishers_info_by_topic(topic)
-    profile = matched(QoSPresetProfiles.get_from_short_key("sensor_data"), publishers)
-    client.node.create_subscription(message_type, topic, heard, profile, raw=raw)
+    client.node.create_subscription(message_type, topic, heard, qos_profile_sensor_data, raw=raw)
     return message_type

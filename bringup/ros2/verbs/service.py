@@ -16,8 +16,8 @@ from bringup.ros2.client import (
     with_types,
 )
 from bringup.ros2.errors import Ros2Error
+from bringup.ros2.filling import fill
 from bringup.ros2.types import interface_class
-from bringup.ros2.values import fill
 from bringup.ros2.verbs.pub import values_of
 
 _names = methodcaller("get_service_names_and_types")
@@ -43,7 +43,8 @@ def _services(arguments: argparse.Namespace) -> Names:
 
 def type_of(arguments: argparse.Namespace) -> int:
     """Print a service's types; 1 if there is no such service."""
-    return print_types(arguments, arguments.service_name, _names)
+    hidden = arguments.include_hidden_services
+    return print_types(arguments, arguments.service_name, _names, hidden)
 
 
 def info(arguments: argparse.Namespace) -> None:
@@ -54,7 +55,7 @@ def info(arguments: argparse.Namespace) -> None:
     """
     name = absolute(arguments.service_name)
     with Client(arguments) as client:
-        types = client.find_types(name, _names, whole=True)
+        types = client.find_types(name, _names, arguments.include_hidden_services)
         if not types:
             raise Ros2Error(f"Unknown service '{arguments.service_name}'")
         print(f"Type: {types[0] if len(types) == 1 else types}")
@@ -66,8 +67,10 @@ def call(arguments: argparse.Namespace) -> None:
     """Call a service once, or at a rate until interrupted.
 
     Raises:
-        Ros2Error: The type or a field does not exist.
+        Ros2Error: The type or a field does not exist, or the rate is none.
     """
+    if arguments.rate is not None and not arguments.rate > 0.0:
+        raise Ros2Error("rate must be greater than zero")
     service_type = interface_class(arguments.service_type, "srv")
     request = service_type.Request()
     fill(request, values_of(arguments.values, arguments.stdin))

@@ -53,7 +53,8 @@ def find(arguments: argparse.Namespace) -> None:
 
 def type_of(arguments: argparse.Namespace) -> int:
     """Print a topic's types; 1 if there is no such topic."""
-    return print_types(arguments, arguments.topic_name, topics)
+    hidden = arguments.include_hidden_topics
+    return print_types(arguments, arguments.topic_name, topics, hidden)
 
 
 def info(arguments: argparse.Namespace) -> None:
@@ -64,7 +65,7 @@ def info(arguments: argparse.Namespace) -> None:
     """
     name = absolute(arguments.topic_name)
     with Client(arguments) as client:
-        types = client.find_types(name, topics, whole=True)
+        types = client.find_types(name, topics)
         if not types:
             raise Ros2Error(f"Unknown topic '{arguments.topic_name}'")
         gap = "\n" if arguments.verbose else ""

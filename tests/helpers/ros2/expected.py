@@ -91,7 +91,30 @@ CASES: dict[str, tuple[str, str]] = {
     "topic echo of a latched topic": ("topic echo --once latched", "data: kept\n---\n"),
     "topic echo field": ("topic echo --once /point --field header.frame_id", "map\n---\n"),
     "topic echo csv": ("topic echo --once /point --csv", "#,#,map,#,#,#\n"),
-    "topic echo flow": ("topic echo --once /chatter --flow-style", "{data: hello #}\n---\n"),
+    "topic echo flow": ("topic echo --once /chatter --flow-style", "data: hello #\n---\n"),
+    "topic echo csv with times": ("topic echo --once -i /chatter --csv", "#,#,#,None,hello #\n"),
+    "topic echo times": (
+        "topic echo --once -i /chatter",
+        """\
+        publication_sequence_number: #
+        received_timestamp: #
+        reception_sequence_number: null
+        source_timestamp: #
+        ---
+        data: hello #
+        ---
+        """,
+    ),
+    "topic echo times of a field": (
+        "topic echo --once -i /chatter --field data",
+        """\
+        ---Got new message, message info:---
+        {'source_timestamp': #, 'received_timestamp': #, 'publication_sequence_number': #, 'reception_sequence_number': None}
+        ---Message data:---
+        hello #
+        ---
+        """,  # noqa: E501 - as it is printed
+    ),
     "topic echo filter": (
         "topic echo --once /chatter --filter m.data[0]=='h'",
         "data: hello #\n---\n",
@@ -189,7 +212,7 @@ CASES: dict[str, tuple[str, str]] = {
         """,
     ),
     "param list of all with types": (
-        "param list --param-type --filter ^g",
+        "param list --param-type --filter g",
         """\
         /stand_in:
           gain (type: double)
@@ -249,7 +272,7 @@ CASES: dict[str, tuple[str, str]] = {
         """,
     ),
     "tf2_echo": (
-        "run tf2_ros tf2_echo map base --once",
+        "run tf2_ros tf2_echo map base --once --ros-args -p use_sim_time:=true",
         """\
         At time #
         - Translation: [#, #, #]

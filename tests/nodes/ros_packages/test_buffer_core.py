@@ -100,6 +100,11 @@ def test_unknown_and_unconnected_frames_are_told_apart(core: BufferCore) -> None
     with pytest.raises(ConnectivityException, match="not part of the same tree"):
         core.lookup_transform_core("there", "base", Time())
     assert core.can_transform_core("odom", "lidar", Time()) == (True, "")
+    assert core.can_transform_core("odom", "nope", Time()) == (
+        False,
+        'Invalid frame ID "nope" passed to canTransform argument source_frame'
+        " - frame does not exist",
+    )
 
 
 def test_old_transforms_are_forgotten() -> None:

@@ -66,7 +66,7 @@ FAILURES: dict[str, tuple[str, str]] = {
     ),
     "topic echo /chatter --once --field data.nope": (
         "",
-        "Invalid field 'data.nope': no 'nope'\n",
+        "Invalid field 'data.nope': 'str' object has no attribute 'nope'\n",
     ),
     "topic pub -1 /x std_msgs/msg/Nope": ("", "The passed message type is invalid\n"),
     "topic pub -1 /x std_msgs/msg/String {nope:1}": (
@@ -76,6 +76,41 @@ FAILURES: dict[str, tuple[str, str]] = {
     "topic pub -1 /x std_msgs/msg/String text": (
         "",
         "The passed value needs to be a dictionary in YAML format\n",
+    ),
+    "topic pub -1 /x std_msgs/msg/UInt8MultiArray {data:[300]}": (
+        "",
+        "Failed to populate field: unsigned byte integer is greater than maximum\n",
+    ),
+    "topic pub -1 -w 1 --max-wait-time-secs 1 /x std_msgs/msg/String": (
+        2 * "Waiting for at least 1 matching subscription(s)...\n",
+        "Timed out waiting for subscribers: Expected 1 subscribers but only got 0 subscribers\n",
+    ),
+    "param set /stand_in gain @x": (
+        "",
+        "The passed value is no YAML: while scanning for the next token\n"
+        "found character '@' that cannot start any token\n"
+        '  in "<unicode string>", line 1, column 1:\n    @x\n    ^\n',
+    ),
+    "topic type /_hidden": ("", ""),
+    "service call -r 0 /x std_srvs/srv/Empty": ("", "rate must be greater than zero\n"),
+    "service call /toggle std_srvs/srv/SetBool text": (
+        "",
+        "Failed to populate field: Value 'text' is expected to be a dictionary but is a str\n",
+    ),
+    "action send_goal /wait nav2_msgs/action/Wait {nope:1}": (
+        "",
+        "Failed to populate message fields:"
+        " AttributeError(\"'Wait_Goal' object has no attribute 'nope'\")\n",
+    ),
+    "topic echo /bad-name": (
+        "",
+        "Invalid topic name: topic name must not contain characters"
+        " other than alphanumerics, '_', or '/':\n  '/bad-name'\n       ^\n",
+    ),
+    "topic pub -1 /bad-name std_msgs/msg/Empty": (
+        "",
+        "Invalid topic name: topic name must not contain characters"
+        " other than alphanumerics, '_', '~', '{', or '}':\n  '/bad-name'\n       ^\n",
     ),
     "service call /x std_srvs/srv/Nope": ("", "The passed service type is invalid\n"),
     "action send_goal /x nav2_msgs/action/Nope {}": ("", "The passed action type is invalid\n"),

@@ -15,11 +15,16 @@ from tests.nodes.bringup.ros2.conftest import ENVIRONMENT
 pytestmark = [pytest.mark.ros, pytest.mark.usefixtures("stand_in")]
 
 LINES = {
-    "hz /chatter --window 20": r"average rate: \d+\.\d{3}",
-    "bw /chatter": r"\d+ B/s from \d+ messages",
-    "delay /point": r"average delay: 0\.\d{3}",
-    "echo /chatter": r"data: hello \d+",
-    "pub -r 20 /cmd_vel geometry_msgs/msg/Twist": r"publishing #3: geometry_msgs.msg.Twist\(.*",
+    "run tf2_ros static_transform_publisher 1 0 0 0 0 0 a b --ros-args -r __node:=fixed": (
+        r"translation: \('1.000000', '0.000000', '0.000000'\)"
+    ),
+    "topic hz /chatter --window 20": r"average rate: \d+\.\d{3}",
+    "topic bw /chatter": r"\d+ B/s from \d+ messages",
+    "topic delay /point": r"average delay: 0\.\d{3}",
+    "topic echo /chatter": r"data: hello \d+",
+    "topic pub -r 20 /cmd_vel geometry_msgs/msg/Twist": (
+        r"publishing #3: geometry_msgs.msg.Twist\(.*"
+    ),
 }
 
 
@@ -27,7 +32,7 @@ LINES = {
 def test_goes_on_until_interrupted(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in ENVIRONMENT.items():
         monkeypatch.setenv(name, value)
-    with Lines("-m", "bringup.ros2.main", "topic", *line.split()) as process:
+    with Lines("-m", "bringup.ros2.main", *line.split()) as process:
         (first, *_) = process.wait_for(LINES[line].split("\\", maxsplit=1)[0] or "/s from")
         assert re.fullmatch(LINES[line], first)
         process.process.send_signal(signal.SIGINT)

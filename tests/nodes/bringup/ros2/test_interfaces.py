@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from bringup.ros2.definitions import nested_type
+from bringup.ros2.definitions import bare, nested_type
 from bringup.ros2.main import main
 
 pytestmark = pytest.mark.ros
@@ -31,7 +31,7 @@ def test_show_indents_nested_types_without_their_comments(
 
 def test_show_without_comments(capsys: pytest.CaptureFixture[str]) -> None:
     assert output(capsys, "interface", "show", "std_srvs/srv/SetBool", "--no-comments") == (
-        "bool data\n---\nbool success\nstring message\n"
+        "bool data #\n---\nbool success   #\nstring message #\n"
     )
 
 
@@ -59,6 +59,25 @@ def test_show_with_all_comments_has_those_of_nested_types(
 )
 def test_only_fields_of_messages_are_nested(code: str, expected: str | None) -> None:
     assert nested_type(code, "geometry_msgs") == expected
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("float64 x", "float64 x"),
+        ("float64 x  # along", "float64 x  #"),
+        ("float64 x #along", "float64 x"),
+        ("float64 x # [m]", "float64 x # [m]"),
+        ("uint8 A = 1  # the first", "uint8 A = 1  # the first"),
+        ("# about it", None),
+        ("#", "#"),
+        ("   # more of it", "   # more of it"),
+        ("", None),
+        ("---", "---"),
+    ],
+)
+def test_comments_go_as_far_as_ros2cli_finds_them(line: str, expected: str | None) -> None:
+    assert bare(line) == expected
 
 
 def test_installed_interfaces_of_every_kind_can_be_shown(
@@ -93,7 +112,7 @@ def test_lists_are_by_kind(capsys: pytest.CaptureFixture[str]) -> None:
 def test_packages_and_their_manifests(capsys: pytest.CaptureFixture[str]) -> None:
     assert {"rclpy", "tf2_ros", "nav2_msgs"} <= set(output(capsys, "pkg", "list").split())
     assert output(capsys, "pkg", "xml", "std_srvs", "-t", "name") == "std_srvs\n"
-    assert output(capsys, "pkg", "executables", "tf2_tools") == "view_frames\n"
+    assert output(capsys, "pkg", "executables", "tf2_tools") == "tf2_tools view_frames\n"
 
 
 @pytest.mark.parametrize(
@@ -107,6 +126,7 @@ def test_packages_and_their_manifests(capsys: pytest.CaptureFixture[str]) -> Non
         ("interface show nope/msg/Nope", "Unknown package 'nope'\n"),
         ("interface package nope", "Unknown package 'nope'\n"),
         ("pkg prefix nope", "Package not found\n"),
+        ("pkg executables nope", "Package 'nope' not found\n"),
         ("pkg xml std_srvs -t nope", "XML tag not found\n"),
     ],
 )

@@ -7,12 +7,14 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseArray, PoseWithCovariance, Twist
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Pose, PoseArray, PoseWithCovariance, Twist
 from sensor_msgs.msg import CompressedImage, JointState, LaserScan
 from std_msgs.msg import String
 
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.values import Abridge, fill, parse, to_csv, to_yaml
+from bringup.ros2.filling import fill, parse
+from bringup.ros2.values import Abridge, to_csv, to_yaml
 
 pytestmark = pytest.mark.ros
 
@@ -48,7 +50,29 @@ def test_arrays_are_cut_or_described() -> None:
 
 def test_csv_is_one_line_of_all_values() -> None:
     state = JointState(name=["a", "b"], position=[1.5, 2.0])
-    assert to_csv(state) == "0,0,,a,b,1.5,2.0"
+    assert to_csv(state) == "0,0,,a,b,1.5,2.0,,"
+    assert to_csv(state, Abridge(length=1)) == "0,0,,a,...,1.5,...,,"
+    assert to_csv(String()) == ""
+    assert to_csv(DiagnosticStatus(level=b"\2", name="n")) == "b'\\x02',n,,,"
+
+
+def test_lists_alone_stand_on_one_line() -> None:
+    state = JointState(name=["a", "b"])
+    assert to_yaml(state, flow=True) == (
+        "header:\n  stamp:\n    sec: 0\n    nanosec: 0\n  frame_id: ''\n"
+        "name: [a, b]\nposition: []\nvelocity: []\neffort: []\n"
+    )
+    poses = PoseArray(poses=[Pose()])
+    assert "\nposes: [{position: {x: 0.0, y: 0.0, z: 0.0}, orientation: {" in to_yaml(
+        poses, flow=True
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "line"), [("\U0001f600", "\U0001f600"), ("\x85", "'\x85  '"), ("\x07", '"\\a"')]
+)
+def test_odd_characters_are_written_as_ros2cli_does(text: str, line: str) -> None:
+    assert to_yaml(String(data=text)) == f"data: {line}\n"
 
 
 def test_nested_fields_are_set_and_numbers_converted() -> None:
@@ -90,8 +114,9 @@ def test_yaml_comes_back_as_the_message() -> None:
     [
         ("{linear: 3}", "Value '3' is expected to be a dictionary but is a int"),
         ("{linear: {x: fast}}", "could not convert string to float"),
+        ("{linear: {x: [1]}}", r"Value '\[1\]' is expected to be a dictionary but is a list"),
         ("{speed: 1}", "object has no attribute 'speed'"),
-        ("[1, 2]", "needs to be a dictionary"),
+        ("[1, 2]", "is expected to be a dictionary but is a list"),
         ("{a: [", "is no YAML"),
     ],
 )
