@@ -58,7 +58,18 @@ def set_up() -> int:
     if not stamp_holds("ours", ours):
         pip("Arjuna itself", "ours", "install", "--no-deps", "--no-build-isolation", "-e", ".")
         write_stamp("ours", ours)
+    forget_moved()
     return 0
+
+
+def forget_moved() -> None:
+    """Delete what Numba has compiled if a module is gone: it asks for types where they were."""
+    known, files = STATE / "modules", ROOT.glob("arjuna_*/**/*.py")
+    modules = {str(path.relative_to(ROOT)) for path in files}
+    if known.exists() and not modules.issuperset(known.read_text().splitlines()):
+        for path in ROOT.glob("arjuna_*/**/__pycache__/*.nb[ic]"):
+            path.unlink()
+    known.write_text("\n".join(sorted(modules)))
 
 
 def keys() -> tuple[str, str, str]:

@@ -14,7 +14,7 @@ from arjuna_core.config import param
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
-from arjuna_nav.planners.potential import NEUTRAL, spread, traversal_costs
+from arjuna_nav.planners.waves.potential import NEUTRAL, spread, traversal_costs
 
 _EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.int8)
 

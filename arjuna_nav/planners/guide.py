@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_nav.planners.base import PlanResult
-from arjuna_nav.planners.corridor import corridors, guided
-from arjuna_nav.planners.potential import spread
 from arjuna_nav.planners.query import Cell, Query
+from arjuna_nav.planners.waves.corridor import corridors, guided
+from arjuna_nav.planners.waves.potential import spread
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,10 +13,10 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult
-from arjuna_nav.planners.corridor import corridors, guided
-from arjuna_nav.planners.descent import descend
-from arjuna_nav.planners.potential import NEUTRAL, spread, traversal_costs
 from arjuna_nav.planners.query import ask
+from arjuna_nav.planners.waves.corridor import corridors, guided
+from arjuna_nav.planners.waves.descent import descend
+from arjuna_nav.planners.waves.potential import NEUTRAL, spread, traversal_costs
 from arjuna_nav.planners.way_out import WayOut
 
 _SLACK, _SLACK_ASTAR = 0.005, 0.0  # of ways that are looked at, over the best estimate

@@ -16,10 +16,10 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
-from arjuna_nav.planners.corridor import Corridor, corridors, guided, is_outside
-from arjuna_nav.planners.potential import NEUTRAL
 from arjuna_nav.planners.query import ask, oriented
 from arjuna_nav.planners.relaxation import relax, touches
+from arjuna_nav.planners.waves.corridor import Corridor, corridors, guided, is_outside
+from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _ACROSS = math.sqrt(2.0)
 _SCALE = np.float32(NEUTRAL)  # of a free cell's cost in a corridor's estimate

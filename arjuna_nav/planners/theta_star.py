@@ -18,8 +18,8 @@ from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult
 from arjuna_nav.planners.guide import guide
-from arjuna_nav.planners.potential import NEUTRAL
 from arjuna_nav.planners.query import ask
+from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _SLACK = 0.005  # of ways that are looked at on large maps, over the best estimate
 

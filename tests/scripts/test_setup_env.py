@@ -51,7 +51,9 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "requirements.lock").write_text("numpy==2.4.6\nruff==0.17.6\n")
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
     (tmp_path / ".venv" / "bin" / "python").touch()
+    (tmp_path / ".setup").mkdir()
     monkeypatch.setattr(setup_env, "ROOT", tmp_path)
+    monkeypatch.setattr(setup_env, "STATE", tmp_path / ".setup")
     monkeypatch.setattr(setup_env, "MESSAGES", messages)
     monkeypatch.setattr(setup_env, "LOCK", tmp_path / "requirements.lock")
     monkeypatch.setattr(setup_env, "VENV", tmp_path / ".venv")
@@ -85,6 +87,21 @@ def test_a_new_linter_does_not_build_the_messages_anew(checkout: Path) -> None:
     setup_env.LOCK.write_text("numpy==2.4.6\nruff==0.17.7\n")
     assert setup_env.keys()[0] != packages
     assert setup_env.keys()[1] == messages
+
+
+def test_what_numba_compiled_goes_when_a_module_has_gone(checkout: Path) -> None:
+    wing = checkout / "arjuna_nav" / "planners"
+    compiled = wing / "__pycache__" / "navfn.plan-1.py311.nbi"
+    compiled.parent.mkdir(parents=True)
+    compiled.touch()
+    (wing / "descent.py").touch()
+    setup_env.forget_moved()
+    (wing / "new.py").touch()
+    setup_env.forget_moved()
+    assert compiled.exists()
+    (wing / "descent.py").rename(wing / "new.py")
+    setup_env.forget_moved()
+    assert not compiled.exists()
 
 
 def test_a_builds_output_does_not_count_as_a_source(checkout: Path) -> None:

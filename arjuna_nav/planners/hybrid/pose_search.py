@@ -15,8 +15,8 @@ from arjuna_nav.planners.guide import guide
 from arjuna_nav.planners.hybrid.config import PoseSearchConfig
 from arjuna_nav.planners.hybrid.moves import Moves
 from arjuna_nav.planners.hybrid.search import Rules, Terrain, driven, search
-from arjuna_nav.planners.potential import NEUTRAL
 from arjuna_nav.planners.query import Cell, Query, ask
+from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _ENDLESS = 2**62
 _SLACK = 0.0  # of ways that are looked at on large maps, over the best estimate

@@ -16,8 +16,8 @@ from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, Cost
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.window import clipped
 from arjuna_nav.planners.base import Planner, PlanResult, PlanStatus
-from arjuna_nav.planners.potential import NEUTRAL, spread, traversal_costs
 from arjuna_nav.planners.turning.search import Goal, Ground, Prices, search
+from arjuna_nav.planners.waves.potential import NEUTRAL, spread, traversal_costs
 
 _CHORD = 0.3  # over which a path's direction is taken; so far from its start it may turn [m]
 _CLOSED = 3  # radius of what is closed to planners where the outline collides [cells]

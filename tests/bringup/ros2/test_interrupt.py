@@ -28,7 +28,7 @@ class Interrupted:
 def test_what_a_destructor_drops_is_raised_at_the_next_look() -> None:
     interrupt.watch()
     Interrupted()
-    with pytest.raises(KeyboardInterrupt, match=""):
+    with pytest.raises(KeyboardInterrupt, match=r"^$"):
         interrupt.check()
 
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, convolve
 
 from arjuna_nav.costmap.costmap import LETHAL
-from arjuna_nav.planners.descent import descend
-from arjuna_nav.planners.potential import spread, traversal_costs
+from arjuna_nav.planners.waves.descent import descend
+from arjuna_nav.planners.waves.potential import spread, traversal_costs
 from tests.helpers.nav.barn import CELL, START
 
 _SIZE = 30  # of the field [cells]

@@ -15,8 +15,8 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.costmap import LETHAL
-from arjuna_nav.planners.descent import descend
-from arjuna_nav.planners.potential import spread, traversal_costs
+from arjuna_nav.planners.waves.descent import descend
+from arjuna_nav.planners.waves.potential import spread, traversal_costs
 from arjuna_sim.model.actors import PERSON
 from arjuna_sim.model.footprint import footprint
 from bringup.lockstep import LockStep

@@ -11,8 +11,8 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.planners import NavFn, NavFnConfig, PlanStatus
 from arjuna_nav.planners import path as paths
-from arjuna_nav.planners.corridor import corridors, guided
-from arjuna_nav.planners.potential import spread, traversal_costs
+from arjuna_nav.planners.waves.corridor import corridors, guided
+from arjuna_nav.planners.waves.potential import spread, traversal_costs
 from tests.nav.worlds import block, costmap_of, empty_grid
 
 _RESOLUTION = 0.05

@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL
-from arjuna_nav.planners.potential import EVERYWHERE, NEUTRAL, spread
+from arjuna_nav.planners.waves.potential import EVERYWHERE, NEUTRAL, spread
 
 T = TypeVar("T")
 
