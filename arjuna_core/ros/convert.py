@@ -80,9 +80,12 @@ def yaw(rotation: Quaternion) -> float:
 
 
 def pose_msg(pose: SE2) -> Pose:
-    """Return a planar pose as a Pose message."""
+    """Return a planar pose as a Pose message.
+
+    rclpy writes a whole number of Python's into a float64 as 5e-324, without a word.
+    """
     message = Pose(orientation=quaternion(pose.theta))
-    message.position.x, message.position.y = pose.x, pose.y
+    message.position.x, message.position.y = float(pose.x), float(pose.y)
     return message
 
 
@@ -116,7 +119,8 @@ def transform_msg(
         into: One that an earlier call returned, to be used again.
     """
     message = between(parent, child, now, into)
-    message.transform.translation.x, message.transform.translation.y = T.x, T.y
+    at = message.transform.translation
+    at.x, at.y = float(T.x), float(T.y)
     set_yaw(message.transform.rotation, T.theta)
     return message
 

@@ -142,7 +142,7 @@ class SimulatorClient:
 def pose_at(x: float, y: float, z: float, heading: float) -> Pose:
     """Return an upright pose."""
     pose = Pose(orientation=quaternion(heading))
-    pose.position.x, pose.position.y, pose.position.z = x, y, z
+    pose.position.x, pose.position.y, pose.position.z = float(x), float(y), float(z)
     return pose
 
 
