@@ -32,6 +32,8 @@ class Estimate:
         quality: Trust, 0..1: the share of beams that agree times the share of the weight.
         reason: What the quality rests on, one sentence.
         status: How the update ended.
+        strayed: Whether it has been lost since it was put elsewhere than odometry led it: not a
+            place to drive from.
     """
 
     T_map_base: SE2
@@ -40,6 +42,7 @@ class Estimate:
     quality: float
     reason: str
     status: Status
+    strayed: bool = False
 
 
 @dataclass(frozen=True)

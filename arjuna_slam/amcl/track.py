@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.estimate import Estimate, Hypothesis, conclude
+from arjuna_slam.amcl.estimate import Estimate, Hypothesis, Status, conclude
+
+_ELSEWHERE = 0.5  # from where odometry leads, beyond which no scan has corrected a pose [m], [rad]
 
 
 @dataclass
@@ -38,5 +41,10 @@ class Track:
 
     def conclude(self, best: Hypothesis, T_odom_base: SE2, config: AmclConfig) -> Estimate:
         """Believe a hypothesis; return what it amounts to."""
-        self.best, self.estimate = best, conclude(best, T_odom_base, config)
-        return self.estimate
+        last, estimate = self.estimate, conclude(best, T_odom_base, config)
+        if last is not None and estimate.status is Status.LOST:
+            step = (last.T_map_odom @ T_odom_base).inverse() @ best.T_map_base
+            elsewhere = math.hypot(step.x, step.y) > _ELSEWHERE or abs(step.theta) > _ELSEWHERE
+            estimate = replace(estimate, strayed=last.strayed or elsewhere)
+        self.best, self.estimate = best, estimate
+        return estimate

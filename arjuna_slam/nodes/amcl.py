@@ -214,8 +214,10 @@ class AmclNode(ManagedNode):
             self._output.publish(estimate, belief, scan.stamp)
             if estimate.quality >= self._doubted:
                 self._doubted = 0.0
-        if self._estimate is not None and self.config.tf_broadcast and not self._doubted:
-            self._output.broadcast(self._estimate.T_map_odom, scan.stamp)
+        last = self._estimate
+        if last is None or last.strayed or self._doubted or not self.config.tf_broadcast:
+            return
+        self._output.broadcast(last.T_map_odom, scan.stamp)
 
     def _save_pose(self) -> None:
         if self._estimate is not None and not self.config.always_reset_initial_pose:

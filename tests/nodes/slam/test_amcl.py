@@ -19,8 +19,9 @@ from arjuna_core.ros.convert import (
     pose_msg,
     seconds,
 )
+from arjuna_core.se2 import SE2
 from tests.helpers.amcl_room import Room, rooms, started
-from tests.slam.amcl.room import random_pose
+from tests.slam.amcl.room import BOXES, random_pose
 
 pytestmark = pytest.mark.ros
 
@@ -104,6 +105,27 @@ def test_a_kidnapped_robot_is_noticed_and_found(room: Room) -> None:
     room.drive(30)
     assert room.error[0] < 0.08
     assert room.qualities[-1].quality > 0.9
+
+
+def test_a_robot_that_is_lost_and_looked_for_elsewhere_tells_no_place_until_found(
+    room: Room,
+) -> None:
+    node = started(room)
+    room.drive(10)
+    room.robot.pose = SE2(-2.2, 1.0, 2.0)
+    ring = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
+    around = np.column_stack((-2.2 + 1.5 * np.cos(ring), 1.0 + 1.5 * np.sin(ring)))
+    room.robot._boxes = tuple((x, y) for x, y in around.tolist())
+    room.drive(8)
+    assert "lost: only" in node.trouble()
+    room.transforms.clear()
+    room.drive(3)
+    assert room.transforms == []
+    room.robot._boxes = BOXES
+    room.drive(30)
+    assert node.trouble() == ""
+    assert room.transforms
+    assert room.error[0] < 0.08
 
 
 def test_global_localization_and_nomotion_update_answer(room: Room) -> None:
