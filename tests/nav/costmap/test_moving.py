@@ -58,15 +58,15 @@ def test_who_walks_is_found_with_the_speed_and_what_stands_is_not(drives: float)
     assert moving.velocities[flagged].mean(axis=0) == pytest.approx((0.0, 0.8), abs=0.2)
 
 
+def pass_by(every: Callable[[Moving], None]) -> None:
+    """Drive past things that stand."""
+    things = np.vstack((edges(BOX), post(0.5, 1.2, 0.08), post(1.4, -1.0)))
+    watch(lambda t: things, lambda t: SE2(-1.5 + 0.8 * t, -0.2, 0.3 * math.sin(t)), 3.0, every)
+
+
 def test_what_a_robot_passes_by_does_not_move() -> None:
     flags: list[int] = []
-    things = np.vstack((edges(BOX), post(0.5, 1.2, 0.08), post(1.4, -1.0)))
-    watch(
-        lambda t: things,
-        lambda t: SE2(-1.5 + 0.8 * t, -0.2, 0.3 * math.sin(t)),
-        3.0,
-        lambda moving: flags.append(int(moving.velocities.any(axis=1).sum())),
-    )
+    pass_by(lambda moving: flags.append(int(moving.velocities.any(axis=1).sum())))
     assert max(flags) == 0
 
 
@@ -148,13 +148,7 @@ def test_who_steps_out_from_behind_is_known_before_the_speed_is() -> None:
 
 def test_nothing_has_come_where_a_robot_passes_what_stands() -> None:
     flags: list[int] = []
-    things = np.vstack((edges(BOX), post(0.5, 1.2, 0.08), post(1.4, -1.0)))
-    watch(
-        lambda t: things,
-        lambda t: SE2(-1.5 + 0.8 * t, -0.2, 0.3 * math.sin(t)),
-        3.0,
-        lambda moving: flags.append(int(moving.come.sum())),
-    )
+    pass_by(lambda moving: flags.append(int(moving.come.sum())))
     assert max(flags) == 0
 
 

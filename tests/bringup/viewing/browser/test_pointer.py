@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,15 +13,7 @@ pytest.importorskip("viser", reason="no viewer here")
 import viser
 
 from bringup.viewing.browser.pointer import Pointer
-from bringup.viewing.browser.server import open_server
 from bringup.viewing.drawing.wishes import Pointed, Tool, Wish
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[viser.ViserServer]:
-    opened = open_server("127.0.0.1", 0)
-    yield opened
-    opened.stop()
 
 
 @pytest.fixture

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
 pytest.importorskip("viser", reason="no viewer here")
@@ -14,13 +12,6 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from bringup.viewing.browser.server import ServerError, open_server
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[viser.ViserServer]:
-    opened = open_server("127.0.0.1", 0)
-    yield opened
-    opened.stop()
 
 
 def open_from(server: viser.ViserServer, origin: str | None) -> None:
