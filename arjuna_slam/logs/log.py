@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.rosbag2 import PACKED
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.logs.carmen import COMPRESSED, CarmenLog
@@ -35,7 +36,8 @@ def open_log(path: Path, topics: RecordingTopics) -> Log:
     """Return the log in a file: CARMEN's, or a recording.
 
     Args:
-        path: `.clf` or `.log`, also compressed; `.mcap`, `.db3`, ROS 1's `.bag`; a rosbag2 folder.
+        path: `.clf` or `.log`, also compressed; `.mcap`, `.db3`, ROS 1's `.bag`, also with
+            `.zstd`; a rosbag2 folder.
         topics: What is read of a recording.
 
     Raises:
@@ -44,12 +46,13 @@ def open_log(path: Path, topics: RecordingTopics) -> Log:
     if not path.exists():
         raise InputFileError(path, "does not exist")
     suffixes = [suffix.lower() for suffix in path.suffixes]
-    if path.is_dir() or (suffixes and suffixes[-1] in SUFFIXES):
+    unpacked = suffixes[:-1] if suffixes[-1:] == [PACKED] else suffixes
+    if path.is_dir() or (unpacked and unpacked[-1] in SUFFIXES):
         return Recording(path, topics)
     if suffixes[-1:] and suffixes[-1] in COMPRESSED:
         suffixes.pop()
     if suffixes[-1:] and suffixes[-1] in _CARMEN:
         return CarmenLog(path)
     carmen = f"{', '.join(_CARMEN)} (also with {', '.join(COMPRESSED)})"
-    valid = f"{carmen}, {', '.join(SUFFIXES)}, rosbag2 folders"
+    valid = f"{carmen}, {', '.join(SUFFIXES)} (also with {PACKED}), rosbag2 folders"
     raise InputFileError(path, f"is of no kind that can be read; valid: {valid}")

@@ -1,7 +1,7 @@
 """Recordings on disk: mcap, rosbag2's SQLite, folders of either and ROS 1 bags, message by message.
 
-rosbags reads the messages and ROS 1 bags, but mcap and SQLite are read here as they lie in the
-file, so that one that was cut short is read as far as it goes and nothing grows beyond bounds.
+rosbags reads the messages and ROS 1 bags, but mcap and SQLite are read as they lie in the file,
+so that one that was cut short is read as far as it goes and nothing grows beyond bounds.
 """
 
 from __future__ import annotations
@@ -11,14 +11,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-import yaml
 from rosbags.rosbag1 import Reader, ReaderError
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.yaml_file import plain
+from arjuna_core.files.rosbag2 import RecordingFiles
+from arjuna_core.files.rosbag2_sqlite import SqliteFile
 from arjuna_slam.logs.mcap_file import DAMAGE, McapFile
 from arjuna_slam.logs.messages import ROS1
-from arjuna_slam.logs.sqlite_file import SqliteFile
 
 _DAMAGE = (*DAMAGE, ReaderError, sqlite3.Error, AssertionError, IndexError, OSError)
 
@@ -60,9 +59,25 @@ class _BagFile:
                 yield connection.topic, data, (stamp - bag.start_time) / max(bag.duration, 1)
 
 
+class _SqliteFile:
+    """A file of rosbag2's SQLite storage."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = SqliteFile(path)
+
+    def channels(self) -> dict[str, tuple[str, str, str]]:
+        found = self._file.topics.values()
+        return {each.name: (each.kind, each.encoding, each.definition) for each in found}
+
+    def messages(self, topics: set[str]) -> Iterator[tuple[str, bytes, float]]:
+        names = {k: each.name for k, each in self._file.topics.items() if each.name in topics}
+        for number, _, data in self._file.messages(names):
+            yield names[number], data, self._file.share
+
+
 _KINDS: dict[str, Callable[[Path], _File]] = {
     ".mcap": McapFile,
-    ".db3": SqliteFile,
+    ".db3": _SqliteFile,
     ".bag": _BagFile,
 }
 SUFFIXES = tuple(_KINDS)
@@ -86,7 +101,8 @@ class Storage:
     def __init__(self, path: Path) -> None:
         self.progress = 0.0
         self.problems: list[str] = []
-        self._files = [(file, _KINDS[file.suffix](file)) for file in _files(path)]
+        self._recording = RecordingFiles(path, SUFFIXES)
+        self._files = [(file, _KINDS[file.suffix](file)) for file in self._recording.files]
 
     def channels(self) -> dict[str, Channel]:
         """Return what each topic carries.
@@ -114,7 +130,7 @@ class Storage:
             try:
                 for topic, data, share in file.messages(topics):
                     self.progress = (number + share) / len(self._files)
-                    yield topic, data
+                    yield topic, self._recording.message(data)
             except _DAMAGE as error:
                 share = 100.0 * (self.progress * len(self._files) - number)
                 where = f"{path.name}: damaged or cut short at {max(share, 0.0):.0f} %"
@@ -125,31 +141,3 @@ class Storage:
 
 def _reason(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
-
-
-def _files(path: Path) -> list[Path]:
-    """Return the files of a file or of a rosbag2 folder, in the order of its metadata."""
-    if not path.is_dir():
-        return [path]
-    metadata = path / "metadata.yaml"
-    found = (
-        _listed(metadata)
-        if metadata.exists()
-        else sorted(file for file in path.iterdir() if file.suffix in SUFFIXES)
-    )
-    if not found:
-        raise InputFileError(path, "is a folder without recordings")
-    for file in found:
-        if file.suffix not in SUFFIXES or not file.is_file():
-            problem = f"is no recording; valid: files of {', '.join(SUFFIXES)}, not compressed"
-            raise InputFileError(file, problem)
-    return found
-
-
-def _listed(metadata: Path) -> list[Path]:
-    try:
-        text = plain(metadata.read_text(encoding="utf-8"))
-        names = text["rosbag2_bagfile_information"]["relative_file_paths"]
-        return [metadata.parent / Path(name).name for name in names]
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError) as error:
-        raise InputFileError(metadata, f"is no metadata of rosbag2: {error}") from error

@@ -9,7 +9,7 @@ from typing import Any
 
 from mcap.writer import Writer
 from rosbags import rosbag1, rosbag2
-from rosbags.rosbag2.enums import StoragePlugin
+from rosbags.rosbag2.enums import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from arjuna_core.scan import Scan
@@ -103,9 +103,17 @@ def write(
     return path
 
 
-def write_humble(folder: Path, entries: list[Entry], storage: str = "SQLITE3") -> Path:
-    """Write a rosbag2 folder with the message definitions of ROS 2 Humble."""
-    with rosbag2.Writer(folder, version=8, storage_plugin=StoragePlugin[storage]) as bag:
+def write_humble(
+    folder: Path, entries: list[Entry], storage: str = "SQLITE3", packed: str = "NONE"
+) -> Path:
+    """Write a rosbag2 folder with the message definitions of ROS 2 Humble.
+
+    Args:
+        packed: What is compressed: NONE, FILE or MESSAGE.
+    """
+    writer = rosbag2.Writer(folder, version=8, storage_plugin=StoragePlugin[storage])
+    writer.set_compression(CompressionMode[packed], CompressionFormat.ZSTD)
+    with writer as bag:
         channels: dict[str, Any] = {}
         for topic, kind, stamp, data in entries:
             if topic not in channels:

@@ -170,7 +170,7 @@ def test_files_that_are_no_recordings_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputFileError, match="is no mcap recording"):
         opened(text)
     (tmp_path / "empty").mkdir()
-    with pytest.raises(InputFileError, match="a folder without recordings"):
+    with pytest.raises(InputFileError, match="holds no recording"):
         opened(tmp_path / "empty")
     with pytest.raises(InputFileError, match="does not exist"):
         opened(tmp_path / "no.mcap")

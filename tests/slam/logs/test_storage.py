@@ -34,11 +34,22 @@ def without_definitions(folder: Path) -> Path:
     return path
 
 
+def packed(storage: str, what: str) -> Make:
+    return lambda folder: write_humble(folder / "bag", entries(), storage, what)
+
+
 STORED: dict[str, Make] = {
     "a rosbag2 folder in SQLite": lambda folder: write_humble(folder / "bag", entries()),
     "a bare db3": bare,
     "a db3 as Humble writes it, without definitions": without_definitions,
     "a rosbag2 folder in mcap": lambda folder: write_humble(folder / "bag", entries(), "MCAP"),
+    "each message compressed, in SQLite": packed("SQLITE3", "MESSAGE"),
+    "each file compressed, in SQLite": packed("SQLITE3", "FILE"),
+    "each message compressed, in mcap": packed("MCAP", "MESSAGE"),
+    "each file compressed, in mcap": packed("MCAP", "FILE"),
+    "a compressed file alone": lambda folder: next(
+        write_humble(folder / "bag", entries(), packed="FILE").glob("*.zstd")
+    ),
     "a bag of ROS 1": lambda folder: write_ros1(folder / "a.bag", entries()),
 }
 

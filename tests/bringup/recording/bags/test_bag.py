@@ -17,6 +17,7 @@ from bringup.recording.bags.reader import Bag
 from bringup.recording.bags.repair import repair
 from bringup.recording.bags.topic import TopicInfo, TopicQos, dump
 from bringup.recording.bags.writer import BagFolder, RecordingError, SplitLimits
+from tests.slam.logs.recordings import Cdr, write_humble
 
 NUMBER = TopicInfo(
     "/number", "std_msgs/msg/Int32", "int32 data\n", "RIHS01_0", (TopicQos(depth=5),)
@@ -195,6 +196,62 @@ def test_sqlite_recordings_are_read_alone_and_without_metadata(tmp_path: Path) -
         assert (bag.storage, bag.start, bag.end) == ("sqlite3", 0, 2 * MS)
         assert bag.topics["/word"].offers == LATCHED.offers
         assert times(bag) == [0, 1, 2]
+
+
+def _packed(folder: Path, storage: str, packed: str) -> Path:
+    stored = [
+        (LATCHED.name, LATCHED.type_name, 0.001 * n, Cdr().text(f"word {n}").bytes())
+        for n in range(2000)
+    ]
+    return write_humble(folder, stored, storage, packed)
+
+
+@pytest.mark.parametrize("packed", ["NONE", "FILE", "MESSAGE"])
+@pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
+def test_compressed_recordings_give_the_same_messages(
+    storage: str, packed: str, tmp_path: Path
+) -> None:
+    bag = Bag(_packed(tmp_path / "bag", storage, packed))
+    found = list(bag.messages())
+    assert [message.time // MS for message in found] == list(range(2000))
+    assert found[7].data == Cdr().text("word 7").bytes()
+    assert (bag.counts["/word"], bag.storage, bag.problems) == (2000, storage.lower(), [])
+
+
+def test_a_cut_database_is_read_told_and_mended(tmp_path: Path) -> None:
+    path = _packed(tmp_path / "bag", "SQLITE3", "NONE") / "bag.db3"
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 3 // 4])
+    bag = Bag(path)
+    found = times(bag)
+    assert 400 < len(found) < 1900
+    assert found == list(range(len(found)))
+    assert bag.counts.total() == len(found)
+    assert any("damaged or cut short" in line for line in bag.problems)
+    assert repair(bag, tmp_path / "mended") == len(found)
+
+
+def test_messages_of_a_database_come_in_the_order_of_time(tmp_path: Path) -> None:
+    path = _packed(tmp_path / "bag", "SQLITE3", "NONE") / "bag.db3"
+    with sqlite3.connect(path) as database:
+        database.execute("UPDATE messages SET timestamp = 2000000000 - timestamp")
+    database.close()
+    assert times(Bag(path)) == list(range(1, 2001))
+
+
+@pytest.mark.parametrize("packed", ["FILE", "MESSAGE"])
+def test_what_cannot_be_unpacked_is_told(packed: str, tmp_path: Path) -> None:
+    folder = _packed(tmp_path / "bag", "SQLITE3", packed)
+    if packed == "FILE":
+        (folder / "bag.db3.zstd").write_bytes(b"no archive" * 100)
+        with pytest.raises(InputFileError, match=r"bag\.db3\.zstd: cannot be unpacked"):
+            Bag(folder)
+        return
+    with sqlite3.connect(folder / "bag.db3") as database:
+        database.execute("UPDATE messages SET data = x'28b52ffd00' WHERE id = 3")
+    database.close()
+    bag = Bag(folder)
+    assert len(times(bag)) == 1999
+    assert any("/word: a message cannot be unpacked" in line for line in bag.problems)
 
 
 @pytest.mark.parametrize("name", ["missing.mcap", "text.mcap", "notes.txt", "empty"])
