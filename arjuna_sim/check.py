@@ -47,7 +47,7 @@ from arjuna_sim.physics.scene import build_scene
 from arjuna_sim.physics.wheels.servo import ServoConfig
 from arjuna_sim.simulator import Simulator
 
-_TIMESTEP = 0.004
+_TIMESTEP = 0.004  # of a robot that no simulator has stepped yet [s]
 _SETTLE = 2.0  # in which a robot that tips over does [s]
 _UPRIGHT = 3.0  # [deg]
 _CREEP = Velocity(0.1, 0.0)

@@ -17,13 +17,13 @@ from arjuna_sim.physics.stage import Stage
 _TOP, _BOTTOM = 3.0, -5.0  # between which floors are looked for [m]
 _STEP = 0.25  # how much higher than the lowest a floor may be; what is higher is a roof [m]
 _BELOW = 1e-4  # a ray goes on so far below what it hit [m]
-_RAYS_MAX = 40
+_RAYS_MAX = 40  # floors above one another that are looked through
 _WIDE, _LEVEL = 1.0, 0.05  # a floor is as high in most directions this far away [m]
 _NEAR, _EVEN = 0.1, 0.002  # how far off a slope is measured, and how straight it is [m]
 _STEEPEST = 0.7  # rise per way of a slope that a robot is put on
 _RADIUS_MAX, _RING = 3.0, 0.1  # how far, and in which steps, a free place is looked for [m]
-_DIRECTIONS = 16
-_HEADINGS = 8
+_DIRECTIONS = 16  # of a ring in which a free place is looked for
+_HEADINGS = 8  # tried at each place
 _HIT = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
 
 

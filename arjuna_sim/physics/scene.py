@@ -26,7 +26,7 @@ from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, tune_servos
 from arjuna_sim.physics.wheels.tyres import STICTION, Standing, sag_of, tune_tyres
 from arjuna_sim.physics.world_geoms import add_world
 
-_SOLVER_TOLERANCE = 1e-6
+_SOLVER_TOLERANCE = 1e-6  # MuJoCo takes 1e-8, and more iterations a step
 _ARENA = (64_000_000, 1_000_000_000)  # least and most memory for contacts [bytes]
 
 

@@ -16,7 +16,7 @@ from arjuna_slam.matching.global_search import GlobalSearch, distinct
 SEED_COVARIANCE = np.diag([0.05**2, 0.05**2, math.radians(2.0) ** 2])  # of a pose just matched
 _PROPOSALS = 24  # poses of the search that are refined and compared beam by beam
 _MARGIN = 0.1  # agreement by which a proposal may fall short of the best and be kept
-_HYPOTHESES = 6
+_HYPOTHESES = 6  # kept, each with its share of the particles
 _LOST_SHARE = 2.0 / 3.0  # of the gain that another place needs, where the robot is lost
 
 

@@ -22,7 +22,7 @@ from arjuna_slam.graph.pose_graph import Edge, PoseGraph
 
 _LOOSE_MAX, _TIGHTER = 1e3, 4.0  # how wide the robust kernel begins, and how it tightens
 _STEPS = 2  # in one call, so that no scan waits
-_ONLINE_TOLERANCE, _FINAL_TOLERANCE = 1e-3, 1e-6
+_ONLINE_TOLERANCE, _FINAL_TOLERANCE = 1e-3, 1e-6  # relative gain of chi2 below which it ends
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_DIAGONAL_MIN = 1e-9
+_DIAGONAL_MIN = 1e-9  # keeps a node that no edge holds from a division by zero
 
 
 @njit(cache=True)

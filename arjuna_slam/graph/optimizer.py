@@ -17,7 +17,7 @@ from arjuna_slam.graph.linearization import assemble, chi2, damp, robust_cost
 from arjuna_slam.graph.pose_graph import EdgeTable
 from arjuna_slam.graph.sparse_cholesky import factorize, pattern, solve
 
-_DAMPING_MIN, _DAMPING_MAX = 1e-10, 1e8
+_DAMPING_MIN, _DAMPING_MAX = 1e-10, 1e8  # no damping, no step: beyond either nothing changes
 
 
 class OptimizerStatus(enum.Enum):

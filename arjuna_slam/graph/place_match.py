@@ -44,7 +44,7 @@ _DIRECTIONS = np.array(
 _ACROSS = 0.5  # cosine from which on a wall holds a place in a direction by itself
 _ON = 0.3  # likelihood from which on a point lies on the other's wall
 _PIECE = 1.2  # m^2 rad of a window that are searched at a time
-_PIECE_ANGLE_MIN = 0.03
+_PIECE_ANGLE_MIN = 0.03  # of a piece of the window, however wide that is [rad]
 
 
 @dataclass(frozen=True)

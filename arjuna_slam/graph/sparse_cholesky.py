@@ -19,7 +19,7 @@ from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import splu
 
 _TAIL_DENSITY = 0.5  # share of blocks from which a corner counts as dense
-_TAIL_NODES_MAX = 1000
+_TAIL_NODES_MAX = 1000  # of the corner, whose cost grows with their cube
 _REGULAR = 1e-6  # on the graph's Laplacian, so that fill decays slowly and never to zero
 
 

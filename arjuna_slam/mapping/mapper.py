@@ -9,8 +9,8 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_slam.mapping.occupancy import Occupancy
 
-_MOVED_POSITION_CELLS = 0.5
-_MOVED_HEADING = 0.005
+_MOVED_POSITION_CELLS = 0.5  # from which on a scan is drawn anew: less leaves the same cells
+_MOVED_HEADING = 0.005  # the same [rad]: half a cell at 5 m
 
 
 class Mapper:

@@ -23,7 +23,7 @@ from arjuna_core.se2 import SE2
 
 _FRINGE = 0.65  # share of the beams that ended in the line beside from which on one is no fringe
 _CHANCE = 0.5  # deviations by which the number of those may fall short by chance
-_MARGIN_CELLS = 40
+_MARGIN_CELLS = 40  # by which it grows at least, so that it seldom does
 _MARGIN_SHARE = 0.2  # of the grid: growing then costs in proportion to the map, not its square
 
 

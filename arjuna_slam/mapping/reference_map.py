@@ -16,9 +16,9 @@ from arjuna_slam.matching.correlative import Window, search
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface, extract
 
-_NEAR_DEPTH = 4
+_NEAR_DEPTH = 4  # levels of the search about a known start: blocks of 16 cells
 _POINTS = 120  # of a scan that is looked for everywhere
-_DEPTH_MIN, _DEPTH_MAX = 3, 7
+_DEPTH_MIN, _DEPTH_MAX = 3, 7  # levels of the search everywhere: blocks of 8 to 128 cells
 
 
 @dataclass(frozen=True)

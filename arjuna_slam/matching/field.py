@@ -17,8 +17,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_MARGIN_CELLS = 40
-_PLANES_MIN = 4096
+_MARGIN_CELLS = 40  # by which it grows at least, so that it seldom does
+_PLANES_MIN = 4096  # by which the planes grow at least
 _SMALL_MAX = 1 << 16  # planes that 16 bits count: a submap's index is most of what it keeps
 _CROSSED_MIN, _AGREED_MIN = 0.5, 0.7  # weight and share of it in one direction, to be a surface
 _LEVEL_MIN = 2  # of 255: likelihood from which a point counts in a cell

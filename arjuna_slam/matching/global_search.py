@@ -22,10 +22,10 @@ from arjuna_slam.matching.map_field import MapField
 _SIGMA = 0.2  # how far a beam may end from an obstacle and still count [m]; two steps of position
 _LEAF = 0.1  # finest step of position [m], within reach of the refinement
 _HEADINGS = 120  # steps of 3 degrees, which move a beam of 4 m by _SIGMA
-_BEAMS = 90
+_BEAMS = 90  # of a scan that are scored: one in four degrees
 _ROOTS_MAX = 200_000  # poses scored at the coarsest level
 _KEPT_MIN = 8192  # poses that are looked into further, at least
-_KEPT_SHARE = 0.05
+_KEPT_SHARE = 0.05  # ... and of all at that level
 _APART = 0.4  # found poses differ by this much [m] ...
 _APART_HEADING = math.radians(20.0)  # ... or by this much
 

@@ -17,7 +17,7 @@ from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.refinement import observed, refine, solve
 from arjuna_slam.matching.surface import Surface
 
-_SEARCH_POINTS_MAX = 360
+_SEARCH_POINTS_MAX = 360  # that the search scores; the refinement takes all
 _UNKNOWN_INFORMATION = np.diag([1.0, 1.0, 1.0])  # 1 m, 1 rad: what a direction never seen is worth
 _HARDLY_SEEN = 0.05  # deviation from which a direction counts as not seen [m]
 _BETTER = 0.02  # what a searched pose's response must gain on the tracked one

@@ -46,7 +46,7 @@ HOME = SE2(0.0, 0.0, 0.0)
 REACHED_WITHIN = 0.25  # nav2's xy_goal_tolerance, judged by the truth [m]
 KNOWS = 0.5  # localization quality from which the robot's word counts
 _EXPLORE_TIMEOUT, _GOAL_TIMEOUT, _NOTICE_TIMEOUT, _RECOVER_TIMEOUT = 1800.0, 300.0, 10.0, 60.0
-_CLEARANCE = 0.6
+_CLEARANCE = 0.6  # of the place it is carried off to [m]
 _INITIAL_COVARIANCE = np.diag([0.05**2, 0.05**2, 0.05**2])
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 mpl.use("Agg")
 _KINDS = ("straight", "spin", "arc")
-_PATH_BOUND, _TURN_BOUND = 0.02, 0.04
+_PATH_BOUND, _TURN_BOUND = 0.02, 0.04  # relative errors within which a calibration is good
 PARAMETERS, SNIPPET, PICTURE = "calibration.yaml", "calibration.urdf.xml", "calibration.png"
 
 

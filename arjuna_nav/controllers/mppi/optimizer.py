@@ -24,8 +24,8 @@ from arjuna_nav.controllers.mppi.rollouts import (
 
 _SMOOTHING = np.array([-21, 14, 39, 54, 59, 54, 39, 14, -21]) / 231.0
 """Savitzky and Golay's quadratic of nine points."""
-_HISTORY = 4
-_SPARE = 3
+_HISTORY = 4  # commands sent, which the smoothing looks back on: half of its nine points
+_SPARE = 3  # times as many noises as a batch takes: each tick draws a window of them
 Judge = Callable[[Rollouts], tuple[Array, bool]]
 """Returns each rollout's cost, and whether all collide."""
 

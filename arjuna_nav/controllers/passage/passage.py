@@ -34,7 +34,7 @@ _EASY = 0.08  # room on each side from which on a gap is not tight [m]
 _ALONG = 0.5  # how far the robot may look off the line to be steered onto it [rad]
 _ROOM = 1.0  # of the path, in which the outline fits where the gap is over [m]
 _WAITS = 1.0  # for points that come and go [s]
-_TRIES = 3
+_TRIES = 3  # at one gap, each with a run-up
 
 
 @dataclass(frozen=True)

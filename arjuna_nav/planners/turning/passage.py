@@ -21,7 +21,7 @@ from arjuna_nav.planners.waves.potential import NEUTRAL, spread, traversal_costs
 
 _CHORD = 0.3  # over which a path's direction is taken; so far from its start it may turn [m]
 _CLOSED = 3  # radius of what is closed to planners where the outline collides [cells]
-_WAYS_ROUND = 6
+_WAYS_ROUND = 6  # plans in which one more place is closed, until one has room to turn
 _COARSENESS = (0.5, 1.1)  # that gaps may be wider than cells say: of one side, of both [cells]
 _NEAREST = 1.5  # how near to its end a way can be asked to come [cells]
 

@@ -19,7 +19,7 @@ _STRIDES = (_STRIDE, _STRIDE, _STRIDE, -_STRIDE, 0.0, 0.0)
 _BENDS = (0, 1, -1, 0, 1, -1)
 _BEND = 1.1  # price of a bend against straight on
 _LOOKS = 2  # at each move, for collisions
-_EPSILON = 1e-6
+_EPSILON = 1e-6  # by which rounding may not close the start [cells]
 _DEAREST = 252  # of the costs that a centre may have
 
 

@@ -15,7 +15,7 @@ from arjuna_slam.amcl.particles.resample import effective_count, kld_indices, lo
 from arjuna_slam.matching.map_field import MapField
 
 _RIVAL = 0.02  # lighter clusters are no hypothesis
-_RIVALS_MAX = 6
+_RIVALS_MAX = 6  # clusters that are told at most
 
 
 class Belief:

@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_METRES = 0.5
-_HEADINGS = 36
+_METRES = 0.5  # side of a bin [m]: Fox's and Nav2's
+_HEADINGS = 36  # bins of 10 degrees, as theirs
 _RADIANS = 2.0 * math.pi / _HEADINGS
 _TABLE_MAX = 1 << 23  # bins of the box around all particles, up to which a table numbers them
 _SADDLE = 0.2  # of the lesser peak's weight, above which two modes are one

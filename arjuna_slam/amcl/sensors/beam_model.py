@@ -14,7 +14,7 @@ from arjuna_slam.amcl.sensors.likelihood_field import Likelihood
 from arjuna_slam.amcl.sensors.scan_view import ScanView
 from arjuna_slam.matching.map_field import MapField
 
-_HEADINGS = 360
+_HEADINGS = 360  # for which ranges are cast ahead: a degree each
 _BYTES_MAX = 256e6  # of the cache; coarser headings keep a large map's below it
 _MILLIMETRE = 1e-3
 _UNSEEN, _UNKNOWN = 0, 1 << 15  # entries of the cache: not cast yet; the ray ends in the unknown

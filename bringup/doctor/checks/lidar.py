@@ -6,7 +6,7 @@ from bringup.doctor.finding import Finding
 from bringup.doctor.snapshot import Snapshot
 
 _NEAR = 0.02  # share of the beams
-_BLIND = 0.05
+_BLIND = 0.05  # share of the beams below which it sees nothing
 
 
 def check(snapshot: Snapshot) -> list[Finding]:

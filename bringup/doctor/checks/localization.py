@@ -7,7 +7,7 @@ from bringup.doctor.snapshot import Snapshot
 
 _FIT = 0.6  # of the scan's hits; a robot that is lost has about a third by chance
 _UNSURE = 0.5  # [m]
-_KNOWN = 0.01
+_KNOWN = 0.01  # share of the map below which it is empty
 _CURE = "python -m bringup initial-pose X Y YAW, or another --map"
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from arjuna_core.pose3 import ORIGIN, Pose3
 
 _HISTORY = 256  # transforms of a frame: some seconds of odometry
-_JUMP = 1.0
+_JUMP = 1.0  # back in time, which is another run [s]
 _LATE = 0.05  # a pose may be older than its stamp by so much: half a period of a slow odometry [s]
 _DEEPEST = 100
 
