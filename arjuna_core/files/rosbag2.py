@@ -44,7 +44,7 @@ class RecordingFiles:
         information = _information(path / _METADATA)
         self.described = information is not None
         self._packed = information is not None and _mode(information) == "message"
-        files = _listed(path, information) if path.is_dir() else [path]
+        files = _listed(path, information, suffixes) if path.is_dir() else [path]
         if not files:
             raise InputFileError(path, f"holds no recording; {self._valid}")
         self._check(files, suffixes)
@@ -53,8 +53,7 @@ class RecordingFiles:
 
     def _check(self, files: list[Path], suffixes: tuple[str, ...]) -> None:
         for file in files:
-            name = Path(file.name.removesuffix(PACKED))
-            if name.suffix not in suffixes or not file.is_file():
+            if _suffix(file) not in suffixes or not file.is_file():
                 raise InputFileError(file, f"is no recording; {self._valid}")
 
     def message(self, data: bytes) -> bytes:
@@ -107,11 +106,16 @@ def _mode(information: dict[str, Any]) -> str:
     return str(information.get("compression_mode", "")).lower()
 
 
-def _listed(folder: Path, information: dict[str, Any] | None) -> list[Path]:
+def _suffix(file: Path) -> str:
+    return Path(file.name.removesuffix(PACKED)).suffix
+
+
+def _listed(
+    folder: Path, information: dict[str, Any] | None, suffixes: tuple[str, ...]
+) -> list[Path]:
     if information is not None:
         return [folder / name for name in information["relative_file_paths"]]
-    found = (file for file in folder.iterdir() if not file.name.endswith((".yaml", "-wal")))
-    return sorted(found, key=_number)
+    return sorted((file for file in folder.iterdir() if _suffix(file) in suffixes), key=_number)
 
 
 def _number(file: Path) -> tuple[int, str]:

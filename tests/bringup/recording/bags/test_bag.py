@@ -80,6 +80,7 @@ def test_split_recordings_are_read_as_one(tmp_path: Path, limits: SplitLimits) -
     assert [file.name for file in bag.files[:2]] == ["bag_0.mcap", "bag_1.mcap"]
     assert times(bag) == list(range(100))
     (tmp_path / "bag" / "metadata.yaml").unlink()
+    (tmp_path / "bag" / "notes.txt").write_text("what lies beside them is none of them")
     assert times(Bag(tmp_path / "bag")) == list(range(100))
 
 
