@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, PoseGraph
-from arjuna_slam.graph.uncertainty import relative_covariances
+from arjuna_slam.graph.uncertainty import chained, relative_covariances
 from arjuna_slam.matching.scan_matcher import invert
 
 _AGREE = 11.3  # squared deviations in three degrees of freedom: 99 % of true pairs
@@ -226,22 +226,3 @@ class _Correction:
         wanted = float(other.moves(other.node) @ axis)
         found = float(self.moves(other.node) @ axis)
         return bool(sees and abs(found - wanted) < _ALIKE * abs(wanted))
-
-
-def chained(
-    T_a_b: SE2, first: NDArray[np.float64], T_b_c: SE2, second: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the covariance of `T_a_b @ T_b_c`, translation in the axes of a, `(3, 3) float64`.
-
-    Args:
-        T_a_b: The first transform.
-        first: Its covariance, translation in the axes of a.
-        T_b_c: The second.
-        second: Its covariance, translation in the axes of b.
-    """
-    turn = SE2(0.0, 0.0, T_a_b.theta).matrix()
-    way = turn @ np.array([T_b_c.x, T_b_c.y, 0.0])
-    lever = np.eye(3)
-    lever[0, 2], lever[1, 2] = -way[1], way[0]
-    result: NDArray[np.float64] = lever @ first @ lever.T + turn @ second @ turn.T
-    return result

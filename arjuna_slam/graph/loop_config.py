@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.field import Field
@@ -74,6 +77,7 @@ class Submap(Protocol):
 
     field: Field
     nodes: list[int]
+    bend: NDArray[np.float64]
 
     @property
     def anchor(self) -> int:

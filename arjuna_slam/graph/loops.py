@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.loop_config import LoopConfig, Submap
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
-from arjuna_slam.graph.uncertainty import plausible, relative_covariances, spread
+from arjuna_slam.graph.uncertainty import chained, plausible, relative_covariances, spread
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
@@ -202,7 +202,9 @@ def _edge(submap: Submap, node: int, match: Match) -> Edge:
     """Return the edge that a match makes, with the keyframe that saw most of what was matched."""
     past, T_anchor_past = submap.nearest(match.T_field_base)
     T_past_anchor = T_anchor_past.inverse()
-    information = invert(doubted(match.covariance_in(T_past_anchor)))
+    known = doubted(match.covariance_in(T_past_anchor))
+    bent = chained(T_past_anchor, submap.bend, match.T_field_base, np.zeros((3, 3)))
+    information = invert(known + bent)
     return Edge(past, node, T_past_anchor @ match.T_field_base, information, EdgeKind.LOOP)
 
 

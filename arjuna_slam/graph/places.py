@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.hypotheses import Closure, Hypotheses, chained
+from arjuna_slam.graph.hypotheses import Closure, Hypotheses
 from arjuna_slam.graph.loop_config import LoopConfig, Submap
 from arjuna_slam.graph.place_match import Place, PlaceMatcher, Search
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
-from arjuna_slam.graph.uncertainty import relative_covariances, spread
+from arjuna_slam.graph.uncertainty import chained, relative_covariances, spread
 from arjuna_slam.matching.scan_matcher import ScanMatcher, invert
 
 _OVERLAP = 3.0  # how near two submaps' ways must come [m]
@@ -169,9 +169,9 @@ def _edge(query: Submap, past: Submap, place: Place) -> Edge:
     T = place.T_past_query
     at = [T @ pose for pose in query.poses]
     i, j = (_nearest(poses, place.holds) for poses in (past.poses, at))
-    T_i_past, zero = past.poses[i].inverse(), np.zeros((3, 3))
-    covariance = chained(T_i_past, zero, T, place.covariance)
-    covariance = chained(T_i_past @ T, covariance, query.poses[j], zero)
+    T_i_past = past.poses[i].inverse()
+    covariance = chained(T_i_past, past.bend, T, place.covariance)
+    covariance = chained(T_i_past @ T, covariance, query.poses[j], query.bend)
     T_i_j = T_i_past @ at[j]
     return Edge(past.nodes[i], query.nodes[j], T_i_j, invert(covariance), EdgeKind.LOOP)
 

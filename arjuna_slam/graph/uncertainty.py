@@ -46,12 +46,12 @@ def relative_covariances(
     open_ = np.full(len(graph.poses), wanted is None)
     if wanted is not None:
         open_[wanted] = True
-    chained, way = _propagate(
+    along, way = _propagate(
         graph.poses, np.ascontiguousarray(table.i), np.ascontiguousarray(table.j),
         table.covariance, node, open_,
     )  # fmt: skip
     share = _NEAR_SHARE + (_FAR_SHARE - _NEAR_SHARE) * np.minimum(way / _ALIKE, 1.0)
-    bound: NDArray[np.float64] = share[:, None, None] * chained
+    bound: NDArray[np.float64] = share[:, None, None] * along
     return bound
 
 
@@ -60,6 +60,25 @@ def spread(covariance: NDArray[np.float64]) -> tuple[float, float]:
     half = 0.5 * (covariance[0, 0] - covariance[1, 1])
     mean = 0.5 * (covariance[0, 0] + covariance[1, 1])
     return float(np.sqrt(mean + np.hypot(half, covariance[0, 1]))), float(np.sqrt(covariance[2, 2]))
+
+
+def chained(
+    T_a_b: SE2, first: NDArray[np.float64], T_b_c: SE2, second: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the covariance of `T_a_b @ T_b_c`, translation in the axes of a, `(3, 3) float64`.
+
+    Args:
+        T_a_b: The first transform.
+        first: Its covariance, translation in the axes of a.
+        T_b_c: The second.
+        second: Its covariance, translation in the axes of b.
+    """
+    turn = SE2(0.0, 0.0, T_a_b.theta).matrix()
+    way = turn @ np.array([T_b_c.x, T_b_c.y, 0.0])
+    lever = np.eye(3)
+    lever[0, 2], lever[1, 2] = -way[1], way[0]
+    result: NDArray[np.float64] = lever @ first @ lever.T + turn @ second @ turn.T
+    return result
 
 
 def plausible(expected: SE2, found: SE2, covariance: NDArray[np.float64]) -> bool:

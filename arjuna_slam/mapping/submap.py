@@ -54,6 +54,8 @@ class Submap:
         nodes: The keyframes in it; the first is the anchor.
         poses: Their poses in the anchor's frame, as they were added.
         way: How far the robot went from the first to the last [m].
+        bend: Covariance of the steps in it that only odometry knows, `(3, 3) float64`: keyframes
+            on both sides of one are not as certain as a match against all of them.
     """
 
     field: Field
@@ -61,6 +63,7 @@ class Submap:
     nodes: list[int] = dataclasses.field(default_factory=list)
     poses: list[SE2] = dataclasses.field(default_factory=list)
     way: float = 0.0
+    bend: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
     _blur: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((3, 3)))
     _post: int = 0
     _post_way: float = 0.0
@@ -107,11 +110,14 @@ class Submap:
             T_anchor_base: Its pose.
             unseen: Covariance of what no match has seen of the step to it, in the anchor's axes.
         """
+        torn = unseen[2, 2] > 0.0
+        if torn and self.nodes:
+            self.bend = self.bend + unseen
         self._blur = self._blur + unseen
         self.way += self.poses[-1].distance(T_anchor_base) if self.poses else 0.0
         self.nodes.append(node)
         self.poses.append(T_anchor_base)
-        if self.way - self._post_way >= _POST_DISTANCE:
+        if torn or self.way - self._post_way >= _POST_DISTANCE:
             self._post, self._post_way = len(self.nodes) - 1, self.way
             self._blur = np.zeros((3, 3))
         points, normals = surface.dense(self.field.resolution)

@@ -74,11 +74,14 @@ class Match:
     def unseen(self, prior: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the covariance of the direction that is hardly seen, `(3, 3) float64`; or zero.
 
+        Of the heading as well where the match failed: then nothing is seen.
+
         Args:
             prior: Information on the step to the scan, in the field's axes.
         """
-        known = prior if self.status is not MatchStatus.MATCHED else prior + self.information
-        covariance = invert(known)
+        if self.status is not MatchStatus.MATCHED:
+            return invert(prior)
+        covariance = invert(prior + self.information)
         values, axes = np.linalg.eigh(covariance[:2, :2])
         result = np.zeros((3, 3))
         for value, axis in zip(values, axes.T, strict=True):

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.hypotheses import Closure, Hypotheses, chained
+from arjuna_slam.graph.hypotheses import Closure, Hypotheses
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
 
 CERTAIN = np.diag([1e4, 1e4, 1e6])
@@ -75,24 +75,6 @@ def test_closures_that_claim_to_know_all_agree_to_a_hand_s_breadth(
     held.add(graph, closure(4, information=1e6 * CERTAIN))
     other = closure(8, SE2(gap, 0.0, 0.0), information=1e6 * CERTAIN)
     assert len(held.add(graph, other)) == believed
-
-
-def test_covariances_are_chained_as_their_derivatives_say() -> None:
-    rng = np.random.default_rng(4)
-    first, second = (SE2.from_array(rng.uniform(-2.0, 2.0, 3)) for _ in range(2))
-    covariances = [part @ part.T for part in rng.normal(0.0, 0.1, (2, 3, 3))]
-    step, expected = 1e-6, np.zeros((3, 3))
-    for k, covariance in enumerate(covariances):
-        columns = []
-        for axis in np.eye(3) * step:
-            a, b = (
-                SE2.from_array(each.array() + (axis if k == n else 0.0))
-                for n, each in enumerate((first, second))
-            )
-            columns.append(((a @ b).array() - (first @ second).array()) / step)
-        jacobian = np.column_stack(columns)
-        expected += jacobian @ covariance @ jacobian.T
-    assert np.allclose(chained(first, covariances[0], second, covariances[1]), expected, atol=1e-6)
 
 
 def test_a_closure_that_disagrees_is_left_out() -> None:

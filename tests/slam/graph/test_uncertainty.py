@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
-from arjuna_slam.graph.uncertainty import relative_covariances, spread
+from arjuna_slam.graph.uncertainty import chained, relative_covariances, spread
 
 STEP = np.diag([1e4, 1e4, 1e6])  # 1 cm and 1 mrad
 
@@ -77,3 +77,21 @@ def test_what_is_asked_for_alone_is_as_among_all() -> None:
     some, every = (relative_covariances(graph, 100, which) for which in (wanted, None))
     assert np.array_equal(some[wanted], every[wanted])
     assert some[0, 0, 0] > 1e3 > every[0, 0, 0]
+
+
+def test_covariances_are_chained_as_their_derivatives_say() -> None:
+    rng = np.random.default_rng(4)
+    first, second = (SE2.from_array(rng.uniform(-2.0, 2.0, 3)) for _ in range(2))
+    covariances = [part @ part.T for part in rng.normal(0.0, 0.1, (2, 3, 3))]
+    step, expected = 1e-6, np.zeros((3, 3))
+    for k, covariance in enumerate(covariances):
+        columns = []
+        for axis in np.eye(3) * step:
+            a, b = (
+                SE2.from_array(each.array() + (axis if k == n else 0.0))
+                for n, each in enumerate((first, second))
+            )
+            columns.append(((a @ b).array() - (first @ second).array()) / step)
+        jacobian = np.column_stack(columns)
+        expected += jacobian @ covariance @ jacobian.T
+    assert np.allclose(chained(first, covariances[0], second, covariances[1]), expected, atol=1e-6)
