@@ -40,16 +40,29 @@ class MapMatcher:
     def refined(self, pose: SE2, view: ScanView, deviations: NDArray[np.float64] = ANYWHERE) -> SE2:
         """Return the pose at which beams end nearest to obstacles, near a given one.
 
+        Where the map explains that badly, and many beams end near by, the others are tried alone.
+
         Args:
             pose: Of the base in the map. Where the scan says nothing, along a bare corridor, it
                 stays, and it is returned where no place near it fits.
             view: The scan.
             deviations: How far the pose may be off, `(3,) float64` [m, m, rad].
         """
+        everything, *others = view.readings
+        best = self._moved(pose, everything, deviations)
+        score = self.agreement(best, view) if others else 1.0
+        if score >= self._config.relocalize_doubt:
+            return best
+        for ends in others:  # people pull the scan to the walls that they stand before
+            other = self._moved(pose, ends, deviations)
+            if self.agreement(other, view) > score + _WORTH:
+                best = other
+        return best
+
+    def _moved(self, pose: SE2, ends: NDArray[np.float64], deviations: NDArray[np.float64]) -> SE2:
+        """Return the pose near a given one at which ends of beams lie nearest to obstacles."""
         information = np.diag(1.0 / np.maximum(deviations, 1e-3) ** 2)
-        found = self.field.refine(
-            pose, view.many.endpoints, information, _SCALES, self._config.match_deviation
-        )
+        found = self.field.refine(pose, ends, information, _SCALES, self._config.match_deviation)
         change = (found.x - pose.x, found.y - pose.y, wrap(found.theta - pose.theta))
         return found if (np.abs(change) <= _WITHIN).all() else pose
 

@@ -154,8 +154,8 @@ class Recovery:
         """
         if self._search is None:
             self._search = GlobalSearch(self._matcher.field)
-        places = self._search.find(view.many.endpoints, _PROPOSALS)
-        starts = present + [SE2.from_array(place) for place in places]
+        found = [self._search.find(ends, _PROPOSALS) for ends in view.readings]
+        starts = present + [SE2.from_array(place) for place in np.vstack(found)]
         poses = [self._matcher.refined(start, view) for start in starts]
         scores = np.array([self._matcher.agreement(pose, view) for pose in poses])
         keep = distinct(np.array([pose.array() for pose in poses]), scores, _HYPOTHESES)

@@ -14,7 +14,8 @@ from arjuna_slam.matching.map_field import MapField
 
 _THROUGH = 0.5  # a beam this much longer than the map allows went through an obstacle [m] ...
 _OUT = 1.5  # ... as did one that came out of it so far [cells]
-_SHORT = 0.5  # what a beam that ends early counts: someone may stand there
+_SHORT = 0.5  # what a beam that ends early counts, as someone may stand there ...
+_WIDE = 3.0  # that far off; nearer by, less: there someone hides more of what the map has [m]
 _HALF_DIAGONAL = math.sqrt(0.5)
 
 
@@ -22,15 +23,21 @@ def share_agreeing(field: MapField, pose: SE2, view: ScanView, near: float) -> f
     """Return the share of beams (0..1) that agree with the map at a pose.
 
     A beam agrees if it ends near an obstacle of the map and crossed none on its way. One that
-    crossed an obstacle speaks against the pose; one that ended in the open half as much, as people
-    and furniture come and go. A beam without return counts only against the pose, where the map
-    has an obstacle in its way; thus poses are told apart that end points alone do not tell apart.
+    crossed an obstacle speaks against the pose. One that ended in the open speaks half as much, as
+    people and furniture come and go, and the less the nearer it ended: what the map does not have
+    counts by its width, not by the angle that it takes up, so that one who stands at the robot and
+    stops half of its beams is no more than one. A beam without return counts only against the pose,
+    where the map has an obstacle in its way; thus poses are told apart that end points alone do not
+    tell apart.
 
     Args:
         field: The map.
         pose: Of the base in the map.
         view: The scan.
         near: Distance to an obstacle below which a beam hit it [m].
+
+    Source: the likelier a short reading, the nearer: Thrun, Burgard, Fox, Probabilistic Robotics,
+        2005, section 6.3 (unexpected objects).
     """
     sensor = pose @ view.T_base_sensor
     origin = field.to_grid(sensor.array()[np.newaxis])[0]
@@ -52,7 +59,7 @@ def _agreement(
     returned: NDArray[np.bool_],
 ) -> float:
     height, width = distances.shape
-    near, through, short = 0, 0, 0
+    near, through, short = 0, 0, 0.0
     cosine, sine = math.cos(origin[2]), math.sin(origin[2])
     for i in range(len(ranges)):
         c = cosine * directions[i, 0] - sine * directions[i, 1]
@@ -67,7 +74,7 @@ def _agreement(
             if inside and distances[row, column] < limit:
                 near += 1
             else:
-                short += 1
+                short += min(ranges[i] / _WIDE, 1.0)
     counted = near + through + _SHORT * short
     return near / counted if counted > 0.0 else 0.0
 

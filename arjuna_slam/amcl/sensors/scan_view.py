@@ -13,6 +13,8 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
 
 _MATCHED = 180  # more beams match no better: what the map errs by is the same for neighbours
+_BESIDE = 1.0  # who stands so near hides much of the map [m]
+_HIDDEN = 0.2  # share of the beams from which it may be much
 _BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
 
 
@@ -83,6 +85,17 @@ class ScanView:
     def blind(self) -> bool:
         """Whether too few beams returned to tell where the robot is."""
         return len(self.many.endpoints) < _BEAMS_MIN
+
+    @property
+    def readings(self) -> list[NDArray[np.float64]]:
+        """Ends of beams to match, each `(M, 2) float64` in the base frame [m], all of them first.
+
+        Where many end near by, which may be walls or a crowd, the others come as a second reading.
+        """
+        ends, mount = self.many.endpoints, self.T_base_sensor
+        far = ends[np.hypot(ends[:, 0] - mount.x, ends[:, 1] - mount.y) > _BESIDE]
+        hidden = _BEAMS_MIN <= len(far) < (1.0 - _HIDDEN) * len(ends)
+        return [ends, far] if hidden else [ends]
 
 
 def _unit(bearings: NDArray[np.float64]) -> NDArray[np.float64]:
