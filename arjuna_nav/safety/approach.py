@@ -108,7 +108,9 @@ class ApproachZone:
 
         Where all of them meet it the robot stands, unless it is met no sooner while it goes on.
         """
-        reach = self._config.moving_time * (speeds + abs(velocity.v))
+        time, radius = self._config.moving_time, footprint.circumscribed_radius
+        swing = min(abs(velocity.w) * time * radius, radius - footprint.inscribed_radius)
+        reach = time * (speeds + abs(velocity.v)) + swing
         gaps, away = footprint.gaps(points)
         near = gaps <= reach + _ROOM
         if not near.any():

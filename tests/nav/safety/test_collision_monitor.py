@@ -207,6 +207,16 @@ def test_a_long_nose_turns_away_from_who_comes_and_not_to_him(v: float, x: float
     assert monitor.judge(away, cluster(x, y), nose, coming) == Verdict(away)
 
 
+@pytest.mark.parametrize("w", [1.2, -1.2])
+def test_a_long_nose_is_not_swung_into_who_strolls_beside_it(w: float) -> None:
+    nose = Footprint.polygon(np.array([[0.9, 0.1], [0.9, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
+    beside = cluster(0.0, 0.0) + (0.6, 0.7 if w > 0.0 else -0.7)
+    strolling = np.full((8, 2), (0.2, 0.0))
+    monitor, turning = CollisionMonitor(load(MonitorConfig, {})), Velocity(0.0, w)
+    assert abs(monitor.judge(turning, beside, nose, strolling).velocity.w) < abs(w)
+    assert monitor.judge(turning, 2.0 * beside, nose, strolling) == Verdict(turning)
+
+
 def test_what_moves_counts_as_standing_where_it_is_not_to_be_looked_ahead() -> None:
     off = {"FootprintApproach.moving_time": 0.0}
     assert judge_moving(FORWARD, cluster(0.6, -0.9), CROSSING, **off) == Verdict(FORWARD)
