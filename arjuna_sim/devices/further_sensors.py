@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
-from arjuna_sim.devices.beams import Beams, Cloud
 from arjuna_sim.devices.imu import Imu, ImuConfig, ImuReading
 from arjuna_sim.devices.lidar import Lidar, LidarConfig
 from arjuna_sim.devices.place_sensors import Altimeter, Bumper, Fix, Magnetometer, NavSat
+from arjuna_sim.devices.rays.beams import Beams, Cloud
 from arjuna_sim.devices.sensors import mounted
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import (

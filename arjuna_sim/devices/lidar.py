@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_sim.devices.beams import Rays
+from arjuna_sim.devices.rays.rays import Rays
 from arjuna_sim.model.settings import LidarSettings
 
 _SIGMAS = 6.0  # a surface so much beyond the range is read within it once in 1e9 beams

@@ -12,9 +12,9 @@ import pytest
 from arjuna_core.errors import RobotError
 from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.beams import Cloud
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.lidar import LidarConfig
+from arjuna_sim.devices.rays.beams import Cloud
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.entities import PlaceTakenError

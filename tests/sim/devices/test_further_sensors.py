@@ -13,11 +13,11 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.beams import Cloud
 from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.imu import ImuConfig, ImuReading
 from arjuna_sim.devices.lidar import LidarConfig
 from arjuna_sim.devices.place_sensors import Fix
+from arjuna_sim.devices.rays.beams import Cloud
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.model.settings import (
     BumperSettings,

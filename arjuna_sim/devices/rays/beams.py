@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_sim.model.geometry.shapes import Group
+from arjuna_sim.devices.rays.rays import Rays
 from arjuna_sim.model.settings import CloudSettings
-
-_SEEN = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
 
 
 @dataclass(frozen=True)
@@ -26,66 +23,6 @@ class Cloud:
 
     points: NDArray[np.float32]
     rows: NDArray[np.uint16]
-
-
-class Rays:
-    """Casts rays of a sensor, which sees the world and other robots but not its own.
-
-    Args:
-        model: The compiled `mujoco.MjModel`.
-        site: Name of the sensor's site.
-    """
-
-    def __init__(self, model: Any, site: str) -> None:
-        self._name = site
-        self._hits = np.zeros((0, 1), np.int32)
-        self.rebind(model)
-
-    def rebind(self, model: Any) -> None:
-        """Go on with another model, in which the robot is the same."""
-        self._model = model
-        self.site = int(model.site(self._name).id)
-        own = model.body_rootid[model.site_bodyid[self.site]]
-        is_robot = model.geom_group == Group.ROBOT_COLLISION.value
-        others = model.body_rootid[model.geom_bodyid] != own
-        self._others = np.flatnonzero(is_robot & others)
-
-    def cast(
-        self, data: Any, origin: NDArray[np.float64], rays: NDArray[np.float64], reach: float
-    ) -> NDArray[np.float64]:
-        """Return exact distances from one place along unit vectors, inf where nothing is hit [m].
-
-        Args:
-            data: The `mujoco.MjData`, with positions up to date.
-            origin: The place, `(3,) float64` [m].
-            rays: The unit vectors, `(N, 3) float64`.
-            reach: How far they go [m].
-        """
-        if len(self._hits) != len(rays):
-            self._hits = np.zeros((len(rays), 1), np.int32)
-        groups = self._model.geom_group
-        others = self._others
-        if len(others):
-            groups[others] = Group.WORLD_COLLISION.value  # which rays see
-        ranges = np.empty(len(rays))
-        mujoco.mj_multiRay(
-            self._model,
-            data,
-            np.ascontiguousarray(origin).reshape(3, 1),
-            np.ascontiguousarray(rays).reshape(-1, 1),
-            _SEEN,
-            True,
-            -1,
-            self._hits,
-            ranges.reshape(-1, 1),
-            None,
-            len(rays),
-            reach,
-        )
-        if len(others):
-            groups[others] = Group.ROBOT_COLLISION.value
-        ranges[ranges < 0.0] = np.inf
-        return ranges
 
 
 class Beams:
