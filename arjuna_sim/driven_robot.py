@@ -39,6 +39,7 @@ class DrivenRobot:
         name: Its name.
         robot: The robot as its file has it.
         spawn: Where it starts: where that was wanted, or nearest to it.
+        is_imu_faster: Whether its IMU reads more often than once a tick.
     """
 
     def __init__(
@@ -73,6 +74,8 @@ class DrivenRobot:
         config, seeds, staged = self._config, self._seeds, self._stage.robots[self.name]
         model = self._stage.scene.model
         self._sensors = Sensors(staged, model, config.lidar, config.imu, seeds[:2])
+        self._felt: list[ImuReading] = []
+        self.is_imu_faster = self._sensors.is_imu_faster(config.tick)
         earth, seed = self._stage.world.earth, int(seeds[3])
         self._further = FurtherSensors(staged, earth, config.lidar, config.imu, seed)
         rng = np.random.default_rng(int(seeds[2]))
@@ -80,6 +83,7 @@ class DrivenRobot:
 
     def rebind(self) -> None:
         """Go on with the stage's model, which is another now."""
+        self._motion.rebind()
         self._sensors.rebind(self._stage.scene.model)
 
     def adjust(self, config: SimulatorConfig) -> None:
@@ -100,26 +104,16 @@ class DrivenRobot:
         wanted = self._base.reachable(self._drive.velocity(elapsed, tick))
         self._motion.turn_wheels(self._base.speeds(wanted), self._base.angles(wanted))
 
-    @property
-    def is_imu_faster(self) -> bool:
-        """Whether its IMU reads more often than once a tick."""
-        return self._sensors.is_imu_faster(self._config.tick)
+    def feel(self, now: float) -> None:
+        """Read its IMU at a time [s] on the way, if it is due."""
+        reading = self._sensors.imu(self._stage.data, now)
+        if reading is not None:
+            self._felt.append(reading)
 
-    def is_imu_due(self, now: float) -> bool:
-        """Tell whether its IMU is to be read at a time [s]; once a time says so."""
-        return self._sensors.is_imu_due(now)
-
-    def read_imu(self, now: float) -> ImuReading:
-        """Return its IMU's reading at a time [s] at which it is due."""
-        return self._sensors.imu(self._stage.data, now)
-
-    def observe(self, now: float, readings: list[ImuReading]) -> Observation:
-        """Return what a tick brought.
-
-        Args:
-            now: The time at its end [s].
-            readings: Of the IMU, on the way.
-        """
+    def observe(self, now: float) -> Observation:
+        """Return what a tick brought that ends at a time [s]."""
+        self.feel(now)
+        readings, self._felt = self._felt, []
         angles = self._motion.steering_angles()
         return Observation(
             now,

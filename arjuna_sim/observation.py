@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from arjuna_core.scan import Scan
 from arjuna_sim.devices.imu import ImuReading
@@ -10,8 +10,7 @@ from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.physics.robot_motion import JointStates, Truth
 
 
-@dataclass(frozen=True)
-class Observation:
+class Observation(NamedTuple):
     """What one tick brought.
 
     Attributes:

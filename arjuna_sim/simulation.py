@@ -11,7 +11,6 @@ import numpy as np
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
-from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.entities import PlaceTakenError
 from arjuna_sim.model.robot import SOLO, Robot
@@ -57,6 +56,7 @@ class Simulation:
         rng: np.random.Generator,
     ) -> None:
         self.config = config
+        self._substeps, self._tick = config.substeps, round(config.tick * _NANOSECONDS)
         self._seeds = rng.bit_generator.random_raw(4)
         staged = {name: start.robot.below(name) for name, start in starts.items()}
         self.stage = Stage(staged, world, config.servo, config.physics_timestep)
@@ -76,7 +76,7 @@ class Simulation:
     @property
     def time(self) -> float:
         """Simulated time since the start or the last reset [s]."""
-        return self._ticks * round(self.config.tick * _NANOSECONDS) / _NANOSECONDS
+        return self._ticks * self._tick / _NANOSECONDS
 
     @property
     def world(self) -> World:
@@ -140,25 +140,20 @@ class Simulation:
         """
         for name, robot in self.robots.items():
             robot.drive(commands.get(name))
-        readings, now = self._advance(), self.time
-        return {name: robot.observe(now, readings[name]) for name, robot in self.robots.items()}
-
-    def _advance(self) -> dict[str, list[ImuReading]]:
-        """Run a tick's physics; an IMU that is faster reads on the way, after a whole step."""
-        start, tick, steps = self.time, self.config.tick, self.config.substeps
         faster = [robot for robot in self.robots.values() if robot.is_imu_faster]
-        slices = steps if faster else 1
+        self._run(self._substeps if faster else 1, faster)
         self._ticks += 1
-        readings: dict[str, list[ImuReading]] = {name: [] for name in self.robots}
+        now = self.time
+        return {name: robot.observe(now) for name, robot in self.robots.items()}
+
+    def _run(self, slices: int, faster: list[DrivenRobot]) -> None:
+        """Run a tick's physics; robots whose IMU is faster read it on the way, after each slice."""
+        steps, start, tick = self._substeps // slices, self.time, self.config.tick
         for i in range(1, slices + 1):
-            self.stage.advance(steps // slices)
+            self.stage.advance(steps)
             self.stage.settle()
-            is_last = i == slices
-            now = self.time if is_last else start + i * tick / slices
-            for robot in self.robots.values() if is_last else faster:
-                if robot.is_imu_due(now):
-                    readings[robot.name].append(robot.read_imu(now))
-        return readings
+            for robot in faster if i < slices else ():
+                robot.feel(start + i * tick / slices)
 
     def adjust(self, config: SimulatorConfig) -> None:
         """Take new limits of the drives and noises of the odometry, while it runs."""

@@ -42,6 +42,9 @@ class Velocity:
             raise CommandError(f"velocity ({values}) must be finite")
 
 
+_STILL = Velocity()
+
+
 @dataclass(frozen=True)
 class DriveConfig:
     """Limits of the base, and the kinematics that calibration found."""
@@ -161,16 +164,19 @@ class Drive:
     def command(self, velocity: Velocity, now: float) -> None:
         """Take a command at time `now` [s]; it is clipped to the limits."""
         limit_v, limit_w = self.config.max_linear_velocity, self.config.max_angular_velocity
-        self._target = Velocity(
-            max(-limit_v, min(limit_v, velocity.v)),
-            max(-limit_w, min(limit_w, velocity.w)),
-            max(-limit_v, min(limit_v, velocity.side)),
-        )
+        fastest = max(abs(velocity.v), abs(velocity.side))
+        if fastest > limit_v or abs(velocity.w) > limit_w:
+            velocity = Velocity(
+                max(-limit_v, min(limit_v, velocity.v)),
+                max(-limit_w, min(limit_w, velocity.w)),
+                max(-limit_v, min(limit_v, velocity.side)),
+            )
+        self._target = velocity
         self._expires = now + self.config.command_timeout
 
     def velocity(self, now: float, dt: float) -> Velocity:
         """Return the velocity to hold from `now` for `dt` [s]."""
-        target = self._target if now < self._expires - _TOLERANCE else Velocity()
+        target = self._target if now < self._expires - _TOLERANCE else _STILL
         self._current = Velocity(
             _ramp(self._current.v, target.v, self.config.max_linear_acceleration * dt),
             _ramp(self._current.w, target.w, self.config.max_angular_acceleration * dt),

@@ -79,17 +79,6 @@ class FusedOdometryConfig:
     bias_walk: float = param(1e-5, "Growth of the gyro's bias.", unit="rad/s/sqrt(s)", minimum=0.0)
 
 
-@dataclass(frozen=True)
-class FusedEstimate(OdometryEstimate):
-    """Where wheels and gyro say the robot is.
-
-    Attributes:
-        bias: Of the gyro [rad/s].
-    """
-
-    bias: float = 0.0
-
-
 class FusedOdometry:
     """An extended Kalman filter over pose, speed ahead and to the left, turn rate and gyro's bias.
 
@@ -116,12 +105,17 @@ class FusedOdometry:
         self._gyro_came = False  # a gyro has come since the wheels
 
     @property
-    def estimate(self) -> FusedEstimate:
-        """What is known now."""
-        x, y, theta, v, side, w, bias = self._state.tolist()
+    def bias(self) -> float:
+        """Of the gyro [rad/s]."""
+        return float(self._state[_BIAS])
+
+    @property
+    def estimate(self) -> OdometryEstimate:
+        """Where wheels and gyro say the robot is."""
+        x, y, theta, v, side, w, _ = self._state.tolist()
         pose = self._covariance[:3, :3].copy()
         twist = float(self._covariance[_V, _V]), float(self._covariance[_W, _W])
-        return FusedEstimate(SE2(x, y, theta), v, w, pose, twist, side, bias)
+        return OdometryEstimate(SE2(x, y, theta), v, w, pose, twist, side)
 
     def predict(self, dt: float) -> None:
         """Go on by a time [s] along the arc of the present speeds and turn rate."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
@@ -113,8 +114,7 @@ class Lidar:
         settings = self._settings
         ranges = self._sweep(data, now) if self._config.sweep else self._cast_at_once(data)
         ranges += self._noise * self._rng.standard_normal(len(ranges))
-        ranges[ranges < settings.range_min] = -np.inf
-        ranges[ranges > settings.range_max] = np.inf
+        _limit(ranges, settings.range_min, settings.range_max)
         if self._config.dropout > 0.0:
             ranges[self._rng.random(len(ranges)) < self._config.dropout] = np.inf
         return Scan(
@@ -163,3 +163,13 @@ class Lidar:
         """Return exact distances from one place along unit vectors, inf where nothing is hit."""
         reach = self._settings.range_max + _SIGMAS * self._noise
         return self._rays.cast(data, origin, rays, reach)
+
+
+@njit(cache=True)
+def _limit(ranges: NDArray[np.float64], nearest: float, furthest: float) -> None:
+    """Replace what is nearer or further than limits by infinities, in place."""
+    for i in range(len(ranges)):
+        if ranges[i] < nearest:
+            ranges[i] = -np.inf
+        elif ranges[i] > furthest:
+            ranges[i] = np.inf

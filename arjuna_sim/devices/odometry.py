@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.se2 import IDENTITY, SE2, wrap
 
 _NONE = np.zeros(0)
+_STRAIGHT = 1e-9  # an arc that turns less is a line [rad]
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,7 @@ class OdometryConfig:
     )
 
 
-@dataclass(frozen=True)
-class OdometryEstimate:
+class OdometryEstimate(NamedTuple):
     """Where the wheels say the robot is.
 
     Attributes:
@@ -118,8 +118,7 @@ class Odometry:
         turns = (ticks - self._ticks) * self._angle_per_tick
         self._ticks = ticks
         path, side, turn = self._kinematics.motion(turns, angles)
-        variance_path, variance_turn = self._spread(path, side, turn)
-        self._pose = self._pose @ SE2.exp((path, side, turn))
+        variance_path, variance_turn = self._follow(path, side, turn)
         twist_variance = (variance_path / dt**2, variance_turn / dt**2)
         return OdometryEstimate(
             self._pose, path / dt, turn / dt, self._covariance, twist_variance, side / dt
@@ -131,17 +130,50 @@ class Odometry:
             ticks += self.config.encoder_noise * self._rng.standard_normal(len(ticks))
         return np.rint(ticks)
 
-    def _spread(self, path: float, side: float, turn: float) -> tuple[float, float]:
-        """Propagate the covariance, at the middle heading; return variances of path and turn."""
-        config, way = self.config, math.hypot(path, side)
+    def _follow(self, path: float, side: float, turn: float) -> tuple[float, float]:
+        """Move the pose along an arc and its covariance; return variances of path and turn."""
+        config, pose, way = self.config, self._pose, math.hypot(path, side)
         variance_path = config.linear_noise**2 * way
         variance_turn = config.angular_noise**2 * abs(turn) + config.drift_noise**2 * way
-        heading = self._pose.theta + turn / 2 + math.atan2(side, path)
-        c, s = math.cos(heading), math.sin(heading)
         grown = np.zeros((3, 3))
-        _grow(self._covariance, grown, c, s, way, variance_path, variance_turn)
-        self._covariance = grown
+        spread = way, variance_path, variance_turn
+        moved = _moved(
+            pose.x, pose.y, pose.theta, path, side, turn, *spread, self._covariance, grown
+        )
+        self._pose, self._covariance = SE2(*moved), grown
         return variance_path, variance_turn
+
+
+_wrap = njit(cache=True)(wrap)
+
+
+@njit(cache=True)
+def _moved(
+    x: float,
+    y: float,
+    theta: float,
+    path: float,
+    side: float,
+    turn: float,
+    way: float,
+    along: float,
+    about: float,
+    covariance: NDArray[np.float64],
+    grown: NDArray[np.float64],
+) -> tuple[float, float, float]:
+    """Return `SE2(x, y, theta) @ SE2.exp((path, side, turn))`, and grow the covariance.
+
+    One call for both (`bench sim`: 2.6 us of a tick in Python, 1 so). The covariance grows at the
+    middle heading.
+    """
+    middle = theta + turn / 2 + math.atan2(side, path)
+    _grow(covariance, grown, math.cos(middle), math.sin(middle), way, along, about)
+    ahead, left, turned = path, side, turn
+    if abs(turn) >= _STRAIGHT:
+        a, b = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn
+        ahead, left, turned = a * path - b * side, b * path + a * side, _wrap(turn)
+    c, s = math.cos(theta), math.sin(theta)
+    return x + c * ahead - s * left, y + s * ahead + c * left, _wrap(theta + turned)
 
 
 @njit(cache=True)

@@ -71,17 +71,14 @@ class Sensors:
         if self._imu is not None:
             self._imu.settle()
 
-    def is_imu_due(self, now: float) -> bool:
-        """Tell whether the IMU is to be read at a time [s]; once a time says so."""
-        return self._imu is not None and self._imu_due.due(now)
-
     def is_imu_faster(self, period: float) -> bool:
         """Tell whether the IMU reads more often than once a period [s]."""
         return self._imu is not None and self._imu_period < period - _TOLERANCE
 
-    def imu(self, data: Any, now: float) -> ImuReading:
-        """Return the IMU's reading at a time [s] at which it is due."""
-        assert self._imu is not None
+    def imu(self, data: Any, now: float) -> ImuReading | None:
+        """Return the IMU's reading at a time [s], where one is due."""
+        if self._imu is None or not self._imu_due.due(now):
+            return None
         last, self._imu_last = self._imu_last, now
         is_next = last is not None and now > last  # else time was set back
         dt = round(now - last, 9) if is_next and last is not None else self._imu_period

@@ -14,7 +14,8 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, transform_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
-from arjuna_sim.devices.ekf import FusedEstimate, FusedOdometry, FusedOdometryConfig
+from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
+from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.nodes.messages import odometry_msg
 
 WHEEL_ODOMETRY = "wheel_odom"
@@ -127,7 +128,7 @@ class EkfNode(ManagedNode):
             self._filter.predict(now - self._stamp)
         self._stamp = now if self._stamp is None else max(now, self._stamp)
 
-    def _publish(self, estimate: FusedEstimate) -> None:
+    def _publish(self, estimate: OdometryEstimate) -> None:
         assert self._stamp is not None
         now, frame = self._stamp, self._wheels.header.frame_id
         child = self._wheels.child_frame_id

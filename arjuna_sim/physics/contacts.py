@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
 from arjuna_sim.physics.scene import Scene
 
@@ -21,7 +23,7 @@ def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
         robot: Its name in the scene.
     """
     pairs = data.contact.geom
-    if not scene.is_obstacle.take(pairs).any():
+    if not _any_of(pairs, scene.is_obstacle):
         return ()
     rows, side = np.nonzero(scene.robots[robot].is_solid[pairs])
     others = pairs[rows, 1 - side]
@@ -30,6 +32,15 @@ def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
         return ()
     stands = (np.abs(data.contact.frame[rows, 2]) > _UPRIGHT) & (data.contact.dist[rows] > -_SINKS)
     return tuple(sorted({scene.names[geom] for geom in others[is_hit & ~stands]}))
+
+
+@njit(cache=True)
+def _any_of(pairs: NDArray[np.int32], is_meant: NDArray[np.bool_]) -> bool:
+    """Tell whether any geom of pairs is meant (`bench sim`: 1.5 us of a tick in NumPy)."""
+    found = False
+    for i in range(len(pairs)):
+        found |= is_meant[pairs[i, 0]] or is_meant[pairs[i, 1]]
+    return found
 
 
 class ContactLog:

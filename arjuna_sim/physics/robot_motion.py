@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3, rpy_of
 from arjuna_core.se2 import SE2
-from arjuna_sim.physics.scene import RobotInScene
 from arjuna_sim.physics.stage import Stage
 
 
-@dataclass(frozen=True)
-class JointStates:
+class JointStates(NamedTuple):
     """Positions [rad or m] and velocities of the moving joints, in the URDF's order."""
 
     names: tuple[str, ...]
@@ -23,8 +21,7 @@ class JointStates:
     velocities: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Truth:
+class Truth(NamedTuple):
     """Where the robot really is: what no robot knows.
 
     Attributes:
@@ -59,14 +56,13 @@ class RobotMotion:
         self._stage = stage
         self._robot = robot
         self._joints = joints
+        self.rebind()
 
-    @property
-    def _found(self) -> RobotInScene:
-        return self._stage.scene.robots[self._robot]
-
-    @property
-    def _data(self) -> Any:
-        return self._stage.data
+    def rebind(self) -> None:
+        """Go on with the stage's model, which is another now."""
+        self._found, self._data = self._stage.scene.robots[self._robot], self._stage.data
+        self._qpos, self._qvel = self._data.qpos, self._data.qvel
+        self._servos = self._found.servos.at(self._data)
 
     def put(self, place: Pose3) -> None:
         """Put the robot's root somewhere, with all joints at rest."""
@@ -76,7 +72,7 @@ class RobotMotion:
         self._data.qpos[at + 3 : at + 7] = place.quaternion
         self._data.qvel[found.rates] = 0.0
         self._data.qacc_warmstart[found.rates] = 0.0
-        found.servos.rest(self._data)
+        self._servos.rest()
         self._stage.settle()
 
     def turn_wheels(self, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
@@ -86,32 +82,42 @@ class RobotMotion:
             speeds: In the order of `DriveSettings.wheels`, `(W,) float64`.
             angles: In the order of `DriveSettings.steering`, `(S,) float64`.
         """
-        self._found.servos.turn(self._data, speeds, angles)
+        self._servos.turn(speeds, angles)
 
     def wheel_angles(self) -> NDArray[np.float64]:
         """Return how far the wheels' joints have turned, `(W,) float64` [rad]."""
-        angles: NDArray[np.float64] = self._data.qpos[self._found.servos.position]
+        angles: NDArray[np.float64] = self._qpos[self._found.servos.position]
         return angles
 
     def steering_angles(self) -> NDArray[np.float64]:
         """Return where the steering joints stand, `(S,) float64` [rad]."""
-        angles: NDArray[np.float64] = self._data.qpos[self._found.servos.steering]
+        angles: NDArray[np.float64] = self._qpos[self._found.servos.steering]
         return angles
 
     def joint_states(self) -> JointStates:
         """Return the moving joints' positions and velocities."""
-        found, data = self._found, self._data
-        positions, velocities = data.qpos[found.joint_position], data.qvel[found.joint_velocity]
-        return JointStates(self._joints, positions, velocities)
+        positions = self._qpos[self._found.joint_position]
+        return JointStates(self._joints, positions, self._qvel[self._found.joint_velocity])
 
     def truth(self) -> Truth:
         """Return where the robot is and how it moves."""
-        at, rate = self._found.base
-        x, y, z, qw, qx, qy, qz = self._data.qpos[at : at + 7].tolist()
-        vx, vy, vz, _, _, w = self._data.qvel[rate : rate + 6].tolist()
-        roll, pitch, yaw = rpy_of(qw, qx, qy, qz)
-        ahead = 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz), 2 * (qx * qz - qw * qy)
-        left = 2 * (qx * qy - qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qw * qx)
-        v = vx * ahead[0] + vy * ahead[1] + vz * ahead[2]
-        side = vx * left[0] + vy * left[1] + vz * left[2]
-        return Truth(SE2(x, y, yaw), v, w, z, roll, pitch, side)
+        x, y, yaw, *rest = _truth(self._qpos, self._qvel, *self._found.base)
+        return Truth(SE2(x, y, yaw), *rest)
+
+
+_rpy_of = njit(cache=True)(rpy_of)
+
+
+@njit(cache=True)
+def _truth(
+    qpos: NDArray[np.float64], qvel: NDArray[np.float64], at: int, rate: int
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """Return x, y and yaw, and the other values of a `Truth` (`bench sim`: 3 us in Python)."""
+    qw, qx, qy, qz = qpos[at + 3], qpos[at + 4], qpos[at + 5], qpos[at + 6]
+    vx, vy, vz = qvel[rate], qvel[rate + 1], qvel[rate + 2]
+    roll, pitch, yaw = _rpy_of(qw, qx, qy, qz)
+    ahead = 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz), 2 * (qx * qz - qw * qy)
+    left = 2 * (qx * qy - qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qw * qx)
+    v = vx * ahead[0] + vy * ahead[1] + vz * ahead[2]
+    side = vx * left[0] + vy * left[1] + vz * left[2]
+    return qpos[at], qpos[at + 1], yaw, v, qvel[rate + 5], qpos[at + 2], roll, pitch, side

@@ -32,6 +32,7 @@ class Stepper:
 
     def __init__(self, model: Any, data: Any) -> None:
         self._model, self._data = model, data
+        self._is_alone = model.ntree < 2
         sizes = [_SIZES.get(int(kind), 1) for kind in model.jnt_type]
         self._tree_of_rate = model.dof_treeid.copy()
         self._tree_of_position = np.repeat(model.dof_treeid[model.jnt_dofadr], sizes)
@@ -39,7 +40,7 @@ class Stepper:
     def run(self, steps: int) -> None:
         """Run a number of steps."""
         model, data = self._model, self._data
-        if model.ntree < 2:
+        if self._is_alone:
             mujoco.mj_step(model, data, nstep=steps)
             return
         start = [each.copy() for each in (data.qpos, data.qvel, data.qacc_warmstart, data.act)]

@@ -89,8 +89,7 @@ def _turned(rotation: NDArray[np.float64], x: float, y: float, z: float) -> Trip
 def _distance(kind: int, size: Triple, start: Triple, way: Triple) -> float:
     """Return how far it is to a solid from a place along a way, both in its frame."""
     if kind == _BOX:
-        ahead = _to_faces(size, start, way, -1.0)
-        return ahead if ahead < _MISS else _to_faces(size, start, way, 1.0)
+        return _to_faces(size, start, way)
     if kind == _CYLINDER:
         ends = min(_to_end(size, start, way, -size[1]), _to_end(size, start, way, size[1]))
         mantle = _to_round(start[:2], way[:2], size[0])
@@ -102,14 +101,16 @@ def _distance(kind: int, size: Triple, start: Triple, way: Triple) -> float:
 
 
 @_compiled
-def _to_faces(size: Triple, start: Triple, way: Triple, side: float) -> float:
-    """Return the distance to the nearest of a box's faces: of those ahead (-1), or behind (1)."""
-    nearest = _MISS
+def _to_faces(size: Triple, start: Triple, way: Triple) -> float:
+    """Return the distance to the nearest of a box's faces: those turned to the ray, if outside."""
+    nearest, x, y, z = _MISS, abs(start[0]), abs(start[1]), abs(start[2])
+    side = 1.0 if x <= size[0] and y <= size[1] and z <= size[2] else -1.0
     for i, j, k in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
-        if abs(way[i]) > _LEAST:
-            distance = (math.copysign(size[i], side * way[i]) - start[i]) / way[i]
+        gap = math.copysign(size[i], side * way[i]) - start[i]
+        if gap * way[i] >= 0.0 and abs(way[i]) > _LEAST:
+            distance = gap / way[i]
             if (
-                0.0 <= distance < nearest
+                distance < nearest
                 and abs(start[j] + distance * way[j]) <= size[j]
                 and abs(start[k] + distance * way[k]) <= size[k]
             ):
