@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull
 
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape, corners
 
@@ -90,11 +90,7 @@ def _volume(shape: Shape) -> float:
         radius, length = shape.size
         return math.pi * radius**2 * (length + 4.0 / 3.0 * radius)
     if shape.kind is Kind.MESH:
-        try:
-            return float(ConvexHull(corners(shape)).volume)
-        except QhullError:  # too thin for it
-            low, high = _box(shape)
-            return float(np.prod(high - low))
+        return float(ConvexHull(corners(shape)).volume)  # never flat: see `hull`
     return 0.0
 
 

@@ -34,11 +34,8 @@ def surfaces(world: World, height: float) -> NDArray[np.float64]:
 
 def _cut(part: Part, height: float) -> NDArray[np.float64]:
     """Cut one part; of a convex one all lines between corners on either side, then their hull."""
-    shape, z = part.shape, part.pose.position[2]
-    if shape.kind is Kind.SPHERE:
-        radius = math.sqrt(max(0.0, shape.size[0] ** 2 - (height - z) ** 2))
-        return _outline(circle(radius) + part.pose.position[:2]) if radius > 0.0 else _EMPTY
-    if shape.kind is Kind.ELLIPSOID:
+    shape = part.shape
+    if shape.kind in (Kind.SPHERE, Kind.ELLIPSOID):
         return _cut_ellipsoid(part, height)
     triangles = shape.triangles()
     if triangles is not None:
@@ -55,7 +52,7 @@ def _cut(part: Part, height: float) -> NDArray[np.float64]:
 
 
 def _cut_ellipsoid(part: Part, height: float) -> NDArray[np.float64]:
-    """Cut an ellipsoid: the image of a unit ball, which the plane's image cuts in a circle."""
+    """Cut a ball or an ellipsoid: a unit ball's image, whose own cut is a circle."""
     stretch = part.pose.rotation() * np.array(part.shape.size)
     up = stretch[2]
     length = float(np.linalg.norm(up))
