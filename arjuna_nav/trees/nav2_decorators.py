@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from arjuna_core.se2 import SE2
+from arjuna_nav.planners import path as paths
 from arjuna_nav.trees.node import Decorator, Status
 from arjuna_nav.trees.ports import NUMBER, PATH, POSE, Port
 
@@ -177,10 +178,6 @@ class PathLongerOnApproach(Decorator):
 
     def _is_detour(self, path: Any, before: Any) -> bool:
         same_goal = bool(np.hypot(*(path[-1, :2] - before[-1, :2])) < _SAME_GOAL)
-        length, old = _length(path), _length(before)
+        length, old = paths.length(path), paths.length(before)
         near = old < self.get("prox_len")
         return bool(same_goal and near and length > self.get("length_factor") * old)
-
-
-def _length(path: Any) -> float:
-    return float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())

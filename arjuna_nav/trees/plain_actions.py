@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from arjuna_nav.planners import path as paths
 from arjuna_nav.trees.node import Status, TreeNode
 from arjuna_nav.trees.ports import ANY, NUMBER, PATH, POSES, REQUIRED, TEXT, Port, TreeError, entry
 
@@ -76,8 +77,7 @@ class TruncatePath(TreeNode):
     def tick(self) -> Status:
         """Leave it out; a path that is shorter keeps its first pose."""
         path = self.get("input_path")
-        steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
-        left = np.concatenate((np.cumsum(steps[::-1])[::-1], [0.0]))
+        left = paths.along(path[::-1])
         kept = int(np.count_nonzero(left >= self.get("distance")))
         self.put("output_path", path[: max(kept, 1)])
         return Status.SUCCESS

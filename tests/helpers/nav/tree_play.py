@@ -18,6 +18,7 @@ class Play:
             self.tree.blackboard.set(name, value)
         self.now = 0.0
         self.pose = SE2()
+        self.speed = 0.0
         self.open: dict[str, int] = {}
         self.withdrawn: list[int] = []
 
@@ -28,7 +29,7 @@ class Play:
             self.open.pop(kind): Answer(value) if isinstance(value, bool) else value
             for kind, value in answers.items()
         }
-        status, commands = self.tree.tick(TreeState(self.now, self.pose, 0.0, told))
+        status, commands = self.tree.tick(TreeState(self.now, self.pose, self.speed, told))
         for command in commands:
             if isinstance(command, Ask):
                 self.open[command.kind] = command.key

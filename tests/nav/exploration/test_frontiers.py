@@ -17,7 +17,7 @@ from arjuna_nav.costmap import (
 from arjuna_nav.costmap.config import ObstacleConfig, SourceConfig
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.layers import ObstacleLayer
-from arjuna_nav.exploration.frontiers import frontiers, next_goal
+from arjuna_nav.exploration.frontiers import ExplorationConfig, frontiers, next_goal
 from arjuna_nav.planners import NavFn, NavFnConfig, PlanStatus
 from tests.nav.worlds import block, costmap_of, empty_grid, room, scan_from
 
@@ -146,3 +146,81 @@ def test_a_robot_that_stands_in_the_unknown_starts_from_the_nearest_place_it_kno
     grid.data[np.hypot(rows - row, columns - column) * grid.frame.resolution < hole] = -1
     goal = next_goal(grid, costmap_of(grid, track_unknown=True), SE2(5.5, 2.0), [])
     assert (goal is not None) == reached
+
+
+def half_known(known: float = 4.0) -> OccupancyGrid:
+    """Return a hall of 8 x 4 m of which all from a line on is unknown."""
+    grid = empty_grid(8.0, 4.0)
+    grid.data[:, round(known / 0.05) :] = -1
+    return grid
+
+
+def test_it_looks_at_a_frontiers_middle_from_as_near_as_is_worth_the_way() -> None:
+    grid = half_known()
+    costmap = costmap_of(grid, track_unknown=True)
+    goal = next_goal(grid, costmap, SE2(1.0, 0.5), [])
+    assert goal is not None
+    middle = (3.975, 1.975)
+    assert np.hypot(goal.x - middle[0], goal.y - middle[1]) <= 1.0
+    assert goal.theta == pytest.approx(np.arctan2(middle[1] - goal.y, middle[0] - goal.x), abs=0.05)
+    near = next_goal(grid, costmap, SE2(1.0, 2.0), [], ExplorationConfig(view_distance=0.4))
+    assert near is not None
+    assert np.hypot(near.x - middle[0], near.y - middle[1]) <= 0.41
+
+
+@pytest.mark.parametrize(("gain", "left"), [(0.0, True), (1.0, True), (4.0, False)])
+def test_a_longer_frontier_is_worth_a_longer_way(gain: float, left: bool) -> None:
+    grid = empty_grid(8.0, 4.0)
+    grid.data[20:40, 0] = -1  # a metre, near
+    grid.data[10:70, -1] = -1  # three, farther by 3 m
+    config = ExplorationConfig(size_gain=gain)
+    goal = next_goal(grid, costmap_of(grid, track_unknown=True), SE2(2.5, 1.5), [], config)
+    assert goal is not None
+    assert (goal.x < 2.5) is left
+
+
+def test_a_frontier_is_beside_the_unknown_and_long_enough() -> None:
+    for count, found in ((5, 0), (6, 1)):
+        grid = empty_grid(4.0, 4.0)
+        grid.data[:, :40] = 100
+        grid.data[10 : 10 + count, 39] = -1
+        assert len(frontiers(grid)) == found
+    corner = empty_grid(4.0, 4.0)
+    corner.data[:42, :42] = 100
+    corner.data[40, 40], corner.data[41, 41] = -1, 0  # they touch with a corner alone
+    assert frontiers(corner, ExplorationConfig(min_frontier_size=0.0)) == []
+
+
+@pytest.mark.parametrize(("radius", "here"), [(0.3, True), (1.2, False)])
+def test_a_goal_tried_rules_out_what_is_near_it(radius: float, here: bool) -> None:
+    grid = half_known()
+    costmap = costmap_of(grid, track_unknown=True)
+    config = ExplorationConfig(blacklist_radius=radius)
+    first = next_goal(grid, costmap, SE2(1.0, 2.0), [], config)
+    assert first is not None
+    again = next_goal(grid, costmap, SE2(1.0, 2.0), [first], config)
+    if here:
+        assert again is not None
+        assert 0.95 * radius <= again.distance(first)
+    else:
+        tried = [first, SE2(first.x, 1.0), SE2(first.x, 3.0)]
+        assert next_goal(grid, costmap, SE2(1.0, 2.0), tried, config) is None
+
+
+def test_it_stands_nowhere_dearer_than_told() -> None:
+    grid = half_known()
+    block(grid, 0.0, 0.0, 4.0, 1.7)
+    block(grid, 0.0, 2.3, 4.0, 1.7)  # a corridor in which any place is dear
+    costmap = costmap_of(grid, track_unknown=True)
+    dearest = int(costmap.data[40, 70])
+    assert dearest > 0
+    told = [
+        next_goal(grid, costmap, SE2(1.0, 2.0), [], ExplorationConfig(max_cost=cost))
+        for cost in (252, dearest, max(dearest - 40, 0))
+    ]
+    assert [goal is not None for goal in told] == [True, True, False]
+
+
+def test_a_robot_off_the_map_looks_nowhere() -> None:
+    grid = half_known()
+    assert next_goal(grid, costmap_of(grid, track_unknown=True), SE2(-1.0, 2.0), []) is None

@@ -13,6 +13,7 @@ from scipy.spatial import ConvexHull, Delaunay
 
 from arjuna_core.se2 import SE2
 from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.files.meshes.solids import cone, prism
 from arjuna_sim.files.meshes.triangles import MeshError, read_mesh
 from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.files.world_file import load_world
@@ -178,3 +179,41 @@ def test_search_path_finds_packages_and_keeps_inside_them(tmp_path: Path) -> Non
         with pytest.raises(EscapeError, match="leads out of its package"):
             search.find(beside, "package://robot_description/../../secret.stl")
     assert SearchPath.of([tmp_path]).find(beside, "package://../secret.stl") is None
+
+
+@pytest.mark.parametrize("turned", [1, -1])
+def test_a_prism_stands_on_the_ground_closed_and_faces_outward(turned: int) -> None:
+    outline = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)])
+    for corners in (outline[::turned], np.vstack((outline, outline[:1]))[::turned]):
+        faces = prism(corners, 0.5)
+        assert np.ptp(faces[..., 2]) == faces[..., 2].max() == 0.5
+        # Outward and closed faces enclose, by the divergence theorem, what they hold.
+        held = np.einsum("ij,ij->", faces[:, 0], np.cross(faces[:, 1], faces[:, 2])) / 6.0
+        assert held == pytest.approx(4.0 * 0.5)
+        far = faces + np.array((100.0, -50.0, 20.0))
+        moved = np.einsum("ij,ij->", far[:, 0], np.cross(far[:, 1], far[:, 2])) / 6.0
+        assert moved == pytest.approx(4.0 * 0.5)
+
+
+def test_a_cone_is_closed_about_its_middle() -> None:
+    faces = cone(0.5, 1.2)
+    assert (faces[..., 2].min(), faces[..., 2].max()) == (-0.6, 0.6)
+    assert np.hypot(faces[..., 0], faces[..., 1]).max() == pytest.approx(0.5)
+    held = np.einsum("ij,ij->", faces[:, 0], np.cross(faces[:, 1], faces[:, 2])) / 6.0
+    assert held == pytest.approx(np.pi * 0.5**2 * 1.2 / 3.0, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("corners", "problem"),
+    [
+        ([(0, 0), (1, 0)], "has 2 corners; valid: 3 to"),
+        ([(0, 0), (1, 0), (0, 0)], "has 2 corners"),
+        ([(0, 0), (2, 2), (2, 0), (0, 2)], "crosses itself|has no area"),
+        ([(0, 0), (1, 0), (2, 0), (3, 0)], "has no area"),
+    ],
+)
+def test_an_outline_that_is_none_makes_no_prism(
+    corners: list[tuple[float, float]], problem: str
+) -> None:
+    with pytest.raises(ValueError, match=problem):
+        prism(np.array(corners, np.float64), 1.0)

@@ -117,3 +117,21 @@ def test_a_start_far_off_ends_in_no_local_minimum() -> None:
     plain, result = optimize(start, table, iterations=100), optimize_globally(start, table)
     assert plain.trace[-1] > 2.0 * result.trace[-1]
     assert np.hypot(*(result.poses - laps)[:, :2].T).mean() < 1.0
+
+
+@pytest.mark.parametrize("off", [0.02, 0.3, 2.0])
+def test_a_loops_weight_is_the_slope_of_its_cost(off: float) -> None:
+    poses = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+
+    def told(error: float) -> tuple[float, float, float]:
+        """Return the squared error, the cost and the weight of the loop alone."""
+        edges = [
+            Edge(0, 1, SE2(1.0), INFORMATION, EdgeKind.ODOMETRY),
+            Edge(0, 1, SE2(1.0 + error), INFORMATION, EdgeKind.LOOP),
+        ]
+        result = optimize(poses, EdgeTable.of(edges), robust_scale=1.5, iterations=0)
+        assert result.weights[0] == 1.0  # odometry is believed
+        return 100.0 * error**2, result.trace[0], float(result.weights[1])
+
+    (low, cost, _), (_, _, weight), (high, dearer, _) = (told(off * k) for k in (0.999, 1.0, 1.001))
+    assert weight == pytest.approx((dearer - cost) / (high - low), rel=1e-3)

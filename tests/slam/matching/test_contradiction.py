@@ -49,3 +49,12 @@ def test_the_longest_thing_is_one_without_gaps() -> None:
     assert longest(np.concatenate((END, near))) == pytest.approx(1.6)
     assert longest(np.concatenate((near, near + np.array([0.0, 1.0])))) == pytest.approx(0.6)
     assert longest(np.zeros((0, 2))) == 0.0
+
+
+def test_one_beam_is_enough_and_seven_of_ten_must_speak_against() -> None:
+    true, false = (scan_at(SHORT, VIEWS[0]), VIEWS[0]), (scan_at(LONG, VIEWS[0]), VIEWS[0])
+    assert counts(END[:1], [false]) == (1, 1)
+    assert counts(END[:1], [true]) == (1, 0)
+    assert counts(END, [false] * 3 + [true]) == (17, 17)
+    assert counts(END, [false] * 2 + [true]) == (17, 0)
+    assert counts(END, []) == (0, 0)
