@@ -210,7 +210,7 @@ def test_a_long_nose_turns_away_from_who_comes_and_not_to_him(v: float, x: float
 @pytest.mark.parametrize("w", [1.2, -1.2])
 def test_a_long_nose_is_not_swung_into_who_strolls_beside_it(w: float) -> None:
     nose = Footprint.polygon(np.array([[0.9, 0.1], [0.9, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
-    beside = cluster(0.0, 0.0) + (0.6, 0.7 if w > 0.0 else -0.7)
+    beside = cluster(0.6, 0.7 if w > 0.0 else -0.7)
     strolling = np.full((8, 2), (0.2, 0.0))
     monitor, turning = CollisionMonitor(load(MonitorConfig, {})), Velocity(0.0, w)
     assert abs(monitor.judge(turning, beside, nose, strolling).velocity.w) < abs(w)
