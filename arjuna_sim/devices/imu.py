@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -18,6 +19,7 @@ from arjuna_sim.model.settings import ImuSettings
 
 _SITE = mujoco.mjtObj.mjOBJ_SITE
 _DRAWS = 14  # for biases and white noise of six channels, and for roll and pitch
+_AT_ONCE = 50  # readings, for which draws are made in one go
 
 
 @dataclass(frozen=True)
@@ -93,14 +95,15 @@ class Imu:
         told = {"gyro_noise": settings.gyro_noise, "accel_noise": settings.accel_noise}
         config = replace(config, **{key: v for key, v in told.items() if v is not None})
         self.rebind(model)
-        self._rng = rng
+        self._draws = _endless(rng)
         sigmas = config.gyro_noise, config.accel_noise
         walks = config.gyro_bias_walk, config.accel_bias_walk
         self._errors = np.repeat([(0.0, 0.0), walks, sigmas], 3, axis=1)
         self._tilt_noise = config.tilt_noise
         self._variances = sigmas[0] ** 2, sigmas[1] ** 2, config.tilt_noise**2
         self._headings = np.zeros(2)
-        self._last: NDArray[np.float64] | None = None
+        self._motions = np.empty(6), np.empty(6)  # now, and when it was read last
+        self._knows_last, self._level = False, np.empty(4)
 
     def rebind(self, model: Any) -> None:
         """Go on with another model, in which the robot is the same."""
@@ -111,7 +114,7 @@ class Imu:
 
     def settle(self) -> None:
         """Forget the last velocity, since the robot was lifted to another place."""
-        self._last = None
+        self._knows_last = False
 
     def read(self, data: Any, now: float, dt: float) -> ImuReading:
         """Return a reading.
@@ -122,19 +125,25 @@ class Imu:
             dt: Time since the last reading [s].
         """
         rotation, facing = data.site_xmat[self._site], data.xmat[self._root]
-        motion = np.empty(6)
+        motion, last = self._motions
         mujoco.mj_objectVelocity(self._model, data, _SITE, self._site, motion, 0)
-        if self._last is None:  # put down here: the gyros have not felt how it came
+        if not self._knows_last:  # put down here: the gyros have not felt how it came
             self._headings[1] = math.atan2(float(facing[3]), float(facing[0]))
-            self._last = motion
-        level, felt = np.empty(4), np.empty(6)
+            last[:], self._knows_last = motion, True
+        level, felt = self._level, np.empty(6)
         mujoco.mju_mat2Quat(level, rotation)
         turned = _read(
-            rotation, level, facing, motion, self._last, dt, self._gravity,
-            self._rng.standard_normal(_DRAWS), self._errors, self._tilt_noise, self._headings, felt,
+            rotation, level, facing, motion, last, dt, self._gravity,
+            next(self._draws), self._errors, self._tilt_noise, self._headings, felt,
         )  # fmt: skip
-        self._last = motion
+        self._motions = last, motion
         return ImuReading(felt[:3], felt[3:], Pose3(quaternion=turned), *self._variances, now)
+
+
+def _endless(rng: np.random.Generator) -> Iterator[NDArray[np.float64]]:
+    """Yield a reading's standard normal draws, `(14,) float64`, one reading after the other."""
+    while True:
+        yield from rng.standard_normal((_AT_ONCE, _DRAWS))
 
 
 @njit(cache=True)

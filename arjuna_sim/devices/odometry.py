@@ -115,11 +115,13 @@ class Odometry:
             The estimate, along the arc of constant turn rate that the ticks tell.
         """
         ticks = self._to_ticks(wheels)
-        turns = (ticks - self._ticks) * self._angle_per_tick
+        turns = ticks - self._ticks
+        turns *= self._angle_per_tick
         self._ticks = ticks
         path, side, turn = self._kinematics.motion(turns, angles)
         variance_path, variance_turn = self._follow(path, side, turn)
-        twist_variance = (variance_path / dt**2, variance_turn / dt**2)
+        square = dt**2
+        twist_variance = variance_path / square, variance_turn / square
         return OdometryEstimate(
             self._pose, path / dt, turn / dt, self._covariance, twist_variance, side / dt
         )
@@ -128,7 +130,7 @@ class Odometry:
         ticks = np.asarray(wheels, np.float64) / self._angle_per_tick
         if self.config.encoder_noise > 0.0:
             ticks += self.config.encoder_noise * self._rng.standard_normal(len(ticks))
-        return np.rint(ticks)
+        return np.rint(ticks, out=ticks)
 
     def _follow(self, path: float, side: float, turn: float) -> tuple[float, float]:
         """Move the pose along an arc and its covariance; return variances of path and turn."""

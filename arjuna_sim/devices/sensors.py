@@ -81,7 +81,7 @@ class Sensors:
             return None
         last, self._imu_last = self._imu_last, now
         is_next = last is not None and now > last  # else time was set back
-        dt = round(now - last, 9) if is_next and last is not None else self._imu_period
+        dt = _whole_nanoseconds(now - last) if is_next and last is not None else self._imu_period
         return self._imu.read(data, now, dt)
 
     def scan(self, data: Any, now: float) -> Scan | None:
@@ -90,3 +90,8 @@ class Sensors:
             return None
         self._lidar.follow(data, now)
         return self._lidar.scan(data, now) if self._lidar_due.due(now) else None
+
+
+def _whole_nanoseconds(time: float) -> float:
+    """Return a time [s] without rounding's rest; `round` to digits takes three times as long."""
+    return round(time * 1e9) / 1e9

@@ -190,7 +190,7 @@ class Stage:
 
     def advance(self, steps: int) -> None:
         """Run the physics for a number of steps."""
-        if not len(self._walkers) and not len(self.scene.rollers):
+        if self._runs_alone:
             self._steps += steps
             self._stepper.run(steps)
             return
@@ -269,6 +269,7 @@ class Stage:
         self._walking = tuple(walking)
         bodies = [self._handles[name][0] for name in walking]
         self._walkers = Walkers(bodies, list(walking.values()))
+        self._runs_alone = not walking and not len(scene.rollers)
 
     def _put(self, entity: Entity, pose: Pose3) -> None:
         mocap, at, rate = self._handles[entity.name]
@@ -287,9 +288,10 @@ class Stage:
 
     def settle(self) -> None:
         """Bring places and velocities up to the state."""
-        mujoco.mj_kinematics(self.scene.model, self.data)
-        mujoco.mj_comPos(self.scene.model, self.data)
-        mujoco.mj_comVel(self.scene.model, self.data)
+        model, data = self.scene.model, self.data
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
 
 
 def _stands_in(entity: Entity, robot: str) -> PlaceTakenError:

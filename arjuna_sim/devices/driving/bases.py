@@ -79,7 +79,8 @@ class SidesBase:
 
     def encoders(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how far the left and the right wheels have turned forward, in the mean [rad]."""
-        turned: NDArray[np.float64] = joints.dot(self.sides) / self.counts
+        turned: NDArray[np.float64] = joints.dot(self.sides)
+        turned /= self.counts
         return turned
 
     def motion(
