@@ -10,6 +10,7 @@ from defusedxml import DefusedXmlException
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.whole_file import read_bytes
+from arjuna_sim.files import before_sdf
 from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.files.xml_text import parse_xml
 from arjuna_sim.model.geometry.shapes import Mesh, Terrain
@@ -66,6 +67,8 @@ class XmlFile:
             raise self.error(self.path, f"is no readable XML: {error}") from error
         if len(root.get("name", "")) > _TEXT_MAX:
             raise self.error(self.path, f"has a name of more than {_TEXT_MAX} characters")
+        if root.tag == before_sdf.ROOT and tag == "sdf":
+            before_sdf.to_sdf(root)
         if root.tag != tag:
             raise self.error(self.path, f"has the root <{root.tag}>; valid: <{tag}>")
         return root

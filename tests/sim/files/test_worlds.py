@@ -43,6 +43,33 @@ def _place(path: Path, model: str) -> tuple[float, float, float]:
     return next(b.part.pose.position for b in bodies if b.model == model and b.collides)
 
 
+OLD = """<gazebo version="1.0"><world name="w"><physics type="ode"><gravity xyz="0 0 -5"/></physics>
+<scene><ambient rgba="0.1 0.1 0.1 1"/></scene><light type="directional" name="sun"><origin
+pose="0 0 10 0 0 0"/></light><model name="ground" static="true"><link name="l"><collision name="c">
+<geometry><plane normal="0 0 1"/></geometry></collision></link></model>
+<model name="pillar" static="true"><origin pose="2 1 0 0 0 0"/><link name="l"><origin
+pose="0 0 0.5 0 0 0"/><collision name="c"><geometry><cylinder radius="0.2" length="1"/></geometry>
+<surface><friction><ode mu="0.4"/></friction></surface></collision>
+<visual name="v" cast_shadows="0"><geometry><cylinder radius="0.2" length="1"/></geometry></visual>
+</link></model>
+<model name="crate"><origin pose="0 3 0.25 0 0 0"/><link name="l"><inertial mass="7"><inertia
+ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision name="c"><geometry><box
+size="0.5 0.4 0.5"/></geometry></collision></link></model>
+<plugin name="p" filename="libp.so"/></world></gazebo>"""
+
+
+def test_a_file_from_before_sdf_had_its_name_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "old.world"
+    path.write_text(OLD, encoding="utf-8")
+    world = load_world(path)
+    assert _place(path, "pillar") == (2.0, 1.0, 0.5)
+    pillar = next(body.part for body in world.bodies if body.model == "pillar")
+    assert (pillar.shape.size, pillar.friction) == ((0.2, 1.0), 0.4)
+    crate = next(body.part.shape.size for body in world.bodies if body.model == "crate")
+    assert (crate, world.masses, world.gravity[2]) == ((0.5, 0.4, 0.5), {"crate": 7.0}, -5.0)
+    assert texts(world.notes) == ("plugin 'p': not simulated",)
+
+
 def test_poses_are_relative_to_frames_links_and_other_models(tmp_path: Path) -> None:
     inside = (
         "<frame name='dock'><pose>5 0 0 0 0 1.5707963267948966</pose></frame>"
