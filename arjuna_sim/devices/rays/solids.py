@@ -1,4 +1,4 @@
-"""Rays against planes, spheres, cylinders and boxes, many rays from one place at once."""
+"""Rays against planes, ellipsoids, cylinders and boxes, many rays from one place at once."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 _SPHERE = int(mujoco.mjtGeom.mjGEOM_SPHERE)
+_ELLIPSOID = int(mujoco.mjtGeom.mjGEOM_ELLIPSOID)  # as robots' tyres are
 _CYLINDER = int(mujoco.mjtGeom.mjGEOM_CYLINDER)
 _BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
-SOLIDS = (_PLANE, _SPHERE, _CYLINDER, _BOX)
+SOLIDS = (_PLANE, _SPHERE, _ELLIPSOID, _CYLINDER, _BOX)
 """MuJoCo's kinds of geoms that `cast` knows."""
 
 _LEAST = 1e-15  # of a ray along an axis, for it not to be parallel
@@ -97,6 +98,8 @@ def _distance(kind: int, size: Triple, start: Triple, way: Triple) -> float:
         return min(ends, mantle) if mantle < _MISS and is_between else ends
     if kind == _SPHERE:
         return _to_round(start, way, size[0])
+    if kind == _ELLIPSOID:
+        return _to_ellipsoid(size, start, way)
     return _to_plane(size, start, way)
 
 
@@ -130,13 +133,31 @@ def _to_end(size: Triple, start: Triple, way: Triple, height: float) -> float:
 
 @_inlined
 def _to_round(start: tuple[float, ...], way: tuple[float, ...], radius: float) -> float:
-    """Return the distance to a circle or sphere about the middle, by a quadratic equation."""
+    """Return the distance to a circle or sphere about the middle."""
     a, b, c = 0.0, 0.0, 0.0
     for i in range(len(way)):
         a += way[i] * way[i]
         b += way[i] * start[i]
         c += start[i] * start[i]
-    within = b * b - a * (c - radius * radius)
+    return _root(a, b, c - radius * radius)
+
+
+@_inlined
+def _to_ellipsoid(size: Triple, start: Triple, way: Triple) -> float:
+    """Return the distance to an ellipsoid about the middle."""
+    a, b, c = 0.0, 0.0, 0.0
+    for i in range(3):
+        weight = 1.0 / (size[i] * size[i])
+        a += weight * way[i] * way[i]
+        b += weight * way[i] * start[i]
+        c += weight * start[i] * start[i]
+    return _root(a, b, c - 1.0)
+
+
+@_inlined
+def _root(a: float, b: float, c: float) -> float:
+    """Return the least x of `a x^2 + 2 b x + c = 0` that is not below 0."""
+    within = b * b - a * c
     if within < _LEAST:
         return _MISS
     root = math.sqrt(within)

@@ -17,6 +17,7 @@ _SHAPES = {
     "box": "<box><size>1.0 0.4 0.8</size></box>",
     "cylinder": "<cylinder><radius>0.4</radius><length>0.9</length></cylinder>",
     "sphere": "<sphere><radius>0.5</radius></sphere>",
+    "ellipsoid": "<ellipsoid><radii>0.6 0.3 0.4</radii></ellipsoid>",
     "plane": "<plane><normal>0 0 1</normal><size>1 1</size></plane>",
     "capsule": "<capsule><radius>0.3</radius><length>0.9</length></capsule>",
 }
