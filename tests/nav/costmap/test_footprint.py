@@ -133,3 +133,11 @@ def test_gaps_and_directions_lead_from_the_outline_to_points(outline: Footprint)
     on_it = points - (gaps + 1e-6)[:, None] * away
     assert outline.holds(on_it).all()
     assert not outline.holds(on_it + 4e-6 * away).any() or outline.circular
+
+
+def test_a_robot_may_be_a_triangle_and_no_line() -> None:
+    wedge = Footprint.polygon(np.array([[0.4, 0.0], [-0.2, 0.3], [-0.2, -0.3]]))
+    assert wedge.inscribed_radius == pytest.approx(0.4 * 0.3 / math.hypot(0.6, 0.3))
+    assert (len(wedge.points), wedge.circumscribed_radius) == (3, 0.4)
+    with pytest.raises(ConfigError, match="at least three corners"):
+        Footprint.polygon(wedge.points[:2])

@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from arjuna_core.grid import GridFrame
 from arjuna_core.readings import RangeReading
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LETHAL, CostmapConfig, LayeredCostmap, PlacedRange
 from arjuna_nav.costmap.config import InflationConfig, RangeConfig
+from arjuna_nav.costmap.costmap import UNKNOWN
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap.ranges import RangeLayer
 
 POSES = [SE2(), SE2(1.0, -0.5, 2.0)]
 AHEAD = SE2(0.2, 0.0)
@@ -107,3 +111,17 @@ def test_it_forgets_what_is_cleared_and_keeps_what_rolls_along() -> None:
     assert cost(layered, pose, 1.2) == LETHAL
     layered.clear_entirely()
     assert not layered.costmap.data.any()
+
+
+def test_what_others_mark_stays_where_a_sonar_sees_through_it() -> None:
+    config = CostmapConfig(resolution=0.05, track_unknown_space=True)
+    layer = RangeLayer(GridFrame(0.05, 120, 120, SE2(-3.0, -3.0)), config)
+    reading = RangeReading(1.0, 0.4, 0.1, 2.0, 0.0, AHEAD)
+    for _ in range(6):
+        layer.update(SE2(), Footprint.circle(0.1), [PlacedRange(reading, SE2())])
+    for known, merged in ((UNKNOWN, 0), (LETHAL, LETHAL), (7, 7)):
+        master = np.full((120, 120), known, np.uint8)
+        layer.merge_into(master, (slice(0, 120), slice(0, 120)))
+        row, column = 60, 76  # 0.8 m ahead, seen free
+        assert master[row, column] == merged
+        assert master[60, 20] == known  # never seen

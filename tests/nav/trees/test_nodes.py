@@ -222,6 +222,9 @@ def test_codes_and_messages_are_written() -> None:
     play.tick()
     assert play.tick(FollowPath=Answer(False, 105, "stuck")) is FAILURE
     assert (play.get("code"), play.get("why")) == (105, "stuck")
+    play.tick()
+    assert play.tick(FollowPath=Answer(True, 105, "stuck before")) is SUCCESS
+    assert (play.get("code"), play.get("why")) == (0, "")
 
 
 def test_a_subtree_has_entries_of_its_own() -> None:

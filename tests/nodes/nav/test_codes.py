@@ -1,0 +1,56 @@
+"""The cores' codes are those of Nav2's messages, by name and number."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from nav2_msgs.action import ComputePathToPose, DockRobot, FollowPath, SmoothPath
+
+from arjuna_nav.controllers import ControlStatus
+from arjuna_nav.docking.docking import DockingError
+from arjuna_nav.planners import PlanStatus
+from arjuna_nav.smoothers.base import SmoothStatus
+from arjuna_nav.trees import conditions
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.mark.parametrize(
+    ("codes", "result"),
+    [
+        (ControlStatus, FollowPath.Result),
+        (PlanStatus, ComputePathToPose.Result),
+        (SmoothStatus, SmoothPath.Result),
+        (DockingError, DockRobot.Result),
+    ],
+)
+def test_a_code_is_nav2s(codes: type[IntEnum], result: Any) -> None:
+    for code in codes:
+        name = "NONE" if code.value == 0 else code.name
+        assert code.value == getattr(result, name), code.name
+
+
+@pytest.mark.parametrize(
+    ("node", "result", "names"),
+    [
+        (
+            conditions.WouldAControllerRecoveryHelp,
+            FollowPath.Result,
+            ("UNKNOWN", "PATIENCE_EXCEEDED", "FAILED_TO_MAKE_PROGRESS", "NO_VALID_CONTROL"),
+        ),
+        (
+            conditions.WouldASmootherRecoveryHelp,
+            SmoothPath.Result,
+            ("UNKNOWN", "TIMEOUT", "FAILED_TO_SMOOTH_PATH", "SMOOTHED_PATH_IN_COLLISION"),
+        ),
+    ],
+)
+def test_recoveries_are_tried_at_nav2s_codes(
+    node: Any, result: Any, names: tuple[str, ...]
+) -> None:
+    assert frozenset(getattr(result, name) for name in names) == node.CODES
