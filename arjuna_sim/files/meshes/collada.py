@@ -123,7 +123,7 @@ def _numbers(text: str | None) -> NDArray[np.float64]:
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)
         try:
-            return np.fromstring(text or "", np.float64, sep=" ")
+            return np.fromstring((text or "").strip(), np.float64, sep=" ")  # a blank gives -1
         except DeprecationWarning as error:
             raise ValueError("what should be numbers is something else") from error
 
