@@ -43,6 +43,7 @@ SPIN, WAIT, BACK = "<Spin/>", "<Wait/>", "<BackUp/>"
         (f"<IfThenElse>{NO}{OK}{NO}</IfThenElse>", FAILURE),
         (f"<IfThenElse>{NO}{OK}</IfThenElse>", FAILURE),
         (f"<WhileDoElse>{NO}{OK}{SPIN}</WhileDoElse>", RUNNING),
+        (f"<WhileDoElse>{NO}{OK}</WhileDoElse>", FAILURE),
         (f"<PipelineSequence>{OK}{SPIN}</PipelineSequence>", RUNNING),
         (f"<PipelineSequence>{NO}{SPIN}</PipelineSequence>", FAILURE),
         (f"<RoundRobin>{NO}{NO}</RoundRobin>", FAILURE),
