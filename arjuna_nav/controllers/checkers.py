@@ -130,6 +130,9 @@ class PoseProgressChecker(SimpleProgressChecker):
         return super()._moved(before, pose) or abs(wrap(pose.theta - before.theta)) > self._angle
 
 
+PUSHED = 0.15  # beyond the tolerance: who is so far off has been pushed away, and is not there [m]
+
+
 @dataclass(frozen=True)
 class GoalConfig:
     """Parameters of the goal checker, by Nav2's names."""
@@ -162,7 +165,9 @@ class SimpleGoalChecker:
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
         """Tell whether the robot has arrived; both poses are of one frame."""
-        if not self._position_reached and pose.distance(goal) > self._config.xy_goal_tolerance:
+        away = pose.distance(goal) - self._config.xy_goal_tolerance
+        if away > (PUSHED if self._position_reached else 0.0):
+            self._position_reached = False
             return False
         self._position_reached = self._config.stateful
         off = abs(wrap(goal.theta - pose.theta))

@@ -40,6 +40,19 @@ def test_a_position_once_reached_stays_reached_where_stateful() -> None:
         assert not checker.reached(SE2(0.7, 0.0, 3.1), GOAL)
 
 
+@pytest.mark.parametrize(
+    "checker",
+    [SimpleGoalChecker(GoalConfig(0.2, 3.2)), PositionGoalChecker(PositionGoalConfig(0.2))],
+)
+def test_who_was_pushed_away_from_a_goal_has_not_arrived(
+    checker: SimpleGoalChecker | PositionGoalChecker,
+) -> None:
+    assert checker.reached(SE2(0.9, 0.0, 0.0), GOAL)
+    assert not checker.reached(SE2(0.4, 0.0, 0.0), GOAL)
+    assert not checker.reached(SE2(0.7, 0.0, 0.0), GOAL), "it has to come back"
+    assert checker.reached(SE2(0.9, 0.0, 0.0), GOAL)
+
+
 def test_arrives_backwards_too_where_that_is_as_good() -> None:
     for symmetric in (True, False):
         checker = SimpleGoalChecker(GoalConfig(symmetric_yaw_tolerance=symmetric))
