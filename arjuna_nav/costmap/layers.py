@@ -132,7 +132,9 @@ class ObstacleLayer(SeenLayer[PlacedScan]):
     """Marks what scans hit and clears what their rays cross; marks stay until a ray clears them.
 
     What is known to move is marked near the robot alone, for where it is far it will have gone
-    before the robot comes; and where it has been is free, seen or not.
+    before the robot comes; and where it has been is free, seen or not. On a grid that does not go
+    with the robot, which ways are planned on, it is not marked at all: to plan round somebody who
+    walks by is to turn to and fro, and who drives the way waits for them.
 
     Attributes:
         hits: `(height, width) uint32` where in its cell each mark lies, as `hit_points` reads it.
@@ -146,7 +148,8 @@ class ObstacleLayer(SeenLayer[PlacedScan]):
         self.hits: NDArray[np.uint32] = np.zeros(frame.shape, np.uint32)
         self._tracker, self.moving = Tracker(), Moving.nothing()
         self._left: Window | None = None  # by what moves, in this update
-        self._near = _NEAR  # as far as it is marked [m]
+        self._goes_along = config.rolling_window
+        self._near = 0.0  # as far as it is marked [m]
 
     def move(self, frame: GridFrame) -> None:
         """Continue on another grid of the same resolution; what both cover is kept."""
@@ -161,7 +164,8 @@ class ObstacleLayer(SeenLayer[PlacedScan]):
         Returns:
             The cells that have changed, at least; None where none has.
         """
-        self._left, self._near = None, footprint.circumscribed_radius + _NEAR
+        self._left = None
+        self._near = footprint.circumscribed_radius + _NEAR if self._goes_along else 0.0
         changed = super().update(T_global_base, footprint, seen)
         return joined(self._left, changed)
 

@@ -81,7 +81,7 @@ def test_marks_of_who_has_gone_on_unseen_fade(
     watched = Watched(moving_time, rolling)
     for k in range(12):
         watched.see((0.8, -0.9 + 0.1 * k))
-    assert watched.lethal_about(0.8, 0.2)
+    assert bool(watched.lethal_about(0.8, 0.2)) is (rolling or stays)
     watched.pose = SE2(0.02, 0.06, 0.0)
     for _ in range(3):
         watched.see((0.8, 3.0), blind=True)
@@ -119,9 +119,13 @@ def test_it_costs_to_be_where_somebody_will_be_and_less_the_later() -> None:
     assert never == behind == 0
 
 
-@pytest.mark.parametrize(("distance", "lethal"), [(0.7, True), (1.8, False)])
-def test_who_is_far_will_have_gone_and_is_no_obstacle(distance: float, lethal: bool) -> None:
-    watched = Watched()
+@pytest.mark.parametrize(
+    ("rolling", "distance", "lethal"), [(True, 0.7, True), (True, 1.8, False), (False, 0.7, False)]
+)
+def test_who_is_far_will_have_gone_and_is_no_obstacle_nor_to_plans_who_is_near(
+    rolling: bool, distance: float, lethal: bool
+) -> None:
+    watched = Watched(rolling=rolling)
     for k in range(12):
         watched.see((distance, -0.5 + 0.06 * k))
     assert bool(watched.lethal_about(distance, 0.16)) is lethal
