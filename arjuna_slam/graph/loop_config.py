@@ -75,9 +75,12 @@ class LoopConfig:
 class Submap(Protocol):
     """What a loop is closed with: a run of keyframes and their field in the first one's frame."""
 
-    field: Field
     nodes: list[int]
     bend: NDArray[np.float64]
+
+    @property
+    def field(self) -> Field:
+        """What scans are matched against."""
 
     @property
     def anchor(self) -> int:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +13,11 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.field import Field
+from arjuna_slam.matching.packed_field import PackedField
 from arjuna_slam.matching.surface import Surface
 
 _NONE = np.zeros((3, 3))
+_GRIDS = 12  # finished submaps whose fields stay unpacked, some MB each: a scan asks for few
 _POST_DISTANCE = (
     4.0  # way after which keyframes hang on a nearer one: they share less with the last
 )
@@ -48,8 +52,10 @@ class SubmapConfig:
 class Submap:
     """A run of keyframes.
 
+    Args:
+        _field: The reference that scans are matched against, empty.
+
     Attributes:
-        field: The reference that scans are matched against, in the anchor's frame.
         T_previous_anchor: The anchor in the frame of the submap before, as matched.
         nodes: The keyframes in it; the first is the anchor.
         poses: Their poses in the anchor's frame, as they were added.
@@ -58,7 +64,7 @@ class Submap:
             on both sides of one are not as certain as a match against all of them.
     """
 
-    field: Field
+    _field: Field | Callable[[], Field]
     T_previous_anchor: SE2 = IDENTITY
     nodes: list[int] = dataclasses.field(default_factory=list)
     poses: list[SE2] = dataclasses.field(default_factory=list)
@@ -69,9 +75,23 @@ class Submap:
     _post_way: float = 0.0
 
     @property
+    def field(self) -> Field:
+        """The reference that scans are matched against, in the anchor's frame."""
+        return self._field if isinstance(self._field, Field) else self._field()
+
+    @property
     def anchor(self) -> int:
         """The node whose frame the field is in."""
         return self.nodes[0]
+
+    def finish(self, unpacked: Callable[[PackedField], Field]) -> None:
+        """Keep the field packed from now on.
+
+        Args:
+            unpacked: Returns it when it is asked for.
+        """
+        self.field.trim()
+        self._field = partial(unpacked, PackedField.of(self.field))
 
     def hang(self, T_anchor_base: SE2) -> tuple[int, SE2, NDArray[np.float64]]:
         """Return the keyframe that a new one hangs on: the two share most of what they see.
@@ -138,6 +158,7 @@ class LocalMap:
         self._config = config
         self.active: list[Submap] = []
         self.finished: list[Submap] = []
+        self._unpacked = lru_cache(_GRIDS)(PackedField.unpacked)
 
     @property
     def reference(self) -> Submap:
@@ -156,7 +177,7 @@ class LocalMap:
         T_anchor_map = poses[nodes[0]].inverse()
         for node in nodes:
             submap.insert(node, surfaces[node], T_anchor_map @ poses[node])
-        submap.field.trim()
+        submap.finish(self._unpacked)
         self.finished.append(submap)
 
     def insert(
@@ -182,7 +203,7 @@ class LocalMap:
         if len(self.active) < 2 or not self._full(self.reference, 1.0):
             return T_anchor_base
         self.finished.append(self.active.pop(0))
-        self.finished[-1].field.trim()
+        self.finished[-1].finish(self._unpacked)
         return self.reference.T_previous_anchor.inverse() @ T_anchor_base
 
     def _full(self, submap: Submap, share: float) -> bool:

@@ -24,3 +24,15 @@ def test_a_robot_that_drives_and_then_turns_stays_where_it_is() -> None:
         assert (world[local.reference.anchor] @ at).distance(world[-1]) < 1e-9
     assert most == 3
     assert all(submap.poses[0].distance(SE2()) < 1e-9 for submap in local.finished)
+
+
+def test_only_the_fields_that_were_asked_for_last_stay_grids() -> None:
+    local, at = LocalMap(SubmapConfig(submap_length=2.0)), SE2()
+    for node in range(60):
+        at = local.insert(node, SEEN, at @ SE2(0.9, 0.0, 0.0))
+    assert len(local.finished) > 15
+    first = local.finished[0].field
+    assert local.finished[0].field is first
+    assert all(len(submap.field.planes) > 1 for submap in local.finished)
+    assert local.finished[0].field is not first
+    assert np.array_equal(local.finished[0].field.score, first.score)
