@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.contradiction import gone_through
-from arjuna_slam.matching.correlative import Window, search
+from arjuna_slam.matching.correlative import Window, searching
 from arjuna_slam.matching.field import Field
 
 APART = 0.8  # another peak is one that lies so far from the best [m]
@@ -116,7 +116,8 @@ def rival(
     refused = [best]
     for middle, piece in pieces:
         while True:
-            found = search(field, points, middle, piece, _RIVAL * mean, (refused, APART))
+            beside = refused, APART
+            found = yield from searching(field, points, middle, piece, _RIVAL * mean, beside)
             yield
             if found is None:
                 break

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_slam.mapping.packed_field import PackedField
 from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.packed_field import PackedField
 from arjuna_slam.matching.surface import Surface
 
 _NONE = np.zeros((3, 3))

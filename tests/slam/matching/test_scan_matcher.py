@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Generator
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.mapping.submap import Submap
-from arjuna_slam.matching.correlative import Window, search
+from arjuna_slam.matching.correlative import Window, search, searching
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import extract
@@ -69,6 +70,21 @@ def test_branch_and_bound_finds_what_exhaustive_search_finds() -> None:
     assert deep is not None
     assert flat is not None
     assert deep[1] == pytest.approx(flat[1], abs=1e-12)
+
+
+def test_a_search_in_steps_finds_what_one_at_once_finds() -> None:
+    field = reference(scan_at(room(), CENTRE))
+    points = extract(scan_at(room(), CENTRE @ SE2(0.21, -0.13, 0.05)), 20.0).points
+    at_once = search(field, points, SE2(), Window(0.4, 0.1, 2), 0.0)
+    found: list[tuple[SE2, float] | None] = []
+
+    def in_steps() -> Generator[None, None, None]:
+        found.append(
+            (yield from searching(field, points, SE2(), Window(0.4, 0.1, 2), 0.0, work=20))
+        )
+
+    assert len(list(in_steps())) > 3
+    assert found == [at_once]
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.5, -0.5, 1.5, 2.2])

@@ -1,0 +1,245 @@
+"""Branch and bound over a grid of offsets at several angles: the kernels of the correlative search.
+
+Source: Hess et al., Real-time loop closure in 2D LIDAR SLAM, 2016, section V.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+# A field's score, and its pyramid with its levels
+Tables = tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.int64]]
+# Cells of the points at each angle, the angles' turns, bounds of the coarsest blocks, their order
+Task = tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]
+# Angle index (-1 for none), row, column and response
+Best = tuple[int, int, int, float]
+_RUN = 16  # points between two looks at whether a block can still win
+
+
+@njit(cache=True)
+def prepare(
+    tables: Tables,
+    points: NDArray[np.float64],
+    xy: NDArray[np.float64],
+    thetas: NDArray[np.float64],
+    half: int,
+    penalty: NDArray[np.float64],
+    least: float,
+) -> Task:
+    """Return what a search goes through: the coarsest blocks of offsets at all angles.
+
+    Args:
+        tables: Of the field.
+        points: In cells, `(N, 2) float64`.
+        xy: The middle of the window from the field's origin [cells].
+        thetas: The angles, `(T,) float64` [rad].
+        half: Half the window [cells].
+        penalty: Factors on the squares of distance [cells] and turn, and the least of both.
+        least: Response that counts.
+    """
+    cells = _offsets(points, xy, thetas)
+    turns = thetas - thetas[len(thetas) // 2]
+    tops = _roots(tables, cells, turns, half, penalty, least)
+    return cells, turns, tops, np.argsort(-tops)
+
+
+@njit(cache=True)
+def descend(
+    tables: Tables,
+    task: Task,
+    half: int,
+    penalty: NDArray[np.float64],
+    without: NDArray[np.int64],
+    best: Best,
+    first: int,
+    work: int,
+) -> tuple[int, Best]:
+    """Search coarsest blocks, the most promising first, until so many blocks were looked at.
+
+    Where offsets are left out, any block's good one outside counts as found there.
+
+    Args:
+        tables: Of the field.
+        task: From `prepare`.
+        half: Half the window [cells].
+        penalty: As in `prepare`.
+        without: First and last row and column of boxes of offsets left out, `(K, 4) int64`.
+        best: The best so far.
+        first: How many of the coarsest blocks are done.
+        work: Blocks to look at.
+
+    Returns:
+        How many of the coarsest blocks are done now, and the best so far.
+    """
+    cells, turns, tops, order = task
+    depth = len(tables[2]) - 1
+    size = 1 << depth
+    blocks = (2 * half) // size + 1
+    for place in range(first, len(order)):
+        t = order[place]
+        if tops[t] <= best[3]:
+            return len(order), best
+        if work <= 0:
+            return place, best
+        k, row, column = _root(t, blocks, size, half)
+        found, row, column, response, looked = _search_block(
+            tables, cells[k], (row, column, depth), tops[t], turns[k], penalty, without, best[3]
+        )
+        if found:
+            best = (k, row, column, response)
+        work -= looked
+    return len(order), best
+
+
+@njit(cache=True)
+def _bound(
+    tables: Tables,
+    h: int,
+    cells: NDArray[np.int32],
+    row: int,
+    column: int,
+    least: float,
+) -> float:
+    """Mean upper bound (0..1) over the points for the block of offsets at (row, column).
+
+    Points are no longer looked at once the bound cannot exceed `least`.
+    """
+    score, pyramid, levels = tables
+    start, height, width = levels[h]
+    total, most = 0, 255 * len(cells)
+    needed = least * most
+    for first in range(0, len(cells), _RUN):
+        last = min(first + _RUN, len(cells))
+        most -= 255 * (last - first)
+        if h == 0:
+            for i in range(first, last):
+                r, c = cells[i, 0] + row, cells[i, 1] + column
+                if r >= 0 and r < height and c >= 0 and c < width:
+                    total += score[r, c]
+        else:
+            for i in range(first, last):
+                r = ((cells[i, 0] + row) >> h) + 1
+                c = ((cells[i, 1] + column) >> h) + 1
+                if r >= 0 and r < height and c >= 0 and c < width:
+                    total += pyramid[start + r * width + c]
+        if total + most <= needed:
+            break
+    return float(total + most) / (255.0 * len(cells))
+
+
+@njit(cache=True)
+def _penalty(row: int, column: int, size: int, turn: float, p: NDArray[np.float64]) -> float:
+    """Greatest penalty factor in a block of offsets `size` cells wide."""
+    dr = 0 if row <= 0 <= row + size - 1 else min(abs(row), abs(row + size - 1))
+    dc = 0 if column <= 0 <= column + size - 1 else min(abs(column), abs(column + size - 1))
+    distance = max(1.0 - p[0] * (dr * dr + dc * dc), p[2])
+    return float(distance * max(1.0 - p[1] * turn * turn, p[3]))
+
+
+@njit(cache=True)
+def _excluded(row: int, column: int, size: int, without: NDArray[np.int64]) -> bool:
+    """Tell whether a whole block of offsets lies in a box of offsets left out, its rim in it."""
+    for box in without:
+        inside = row >= box[0] and row + size - 1 <= box[1]
+        if inside and column >= box[2] and column + size - 1 <= box[3]:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _offsets(
+    points: NDArray[np.float64], xy: NDArray[np.float64], thetas: NDArray[np.float64]
+) -> NDArray[np.int32]:
+    """Return the cell (row, column) of each point at each angle, `(T, N, 2) int32`."""
+    cells = np.empty((len(thetas), len(points), 2), np.int32)
+    for k in range(len(thetas)):
+        c, s = math.cos(thetas[k]), math.sin(thetas[k])
+        for i in range(len(points)):
+            cells[k, i, 0] = math.floor(xy[1] + s * points[i, 0] + c * points[i, 1])
+            cells[k, i, 1] = math.floor(xy[0] + c * points[i, 0] - s * points[i, 1])
+    return cells
+
+
+@njit(cache=True)
+def _search_block(
+    tables: Tables,
+    cells: NDArray[np.int32],
+    top_block: tuple[int, int, int],
+    bound: float,
+    turn: float,
+    penalty: NDArray[np.float64],
+    without: NDArray[np.int64],
+    best: float,
+) -> tuple[bool, int, int, float, int]:
+    """Search one block of offsets (row, column, level), depth first, the most promising first.
+
+    Returns:
+        Whether there is a better one, its row, column and response; blocks looked at.
+    """
+    looked = 0
+    found, best_row, best_column = False, 0, 0
+    depth = top_block[2]
+    stack = np.empty((4 * depth + 4, 3), np.int64)
+    bounds = np.empty(4 * depth + 4)
+    stack[0] = top_block
+    bounds[0] = bound
+    top = 1
+    while top > 0:
+        top -= 1
+        if bounds[top] <= best:
+            continue
+        row, column, h = stack[top]
+        if h == 0:
+            found, best_row, best_column, best = True, row, column, bounds[top]
+            continue
+        child, first = 1 << (h - 1), top
+        for q in range(4):
+            r, c = row + (q // 2) * child, column + (q % 2) * child
+            if _excluded(r, c, child, without):
+                continue
+            looked += 1
+            factor = _penalty(r, c, child, turn, penalty)
+            value = factor * _bound(tables, h - 1, cells, r, c, best / max(factor, 1e-9))
+            if value <= best:
+                continue
+            place = top
+            while place > first and bounds[place - 1] > value:
+                stack[place] = stack[place - 1]
+                bounds[place] = bounds[place - 1]
+                place -= 1
+            stack[place] = (r, c, h - 1)
+            bounds[place] = value
+            top += 1
+    return found, best_row, best_column, best, looked
+
+
+@njit(cache=True)
+def _root(t: int, blocks: int, size: int, half: int) -> tuple[int, int, int]:
+    """Return angle, row and column of a coarsest block."""
+    k, b = t // (blocks * blocks), t % (blocks * blocks)
+    return k, -half + (b // blocks) * size, -half + (b % blocks) * size
+
+
+@njit(cache=True)
+def _roots(
+    tables: Tables,
+    cells: NDArray[np.int32],
+    turns: NDArray[np.float64],
+    half: int,
+    penalty: NDArray[np.float64],
+    least: float,
+) -> NDArray[np.float64]:
+    """Return the bounds of the coarsest blocks, row by row at each angle."""
+    depth = len(tables[2]) - 1
+    size = 1 << depth
+    blocks = (2 * half) // size + 1
+    tops = np.empty(len(turns) * blocks * blocks)
+    for t in range(len(tops)):
+        k, row, column = _root(t, blocks, size, half)
+        factor = _penalty(row, column, size, turns[k], penalty)
+        tops[t] = factor * _bound(tables, depth, cells[k], row, column, least / max(factor, 1e-9))
+    return tops
