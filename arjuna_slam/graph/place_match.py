@@ -24,7 +24,7 @@ from arjuna_slam.graph.loop_config import LoopConfig, Submap
 from arjuna_slam.graph.rivals import APART, SeenField, Views, rival
 from arjuna_slam.graph.uncertainty import plausible
 from arjuna_slam.matching.contradiction import longest, seen_and_contradicted
-from arjuna_slam.matching.correlative import Window, search
+from arjuna_slam.matching.correlative import Window, searching
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
@@ -36,7 +36,8 @@ _COARSE = 0.45  # mean likelihood that a place must reach in the coarse search
 _FINE = Window(0.2, 0.02, 2)
 _BENT = np.diag([0.03**2, 0.03**2, 0.004**2])  # covariance of what a submap's own bend adds
 _UNKNOWN = 1e-4  # information left along a direction in which another place fits as well
-_ALONG = 0.95  # cosine from which on a rival counts as one along the walls
+_ALONG = 0.95  # cosine from which on a wall runs towards a rival
+_FEW = 0.1  # share of all walls up to which those that do so tell no direction
 _FACING = 0.3  # cosine from which on a wall faces a direction
 _DIRECTIONS = np.array(
     [(math.cos(k * math.pi / 6.0), math.sin(k * math.pi / 6.0)) for k in range(6)]
@@ -163,7 +164,7 @@ class PlaceMatcher:
             other = yield from rival(seen, some, best[0], pieces, against)
         information = invert(match.covariance + _BENT)
         if other is not None:
-            information = _along_unknown(information, other, match)
+            information = _along_unknown(information, other, match, surface)
         holds, area = _what_holds(past.field, surface, match), _area(query.field, past.field, found)
         sure = other is None and wall <= _WALL
         return Place(found, invert(information), sure, holds, area)
@@ -221,7 +222,7 @@ def _best(
     """Search a window piece by piece."""
     best, least = None, _COARSE
     for prior, piece in pieces:
-        found = search(coarse, points, prior, piece, least)
+        found = yield from searching(coarse, points, prior, piece, least)
         if found is not None:
             best, least = found, found[1]
         yield
@@ -263,16 +264,20 @@ def _squares(field: Field, other: Field, T_other_field: SE2) -> int:
 
 
 def _along_unknown(
-    information: NDArray[np.float64], rival: SE2, best: Match
+    information: NDArray[np.float64], rival: SE2, best: Match, surface: Surface
 ) -> NDArray[np.float64]:
     """Take out what is said along the direction in which another place fits as well.
 
-    Along walls it is theirs: where the rival lies is known to a cell, which is degrees over 0.8 m.
+    It is that of the walls that run there, for where the rival lies is known to a cell, which is
+    degrees over 0.8 m. What the match sees least does not tell it: doors hold as firmly as walls.
     """
     gap = rival.array()[:2] - best.T_field_base.array()[:2]
     gap /= np.linalg.norm(gap)
-    walls = _least_seen(best)
-    way = np.append(walls if abs(walls @ gap) > _ALONG else gap, 0.0)
+    normals = SE2(0.0, 0.0, best.T_field_base.theta).apply(surface.normals)
+    along = np.column_stack((-normals[:, 1], normals[:, 0]))
+    along = along[np.abs(along @ gap) > _ALONG]
+    walls = len(along) > _FEW * len(normals)
+    way = np.append(np.linalg.eigh(along.T @ along)[1][:, 1] if walls else gap, 0.0)
     pull = information @ way
     left: NDArray[np.float64] = information - np.outer(pull, pull) / (way @ pull)
     return left + _UNKNOWN * np.eye(3)

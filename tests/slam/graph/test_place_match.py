@@ -66,13 +66,19 @@ def find(
     window = Search(SE2(), np.diag([xy**2, xy**2, 0.01]) / 4.0, xy, 0.1)
     query, there = submap(walls, MOVED.inverse(), nodes), submap(past or walls, SE2(), nodes)
     work = matcher.find(query, there, window, [scan(walls, view) for view in VIEWS])
+    place = finished(work)
+    assert place is not None
+    return place
+
+
+def finished(work: Generator[None, None, Place | None]) -> Place | None:
+    """What comes of work that waits at least once."""
     found: list[Place | None] = []
 
-    def finished() -> Generator[None, None, None]:
+    def done() -> Generator[None, None, None]:
         found.append((yield from work))
 
-    assert list(finished())
-    assert found[0] is not None
+    assert list(done())
     return found[0]
 
 
@@ -113,3 +119,19 @@ def test_what_beams_speak_against_is_no_other_place(
     sides: tuple[Wall, ...] = ((0.0, 0.0, x, 0.0), (0.0, y, x, y))
     ends: tuple[Wall, ...] = ((0.0, 0.0, 0.0, y), (x, 0.0, x, y))
     assert find((*sides, *ends), xy=xy, nodes=nodes).sure is sure
+
+
+@pytest.mark.parametrize("frame", [SE2(), SE2(-5.0, 10.0, 0.4), SE2(30.0, 12.0, 0.7)])
+def test_what_another_place_leaves_open_is_the_way_along_the_walls(frame: SE2) -> None:
+    """Equal doors hold a corridor along it as firmly as its walls do across."""
+    sides: tuple[Wall, ...] = ((0.0, 0.0, 30.0, 0.0), (0.0, 2.0, 30.0, 2.0))
+    doors = tuple((float(x), 2.0, float(x), 2.4) for x in range(2, 30, 3))
+    there = submap((*sides, *doors), frame)
+    matcher = PlaceMatcher(SlamConfig(), ScanMatcher(SlamConfig()), 20.0)
+    window = Search(SE2(0.1, 0.05, 0.01), np.diag([6.0, 6.0, 0.01]), 5.0, 0.1)
+    place = finished(matcher.find(there, there, window, []))
+    assert place is not None
+    assert not place.sure
+    unknown = np.linalg.eigh(place.covariance[:2, :2])[1][:, 1]
+    along = np.array([math.cos(frame.theta), math.sin(frame.theta)])
+    assert abs(unknown @ along) > math.cos(math.radians(0.5))
