@@ -76,6 +76,7 @@ class Submap(Protocol):
     """What a loop is closed with: a run of keyframes and their field in the first one's frame."""
 
     nodes: list[int]
+    way: float
     bend: NDArray[np.float64]
 
     @property

@@ -25,6 +25,7 @@ from arjuna_slam.graph.uncertainty import chained, relative_covariances, spread
 from arjuna_slam.matching.scan_matcher import ScanMatcher, invert
 
 _OVERLAP = 3.0  # how near two submaps' ways must come [m]
+_LONGER = 1.5  # by which a submap's way may be longer in the graph
 _CANDIDATES_MAX = 8  # of a submap at a time
 _KNOWN = 0.3  # deviation below which submaps that a closure joins are not compared [m]
 _BENDS = 0.5  # correction from which on all is looked at anew [m]
@@ -98,7 +99,7 @@ class Places:
         covariances = relative_covariances(graph, submaps[query].anchor)
         gaps, joined = _gaps(graph, submaps[query].nodes), _joined(graph, submaps[query].nodes)
         found: list[tuple[float, _Task]] = []
-        for past in range(query - 1):
+        for past in self._within_reach(gaps, submaps[: max(query - 1, 0)]):
             task = _Task(query, past, covariances[submaps[past].anchor])
             known = spread(task.covariance)[0] < _KNOWN and joined[submaps[past].nodes].any()
             if known or (query, past) in self._closed:
@@ -109,6 +110,14 @@ class Places:
                 found.append((gap, task))
         found.sort(key=lambda entry: (entry[0], entry[1].past))
         self._tasks.extend(task for _, task in found[:_CANDIDATES_MAX])
+
+    def _within_reach(self, gaps: NDArray[np.float64], submaps: Sequence[Submap]) -> Sequence[int]:
+        """Return which submaps the widest window may reach, by their anchors alone."""
+        widest = _OVERLAP + 0.5 * self._config.loop_search_space_dimension
+        anchors = np.array([submap.anchor for submap in submaps], np.intp)
+        ways = np.array([submap.way for submap in submaps])
+        near: list[int] = np.flatnonzero(gaps[anchors] < widest + _LONGER * ways).tolist()
+        return near
 
     def _window(self, task: _Task, graph: PoseGraph, submaps: Sequence[Submap]) -> Search:
         c, (xy, theta) = self._config, spread(task.covariance)
