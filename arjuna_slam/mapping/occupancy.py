@@ -117,10 +117,21 @@ class Occupancy:
         margin = np.maximum(_MARGIN_CELLS, (_MARGIN_SHARE * shape).astype(np.int64))
         before = np.where(before > 0, before + margin, 0)
         after = np.where(after > 0, after + margin, 0)
+        self._passes = _grown(self._passes, before, after)
+        self._hits = _grown(self._hits, before, after)
         pad = ((before[0], after[0]), (before[1], after[1]))
-        self._passes, self._hits = np.pad(self._passes, pad), np.pad(self._hits, pad)
         self._data = np.pad(self._data, pad, constant_values=UNKNOWN)
         self._corner = self._corner - before
+
+
+def _grown(
+    counts: NDArray[np.int32], before: NDArray[np.int64], after: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """Return counts with zeros around; unlike those of `np.pad` they take no memory until used."""
+    grown = np.zeros(counts.shape + before + after, np.int32)
+    height, width = counts.shape
+    grown[before[0] : before[0] + height, before[1] : before[1] + width] = counts
+    return grown
 
 
 def _joined(box: NDArray[np.int64] | None, other: NDArray[np.int64]) -> NDArray[np.int64]:
