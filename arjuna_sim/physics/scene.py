@@ -45,6 +45,7 @@ class RobotInScene:
         ride_height: Height of its root above the ground when it stands [m].
         steady: Greatest acceleration at which it stands on all its feet and grips [m/s^2].
         faults: What keeps it from driving as others do.
+        sill: Up to which height it crosses sills, as its feet and friction allow [m].
         facts: What keeps it from crossing sills.
         servos: The wheels' motors.
     """
@@ -59,6 +60,7 @@ class RobotInScene:
     ride_height: float
     steady: float
     faults: tuple[str, ...]
+    sill: float
     facts: tuple[str, ...]
     servos: Servos
 
@@ -210,6 +212,7 @@ def _found(model: Any, name: str, robot: Robot, servos: Servos, standing: Standi
         standing.ride_height,
         standing.steady,
         standing.faults,
+        standing.sill,
         standing.facts,
         servos,
     )

@@ -17,9 +17,10 @@ from arjuna_sim.devices.driving.bases import base_of
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.model.geometry.shapes import corners
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import SOLO, Robot
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.world import World
+from arjuna_sim.physics.wheels.footing import SILL
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import ROBOT
 from tests.sim.generated import chassis, level, sill, slope
@@ -41,6 +42,7 @@ _KEYS = (
     "overspeed",
     "sill_m",
     "sill_stops",
+    "sill_bar_m",
 )
 
 
@@ -70,12 +72,15 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         `parked_mm`: farthest from where it stood in 60 s on level ground, `slope_mm`: on 10
         degrees, `drive_error` of 1 m by its share, `turn_error_deg` of 90 degrees, `overspeed`:
         peak over command, `sill_m`: the highest sill that it crossed, `sill_stops`: what of it met
-        the next one, `side_error` of 1 m to the left where wheels can; by the robots' names where
-        they are generated.
+        the next one, `sill_bar_m`: 0.3 wheel radii, or where that is less what its feet and its
+        friction allow (`lifting_sill`, `climbed_sill`), `side_error` of 1 m to the left where
+        wheels can; by the robots' names where they are generated.
     """
     step = arguments.timestep
     config = SimulatorConfig() if step is None else SimulatorConfig(physics_timestep=step)
-    print(f"{'mm parked':>10}{'on 10 deg':>10}{'drive':>8}{'turn':>8}{'over':>7}{'sill':>8}")
+    print(
+        f"{'mm parked':>10}{'on 10 deg':>10}{'drive':>8}{'turn':>8}{'over':>7}{'sill':>8}{'bar':>7}"
+    )
     if arguments.generated is not None:
         robots = _generated(arguments.generated)
         return {name: _measure(robot, config, name) for name, robot in robots.items()}
@@ -103,10 +108,10 @@ def _measure(robot: Robot, config: SimulatorConfig, name: str) -> dict[str, Any]
         max(over_straight, over_turn),
         *_sill(robot, config),
     )
-    parked, on_slope, drive, turn, over, height, stops = values
+    parked, on_slope, drive, turn, over, height, stops, bar = values
     print(
         f"{parked:10.3f}{on_slope:10.3f}{100 * drive:7.2f}%{turn:8.2f}{over:7.3f}"
-        f"{1e3 * height:5.0f} mm  {name}{stops and f' (stopped by {stops})'}",
+        f"{1e3 * height:5.0f} mm of{1e3 * bar:4.0f}  {name}{stops and f' (stopped by {stops})'}",
         flush=True,
     )
     return {**dict(zip(_KEYS, values, strict=True)), "side_error": _sideways(robot, config)}
@@ -171,17 +176,19 @@ def _follow(sim: Simulator, command: Velocity, seconds: float, speed: Any) -> fl
     return peak
 
 
-def _sill(robot: Robot, config: SimulatorConfig) -> tuple[float, str]:
-    """Return the highest sill that the robot crosses [m], and the links that the next one stops."""
+def _sill(robot: Robot, config: SimulatorConfig) -> tuple[float, str, float]:
+    """Return the highest sill that the robot crosses [m], what the next one stops, and the bar."""
     if not robot.drive.wheels:
-        return 0.0, ""
+        return 0.0, "", 0.0
     radius, highest = robot.drive.radius, 0.0
-    for height in (_SILLS * radius).tolist():
+    can = _simulator(robot, level(), config).stage.scene.robots[SOLO].sill
+    bar = min(SILL * radius, can)
+    for height in sorted({*(_SILLS * radius).tolist(), bar}):
         stops = _stops_at(robot, config, height)
         if stops is not None:
-            return highest, stops
+            return highest, stops, bar
         highest = height
-    return highest, ""
+    return highest, "", bar
 
 
 def _stops_at(robot: Robot, config: SimulatorConfig, height: float) -> str | None:

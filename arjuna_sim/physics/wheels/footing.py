@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,8 @@ _TINY = 1e-12
 LEAST = 0.5
 """Acceleration that any robot is asked for [m/s^2]."""
 _SPREAD = 1e-3  # of feet along the robot, from which they hold it upright [m]
-_SILL = 0.3  # that any robot is asked to cross, by its wheels' radius
+SILL = 0.3
+"""Height of a sill that any robot is asked to cross, by its wheels' radius."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,27 @@ def lifting_sill(feet: Feet, sag: float) -> float:
     return least
 
 
+def climbed_sill(feet: Feet, radius: float) -> float:
+    """Return the highest sill that one driven axle climbs by its friction alone [m].
+
+    A wheel leans on a sill's edge at an angle of cosine 1 - h / r to the vertical. Where nothing
+    else pushes or pulls, the edge's force is vertical, so that this angle is at most that of
+    friction: h = r (1 - 1 / sqrt(1 + mu^2)). What else rubs takes from it, momentum adds to it.
+
+    Args:
+        feet: Where it touches level ground.
+        radius: Of its wheels [m].
+
+    Returns:
+        The height; infinity where driven wheels of another axle push, or none is driven.
+    """
+    along = feet.places[feet.drives, 0]
+    if not len(along) or np.ptp(along) >= _SPREAD:
+        return np.inf
+    friction = float(feet.friction[feet.drives].min())
+    return radius * (1.0 - 1.0 / math.sqrt(1.0 + friction**2))
+
+
 def _standing(feet: Feet, weight: Weight) -> tuple[Feet, NDArray[np.float64]]:
     """Return the feet that carry something at rest, and what each carries, `(N,) float64` [N]."""
     x, y, _ = weight.middle.tolist()
@@ -134,16 +157,23 @@ def footing_notes(steady: float) -> tuple[str, ...]:
     return ("hardly drives: its wheels grip, or its motors pull, little more than the rest rubs",)
 
 
-def sill_notes(lifting: float, radius: float) -> tuple[str, ...]:
-    """Say of a robot that sills take the ground from its wheels.
+def sill_notes(lifting: float, climbed: float, radius: float) -> tuple[str, ...]:
+    """Say of a robot that it crosses low sills alone.
 
     Args:
         lifting: The sill from which its driven wheels hang in the air [m].
+        climbed: The highest that these climb by friction [m].
         radius: Of its wheels [m].
     """
-    if lifting >= _SILL * radius:
-        return ()
-    return (
-        "stands on rigid feet before and behind its driven wheels: a sill of more than"
-        f" {1e3 * max(lifting, 0.0):.2g} mm lifts those off, and is crossed by momentum alone",
-    )
+    notes = []
+    if lifting < SILL * radius:
+        notes.append(
+            "stands on rigid feet before and behind its driven wheels: a sill of more than"
+            f" {1e3 * max(lifting, 0.0):.2g} mm lifts those off, and is crossed by momentum alone"
+        )
+    if climbed < SILL * radius:
+        notes.append(
+            f"climbs sills of {1e3 * climbed:.2g} mm: one axle drives it, whose wheels' friction"
+            " holds on no higher edge"
+        )
+    return tuple(notes)

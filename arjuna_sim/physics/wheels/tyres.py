@@ -26,6 +26,7 @@ from arjuna_sim.model.wheels import center, radius_of, width_of
 from arjuna_sim.physics.wheels.footing import (
     Feet,
     Weight,
+    climbed_sill,
     footing_notes,
     lifting_sill,
     sill_notes,
@@ -57,6 +58,7 @@ class Standing:
         ride_height: Height of its root above the ground [m].
         steady: Greatest acceleration at which it stands on all its feet and grips [m/s^2].
         faults: What keeps it from driving as others do.
+        sill: Up to which height it crosses sills, as its feet and friction allow [m].
         facts: What keeps it from crossing sills.
         tyres: Its tyres' geoms, rising.
     """
@@ -64,6 +66,7 @@ class Standing:
     ride_height: float
     steady: float
     faults: tuple[str, ...]
+    sill: float
     facts: tuple[str, ...]
     tyres: tuple[int, ...]
 
@@ -132,12 +135,14 @@ def tune_tyres(model: Any, robot: Robot, sag: float) -> Standing:
     driven = _bodies(model, robot, robot.wheel_joints)
     feet = _feet(model, data, geoms, gaps, (driven, bodies - driven))
     weight = _weight(model, data, robot, ground)
-    steady = steady_acceleration(feet, weight)
+    steady, radius = steady_acceleration(feet, weight), robot.drive.radius
+    lifting, climbed = lifting_sill(feet, sag), climbed_sill(feet, radius)
     return Standing(
         -min(sunk, default=0.0),
         steady,
         footing_notes(steady),
-        sill_notes(lifting_sill(feet, sag), robot.drive.radius),
+        min(lifting, climbed),
+        sill_notes(lifting, climbed, radius),
         tuple(sorted(wheels)),
     )
 
