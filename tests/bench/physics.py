@@ -183,7 +183,7 @@ def _sill(robot: Robot, config: SimulatorConfig) -> tuple[float, str, float]:
     radius, highest = robot.drive.radius, 0.0
     can = _simulator(robot, level(), config).stage.scene.robots[SOLO].sill
     bar = min(SILL * radius, can)
-    for height in sorted({*(_SILLS * radius).tolist(), bar}):
+    for height in sorted({*(_SILLS * radius).tolist(), bar} - {0.0}):
         stops = _stops_at(robot, config, height)
         if stops is not None:
             return highest, stops, bar

@@ -141,7 +141,7 @@ def tune_tyres(model: Any, robot: Robot, sag: float) -> Standing:
         -min(sunk, default=0.0),
         steady,
         footing_notes(steady),
-        min(lifting, climbed),
+        max(0.0, min(lifting, climbed)),
         sill_notes(lifting, climbed, radius),
         tuple(sorted(wheels)),
     )
