@@ -87,8 +87,19 @@ def _flat_mapping(values: Mapping[str, Any], prefix: str = "") -> list[tuple[str
     return pairs
 
 
-def _build(cls: type[T], flat: dict[str, Any], prefix: str, where: str, problems: list[str]) -> T:
-    """Build a config; what is wrong goes to the problems, and its default takes its place."""
+def _build(
+    cls: type[T],
+    flat: dict[str, Any],
+    prefix: str,
+    where: str,
+    problems: list[str],
+    default: T | None = None,
+) -> T:
+    """Build a config; what is wrong goes to the problems, and its default takes its place.
+
+    A config within another has the defaults that the other gives it, which need not be its class's.
+    """
+    default = cls() if default is None else default
     hints = _hints(cls)
     arguments: dict[str, Any] = {}
     known: list[str] = []
@@ -97,28 +108,27 @@ def _build(cls: type[T], flat: dict[str, Any], prefix: str, where: str, problems
         name, hint = prefix + key_of(item), hints[item.name]
         if dataclasses.is_dataclass(hint):
             nested = {k: v for k, v in flat.items() if k.startswith(f"{name}.")}
-            arguments[item.name] = _build(hint, nested, f"{name}.", where, problems)  # type: ignore[arg-type]
+            own = getattr(default, item.name)
+            arguments[item.name] = _build(hint, nested, f"{name}.", where, problems, own)  # type: ignore[arg-type]
             known.extend(nested)
             continue
         known.append(name)
+        arguments[item.name] = getattr(default, item.name)
         if name in flat:
             try:
                 arguments[item.name] = check(name, flat[name], hint, info_of(item), where)
             except ConfigError as error:
                 problems.extend(error.problems)
     unknown = [name for name in flat if name not in known]
-    valid = flatten(cls(), prefix) if unknown else {}
+    valid = flatten(default, prefix) if unknown else {}
     problems += [f"{where}unknown parameter '{name}'; {nearest(name, valid)}" for name in unknown]
-    return _made(cls, {} if len(problems) > before else arguments, where, problems)
-
-
-def _made(cls: type[T], arguments: dict[str, Any], where: str, problems: list[str]) -> T:
-    """Make a dataclass that may find its values at odds with each other."""
+    if len(problems) > before:
+        return default
     try:
         return cls(**arguments)
-    except ConfigError as error:
+    except ConfigError as error:  # its values are at odds with each other
         problems += [f"{where}{problem}" for problem in error.problems]
-        return cls()
+        return default
 
 
 def check(name: str, value: Any, hint: Any, info: ParamInfo, where: str = "") -> Any:

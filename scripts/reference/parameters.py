@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
+from arjuna_core.plugins import canonical
 from bringup.parameters.composition import node_class
 from bringup.parameters.files import for_node, shipped_parameters
 from bringup.parameters.inputs import ALL_GROUPS
@@ -15,8 +17,8 @@ _INTRO = f"""# Parameters
 
 Every parameter of every node, with the value that [params/](../../params/README.md) give it;
 where the node's own default differs, it follows in brackets. The same as a file: `python -m
-bringup params dump [NODE ...]`. What a plug-in has stands below the plug-in's name;
-[plugins.md](../plugins.md) lists the classes that are not loaded here.
+bringup params dump [NODE ...]`. What a plug-in has stands below the plug-in's name; the classes
+that are not loaded follow at the end ([plugins.md](../plugins.md) says how to choose them).
 
 {NOTE}
 """
@@ -26,15 +28,33 @@ def page() -> str:
     """Return the page."""
     specs = {spec.name: spec for group in ALL_GROUPS for spec in group.nodes}
     lines = [_INTRO, *(line for spec in specs.values() for line in _node(spec))]
+    lines += ["## Plug-ins that are not loaded there\n", "With their own defaults.\n"]
+    lines += [line for spec in specs.values() for line in _not_loaded(spec)]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
 def _node(spec: NodeSpec) -> Iterator[str]:
-    cls = node_class(spec)
     yield f"## `{spec.name}`\n"
+    yield from _table(node_class(spec).Config, for_node(shipped_parameters(), spec.name))
+
+
+def _not_loaded(spec: NodeSpec) -> Iterator[str]:
+    config, values = node_class(spec).Config, for_node(shipped_parameters(), spec.name)
+    rows = list(described(config, values))
+    loaded = {canonical(str(row.value)) for row in rows}
+    for kind in dict.fromkeys(row.info.plugins for row in rows if row.info.plugins is not None):
+        for name in kind.types:
+            if name not in loaded:
+                yield f"### `{name}`\n\nA {kind.what} of `{spec.name}`.\n"
+                wraps = hasattr(kind.resolve(name), "config_for")
+                given = {"primary_controller": kind.default} if wraps else {}
+                yield from _table(kind.config_of(name, given), given)
+
+
+def _table(config: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
     yield "| parameter | value | valid | meaning |"
     yield "|---|---|---|---|"
-    for one in described(cls.Config, for_node(shipped_parameters(), spec.name)):
+    for one in described(config, values):
         value = code("" if one.value is None else scalar(one.value))
         own = "" if one.value == one.default else f" ({code(scalar(one.default))})"
         unit = f" [{one.info.unit}]" if one.info.unit else ""

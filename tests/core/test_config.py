@@ -36,6 +36,17 @@ def test_nothing_given_is_all_defaults() -> None:
     assert load(Robot, {}) == Robot()
 
 
+def test_a_config_within_another_keeps_the_defaults_that_it_is_given_there() -> None:
+    @dataclass(frozen=True)
+    class Cart:
+        rear: Lidar = Lidar(beams=90, kind="spinning")
+
+    assert load(Cart, {}) == Cart()
+    assert load(Cart, {"rear.kind": "planar"}) == Cart(Lidar(beams=90, kind="planar"))
+    with pytest.raises(ConfigError, match=r"'rear.beams' is 0; the least valid is 1"):
+        load(Cart, {"rear.beams": 0})
+
+
 @pytest.mark.parametrize(
     "values", [{"lidar": {"beams": 10}, "speed": 1.0}, {"lidar.beams": 10, "speed": 1.0}]
 )
