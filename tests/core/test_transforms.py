@@ -1,0 +1,142 @@
+"""A tree of frames over time: found along its branches, between its stamps, never beyond them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from arjuna_core.pose3 import Pose3
+from arjuna_core.se2 import SE2
+from arjuna_core.transforms import TransformBuffer, TransformError
+
+MAP_ODOM, ODOM_BASE, BASE_LIDAR = SE2(1.0, 2.0, 0.5), SE2(3.0, -1.0, 1.0), SE2(0.2, 0.1, -0.3)
+
+
+def robot(stamp: float = 1.0) -> TransformBuffer:
+    """Return a buffer with map, odom, base, lidar and, beside it, camera."""
+    buffer = TransformBuffer()
+    buffer.insert("map", "odom", stamp, MAP_ODOM)
+    buffer.insert("odom", "base", stamp, ODOM_BASE)
+    buffer.insert("base", "lidar", 0.0, BASE_LIDAR, static=True)
+    buffer.insert("base", "camera", 0.0, SE2(0.3, 0.0), static=True)
+    return buffer
+
+
+@pytest.mark.parametrize(
+    ("target", "source", "expected"),
+    [
+        ("map", "lidar", MAP_ODOM @ ODOM_BASE @ BASE_LIDAR),
+        ("lidar", "map", (MAP_ODOM @ ODOM_BASE @ BASE_LIDAR).inverse()),
+        ("lidar", "camera", BASE_LIDAR.inverse() @ SE2(0.3, 0.0)),
+        ("base", "base", SE2()),
+        ("odom", "base", ODOM_BASE),
+    ],
+)
+@pytest.mark.parametrize("stamp", [None, 1.0])
+def test_a_frame_is_found_in_another_along_the_branches(
+    target: str, source: str, expected: SE2, stamp: float | None
+) -> None:
+    np.testing.assert_allclose(robot().lookup(target, source, stamp).array(), expected.array())
+
+
+def test_between_two_stamps_it_interpolates_and_beyond_it_says_by_how_much() -> None:
+    buffer = robot()
+    buffer.insert("odom", "base", 2.0, SE2(4.0, -1.0, 1.0))
+    buffer.insert("odom", "base", 1.5, SE2(3.1, -1.0, 1.0))  # late: it takes its place
+    assert buffer.lookup("odom", "base", 1.75).x == pytest.approx(3.55)
+    assert buffer.lookup("odom", "base", 1.5).x == 3.1
+    assert buffer.lookup("odom", "base").x == 4.0
+    with pytest.raises(TransformError, match=r"its newest is at 2.000 s \(0.500 s off\)"):
+        buffer.lookup("odom", "base", 2.5)
+    with pytest.raises(TransformError, match=r"its oldest is at 1.000 s \(0.250 s off\)"):
+        buffer.lookup("odom", "base", 0.75)
+    assert buffer.try_lookup("odom", "base", 2.5) is None
+    assert buffer.latest_common("map", "base") == 1.0  # map -> odom has not come since
+    assert buffer.latest_common("lidar", "camera") == 0.0
+
+
+def test_a_stamp_that_comes_again_replaces_and_old_ones_go() -> None:
+    buffer = robot(0.0)
+    buffer.insert("odom", "base", 0.0, SE2(9.0))
+    assert buffer.lookup("odom", "base", 0.0) == SE2(9.0)
+    for second in range(1, 60):
+        buffer.insert("odom", "base", float(second), SE2(float(second)))
+    assert buffer.lookup("odom", "base", 0.5) == SE2(5.0)  # kept up to a minute
+    buffer.insert("odom", "base", 61.0, SE2(61.0))
+    assert buffer.lookup("odom", "base", 31.0) == SE2(31.0)
+    assert buffer.try_lookup("odom", "base", 30.5) is None
+
+
+@pytest.mark.parametrize(("back", "forgets"), [(0.9, False), (1.1, True)])
+def test_time_that_jumps_back_is_another_run(back: float, forgets: bool) -> None:
+    buffer = robot(100.0)
+    buffer.insert("odom", "base", 100.0 - back, SE2(7.0))
+    assert (buffer.try_lookup("map", "odom") is None) is forgets
+    assert (buffer.lookup("odom", "base") == SE2(7.0)) is forgets
+    assert buffer.lookup("base", "lidar").distance(BASE_LIDAR) < 1e-9
+
+
+def test_a_frame_with_another_parent_forgets_the_old_one() -> None:
+    buffer = robot()
+    buffer.insert("map", "base", 2.0, SE2(5.0))
+    assert buffer.lookup("map", "base") == SE2(5.0)
+    assert buffer.latest_common("odom", "base") == 1.0
+
+
+def test_frames_that_nothing_connects_are_told_with_those_there_are() -> None:
+    with pytest.raises(TransformError, match="'map' and 'moon'; known frames: base, camera, lidar"):
+        robot().lookup("map", "moon")
+    with pytest.raises(TransformError, match="known frames: none"):
+        TransformBuffer().lookup("map", "moon")
+    buffer = TransformBuffer()
+    buffer.insert("a", "b", 0.0, SE2())
+    buffer.insert("b", "a", 0.0, SE2())
+    with pytest.raises(TransformError, match="frames form a loop: b -> a -> b"):
+        buffer.lookup("b", "c")
+
+
+@pytest.mark.parametrize(
+    ("flips", "upside_down"), [((), False), (("lidar",), True), (("base", "lidar"), False)]
+)
+def test_two_turns_upside_down_are_upright(flips: tuple[str, ...], upside_down: bool) -> None:
+    buffer = TransformBuffer()
+    for parent, child in (("odom", "base"), ("base", "lidar")):
+        buffer.insert(parent, child, 1.0, SE2(), upside_down=child in flips)
+    assert buffer.upside_down("odom", "lidar") is upside_down
+    assert buffer.upside_down("lidar", "odom") is upside_down
+
+
+def test_a_mount_is_found_in_space() -> None:
+    buffer = robot()
+    tilted = Pose3.from_rpy((0.1, 0.0, 0.4), (0.0, 0.5, 0.0))
+    buffer.insert("lidar", "imu", 0.0, SE2(0.1), static=True, mount=tilted)
+    expected = Pose3.from_se2(BASE_LIDAR) @ tilted
+    for found, pose in (
+        (buffer.mount("base", "imu"), expected),
+        (buffer.mount("imu", "base"), expected.inverse()),
+    ):
+        np.testing.assert_allclose(found.position, pose.position, atol=1e-12)
+        np.testing.assert_allclose(found.rotation(), pose.rotation(), atol=1e-12)
+
+
+def test_the_base_is_what_moves_and_carries_something() -> None:
+    buffer = robot()
+    assert buffer.base_below("odom") == buffer.base_below("map") == "base"
+    assert buffer.base_below("base") is None
+    assert buffer.missing_base("base_frame", "base", "odom") == ""
+    buffer.insert("odom", "person", 1.0, SE2())
+    assert buffer.base_below("odom") == "base"
+    told = buffer.missing_base("base_frame", "base_footprint", "odom")
+    assert "base_frame is 'base_footprint', a frame that does not exist" in told
+    assert "set base_frame: base, or start it with --base-frame base" in told
+    empty = TransformBuffer().missing_base("base_frame", "base", "odom")
+    assert "nothing moves in 'odom' either" in empty
+
+
+def test_a_turn_is_interpolated_the_short_way() -> None:
+    buffer = TransformBuffer()
+    buffer.insert("odom", "base", 0.0, SE2(0.0, 0.0, 3.0))
+    buffer.insert("odom", "base", 1.0, SE2(0.0, 0.0, -3.0))
+    assert abs(buffer.lookup("odom", "base", 0.5).theta) == pytest.approx(math.pi)
