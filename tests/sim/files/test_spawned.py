@@ -15,6 +15,7 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.files.library import Fault, Library, ResourceError
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.spawned import read_entity
+from arjuna_sim.model.entities import Category
 from tests.sim.builders import EMPTY, ROOT, run, simulator
 
 BOX = """<sdf version="1.7"><model name="crate">{static}<link name="l">{inertial}
@@ -165,3 +166,20 @@ def test_endless_shapes_are_refused() -> None:
     links = f"<link name='l'><collision name='c'>{shape}</collision></link>" * 2001
     with pytest.raises(ResourceError, match="'m' has 2001 shapes; at most 2000"):
         read_entity("", f"<sdf><model name='m'>{links}</model></sdf>", _library(ROOT))
+
+
+@pytest.mark.parametrize(
+    ("uri", "category", "mass"),
+    [
+        ("box:0.4,0.6,1", Category.STATIC_OBJECT, 0.0),
+        ("box:0.4,0.6,1?mass=1", Category.OBJECT, 1.0),
+        ("sphere:0.2?mass=0", Category.STATIC_OBJECT, 0.0),
+        ("person", Category.HUMAN, 0.0),
+        ("person?mass=70", Category.HUMAN, 70.0),
+    ],
+)
+def test_what_weighs_can_be_pushed_and_is_no_fixture(
+    uri: str, category: Category, mass: float
+) -> None:
+    entity = read_entity(uri, "", _library(ROOT))
+    assert (entity.category, entity.mass, entity.spawned) == (category, mass, True)
