@@ -40,6 +40,7 @@ class DrivenRobot:
         robot: The robot as its file has it.
         spawn: Where it starts: where that was wanted, or nearest to it.
         is_imu_faster: Whether its IMU reads more often than once a tick.
+        told: What its wheels are told to drive, which a push does not change.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class DrivenRobot:
         self._placer = Placer(stage, name)
         self._base = base_of(robot, config.drive)
         self._drive = Drive(self._limits())
+        self.told = Velocity()
         self._cameras: dict[str, Camera] = {}
         self._spawn_notes: tuple[str, ...] = ()
         self.begin()
@@ -101,8 +103,8 @@ class DrivenRobot:
         elapsed, tick = self._stage.elapsed, self._config.tick
         if command is not None:
             self._drive.command(command, elapsed)
-        wanted = self._base.reachable(self._drive.velocity(elapsed, tick))
-        self._motion.turn_wheels(self._base.speeds(wanted), self._base.angles(wanted))
+        self.told = self._base.reachable(self._drive.velocity(elapsed, tick))
+        self._motion.turn_wheels(self._base.speeds(self.told), self._base.angles(self.told))
 
     def feel(self, now: float) -> None:
         """Read its IMU at a time [s] on the way, if it is due."""

@@ -64,6 +64,11 @@ class Simulator(Simulation):
         """Where the robot starts."""
         return self._one.spawn
 
+    @property
+    def told(self) -> Velocity:
+        """What the robot's wheels are told to drive now."""
+        return self._one.told
+
     def step(self, command: Velocity | None = None) -> Observation:
         """Advance one tick.
 

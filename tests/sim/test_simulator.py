@@ -113,6 +113,17 @@ def test_command_beyond_the_limits_is_clipped() -> None:
     assert run(simulator(), 2.0, Velocity(9.0, 0.0)).truth.v == pytest.approx(1.0, abs=0.02)
 
 
+def test_it_tells_what_its_wheels_are_told() -> None:
+    sim = simulator()
+    assert sim.told == Velocity()
+    sim.step(Velocity(9.0, 0.0))
+    assert 0.0 < sim.told.v < 0.5, "it ramps"
+    run(sim, 1.5, Velocity(9.0, 0.0))
+    assert sim.told == Velocity(1.0, 0.0)
+    run(sim, 1.5, Velocity())
+    assert sim.told == Velocity()
+
+
 def test_limits_of_the_drive_change_while_it_runs() -> None:
     sim = simulator()
     run(sim, 1.0, Velocity(1.0, 0.0))

@@ -13,7 +13,7 @@ from scipy.ndimage import distance_transform_edt, label
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
-from arjuna_core.twist import Velocity
+from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.costmap.costmap import LETHAL
 from arjuna_nav.planners.waves.descent import descend
 from arjuna_nav.planners.waves.potential import spread, traversal_costs
@@ -24,6 +24,7 @@ from bringup.parameters.files import Parameters
 from tests.helpers.nav.meetings import Meetings
 
 _PUSHED = 0.5  # after somebody has touched the robot, what it touches is their doing [s]
+_BRAKED = 0.2  # after being told to stand a robot does, and what turns its wheels is a push [s]
 _SAMPLES = 4  # of a line of sight, a cell
 
 
@@ -41,7 +42,7 @@ class Drive:
     def __init__(self, robot: LockStep) -> None:
         self._robot = robot
         self.length, self._contacts, self._pushed = 0.0, 0, 0
-        self._pushed_at = -math.inf
+        self._pushed_at, self._told_at = -math.inf, -math.inf
         self.touched: list[str] = []
         self._before, self._last = frozenset(robot.sim.last.contacts), robot.sim.last
         simulator = robot.sim.simulator
@@ -74,9 +75,12 @@ class Drive:
         self.touched += begun
         places = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
         people = np.array([(*place, PERSON[0]) for place in places]).reshape(-1, 3)
-        wheels = Velocity(before.odometry.v, before.odometry.w)  # its own, not what a push gives it
-        self._meetings.update(last.truth.pose, wheels, people)
         now, standing = self._robot.now, len([name for name in begun if name not in self._walkers])
+        told = self._robot.sim.simulator.told
+        self._told_at = now if told.v != 0.0 or told.w != 0.0 else self._told_at
+        moves = now - self._told_at <= _BRAKED
+        wheels = Velocity(before.odometry.v, before.odometry.w) if moves else STILL
+        self._meetings.update(last.truth.pose, wheels, people)
         self._pushed_at = now if self._meetings.touching else self._pushed_at
         if now - self._pushed_at <= _PUSHED:
             self._pushed += standing
