@@ -19,7 +19,6 @@ class _InTurn(Control):
     ENDS: ClassVar[Status]
     KEEPS_PLACE: ClassVar[bool] = False
     _index = 0
-    _skipped = 0
 
     def tick(self) -> Status:
         """Tick the children from where it was."""
@@ -30,20 +29,17 @@ class _InTurn(Control):
                 return status
             if status is self.ENDS:
                 return self._end(status, self._index if self.KEEPS_PLACE else 0)
-            self._skipped += status is Status.SKIPPED
             self._index += 1
-        all_skipped = self._skipped == len(self.children)
-        return self._end(Status.SKIPPED if all_skipped else self.GOES_ON, 0)
+        return self._end(self.GOES_ON, 0)
 
     def _end(self, status: Status, index: int) -> Status:
         self.reset_children()
-        self._index, self._skipped = index, 0
+        self._index = index
         return status
 
     def on_halt(self) -> None:
         """Begin with the first child next time, unless the place is kept."""
         self._index = self._index if self.KEEPS_PLACE else 0
-        self._skipped = 0
 
 
 class Sequence(_InTurn):
@@ -73,7 +69,6 @@ class _Reactive(Control):
     def tick(self) -> Status:
         """Tick from the first child to the one that decides."""
         self.set_status(Status.RUNNING)
-        skipped = 0
         for child in self.children:
             status = child.execute()
             if status is Status.RUNNING:
@@ -84,9 +79,8 @@ class _Reactive(Control):
             if status is self.ENDS:
                 self.reset_children()
                 return status
-            skipped += status is Status.SKIPPED
         self.reset_children()
-        return Status.SKIPPED if skipped == len(self.children) else self.GOES_ON
+        return self.GOES_ON
 
 
 class ReactiveSequence(_Reactive):
@@ -112,7 +106,7 @@ class Parallel(Control):
     def tick(self) -> Status:
         """Tick the children that have not ended."""
         self.set_status(Status.RUNNING)
-        ended = (Status.SUCCESS, Status.FAILURE, Status.SKIPPED)
+        ended = (Status.SUCCESS, Status.FAILURE)
         for child in self.children:
             if child.status not in ended:
                 child.execute()

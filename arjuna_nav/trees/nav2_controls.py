@@ -28,8 +28,7 @@ class PipelineSequence(Control):
             if status is Status.RUNNING and index >= self._last:
                 self._last = index
                 return status
-        skipped = all(child.status is Status.SKIPPED for child in self.children)
-        return self._end(Status.SKIPPED if skipped else Status.SUCCESS)
+        return self._end(Status.SUCCESS)
 
     def _end(self, status: Status) -> Status:
         self.reset_children()
@@ -85,8 +84,7 @@ class RoundRobin(Control):
     def tick(self) -> Status:
         """Tick the child whose turn it is, and those after it while they fail."""
         self.set_status(Status.RUNNING)
-        skipped = 0
-        while self._failed + skipped < len(self.children):
+        while self._failed < len(self.children):
             status = self.children[self._index].execute()
             if status is Status.RUNNING:
                 return status
@@ -95,11 +93,10 @@ class RoundRobin(Control):
                 self._failed = 0
                 self.reset_children()
                 return status
-            self._failed += status is Status.FAILURE
-            skipped += status is Status.SKIPPED
+            self._failed += 1
         self.reset_children()
         self.on_halt()
-        return Status.SKIPPED if skipped == len(self.children) else Status.FAILURE
+        return Status.FAILURE
 
     def on_halt(self) -> None:
         """Begin with the first child next time."""

@@ -23,7 +23,6 @@ class Status(enum.Enum):
     RUNNING = enum.auto()
     SUCCESS = enum.auto()
     FAILURE = enum.auto()
-    SKIPPED = enum.auto()
 
 
 @dataclass
@@ -180,7 +179,7 @@ class Decorator(TreeNode):
     def execute(self) -> Status:
         """Tick the node, keep its status, and make its child ready for the next time."""
         status = super().execute()
-        if self.child.status in (Status.SUCCESS, Status.FAILURE, Status.SKIPPED):
+        if self.child.status in (Status.SUCCESS, Status.FAILURE):
             self.child.reset()
         return status
 
