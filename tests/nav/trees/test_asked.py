@@ -1,0 +1,66 @@
+"""What a tree asks servers for where its file says nothing: Nav2's defaults."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from arjuna_nav.trees.exchange import Ask, TreeState
+from tests.helpers.nav.tree_play import Play
+
+
+def asked(xml: str) -> Ask:
+    """Return what the one node of a tree asks in its first tick."""
+    _, commands = Play(xml).tree.tick(TreeState(0.1))
+    (ask,) = [command for command in commands if isinstance(command, Ask)]
+    return ask
+
+
+@pytest.mark.parametrize(
+    ("node", "server", "fields"),
+    [
+        ("Spin", "spin", {"target_yaw": 1.57, "time_allowance": 10.0}),
+        ("Wait", "wait", {"time": 1.0}),
+        ("BackUp", "backup", {"target": 0.15, "speed": 0.025, "time_allowance": 10.0}),
+        (
+            "DriveOnHeading",
+            "drive_on_heading",
+            {"target": 0.15, "speed": 0.025, "time_allowance": 10.0},
+        ),
+        ("AssistedTeleop", "assisted_teleop", {"time_allowance": 10.0}),
+        (
+            "DockRobot",
+            "dock_robot",
+            {
+                "use_dock_id": True,
+                "max_staging_time": 1000.0,
+                "navigate_to_staging_pose": True,
+                "dock_id": "",
+                "dock_type": "",
+            },
+        ),
+    ],
+)
+def test_what_is_not_said_is_nav2s(node: str, server: str, fields: dict[str, Any]) -> None:
+    ask = asked(f"<{node}/>")
+    assert (ask.kind, ask.server) == (node, server)
+    assert dict(ask.fields) == fields
+
+
+@pytest.mark.parametrize(
+    ("xml", "field", "value"),
+    [
+        ('<Spin spin_dist="-0.5"/>', "target_yaw", -0.5),
+        ('<Wait wait_duration="3"/>', "time", 3.0),
+        ('<BackUp backup_dist="0.3"/>', "target", 0.3),
+        ('<DriveOnHeading speed="0.2"/>', "speed", 0.2),
+        ('<DockRobot use_dock_id="false"/>', "use_dock_id", False),
+    ],
+)
+def test_what_is_said_is_asked(xml: str, field: str, value: object) -> None:
+    assert asked(xml).fields[field] == value
+
+
+def test_a_server_may_have_another_name() -> None:
+    assert asked('<Spin server_name="turn"/>').server == "turn"
