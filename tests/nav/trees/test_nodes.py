@@ -280,3 +280,20 @@ def test_what_a_node_must_be_given_is_said(xml: str, entries: dict[str, object],
 )
 def test_braces_on_both_sides_name_an_entry(text: str, name: str | None) -> None:
     assert entry(text) == name
+
+
+@pytest.mark.parametrize(
+    ("name", "next_asked"),
+    [("Sequence", "Wait"), ("SequenceWithMemory", "Spin"), ("Fallback", "Wait")],
+)
+def test_what_is_stopped_on_the_way_begins_anew_unless_it_remembers(
+    name: str, next_asked: str
+) -> None:
+    play = Play(f'<Timeout msec="250"><{name}>{WAIT}{SPIN}</{name}></Timeout>')
+    play.tick()
+    play.tick(Wait=name != "Fallback")
+    assert set(play.open) == {"Spin"}
+    assert [play.tick() for _ in range(2)][-1] is FAILURE
+    assert play.open == {}
+    play.tick()
+    assert set(play.open) == {next_asked}
