@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.arrival_curve import ArrivalCurve
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
@@ -16,6 +17,7 @@ from arjuna_nav.costmap.footprint import Footprint
 
 _AHEAD = 0.35  # bearing up to which the goal is driven to without a turn before [rad]
 _STEERS = 0.05  # nearer than that the bearing says nothing [m]
+_LAST = 0.08  # of a curve, where only its heading is brought to its end [m]
 _CRAWL = 0.04  # what wheels still do evenly [m/s]
 _GAIN = 2.0  # of steering towards the goal [1/s]
 _PASSED = 0.005  # [m]
@@ -44,11 +46,26 @@ class ArrivalConfig:
     latency: float = param(
         0.12, "From a command to the motion that is measured.", unit="s", minimum=0.0
     )
+    curve_time: float = param(
+        4.5,
+        "Time before the goal, at the speed driven, from when on it is driven to on a curve that "
+        "ends at its heading; 0 for straight into it.",
+        unit="s",
+        minimum=0.0,
+    )
+    curve_angle: float = param(
+        0.8,
+        "Greatest turn on that curve; what is more is turned on the spot.",
+        unit="rad",
+        minimum=0.0,
+        maximum=math.pi,
+    )
     patience: float = param(2.0, "How long it may get no nearer.", unit="s", minimum=0.0)
 
 
 class _Stage(enum.Enum):
     AWAY = enum.auto()
+    CURVING = enum.auto()
     AIMING = enum.auto()
     DRIVING = enum.auto()
     TURNING = enum.auto()
@@ -56,7 +73,9 @@ class _Stage(enum.Enum):
 
 
 class Arrival:
-    """Takes over from any controller near the goal and drives into it: straight, then the heading.
+    """Takes over from any controller near the goal and drives into it, on a curve or straight.
+
+    What is left of the heading is turned on the spot.
 
     Where there is no room, or it gets no nearer, it lets go, and what was tolerated before counts.
 
@@ -70,11 +89,15 @@ class Arrival:
     def __init__(self, config: ArrivalConfig, footprint: Footprint) -> None:
         self._config = config
         self._footprint = footprint
+        self._curve = ArrivalCurve(
+            footprint, config.max_angular_velocity, config.curve_angle, config.latency
+        )
         self.reset()
 
     def reset(self) -> None:
         """Begin anew: the goal is another."""
         self._stage = _Stage.AWAY
+        self._curve.reset()
         self._best, self._best_at = math.inf, -math.inf
 
     def compute(
@@ -105,9 +128,16 @@ class Arrival:
         """
         if not self._config.enabled or self._stage is _Stage.OVER:
             return None
+        if heading and self._curves(pose, goal, left, speed, within):
+            curved = self._curved(pose, goal, velocity, costmap, speed)
+            if curved is not None:
+                if not self._stalls(pose.distance(goal), now):
+                    return curved
+                self._stage = _Stage.OVER
+                return None
         if self._stage is _Stage.AWAY and not self._begins(pose, goal, velocity, left, within):
             return None
-        error = self._advance(pose, goal, heading)
+        error = self._advance(pose, goal, velocity, heading)
         if error is None or self._stalls(error, now):
             self._stage = _Stage.OVER
             return None
@@ -115,6 +145,27 @@ class Arrival:
         if self._collides(pose, goal, command, costmap):
             self._stage = _Stage.OVER if within else _Stage.AWAY
             return None
+        return command
+
+    def _curves(self, pose: SE2, goal: SE2, left: float, speed: float, within: bool) -> bool:
+        """Tell whether to go on, or to begin, on a curve: the path's rest is straight and ahead."""
+        seen = pose.inverse() @ goal
+        distance, bearing = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
+        if self._stage is _Stage.CURVING:
+            return distance > _LAST
+        if within or self._stage is not _Stage.AWAY or distance > self._config.curve_time * speed:
+            return False
+        return abs(bearing) < _AHEAD and left < 1.05 * distance + 0.05
+
+    def _curved(
+        self, pose: SE2, goal: SE2, velocity: Velocity, costmap: Costmap, speed: float
+    ) -> Velocity | None:
+        """Return what drives along the curve; None, and let go, where there is no room for it."""
+        top = self._braked(pose.distance(goal), velocity, speed)
+        command = self._curve.compute(pose, goal, velocity, costmap, top)
+        self._stage = _Stage.AWAY if command is None else _Stage.CURVING
+        if command is None:
+            self._best = math.inf
         return command
 
     def _begins(self, pose: SE2, goal: SE2, velocity: Velocity, left: float, within: bool) -> bool:
@@ -125,7 +176,7 @@ class Arrival:
         ahead = abs(math.atan2(seen.y, seen.x)) < _AHEAD and left < 1.05 * distance + 0.05
         return (within or distance <= reach) and (within or ahead)
 
-    def _advance(self, pose: SE2, goal: SE2, heading: bool) -> float | None:
+    def _advance(self, pose: SE2, goal: SE2, velocity: Velocity, heading: bool) -> float | None:
         """Go on to the stage that is due; return what is left to do in it, None where nothing is.
 
         The rest of a turn is given in metres of a corner's way, so that one scale measures all.
@@ -135,6 +186,8 @@ class Arrival:
         sideways = abs(math.sin(bearing)) * distance
         if self._stage is _Stage.AWAY:
             self._stage = _Stage.AIMING
+        if self._stage is _Stage.CURVING:
+            self._stage = _Stage.DRIVING
         if self._stage is _Stage.AIMING and (
             abs(bearing) < _AHEAD or sideways < self._config.xy_precision
         ):
@@ -144,13 +197,15 @@ class Arrival:
         ):
             self._stage = _Stage.TURNING
             self._best = math.inf
-        off = abs(seen.theta) if heading else 0.0
         if self._stage is _Stage.TURNING:
-            return off * self._footprint.circumscribed_radius if self._turns(off) else None
+            due = heading and self._turns(wrap(seen.theta), velocity.w)
+            return abs(wrap(seen.theta)) * self._footprint.circumscribed_radius if due else None
         return distance + (abs(bearing) if self._stage is _Stage.AIMING else 0.0)
 
-    def _turns(self, off: float) -> bool:
-        return off > self._config.yaw_precision
+    def _turns(self, off: float, rate: float) -> bool:
+        """Tell whether the heading is still to be turned to, or will be turned away from."""
+        precision, at_rest = self._config.yaw_precision, off - rate * self._config.latency
+        return abs(off) > precision or abs(at_rest) > 2.0 * precision
 
     def _stalls(self, error: float, now: float) -> bool:
         """Tell whether it has got no nearer for too long."""
@@ -165,20 +220,28 @@ class Arrival:
             return Velocity(0.0, self._rate(seen.theta, velocity.w))
         if self._stage is _Stage.AIMING:
             return Velocity(0.0, self._rate(bearing, velocity.w))
-        way = max(abs(seen.x) - abs(velocity.v) * config.latency, 0.0)
-        v = min(speed, max(math.sqrt(2.0 * config.deceleration * way), _CRAWL))
+        v = self._braked(abs(seen.x), velocity, speed)
         if seen.x < 0.0:  # it has gone too far: straight back
             return Velocity(-min(v, _CRAWL), 0.0)
-        w = _GAIN * bearing * min(v / 0.2, 1.0) if distance > _STEERS else 0.0
+        if self._curve.active:
+            w = self._curve.last(pose, velocity, v)
+        else:
+            w = _GAIN * bearing * min(v / 0.2, 1.0) if distance > _STEERS else 0.0
         return Velocity(v, min(max(w, -config.max_angular_velocity), config.max_angular_velocity))
+
+    def _braked(self, distance: float, velocity: Velocity, speed: float) -> float:
+        """Return the speed from which the robot stops within a distance [m/s]."""
+        way = max(distance - abs(velocity.v) * self._config.latency, 0.0)
+        return min(speed, max(math.sqrt(2.0 * self._config.deceleration * way), _CRAWL))
 
     def _rate(self, angle: float, rate: float) -> float:
         """Return the yaw rate that turns by an angle and comes to rest there."""
         config = self._config
         rest = wrap(angle) - rate * config.latency
-        if rest * angle <= 0.0:  # what is under way will do
+        if rest * angle <= 0.0 or rest * rate < 0.0:  # what is under way will do, or is too much
             return 0.0
         fast = math.sqrt(2.0 * config.angular_deceleration * abs(rest))
+        fast = min(fast, abs(rest) / max(config.latency, 0.01))
         slow = max(config.min_angular_velocity, min(fast, config.max_angular_velocity))
         return math.copysign(slow, angle)
 

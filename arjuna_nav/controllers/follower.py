@@ -124,6 +124,9 @@ class PathFollower:
             config.progress_checker_plugins[0],
         )
         self._goal: GoalChecker = GOAL_CHECKERS.make(getattr(config, self.chosen.goal_checker))
+        across = SE2(0.0, 0.0, 0.5 * math.pi)
+        self._heading_matters = not self._goal.reached(across, SE2())
+        self._goal.reset()
         self._progress: ProgressChecker = PROGRESS_CHECKERS.make(
             getattr(config, self.chosen.progress_checker)
         )
@@ -266,8 +269,7 @@ class PathFollower:
         """Return what drives into the goal, None while the controller goes on or at the end."""
         end = self._end
         assert end is not None
-        turned = SE2(pose.x, pose.y, end.theta), SE2(pose.x, pose.y, end.theta + 0.5 * math.pi)
-        aligned, across = (self._goal.reached(one, end, velocity) for one in turned)
+        aligned = self._goal.reached(SE2(pose.x, pose.y, end.theta), end, velocity)
         return self._arrival.compute(
             pose,
             end,
@@ -277,7 +279,7 @@ class PathFollower:
             left=left,
             speed=min(self.desired_speed, self.speed_limit),
             within=aligned,
-            heading=not across,
+            heading=self._heading_matters,
         )
 
     def _bear(

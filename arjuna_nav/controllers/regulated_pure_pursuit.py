@@ -162,8 +162,7 @@ class RegulatedPurePursuit:
         carrot = pose.inverse() @ self._carrot(pose, lookahead)
         if self._must_turn(carrot):
             self.carrot = carrot
-            command = Velocity(0.0, self._turn(math.atan2(carrot.y, carrot.x)))
-            return self._checked(command, pose, costmap, math.inf)
+            return self._turn_on(math.atan2(carrot.y, carrot.x), pose, costmap)
         failed = result = self._along(carrot, pose, velocity, costmap)
         for share in _SHARES:
             if result.status is ControlStatus.SUCCEEDED:
@@ -173,6 +172,21 @@ class RegulatedPurePursuit:
         if result.status is ControlStatus.SUCCEEDED:
             return result
         return self._turn_instead(carrot, pose, costmap) or failed
+
+    def _turn_on(self, angle: float, pose: SE2, costmap: Costmap) -> ControlResult:
+        """Return a turn, on the spot or, as soon as that gets on, on a bend that has room."""
+        w = self._turn(angle)
+        cost = costmap.cost_at(pose.x, pose.y)
+        room = 0.0 if cost is None else float(costmap.clearances[cost])
+        speed = min(self._config.desired_linear_vel, self.speed_limit)
+        v = speed * max(math.cos(angle), 0.0)
+        if math.isfinite(room):  # a bend leads aside by its diameter
+            v = min(v, abs(w) * room / 2.0)
+        if v > 0.0:
+            result = self._checked(Velocity(v, w), pose, costmap, math.inf)
+            if result.status is ControlStatus.SUCCEEDED:
+                return result
+        return self._checked(Velocity(0.0, w), pose, costmap, math.inf)
 
     def _turn_instead(self, carrot: SE2, pose: SE2, costmap: Costmap) -> ControlResult | None:
         """Return a turn on the spot where no arc is free and the path leads aside."""

@@ -51,6 +51,35 @@ def test_it_drives_into_the_goal(delay: int, heading: float, start: float) -> No
     assert angle < 0.03
 
 
+@pytest.mark.parametrize("heading", [0.0, 0.5, -1.2, 2.4])
+def test_a_curve_into_the_goal_is_sooner_there_and_as_exact(heading: float) -> None:
+    times = []
+    for curve_time in (0.0, 4.5):
+        robot, goal = Unicycle(SE2(1.0, 2.0)), SE2(4.0, 2.0, heading)
+        drive(robot, goal, empty_grid(6.0, 4.0), **{"arrival.curve_time": curve_time})
+        distance, angle = off(robot, goal)
+        assert distance < 0.02
+        assert angle < 0.05
+        times.append(len(robot.trace) * robot.period)
+    straight, curved = times
+    assert curved <= straight + 0.05
+    assert heading == 0.0 or curved < straight - 0.3
+
+
+def test_beside_an_obstacle_it_drives_straight_into_the_goal() -> None:
+    grid, goal = empty_grid(6.0, 4.0), SE2(4.0, 2.0, 1.2)
+    swings = []
+    for blocked in (False, True):
+        if blocked:
+            block(grid, 2.2, 1.5, 1.6, 0.2)  # on the side to which the curve would swing
+        robot = Unicycle(SE2(1.0, 2.0))
+        drive(robot, goal, grid)
+        assert off(robot, goal)[0] < 0.02
+        swings.append(2.0 - min(pose.y for pose in robot.trace))
+    assert swings[0] > 0.06
+    assert swings[1] < 0.03
+
+
 @pytest.mark.parametrize("speed", [0.2, 0.5, 1.0, 2.0])
 def test_a_fast_robot_brakes_in_time(speed: float) -> None:
     robot = Unicycle(SE2(1.0, 2.0, 0.0))

@@ -56,6 +56,25 @@ def test_a_new_path_to_the_same_goal_does_not_undo_arrival(controller: Controlle
     assert (result.status, result.velocity.v) == (ControlStatus.SUCCEEDED, 0.0)
 
 
+@pytest.mark.parametrize("beside", [3.0, 0.34])
+@pytest.mark.parametrize("bearing", [1.3, 2.6])
+def test_a_turn_gets_on_as_soon_as_that_leads_nearer_and_has_room(
+    bearing: float, beside: float
+) -> None:
+    grid = empty_grid(8.0, 8.0)
+    for y in (4.0 - beside - 0.05, 4.0 + beside):
+        block(grid, 0.0, y, 8.0, 0.05)
+    controller, robot = pure_pursuit(), Unicycle(SE2(4.0, 4.0, -bearing))
+    controller.set_path(polyline([(4.0, 4.0), (6.0, 4.0)], 0.0))
+    commands = follow(controller, robot, costmap_of(grid), 10)
+    while abs(robot.pose.theta) > 0.8:
+        commands += follow(controller, robot, costmap_of(grid), 1)
+    fast = max(result.velocity.v for result in commands)
+    assert all(result.velocity.w > 0.0 for result in commands)
+    assert (bearing < 1.5) == (commands[0].velocity.v > 0.0)
+    assert fast > 0.15 if beside > 1.0 else fast < 0.05
+
+
 @pytest.mark.parametrize("turns", [True, False])
 def test_turns_on_the_spot_where_no_arc_is_free(turns: bool) -> None:
     config = RegulatedPurePursuitConfig(
