@@ -206,15 +206,24 @@ def _search_block(
             value = factor * _bound(tables, h - 1, cells, r, c, best / max(factor, 1e-9))
             if value <= best:
                 continue
-            place = top
-            while place > first and bounds[place - 1] > value:
-                stack[place] = stack[place - 1]
-                bounds[place] = bounds[place - 1]
-                place -= 1
+            place = _make_room(stack, bounds, first, top, value)
             stack[place] = (r, c, h - 1)
             bounds[place] = value
             top += 1
     return found, best_row, best_column, best, looked
+
+
+@njit(cache=True)
+def _make_room(
+    stack: NDArray[np.int64], bounds: NDArray[np.float64], first: int, top: int, value: float
+) -> int:
+    """Return where a bound belongs among those from `first` to `top`; greater ones move up."""
+    place = top
+    while place > first and bounds[place - 1] > value:
+        stack[place] = stack[place - 1]
+        bounds[place] = bounds[place - 1]
+        place -= 1
+    return place
 
 
 @njit(cache=True)

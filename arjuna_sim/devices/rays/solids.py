@@ -1,4 +1,8 @@
-"""Rays against planes, ellipsoids, cylinders and boxes, many rays from one place at once."""
+"""Rays against planes, ellipsoids, cylinders and boxes, many rays from one place at once.
+
+MuJoCo takes 58 us for 360 rays among the eight boxes of the shipped room, this 10: a solid is asked
+only about rays that meet the sphere around it nearer than what they have hit so far.
+"""
 
 from __future__ import annotations
 
@@ -39,9 +43,6 @@ def cast(
     ranges: NDArray[np.float64],
 ) -> None:
     """Find how far rays go, to the last bit as MuJoCo's `mj_multiRay` does.
-
-    That takes 58 us for 360 rays among the eight boxes of the shipped room, this 10, as a solid is
-    asked only about rays that meet the sphere around it nearer than what they have hit so far.
 
     Args:
         origin: Where all begin, `(3,) float64` [m].
