@@ -94,6 +94,10 @@ class Arrival:
         )
         self.reset()
 
+    @property
+    def _over(self) -> bool:
+        return self._stage is _Stage.OVER
+
     def reset(self) -> None:
         """Begin anew: the goal is another."""
         self._stage = _Stage.AWAY
@@ -126,15 +130,12 @@ class Arrival:
             within: Whether the goal's tolerance is met but for the heading.
             heading: Whether the heading matters.
         """
-        if not self._config.enabled or self._stage is _Stage.OVER:
+        if not self._config.enabled or self._over:
             return None
         if heading and self._curves(pose, goal, left, speed, within):
-            curved = self._curved(pose, goal, velocity, costmap, speed)
-            if curved is not None:
-                if not self._stalls(pose.distance(goal), now):
-                    return curved
-                self._stage = _Stage.OVER
-                return None
+            curved = self._curved(pose, goal, velocity, costmap, now, speed)
+            if curved is not None or self._over:
+                return curved
         if self._stage is _Stage.AWAY and not self._begins(pose, goal, velocity, left, within):
             return None
         error = self._advance(pose, goal, velocity, heading)
@@ -158,15 +159,18 @@ class Arrival:
         return abs(bearing) < _AHEAD and left < 1.05 * distance + 0.05
 
     def _curved(
-        self, pose: SE2, goal: SE2, velocity: Velocity, costmap: Costmap, speed: float
+        self, pose: SE2, goal: SE2, velocity: Velocity, costmap: Costmap, now: float, speed: float
     ) -> Velocity | None:
-        """Return what drives along the curve; None, and let go, where there is no room for it."""
-        top = self._braked(pose.distance(goal), velocity, speed)
+        """Return what drives along the curve; None, and let go, where it has no room or stalls."""
+        distance = pose.distance(goal)
+        top = self._braked(distance, velocity, speed)
         command = self._curve.compute(pose, goal, velocity, costmap, top)
-        self._stage = _Stage.AWAY if command is None else _Stage.CURVING
         if command is None:
-            self._best = math.inf
-        return command
+            self._stage, self._best = _Stage.AWAY, math.inf
+            return None
+        stalls = self._stalls(distance, now)
+        self._stage = _Stage.OVER if stalls else _Stage.CURVING
+        return None if stalls else command
 
     def _begins(self, pose: SE2, goal: SE2, velocity: Velocity, left: float, within: bool) -> bool:
         """Tell whether to take over: the path's rest is short, straight and ahead, or done with."""

@@ -36,3 +36,14 @@ def rollout(pose: SE2, velocity: Velocity, duration: float, spacing: float) -> N
     return np.column_stack(
         (pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle), theta)
     )
+
+
+def crossing(pose: SE2, before: SE2, after: SE2, distance: float) -> float:
+    """Return where a segment leaves the circle of a radius round the robot, as a ratio 0..1."""
+    dx, dy = after.x - before.x, after.y - before.y
+    fx, fy = before.x - pose.x, before.y - pose.y
+    a, b, c = dx * dx + dy * dy, fx * dx + fy * dy, fx * fx + fy * fy - distance * distance
+    if a == 0.0:
+        return 1.0
+    root = math.sqrt(max(b * b - a * c, 0.0))
+    return min(max((root - b) / a, 0.0), 1.0)

@@ -13,7 +13,7 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, checked_path
-from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.controllers.motion import crossing, rollout
 from arjuna_nav.controllers.turning import Turning
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
@@ -175,17 +175,14 @@ class RegulatedPurePursuit:
 
     def _turn_on(self, angle: float, pose: SE2, costmap: Costmap) -> ControlResult:
         """Return a turn, on the spot or, as soon as that gets on, on a bend that has room."""
-        w = self._turn(angle)
-        cost = costmap.cost_at(pose.x, pose.y)
+        w, cost = self._turn(angle), costmap.cost_at(pose.x, pose.y)
         room = 0.0 if cost is None else float(costmap.clearances[cost])
-        speed = min(self._config.desired_linear_vel, self.speed_limit)
-        v = speed * max(math.cos(angle), 0.0)
+        v = min(self.desired_speed, self.speed_limit) * max(math.cos(angle), 0.0)
         if math.isfinite(room):  # a bend leads aside by its diameter
             v = min(v, abs(w) * room / 2.0)
-        if v > 0.0:
-            result = self._checked(Velocity(v, w), pose, costmap, math.inf)
-            if result.status is ControlStatus.SUCCEEDED:
-                return result
+        result = self._checked(Velocity(v, w), pose, costmap, math.inf)
+        if v == 0.0 or result.status is ControlStatus.SUCCEEDED:
+            return result
         return self._checked(Velocity(0.0, w), pose, costmap, math.inf)
 
     def _turn_instead(self, carrot: SE2, pose: SE2, costmap: Costmap) -> ControlResult | None:
@@ -220,7 +217,7 @@ class RegulatedPurePursuit:
         if i == 0:
             return SE2.from_array(self.path[0])
         before, after = (SE2.from_array(entry) for entry in self.path[i - 1 : i + 1])
-        return before.interpolate(after, _crossing(pose, before, after, distance))
+        return before.interpolate(after, crossing(pose, before, after, distance))
 
     def _must_turn(self, carrot: SE2) -> bool:
         """Tell whether to turn on the spot; once begun, down to half the angle that begins it."""
@@ -300,14 +297,3 @@ class RegulatedPurePursuit:
                 return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
         self._last_w = command.w
         return ControlResult(ControlStatus.SUCCEEDED, command)
-
-
-def _crossing(pose: SE2, before: SE2, after: SE2, distance: float) -> float:
-    """Return where a segment leaves the circle of a radius round the robot, as a ratio 0..1."""
-    dx, dy = after.x - before.x, after.y - before.y
-    fx, fy = before.x - pose.x, before.y - pose.y
-    a, b, c = dx * dx + dy * dy, fx * dx + fy * dy, fx * fx + fy * fy - distance * distance
-    if a == 0.0:
-        return 1.0
-    root = math.sqrt(max(b * b - a * c, 0.0))
-    return min(max((root - b) / a, 0.0), 1.0)
