@@ -31,6 +31,24 @@ class ComputePathToPose(Asking):
         "start": "start",
         "planner_id": "planner_id",
     }
+    _goals: Any = None
+
+    def tick(self) -> Status:
+        """Ask anew where another goal has come: a path to the older one would pass for its own."""
+        asks = self._key is not None and not self._cancelled
+        if asks and self._goals != self._newest():
+            self.ask()
+            return Status.RUNNING
+        return super().tick()
+
+    def ask(self) -> None:
+        """Ask the server, and keep for which goals."""
+        self._goals = self._newest()
+        super().ask()
+
+    def _newest(self) -> Any:
+        board = self.running.root
+        return board.get("goal"), board.get("goals")
 
     def request(self) -> dict[str, Any]:
         """Plan from a start where one is given, else from where the robot is."""
