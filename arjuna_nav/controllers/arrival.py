@@ -151,12 +151,12 @@ class Arrival:
     def _curves(self, pose: SE2, goal: SE2, left: float, speed: float, within: bool) -> bool:
         """Tell whether to go on, or to begin, on a curve: the path's rest is straight and ahead."""
         seen = pose.inverse() @ goal
-        distance, bearing = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
+        distance = math.hypot(seen.x, seen.y)
         if self._stage is _Stage.CURVING:
             return distance > _LAST
         if within or self._stage is not _Stage.AWAY or distance > self._config.curve_time * speed:
             return False
-        return abs(bearing) < _AHEAD and left < 1.05 * distance + 0.05
+        return _is_straight_ahead(seen, left)
 
     def _curved(
         self, pose: SE2, goal: SE2, velocity: Velocity, costmap: Costmap, now: float, speed: float
@@ -177,8 +177,7 @@ class Arrival:
         seen, config = pose.inverse() @ goal, self._config
         distance = math.hypot(seen.x, seen.y)
         reach = max(config.distance, 1.2 * velocity.v**2 / (2.0 * config.deceleration))
-        ahead = abs(math.atan2(seen.y, seen.x)) < _AHEAD and left < 1.05 * distance + 0.05
-        return (within or distance <= reach) and (within or ahead)
+        return within or (distance <= reach and _is_straight_ahead(seen, left))
 
     def _advance(self, pose: SE2, goal: SE2, velocity: Velocity, heading: bool) -> float | None:
         """Go on to the stage that is due; return what is left to do in it, None where nothing is.
@@ -259,3 +258,9 @@ class Arrival:
             rest, motion = 1.0, Velocity(0.0, angle)
         arc = rollout(pose, motion, rest, costmap.frame.resolution)
         return first_collision(costmap, self._footprint, arc) is not None
+
+
+def _is_straight_ahead(seen: SE2, left: float) -> bool:
+    """Tell whether the robot, which sees the goal so, looks along the straight rest of its path."""
+    distance = math.hypot(seen.x, seen.y)
+    return abs(math.atan2(seen.y, seen.x)) < _AHEAD and left < 1.05 * distance + 0.05

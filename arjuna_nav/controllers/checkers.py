@@ -130,7 +130,19 @@ class PoseProgressChecker(SimpleProgressChecker):
         return super()._moved(before, pose) or abs(wrap(pose.theta - before.theta)) > self._angle
 
 
-PUSHED = 0.15  # beyond the tolerance: who is so far off has been pushed away, and is not there [m]
+_PUSHED = 0.15  # beyond the tolerance: who is so far off has been pushed away [m]
+
+
+def is_there(pose: SE2, goal: SE2, tolerance: float, was_there: bool) -> bool:
+    """Tell whether a robot is at a goal's place, or still, as long as nobody pushes it away.
+
+    Args:
+        pose: The robot's.
+        goal: In the same frame.
+        tolerance: How far off counts as there [m].
+        was_there: Whether it was there and is to be taken as there.
+    """
+    return pose.distance(goal) - tolerance <= (_PUSHED if was_there else 0.0)
 
 
 @dataclass(frozen=True)
@@ -165,11 +177,11 @@ class SimpleGoalChecker:
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
         """Tell whether the robot has arrived; both poses are of one frame."""
-        away = pose.distance(goal) - self._config.xy_goal_tolerance
-        if away > (PUSHED if self._position_reached else 0.0):
-            self._position_reached = False
+        config = self._config
+        there = is_there(pose, goal, config.xy_goal_tolerance, self._position_reached)
+        self._position_reached = there and config.stateful
+        if not there:
             return False
-        self._position_reached = self._config.stateful
         off = abs(wrap(goal.theta - pose.theta))
         if self._config.symmetric_yaw_tolerance:
             off = min(off, math.pi - off)

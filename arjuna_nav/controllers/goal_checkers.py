@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers.checkers import PUSHED, GoalConfig, SimpleGoalChecker
+from arjuna_nav.controllers.checkers import GoalConfig, SimpleGoalChecker, is_there
 
 
 @dataclass(frozen=True)
@@ -74,9 +74,6 @@ class PositionGoalChecker:
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
         """Tell whether the robot has arrived; both poses are of one frame."""
-        away = pose.distance(goal) - self.xy_tolerance
-        if away > (PUSHED if self._reached else 0.0):
-            self._reached = False
-            return False
-        self._reached = self._stateful
-        return True
+        there = is_there(pose, goal, self.xy_tolerance, self._reached)
+        self._reached = there and self._stateful
+        return there

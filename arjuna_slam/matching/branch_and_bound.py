@@ -180,8 +180,7 @@ def _search_block(
     Returns:
         Whether there is a better one, its row, column and response; blocks looked at.
     """
-    looked = 0
-    found, best_row, best_column = False, 0, 0
+    found, best_row, best_column, looked = False, 0, 0, 0
     depth = top_block[2]
     stack = np.empty((4 * depth + 4, 3), np.int64)
     bounds = np.empty(4 * depth + 4)

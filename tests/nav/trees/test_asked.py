@@ -1,12 +1,15 @@
-"""What a tree asks servers for where its file says nothing: Nav2's defaults."""
+"""What a tree asks servers for: Nav2's defaults where its file says nothing, and what is newest."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
-from arjuna_nav.trees.exchange import Ask, TreeState
+from arjuna_core.se2 import SE2
+from arjuna_nav.trees.exchange import Answer, Ask, TreeState
+from arjuna_nav.trees.node import Status
 from tests.helpers.nav.tree_play import Play
 
 
@@ -64,3 +67,17 @@ def test_what_is_said_is_asked(xml: str, field: str, value: object) -> None:
 
 def test_a_server_may_have_another_name() -> None:
     assert asked('<Spin server_name="turn"/>').server == "turn"
+
+
+def test_a_plan_to_a_goal_that_was_replaced_is_asked_for_anew() -> None:
+    path = np.zeros((2, 3))
+    play = Play('<ComputePathToPose goal="{goal}" path="{path}"/>', goal=SE2(1.0, 0.0))
+    play.tick()
+    older = play.open["ComputePathToPose"]
+    play.tree.blackboard.set("goal", SE2(2.0, 0.0))
+    found = Answer(True, values={"path": path})
+    assert play.tick(ComputePathToPose=found) is Status.RUNNING
+    assert play.get("path") is None
+    assert play.open["ComputePathToPose"] != older
+    assert play.tick(ComputePathToPose=found) is Status.SUCCESS
+    assert play.get("path") is path

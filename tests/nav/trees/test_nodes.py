@@ -105,19 +105,6 @@ def test_a_pipeline_ticks_the_earlier_ones_again_while_a_later_one_runs() -> Non
     assert play.tick(FollowPath=True) is SUCCESS
 
 
-def test_a_plan_to_a_goal_that_was_replaced_is_asked_for_anew() -> None:
-    play = Play('<ComputePathToPose goal="{goal}" path="{path}"/>', goal=SE2(1.0, 0.0))
-    play.tick()
-    older = play.open["ComputePathToPose"]
-    play.tree.blackboard.set("goal", SE2(2.0, 0.0))
-    found = Answer(True, values={"path": PATH})
-    assert play.tick(ComputePathToPose=found) is Status.RUNNING
-    assert play.get("path") is None
-    assert play.open["ComputePathToPose"] != older
-    assert play.tick(ComputePathToPose=found) is Status.SUCCESS
-    assert play.get("path") is PATH
-
-
 def test_recoveries_take_turns_and_are_counted() -> None:
     play = Play(
         f'<RecoveryNode number_of_retries="3">{NO}<RoundRobin>{SPIN}{WAIT}{BACK}</RoundRobin>'
