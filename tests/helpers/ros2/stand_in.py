@@ -6,7 +6,6 @@ import os
 import sys
 from typing import Any
 
-import rclpy
 from geometry_msgs.msg import PointStamped, TransformStamped, Twist
 from nav2_msgs.action import Wait
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -19,6 +18,7 @@ from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
+from arjuna_core.ros.context import new_context
 
 REJECTED = 7  # a goal of so many seconds is rejected
 
@@ -80,8 +80,7 @@ def _wait(handle: Any) -> Any:
 
 def main() -> None:
     """Run until the parent has gone."""
-    context = Context()
-    rclpy.init(context=context)
+    context = new_context()  # announces itself as a robot does
     executor = EventsExecutor(context=context)
     executor.add_node(StandIn(context))
     sys.stdout.write("ready\n")
