@@ -16,6 +16,8 @@ from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 
 PERSON = (0.25, 1.7)
 """Radius and height of the cylinder that stands for a person [m]."""
+_CLOTH = 0.3
+"""Friction of clothes on plastic, 0.2 to 0.4: legs slide along a robot and do not lift it."""
 _STEP = 1e-3  # over which a velocity is measured [s]
 
 
@@ -106,4 +108,4 @@ def person() -> tuple[Part, ...]:
     """Return the shape that stands for a person: an upright cylinder."""
     height = PERSON[1]
     middle = Pose3((0.0, 0.0, height / 2))
-    return (Part(Shape(Kind.CYLINDER, PERSON), middle, (0.3, 0.4, 0.8, 1.0)),)
+    return (Part(Shape(Kind.CYLINDER, PERSON), middle, (0.3, 0.4, 0.8, 1.0), _CLOTH),)
