@@ -21,6 +21,7 @@ _LAST = 0.08  # of a curve, where only its heading is brought to its end [m]
 _CRAWL = 0.04  # what wheels still do evenly [m/s]
 _GAIN = 2.0  # of steering towards the goal [1/s]
 _PASSED = 0.005  # [m]
+_DRIFTED = 1.5  # of the precision: farther off after the last turn it drives the rest
 
 
 @dataclass(frozen=True)
@@ -69,13 +70,15 @@ class _Stage(enum.Enum):
     AIMING = enum.auto()
     DRIVING = enum.auto()
     TURNING = enum.auto()
+    SETTLING = enum.auto()
     OVER = enum.auto()
 
 
 class Arrival:
     """Takes over from any controller near the goal and drives into it, on a curve or straight.
 
-    What is left of the heading is turned on the spot.
+    What is left of the heading is turned on the spot, and how far wheels that slip have then
+    carried the robot along it is driven back.
 
     Where there is no room, or it gets no nearer, it lets go, and what was tolerated before counts.
 
@@ -99,7 +102,7 @@ class Arrival:
         return self._stage is _Stage.OVER
 
     def reset(self) -> None:
-        """Begin anew: the goal is another."""
+        """Begin anew: the goal is another, or the way there."""
         self._stage = _Stage.AWAY
         self._curve.reset()
         self._best, self._best_at = math.inf, -math.inf
@@ -132,6 +135,8 @@ class Arrival:
         """
         if not self._config.enabled or self._over:
             return None
+        if not within and self._is_displaced(pose, goal):
+            self.reset()
         if heading and self._curves(pose, goal, left, speed, within):
             curved = self._curved(pose, goal, velocity, costmap, now, speed)
             if curved is not None or self._over:
@@ -144,9 +149,16 @@ class Arrival:
             return None
         command = self._command(pose, goal, velocity, speed)
         if self._collides(pose, goal, command, costmap):
-            self._stage = _Stage.OVER if within else _Stage.AWAY
+            self.reset()
+            if within:
+                self._stage = _Stage.OVER
             return None
         return command
+
+    def _is_displaced(self, pose: SE2, goal: SE2) -> bool:
+        """Tell whether the robot was carried away from where it turns or drives its last bit."""
+        at_goal = self._stage in (_Stage.AIMING, _Stage.TURNING, _Stage.SETTLING)
+        return at_goal and pose.distance(goal) > self._config.distance
 
     def _curves(self, pose: SE2, goal: SE2, left: float, speed: float, within: bool) -> bool:
         """Tell whether to go on, or to begin, on a curve: the path's rest is straight and ahead."""
@@ -166,7 +178,7 @@ class Arrival:
         top = self._braked(distance, velocity, speed)
         command = self._curve.compute(pose, goal, velocity, costmap, top)
         if command is None:
-            self._stage, self._best = _Stage.AWAY, math.inf
+            self.reset()
             return None
         stalls = self._stalls(distance, now)
         self._stage = _Stage.OVER if stalls else _Stage.CURVING
@@ -201,8 +213,13 @@ class Arrival:
             self._stage = _Stage.TURNING
             self._best = math.inf
         if self._stage is _Stage.TURNING:
-            due = heading and self._turns(wrap(seen.theta), velocity.w)
-            return abs(wrap(seen.theta)) * self._footprint.circumscribed_radius if due else None
+            if heading and self._turns(wrap(seen.theta), velocity.w):
+                return abs(wrap(seen.theta)) * self._footprint.circumscribed_radius
+            if not heading or abs(seen.x) <= _DRIFTED * self._config.xy_precision:
+                return None
+            self._stage, self._best = _Stage.SETTLING, math.inf
+        if self._stage is _Stage.SETTLING:
+            return abs(seen.x) if abs(seen.x) > _PASSED else None
         return distance + (abs(bearing) if self._stage is _Stage.AIMING else 0.0)
 
     def _turns(self, off: float, rate: float) -> bool:
@@ -226,7 +243,9 @@ class Arrival:
         v = self._braked(abs(seen.x), velocity, speed)
         if seen.x < 0.0:  # it has gone too far: straight back
             return Velocity(-min(v, _CRAWL), 0.0)
-        if self._curve.active:
+        if self._stage is _Stage.SETTLING:
+            w = 0.0
+        elif self._curve.active:
             w = self._curve.last(pose, velocity, v)
         else:
             w = _GAIN * bearing * min(v / 0.2, 1.0) if distance > _STEERS else 0.0

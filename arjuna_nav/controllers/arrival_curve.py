@@ -106,8 +106,9 @@ class ArrivalCurve:
             return False
         poses = np.column_stack((felt.apply(seen[:, :2]), felt.theta + seen[:, 2]))
         poses = np.vstack((pose.array(), poses))
-        costs = [costmap.cost_at(x, y) for x, y in poses[:, :2].tolist()]
-        known = [cost for cost in costs if cost is not None]
-        if len(known) < len(costs) or costmap.clearances[known].min() < _ROOM:
+        cells = costmap.frame.to_cells(poses[:, :2])
+        if not costmap.frame.inside(cells).all():
+            return False
+        if costmap.clearances[costmap.data[cells[:, 0], cells[:, 1]]].min() < _ROOM:
             return False
         return first_collision(costmap, self._footprint, poses) is None

@@ -13,6 +13,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.arrival import Arrival, ArrivalConfig
+from arjuna_nav.controllers.arrival_curve import ArrivalCurve
 from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
 from arjuna_nav.costmap.footprint import Footprint
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, polyline
@@ -140,3 +141,60 @@ def test_it_goes_no_faster_than_the_limit_and_never_far_past_the_goal() -> None:
     assert np.abs(np.diff(xs)).max() <= 0.5 * robot.period + 1e-9
     assert xs.max() < 4.02
     assert math.isclose(robot.velocity.v, 0.0, abs_tol=0.05)
+
+
+@pytest.mark.parametrize("heading", [2.9, -2.9])
+def test_what_turning_on_the_spot_moves_it_along_the_heading_is_driven_back(heading: float) -> None:
+    class Lopsided(Unicycle):
+        """Turns about a place ahead of its own."""
+
+        def drive(self, command: Velocity) -> None:
+            super().drive(command)
+            self.pose = self.pose @ SE2(0.0, -0.015 * self.velocity.w * self.period)
+
+    robot, goal = Lopsided(SE2(1.0, 2.0)), SE2(3.0, 2.0, heading)
+    drive(robot, goal, empty_grid(5.0, 4.0))
+    ahead = robot.pose.inverse() @ goal
+    assert abs(ahead.x) < 0.01
+    assert off(robot, goal)[1] < 0.03
+
+
+def test_pushed_far_away_in_its_last_turn_it_leaves_the_way_back_to_the_controller() -> None:
+    arrival, goal = Arrival(ArrivalConfig(), ROBOT), SE2(3.0, 2.0, 2.0)
+    costmap = costmap_of(empty_grid(5.0, 4.0))
+
+    def asked(pose: SE2, within: bool) -> Velocity | None:
+        left = pose.distance(goal)
+        told: dict[str, Any] = {"left": left, "speed": 0.5, "within": within, "heading": True}
+        return arrival.compute(pose, goal, Velocity(), costmap, 0.0, **told)
+
+    turning = asked(SE2(3.0, 2.0), within=True)
+    assert turning is not None
+    assert turning.w > 0.0
+    assert asked(SE2(1.0, 2.0, 1.5), within=False) is None
+    back = asked(SE2(2.8, 2.0), within=True)
+    assert back is not None
+    assert back.v > 0.0, "it drives into the goal anew"
+
+
+def test_its_patience_counts_from_when_the_way_is_free_again() -> None:
+    arrival, pose, goal = Arrival(ArrivalConfig(), ROBOT), SE2(2.6, 2.0), SE2(3.0, 2.0)
+    grid, blocked = empty_grid(5.0, 4.0), empty_grid(5.0, 4.0)
+    block(blocked, 3.15, 1.5, 0.2, 1.0)
+
+    def asked(grid: OccupancyGrid, now: float) -> Velocity | None:
+        told: dict[str, Any] = {"left": 0.4, "speed": 0.5, "within": False, "heading": False}
+        return arrival.compute(pose, goal, Velocity(), costmap_of(grid), now, **told)
+
+    assert asked(grid, 0.0) is not None
+    assert asked(blocked, 0.1) is None
+    assert asked(grid, 5.0) is not None
+
+
+def test_a_curve_that_leaves_the_map_is_not_driven() -> None:
+    curve = ArrivalCurve(ROBOT, 1.2, 0.8, 0.12)
+    for y, drives in ((2.0, True), (0.02, False)):
+        pose, goal = SE2(1.0, y), SE2(3.0, y, 0.8)  # it swings to the right
+        curve.reset()
+        got = curve.compute(pose, goal, Velocity(), costmap_of(empty_grid(5.0, 4.0)), 0.5)
+        assert (got is not None) == drives
