@@ -17,6 +17,7 @@ from arjuna_core.se2 import SE2
 _LENGTH, _WIDTH, _WALL = 10.0, 8.0, 0.1  # of the room [m]
 _PLANE, _TOP = 0.28, 0.35  # of Arjuna's lidar, and above the robot [m]
 _CELL = 0.05
+_TOUCH = 1e-6  # of a cell's edge, without which rounding decides for one side of every wall [m]
 _APART = 0.75  # between two pieces: the robot passes [m]
 _TRIES = 1000
 _MODEL = (
@@ -148,7 +149,7 @@ def _grid(boxes: list[Box]) -> OccupancyGrid:
     y: NDArray[Any] = origin.y + (np.arange(height) + 0.5) * _CELL
     data = np.full((height, width), FREE, np.int8)
     for box in boxes:
-        columns = np.abs(x - box.x) <= 0.5 * (box.dx + _CELL)
-        rows = np.abs(y - box.y) <= 0.5 * (box.dy + _CELL)
+        columns = np.abs(x - box.x) < 0.5 * (box.dx + _CELL) - _TOUCH
+        rows = np.abs(y - box.y) < 0.5 * (box.dy + _CELL) - _TOUCH
         data[np.ix_(rows, columns)] = OCCUPIED
     return OccupancyGrid(GridFrame(_CELL, width, height, origin), data)
