@@ -133,10 +133,10 @@ class Arrival:
             within: Whether the goal's tolerance is met but for the heading.
             heading: Whether the heading matters.
         """
-        if not self._config.enabled or self._over:
-            return None
         if not within and self._is_displaced(pose, goal):
             self.reset()
+        if not self._config.enabled or self._over:
+            return None
         if heading and self._curves(pose, goal, left, speed, within):
             curved = self._curved(pose, goal, velocity, costmap, now, speed)
             if curved is not None or self._over:
@@ -156,9 +156,9 @@ class Arrival:
         return command
 
     def _is_displaced(self, pose: SE2, goal: SE2) -> bool:
-        """Tell whether the robot was carried away from where it turns or drives its last bit."""
-        at_goal = self._stage in (_Stage.AIMING, _Stage.TURNING, _Stage.SETTLING)
-        return at_goal and pose.distance(goal) > self._config.distance
+        """Tell whether the robot was carried away from where its last stretch is all but over."""
+        ahead = self._stage in (_Stage.AWAY, _Stage.CURVING, _Stage.DRIVING)
+        return not ahead and pose.distance(goal) > self._config.distance
 
     def _curves(self, pose: SE2, goal: SE2, left: float, speed: float, within: bool) -> bool:
         """Tell whether to go on, or to begin, on a curve: the path's rest is straight and ahead."""

@@ -13,6 +13,7 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, checked_path
+from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.motion import crossing, rollout
 from arjuna_nav.controllers.turning import Turning
 from arjuna_nav.costmap.collision import first_collision
@@ -152,8 +153,8 @@ class RegulatedPurePursuit:
         search = self._config.max_robot_pose_search_dist
         self._index = paths.nearest(self._path, pose, self._index, search)
         goal = SE2.from_array(self._path[-1])
-        near = pose.distance(goal) <= self._xy_goal_tolerance
-        self._arrived = self._arrived or (near and paths.ends_here(self.path, pose))
+        near = is_there(pose, goal, self._xy_goal_tolerance, self._arrived)
+        self._arrived = near and (self._arrived or paths.ends_here(self.path, pose))
         if self._arrived:
             self.carrot = None
             command = Velocity(0.0, self._turn(wrap(goal.theta - pose.theta)))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
+from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.dwb.config import DwbConfig
 from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
@@ -69,8 +70,7 @@ class Dwb:
         if not len(self._path.ahead):
             return NO_PATH
         self._path.advance(pose)
-        near = pose.distance(self._path.goal) <= self._xy_goal_tolerance
-        self._arrived = self._arrived or near
+        self._arrived = is_there(pose, self._path.goal, self._xy_goal_tolerance, self._arrived)
         samples = self._samples(velocity)
         best = self._best(samples, pose, velocity, costmap)
         if best < 0:

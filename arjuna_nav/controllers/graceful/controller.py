@@ -13,6 +13,7 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
+from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.graceful.control_law import approach
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.controllers.tracked_path import TrackedPath
@@ -113,7 +114,7 @@ class Graceful:
             return NO_PATH
         self._path.advance(pose)
         goal = self._path.goal
-        self._arrived = self._arrived or pose.distance(goal) <= self._xy_goal_tolerance
+        self._arrived = is_there(pose, goal, self._xy_goal_tolerance, self._arrived)
         self.carrot = None
         if self._arrived:
             return self._turn(wrap(goal.theta - pose.theta), pose, costmap)

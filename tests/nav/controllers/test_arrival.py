@@ -177,6 +177,23 @@ def test_pushed_far_away_in_its_last_turn_it_leaves_the_way_back_to_the_controll
     assert back.v > 0.0, "it drives into the goal anew"
 
 
+def test_pushed_away_after_it_was_over_it_arrives_anew() -> None:
+    arrival, goal = Arrival(ArrivalConfig(), ROBOT), SE2(3.0, 2.0)
+    costmap = costmap_of(empty_grid(5.0, 4.0))
+
+    def asked(pose: SE2, within: bool, now: float) -> Velocity | None:
+        left = pose.distance(goal)
+        told: dict[str, Any] = {"left": left, "speed": 0.5, "within": within, "heading": True}
+        return arrival.compute(pose, goal, Velocity(), costmap, now, **told)
+
+    held = SE2(2.9, 2.0)  # somebody stands in its way
+    assert asked(held, True, 0.0) is not None
+    assert asked(held, True, 3.0) is None
+    assert asked(held, True, 3.1) is None, "what is tolerated was enough"
+    assert asked(SE2(1.0, 2.0, 1.5), False, 4.0) is None
+    assert asked(SE2(2.6, 2.0), False, 8.0) is not None
+
+
 def test_its_patience_counts_from_when_the_way_is_free_again() -> None:
     arrival, pose, goal = Arrival(ArrivalConfig(), ROBOT), SE2(2.6, 2.0), SE2(3.0, 2.0)
     grid, blocked = empty_grid(5.0, 4.0), empty_grid(5.0, 4.0)

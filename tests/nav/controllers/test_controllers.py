@@ -69,6 +69,18 @@ def test_follows_to_the_goal_and_stays(name: str, controller: Controller, shape:
     assert max(rest) < 0.02, "it does not come to rest"
 
 
+def test_pushed_away_from_the_goal_it_drives_back(controller: Controller) -> None:
+    costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(3.0, 3.0))
+    goal = SE2(4.0, 3.0)
+    controller.set_path(polyline([(3.0, 3.0), (4.0, 3.0)], 0.0))
+    follow(controller, robot, costmap, 120)
+    assert robot.pose.distance(goal) < XY_TOLERANCE
+    robot.pose, robot.velocity = SE2(2.5, 2.8), STILL
+    controller.set_path(polyline([(2.5, 2.8), (4.0, 3.0)], 0.0))  # as a navigator plans anew
+    follow(controller, robot, costmap, 200)
+    assert robot.pose.distance(goal) < XY_TOLERANCE
+
+
 @pytest.mark.parametrize("origin", ORIGINS)
 def test_follows_wherever_the_grid_lies(controller: Controller, origin: SE2) -> None:
     costmap = costmap_of(empty_grid(6.0, 6.0, origin))
