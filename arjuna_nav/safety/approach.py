@@ -200,9 +200,8 @@ def _turned_here(
     away: NDArray[np.float64], motions: NDArray[np.float64], speeds: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return how fast things may come, wherever they turn to; less only of what goes away."""
-    own = np.hypot(*motions.T)
-    nears = np.clip(2.0 * (own - (away * motions).sum(axis=1)), _TURNS * own, own)
-    return np.where(own > 0.0, nears, speeds)
+    nears: NDArray[np.float64] = 2.0 * (speeds - (away * motions).sum(axis=1))
+    return nears.clip(_TURNS * speeds, speeds)
 
 
 def _count(points: NDArray[np.float64], outline: Footprint) -> int:

@@ -17,6 +17,7 @@ _SPAN_MOVING = 0.5  # and then: who walks may turn [s]
 _SLOWEST, _FASTEST = 0.2, 3.0  # of what is taken for moving [m/s]
 _TRAVELLED = 0.15  # by both outer points before it is [m]
 _STANDS = 0.5  # after which what has moved is taken for standing [s]
+_PACE = 0.8  # that a speed is kept in mind: who turns about is slow only between [s]
 
 
 @njit(cache=True)
@@ -38,7 +39,8 @@ def go(
     Args:
         seen: The track's sightings `(KEPT, 7)`: time [s], its first point, its last [m], the beams.
         count: How many there have been.
-        going: Its last known velocity, and when `(3,)` [m/s, m/s, s]; changed in place.
+        going: Its last known velocity, and when; its greatest speed of late, and when; `(5,)`
+            [m/s, m/s, s, m/s, s]; changed in place.
         scans: The last scans.
         number: Which of them is the last.
     """
@@ -46,6 +48,9 @@ def go(
     vx, vy = _velocity(seen, count, moves, now)
     if (vx != 0.0 or vy != 0.0) and (moves or _is_sure(seen, count, scans, number)):
         going[0], going[1], going[2] = vx, vy, now
+        speed = math.hypot(vx, vy)
+        if speed >= going[3] or now - going[4] > _PACE:
+            going[3], going[4] = speed, now
     elif now - going[2] > _STANDS and _slopes(seen, count, now, SPAN)[0] >= _LOOKS:
         going[:2] = 0.0
 

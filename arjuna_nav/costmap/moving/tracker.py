@@ -33,6 +33,7 @@ class Moving:
         points: Where its beams end, in the fixed frame, `(N, 2)` [m]; and round what moves and
             is hidden.
         velocities: Of each, `(N, 2)` [m/s]; 0 for what stands or is not known to move.
+        paces: The greatest speed of late of what each is of, `(N,)` [m/s]; 0 as the velocity.
         come: Which are where nothing was just before, though their velocity is not known, `(N,)`.
         things: Of each thing that moves the middle, the velocity and the radius, `(K, 5)`
             [m, m, m/s, m/s, m].
@@ -41,6 +42,7 @@ class Moving:
 
     points: NDArray[np.float64]
     velocities: NDArray[np.float64]
+    paces: NDArray[np.float64]
     come: NDArray[np.bool_]
     things: NDArray[np.float64]
     stamp: float
@@ -48,14 +50,13 @@ class Moving:
     @property
     def speeds(self) -> NDArray[np.float64]:
         """How fast each point may come, whichever way it turns, `(N,)` [m/s]."""
-        speeds: NDArray[np.float64] = np.hypot(*self.velocities.T)
-        return np.where(self.come, _SUDDEN, speeds)
+        return np.where(self.come, _SUDDEN, self.paces)
 
     @staticmethod
     def nothing() -> Moving:
         """Return what is known before any scan."""
         none = np.zeros((0, 2))
-        return Moving(none, none, np.zeros(0, np.bool_), np.zeros((0, 5)), -math.inf)
+        return Moving(none, none, np.zeros(0), np.zeros(0, np.bool_), np.zeros((0, 5)), -math.inf)
 
 
 class Tracker:
@@ -79,7 +80,7 @@ class Tracker:
         self._reach = reach
         self._seen = np.zeros((_MOST, KEPT, 7))  # t, x, y of the first, x, y of the last, beams
         self._counts = np.zeros(_MOST, np.int64)  # sightings; 0 for a free place
-        self._going = np.zeros((_MOST, 3))  # last velocity known, and when
+        self._going = np.zeros((_MOST, 5))  # last velocity, and when; greatest speed, and when
         self._scans = Sightings.of(KEPT, 0, 0.0, 1.0)
 
     def reset(self) -> None:
@@ -103,19 +104,20 @@ class Tracker:
         points = T_fixed_sensor.apply(ends)
         round_it = abs(scan.angle_increment) * len(ranges) > 2.0 * math.pi - 0.05
         found = free_standing(points, ranges, round_it)
-        velocities = np.zeros_like(points)
+        motions = np.zeros((len(points), 3))  # velocity and greatest speed
         tracks = self._seen, self._counts, self._going
         layout = len(ranges), scan.angle_min, scan.angle_increment
         if not self._scans.fits(*layout):
             self._scans = Sightings.of(KEPT, *layout)
         number = self._scans.add(scan.stamp, T_fixed_sensor, ranges, points)
-        _follow(*tracks, self._scans, number, found, velocities)
-        things, is_hidden = _going_on(*tracks, self._scans, number, velocities)
-        come = has_come(self._scans, number, SPAN, self._reach) & ~velocities.any(axis=1)
+        _follow(*tracks, self._scans, number, found, motions)
+        things, is_hidden, paces = _going_on(*tracks, self._scans, number, motions)
+        come = has_come(self._scans, number, SPAN, self._reach) & ~motions.any(axis=1)
         hidden = things[is_hidden]
         return Moving(
             np.vstack((points[valid], _round(hidden))),
-            np.vstack((velocities[valid], np.repeat(hidden[:, 2:4], _RING, axis=0))),
+            np.vstack((motions[valid, :2], np.repeat(hidden[:, 2:4], _RING, axis=0))),
+            np.append(motions[valid, 2], np.repeat(paces[is_hidden], _RING)),
             np.append(come[valid], np.zeros(_RING * len(hidden), np.bool_)),
             things,
             scan.stamp,
@@ -130,9 +132,9 @@ def _follow(
     scans: Sightings,
     number: int,
     found: NDArray[np.int64],
-    velocities: NDArray[np.float64],
+    motions: NDArray[np.float64],
 ) -> None:
-    """Give each thing to the nearest track or a new one, and fill the velocities of its beams."""
+    """Give each thing to the nearest track or a new one, and fill the motions of its beams."""
     now, points = scans.stamps[number], scans.points[number]
     for track in range(_MOST):
         lost = _LOST_MOVING if going[track, :2].any() else _LOST
@@ -151,7 +153,9 @@ def _follow(
         row[0], row[1:3], row[3:5], row[5], row[6] = now, points[first], points[last], first, last
         counts[track] += 1
         go(seen[track], counts[track], going[track], scans, number)
-        velocities[first : last + 1] = going[track, :2]
+        if going[track, :2].any():
+            motions[first : last + 1, :2] = going[track, :2]
+            motions[first : last + 1, 2] = going[track, 3]
 
 
 @njit(cache=True)
@@ -161,14 +165,14 @@ def _going_on(
     going: NDArray[np.float64],
     scans: Sightings,
     number: int,
-    velocities: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return what moves and whether it is hidden, and fill the velocities of beams that yet hit it.
+    motions: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.float64]]:
+    """Return what moves, whether it is hidden, its pace; fill the motions of beams that yet hit it.
 
     A thing that this scan does not show free-standing has gone on as it went.
     """
     now, points = scans.stamps[number], scans.points[number]
-    things, hidden = np.empty((_MOST, 5)), np.zeros(_MOST, np.bool_)
+    things, hidden, paces = np.empty((_MOST, 5)), np.zeros(_MOST, np.bool_), np.empty(_MOST)
     count = 0
     for track in range(_MOST):
         if not counts[track] or not going[track, :2].any():
@@ -178,14 +182,14 @@ def _going_on(
         vx, vy = going[track, :2]
         x, y = 0.5 * (row[1] + row[3]) + vx * ahead, 0.5 * (row[2] + row[4]) + vy * ahead
         radius = 0.5 * math.hypot(row[3] - row[1], row[4] - row[2])
-        things[count] = x, y, vx, vy, radius
+        things[count], paces[count] = (x, y, vx, vy, radius), going[track, 3]
         hidden[count] = ahead > 0.0 and not is_free(scans, number, things[count, :2])
         count += 1
         for i in range(len(points) if ahead > 0.0 else 0):
-            stands = velocities[i, 0] == 0.0 and velocities[i, 1] == 0.0
+            stands = motions[i, 0] == 0.0 and motions[i, 1] == 0.0
             if stands and math.hypot(points[i, 0] - x, points[i, 1] - y) <= radius + _ABOUT:
-                velocities[i, 0], velocities[i, 1] = vx, vy
-    return things[:count], hidden[:count]
+                motions[i, 0], motions[i, 1], motions[i, 2] = vx, vy, going[track, 3]
+    return things[:count], hidden[:count], paces[:count]
 
 
 def _round(things: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -120,6 +120,21 @@ def test_who_turns_about_or_is_half_hidden_is_not_lost() -> None:
     assert min(flags[6:]) > 0.5
 
 
+def test_who_turns_about_may_come_as_fast_as_before() -> None:
+    tracker, rng = Tracker(REACH), np.random.default_rng(2)
+    slowest, least = math.inf, math.inf
+    for k in range(24):
+        x = 2.2 - 0.1 * min(k, 24 - k)
+        walls = np.vstack((ROOM, post(x, -0.9)))
+        moving = tracker.update(scan_of(walls, SE2(), rng, 0.01, 0.1 * k), SE2())
+        near = np.hypot(moving.points[:, 0] - x, moving.points[:, 1] + 0.9) < 0.3
+        if k >= 8:
+            slowest = min(slowest, np.hypot(*moving.velocities[near].T).min())
+            least = min(least, moving.speeds[near].min())
+    assert slowest < 0.5
+    assert least > 0.8
+
+
 def test_things_are_told_with_their_middle_velocity_and_size() -> None:
     moving = watch(lambda t: post(1.5, -0.8 + 0.8 * t), lambda t: SE2())
     assert moving.things.shape == (1, 5)

@@ -236,6 +236,17 @@ def test_it_can_be_at_rest_before_who_walks_past_turns_to_it(gap: float) -> None
     assert speed == pytest.approx(0.4) or speed > 0.4 * (gap - 0.2)
 
 
+def test_who_turns_about_is_reckoned_with_as_fast_as_before() -> None:
+    monitor, turning = CollisionMonitor(load(MonitorConfig, {})), Velocity(0.0, 1.0)
+    points, slow = cluster(0.0, 0.55), np.full((8, 2), (0.0, 0.1))
+    allowed = [
+        monitor.judge(turning, points, ROBOT, slow, np.full(8, speed)).velocity.w
+        for speed in (0.1, 1.2)
+    ]
+    assert allowed[0] == 1.0
+    assert allowed[1] < 0.5
+
+
 @pytest.mark.parametrize(("gap", "turns"), [(0.05, False), (0.3, False), (1.6, True)])
 def test_it_turns_in_place_no_faster_than_it_can_stop_beside_who_walks(
     gap: float, turns: bool
