@@ -149,11 +149,15 @@ class Arrival:
             return None
         command = self._command(pose, goal, velocity, speed)
         if self._collides(pose, goal, command, costmap):
-            self.reset()
-            if within:
-                self._stage = _Stage.OVER
+            self._let_go(within)
             return None
         return command
+
+    def _let_go(self, within: bool) -> None:
+        """Leave the rest to the controller, until the way is free or because it is tolerated."""
+        self.reset()
+        if within:
+            self._stage = _Stage.OVER
 
     def _is_displaced(self, pose: SE2, goal: SE2) -> bool:
         """Tell whether the robot was carried away from where its last stretch is all but over."""
