@@ -14,6 +14,7 @@ def main() -> int:
     """Run a command and return its exit code; what it needs is imported only then."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads only wait, on small matrices
     arguments = parse()
+    arguments.main = main  # for commands that run others in forks of this process
     try:
         from bringup.cli import run
 

@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from arjuna_core.files.atomic import write_atomically
@@ -30,6 +31,19 @@ _CLAIM = "campaign.json"
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
+@dataclass(frozen=True)
+class Forks:
+    """Runs in forks of this process, which need not import all that they stand on.
+
+    Attributes:
+        main: Does a run, its words in `sys.argv`, and returns its exit code.
+        warm_up: Imports here what runs need; it starts no thread, for a fork would not have it.
+    """
+
+    main: Callable[[], int]
+    warm_up: Callable[[], None]
+
+
 class _Started:
     """A run under way; what it prints goes into its folder.
 
@@ -38,16 +52,24 @@ class _Started:
         run: What is run.
         folder: Where its files go.
         program: What takes the run's words.
+        main: Does the same in a fork of this process; None to start the program.
     """
 
-    def __init__(self, campaign: Campaign, run: Run, folder: Path, program: Sequence[str]) -> None:
+    def __init__(
+        self,
+        campaign: Campaign,
+        run: Run,
+        folder: Path,
+        program: Sequence[str],
+        main: Callable[[], int] | None,
+    ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.run, self._folder, self._campaign = run, folder, campaign
         self._log = (folder / "log.txt").open("w", encoding="utf-8")
         self._last = ""
         self._start = time.monotonic()
         command = [*program, *run.words(campaign, folder)]
-        self._child = Child(ChildSpec(run.name, command), self._write)
+        self._child = Child(ChildSpec(run.name, command, run=main), self._write)
 
     def _write(self, line: str) -> None:
         self._log.write(f"{line}\n")
@@ -101,6 +123,7 @@ def run_all(
     ended: Callable[[Outcome], None],
     stop: threading.Event,
     program: Sequence[str] = _PROGRAM,
+    forks: Forks | None = None,
 ) -> list[Outcome]:
     """Run what has not been run yet.
 
@@ -112,6 +135,7 @@ def run_all(
         ended: Told of each run, those of earlier times first.
         stop: Set to break off; what goes on then is run again next time.
         program: What takes the words of a run.
+        forks: What does the same in forks of this process; None to start the program each time.
 
     Returns:
         The outcomes there are, in the order of the runs.
@@ -126,9 +150,12 @@ def run_all(
     for outcome in filter(None, found.values()):
         ended(outcome)
     waiting = [run for run in runs if found[run.name] is None]
+    if forks is not None and waiting:
+        forks.warm_up()
+    main = None if forks is None else forks.main
 
     def start(run: Run) -> _Started:
-        return _Started(campaign, run, folder / run.name, program)
+        return _Started(campaign, run, folder / run.name, program, main)
 
     for outcome in _outcomes(waiting, start, folder, jobs, stop):
         found[outcome.name] = outcome

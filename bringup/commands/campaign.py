@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from bringup.campaign.outcome import Outcome
     from bringup.campaign.plan import Campaign
 
@@ -46,13 +48,14 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.file is None or arguments.jobs < 1:
         raise ArjunaError("say which campaign to run, with at least one job; --help has both")
     campaign = load_campaign(arguments.file)
-    return _run(campaign, arguments.out or Path("out/campaigns") / campaign.name, arguments.jobs)
+    folder = arguments.out or Path("out/campaigns") / campaign.name
+    return _run(campaign, folder, arguments.jobs, vars(arguments).get("main"))
 
 
-def _run(campaign: Campaign, folder: Path, jobs: int) -> int:
+def _run(campaign: Campaign, folder: Path, jobs: int, main: Callable[[], int] | None) -> int:
     from bringup.campaign.plan import CampaignError, runs_of
     from bringup.campaign.report import PAGE, share_text, write_page, write_table
-    from bringup.campaign.runner import run_all, stopped_by_signals
+    from bringup.campaign.runner import Forks, run_all, stopped_by_signals
     from bringup.terminal import show
 
     runs, ended, stop = runs_of(campaign), 0, stopped_by_signals()
@@ -64,7 +67,8 @@ def _run(campaign: Campaign, folder: Path, jobs: int) -> int:
         show(f"{ended:5} of {len(runs)}  {outcome.name:40} {outcome.wall_s:7.1f} s  {verdict}")
 
     try:
-        outcomes = run_all(campaign, runs, folder.resolve(), jobs, tell, stop)
+        folder, forks = folder.resolve(), Forks(main, _warm_up) if main is not None else None
+        outcomes = run_all(campaign, runs, folder, jobs, tell, stop, forks=forks)
         if outcomes:
             write_table(folder, outcomes)
             write_page(folder, campaign, outcomes)
@@ -73,3 +77,18 @@ def _run(campaign: Campaign, folder: Path, jobs: int) -> int:
     _, share, interval = share_text(outcomes)
     show(f"{campaign.name}: {share} succeeded ({interval}, 95 %); see {folder / PAGE}")
     return 0 if len(outcomes) == len(runs) and all(one.success for one in outcomes) else 1
+
+
+def _warm_up() -> None:
+    """Import what most runs need: a robot, and its pictures."""
+    from bringup.parameters.composition import warm_up
+    from bringup.stack import (
+        EXPLORER_GROUP,
+        LOCALIZATION_GROUP,
+        NAVIGATION_GROUP,
+        SIM_GROUP,
+        SLAM_GROUP,
+    )
+
+    groups = SIM_GROUP, SLAM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP, EXPLORER_GROUP
+    warm_up(groups, also=("bringup.demo.measures", "bringup.viewing.pictures"))

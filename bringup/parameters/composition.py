@@ -31,14 +31,18 @@ def create_node(process: Any, spec: NodeSpec, parameters: Parameters) -> Any:
     return node_class(spec)(process, values, name=name, namespace=namespace)
 
 
-def warm_up(groups: Iterable[Group]) -> None:
+def warm_up(groups: Iterable[Group], also: Iterable[str] = ()) -> None:
     """Import and compile what groups of nodes stand on, for processes that are forked then.
 
     It starts no thread, as rclpy's own modules would. What is missing, a process misses itself.
+
+    Args:
+        groups: The groups.
+        also: Further modules, which import no rclpy.
     """
     import numba
 
-    for name in (*MESSAGES, *(core for group in groups for core in group.cores)):
+    for name in (*MESSAGES, *(core for group in groups for core in group.cores), *also):
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
     compiled: Any = numba.njit(_nothing)

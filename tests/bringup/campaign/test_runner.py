@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -48,6 +49,35 @@ def test_runs_are_judged_by_their_results(tmp_path: Path) -> None:
     assert outcomes[2].reason == "drive.touches 1, not at most 0"
     assert outcomes[3].reason == "exit code 1, no result; no such thing"
     assert (tmp_path / "3_3" / "log.txt").read_text(encoding="utf-8") == "no such thing\n"
+
+
+_FORKS = """
+import json, os, sys, threading
+from pathlib import Path
+from bringup.campaign.plan import Campaign, Level, runs_of
+from bringup.campaign.runner import Forks, run_all
+
+def main():
+    Path(sys.argv[1], "r.json").write_text(json.dumps({"parent": os.getppid()}))
+    return 0
+
+forks = Forks(main, lambda: print("warm", flush=True))
+factors = {"seed": tuple(Level(str(n), {"seed": n}) for n in range(2))}
+success = {"parent": os.getpid()}
+campaign = Campaign("made", ("{folder}",), "r.json", factors, success)
+program = sys.executable, "-m", "made"
+for _ in range(2):  # the second time nothing is left to run
+    stop, folder = threading.Event(), Path(sys.argv[1])
+    given = campaign, runs_of(campaign), folder, 2, lambda one: None, stop, program
+    found = run_all(*given, forks)
+    print([one.success for one in found], flush=True)
+"""
+
+
+def test_runs_are_forks_of_what_is_imported_once(tmp_path: Path) -> None:
+    words = [sys.executable, "-c", _FORKS, str(tmp_path)]  # what runs tests has threads
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.splitlines() == ["warm", "[True, True]", "[True, True]"]
 
 
 def test_a_run_that_hangs_is_ended(tmp_path: Path) -> None:
