@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
-from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Transform, TransformStamped
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Transform, TransformStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 
 _NANO = 1_000_000_000
 _REALS = {7: "f4", 8: "f8"}  # PointField.FLOAT32 and FLOAT64
+_CHECKS: bool = Time()._check_fields  # whether ROS_PYTHON_CHECK_FIELDS asks for checks of types
 
 
 def seconds(stamp: Any) -> float:
@@ -233,9 +234,36 @@ def grid_from_msg(message: OccupancyGridMsg) -> OccupancyGrid:
 
 
 def path_msg(poses: NDArray[np.float64], frame_id: str, now: float) -> Path:
-    """Return poses `(N, 3) float64` of `x, y, yaw` as a Path message."""
-    stamped = [pose_stamped(SE2.from_array(pose), frame_id, now) for pose in poses]
+    """Return poses `(N, 3) float64` of `x, y, yaw` as a Path message.
+
+    rclpy's constructors make each part twice, as a default and as it is given: a path of a hundred
+    poses takes a millisecond. Here each is made once, in a tenth of that.
+    """
+    whole = _whole(now)
+    stamped = [_placed(pose, frame_id, whole) for pose in np.asarray(poses, np.float64).tolist()]
     return Path(header=header(frame_id, now), poses=stamped)
+
+
+def _placed(pose: list[float], frame_id: str, whole: tuple[int, int]) -> PoseStamped:
+    """Return `x, y, yaw` in a frame at a time [s, ns] as a PoseStamped message."""
+    x, y, theta = pose
+    stamp, head, at = _blank(Time), _blank(Header), _blank(Point)
+    turn, placed, message = _blank(Quaternion), _blank(Pose), _blank(PoseStamped)
+    stamp._sec, stamp._nanosec = whole
+    head._stamp, head._frame_id = stamp, frame_id
+    at._x, at._y, at._z = x, y, 0.0
+    turn._x, turn._y = 0.0, 0.0
+    turn._z, turn._w = math.sin(theta / 2.0), math.cos(theta / 2.0)
+    placed._position, placed._orientation = at, turn
+    message._header, message._pose = head, placed
+    return message
+
+
+def _blank(kind: Any) -> Any:
+    """Return a message whose fields are still to be filled in, all of them."""
+    message = object.__new__(kind)
+    message._check_fields = _CHECKS
+    return message
 
 
 def poses_from_path(message: Path) -> NDArray[np.float64]:

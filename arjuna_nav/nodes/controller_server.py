@@ -119,7 +119,8 @@ class ControllerServerNode(GoalNode):
             self._end(FollowResult.failed(*refusal))
             return
         self._frame = goal.path.header.frame_id.lstrip("/")
-        self._plan_out.publish(goal.path)
+        if self._plan_out.get_subscription_count():
+            self._plan_out.publish(goal.path)
         self._take(poses_from_path(goal.path), self._chosen(goal), replaced)
 
     def _chosen(self, goal: Any) -> Chosen:
