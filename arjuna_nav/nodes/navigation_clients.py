@@ -24,6 +24,7 @@ from arjuna_core.ros.convert import duration_msg, path_msg, pose_stamped, poses_
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
+from arjuna_core.timing import Periodic
 from arjuna_nav.commands import (
     GLOBAL_COSTMAP,
     LOCAL_COSTMAP,
@@ -40,6 +41,7 @@ from arjuna_nav.commands import (
 )
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 
+_LOOK = 0.2  # [s] from one look for the servers to the next: 0.3 ms each, it searches the graph
 _ALLOWANCE = 10.0  # time_allowance of recoveries in Nav2's default tree [s]
 _UNKNOWN = {"follow": FollowPath.Result.UNKNOWN, "behavior": Spin.Result.UNKNOWN}
 _THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
@@ -83,6 +85,7 @@ class NavigationClients:
         self._clearing: dict[str, float] = {}
         self._outcomes: dict[str, Any] = {}
         self._waiting_for: dict[str, GoalClient] = {}
+        self._look = Periodic(_LOOK)
 
     def _select(self, kind: str, message: Any) -> None:
         self._chosen[kind] = message.data
@@ -219,9 +222,10 @@ class NavigationClients:
         for name in [n for n, since in self._clearing.items() if self._node.now - since > limit]:
             self._node.get_logger().warning(f"{name} was not cleared within {limit:g} s")
             self._on_cleared(name)
-        for key, client in list(self._waiting_for.items()):
-            if not client.ready:
-                self._lose(key, client)
+        if self._look.due(self._node.now):
+            for key, client in list(self._waiting_for.items()):
+                if not client.ready:
+                    self._lose(key, client)
 
     def _lose(self, key: str, client: GoalClient) -> None:
         del self._waiting_for[key]
