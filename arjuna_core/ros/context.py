@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -13,6 +14,11 @@ from arjuna_core.ros.ament import add_environment_to_ament_index
 
 _PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+_COLLECT = (10_000, 20, 20)
+"""How many new objects, and collections of those, are waited for before a collection of garbage.
+
+Python's own (700, 10, 10) looks through all of a stack's 300 000 objects every 20 s of a run, which
+holds its nodes up for 0.15 s each time; messages are freed without it."""
 _GENERATOR = "rosidl_generator_py.generate_py_impl"
 
 
@@ -20,12 +26,13 @@ def new_context(domain_id: int | None = None) -> Context:
     """Return an initialized context; what the environment says of the middleware comes first.
 
     Without it, the interfaces of this Python environment are found, discovery is on this machine
-    only, and Fast DDS has shared memory enough for pictures.
+    only, and Fast DDS has shared memory enough for pictures. Garbage is collected less often.
 
     Args:
         domain_id: The domain; the environment's if None.
     """
     add_environment_to_ament_index()
+    gc.set_threshold(*_COLLECT)
     # messages' package takes its generator along if it can: parsers, a quarter of a node's start
     sys.modules.setdefault(_GENERATOR, None)  # type: ignore[arg-type]
     os.environ.setdefault(_RANGE, "LOCALHOST")
