@@ -76,16 +76,17 @@ def _clear_ray(
     Source: nav2_voxel_grid's ray tracing, a step for each voxel of the longest axis.
     """
     height, width = data.shape
-    step = end - start
-    count = math.ceil(np.abs(step).max())
-    length = math.hypot(step[0], step[1])
+    x, y, z = start
+    dx, dy, dz = end[0] - x, end[1] - y, end[2] - z  # numbers, for an array is made at each step
+    count = math.ceil(max(abs(dx), abs(dy), abs(dz)))
+    length = math.hypot(dx, dy)
     last = math.floor(end[0]), math.floor(end[1]), math.floor(end[2])
     for k in range(count):
         share = k / count
         if share * length < reach[0] or share * length > reach[1]:
             continue
-        at = start + share * step
-        column, row, level = math.floor(at[0]), math.floor(at[1]), math.floor(at[2])
+        column, row = math.floor(x + share * dx), math.floor(y + share * dy)
+        level = math.floor(z + share * dz)
         if (column, row, level) == last:
             return
         if 0 <= row < height and 0 <= column < width and 0 <= level < levels:
