@@ -130,6 +130,7 @@ class Process:
             beside.executor if beside else EventsExecutor(context=self.context)
         )
         self.nodes: list[ClockedNode] = []
+        self._clocks: list[Any] = []
         self.executor.add_node(self.node)
         self._diagnostics = Diagnostics(self.node, self.guard)
         self.transforms = TransformBuffer()
@@ -142,6 +143,7 @@ class Process:
     def add(self, node: ClockedNode) -> None:
         """Take a node into the executor and under the clock."""
         self.nodes.append(node)
+        self._clocks.append(node.get_clock().handle)
         self.executor.add_node(node)
 
     def find(self, name: str) -> Any:
@@ -179,8 +181,8 @@ class Process:
         if jumped_back:
             self.transforms.clear()
         if override is not None:
-            for node in self.nodes:
-                node.get_clock().set_ros_time_override(override)
+            for clock in self._clocks:  # as rclpy's Clock does, which takes five times as long
+                clock.set_ros_time_override(override._time_handle)
         if jumped_back:
             for node in self.nodes:
                 self.guard.call(node, "a clock set back", node.on_time_jump)

@@ -6,7 +6,7 @@ import array
 import math
 from typing import Any
 
-from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from simulation_interfaces.msg import Bounds, EntityState
@@ -70,23 +70,36 @@ def odometry_msg(
     return message
 
 
-def truth_msg(truth: Truth, child: str, now: float) -> Odometry:
-    """Return the true pose and motion at a time [s] as an Odometry message, without errors."""
-    message = Odometry(header=header(WORLD, now), child_frame_id=child)
-    state = entity_state(truth, now)
-    message.pose.pose, message.twist.twist = state.pose, state.twist
+def truth_msg(truth: Truth, child: str, now: float, into: Odometry | None = None) -> Odometry:
+    """Return the true pose and motion at a time [s] as an Odometry message, without errors.
+
+    Args:
+        truth: Where the robot is and how it moves.
+        child: Its frame.
+        now: [s].
+        into: One that an earlier call returned, to be used again.
+    """
+    message = into or Odometry()
+    set_header(message.header, WORLD, now)
+    message.child_frame_id = child
+    _set_truth(message.pose.pose, message.twist.twist, truth)
     return message
 
 
 def entity_state(truth: Truth, now: float) -> EntityState:
     """Return the robot's true pose and motion at a time [s] as an EntityState message."""
-    pose = Pose3.from_rpy(
-        (truth.pose.x, truth.pose.y, truth.z), (truth.roll, truth.pitch, truth.pose.theta)
-    )
-    message = EntityState(header=header(WORLD, now), pose=pose3_msg(pose))
-    message.twist.linear.x, message.twist.angular.z = truth.v, truth.w
-    message.twist.linear.y = truth.side
+    message = EntityState(header=header(WORLD, now))
+    _set_truth(message.pose, message.twist, truth)
     return message
+
+
+def _set_truth(pose: Pose, twist: Twist, truth: Truth) -> None:
+    at, turn = pose.position, pose.orientation
+    at.x, at.y, at.z = truth.pose.x, truth.pose.y, truth.z
+    turn.w, turn.x, turn.y, turn.z = Pose3.from_rpy(
+        (at.x, at.y, at.z), (truth.roll, truth.pitch, truth.pose.theta)
+    ).quaternion
+    twist.linear.x, twist.linear.y, twist.angular.z = truth.v, truth.side, truth.w
 
 
 def motion_msg(motion: EntityMotion, now: float) -> EntityState:

@@ -131,6 +131,7 @@ class RobotTopics:
         self._odom_due = _slower(self.drive.rate, config.tick)
         # what comes each tick is filled anew: making an Odometry costs five times as much
         self._odom: Odometry | None = None
+        self._true: Odometry | None = None
         self._joints: JointState | None = None
         self._imu: Imu | None = None
         self._moved = TFMessage()
@@ -150,7 +151,8 @@ class RobotTopics:
             self._joints_out.publish(self._joints)
         self._publish_sensors(observation)
         if self._truth and self._truth_out.get_subscription_count() > 0:
-            self._truth_out.publish(truth_msg(observation.truth, self._base, now))
+            self._true = truth_msg(observation.truth, self._base, now, self._true)
+            self._truth_out.publish(self._true)
 
     def _publish_odometry(self, observation: Observation) -> None:
         drive, now = self.drive, observation.time

@@ -69,12 +69,13 @@ def _message(cls: type[Any], start: int, places: _Places) -> _Make:
         (_slot(cls, name), _field(kind, start + getattr(layout, name).offset, places))
         for name, kind in fields_of(cls)
     ]
-    fields.append((_slot(cls, "check_fields"), lambda values: checked))
+    put_checked = _slot(cls, "check_fields")
 
     def make(values: _Values) -> Any:
         message = new(cls)
         for put, part in fields:
             put(message, part(values))
+        put_checked(message, checked)
         return message
 
     return make
