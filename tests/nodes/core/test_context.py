@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -59,3 +60,10 @@ def test_an_isolated_process_holds_no_port_of_the_domain(monkeypatch: pytest.Mon
         assert os.environ["ROS_DOMAIN_ID"] == "99"
     finally:
         process.close()
+
+
+def test_a_collection_of_garbage_is_rare_and_still_comes() -> None:
+    context = new_context(231)
+    context.shutdown()
+    assert gc.isenabled()
+    assert gc.get_threshold()[0] >= 10_000
