@@ -58,6 +58,7 @@ def _table(config: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
         value = code("" if one.value is None else scalar(one.value))
         own = "" if one.value == one.default else f" ({code(scalar(one.default))})"
         unit = f" [{one.info.unit}]" if one.info.unit else ""
-        valid = cell(bounds(one.info).strip("()"))
+        limits = (bounds(one.info).strip("()"), "fixed once it runs" * one.info.read_only)
+        valid = cell("; ".join(filter(None, limits)))
         yield f"| `{one.key}` | {value}{own} | {valid} | {cell(one.info.description)}{unit} |"
     yield ""
