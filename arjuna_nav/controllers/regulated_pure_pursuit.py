@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus, checked_path
+from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.motion import crossing, rollout
+from arjuna_nav.controllers.tracked_path import TrackedPath
 from arjuna_nav.controllers.turning import Turning
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
@@ -116,10 +117,8 @@ class RegulatedPurePursuit:
         self._footprint = footprint
         self._xy_goal_tolerance = xy_goal_tolerance
         self._period = period
-        self._path = np.empty((0, 3))
-        self._index = 0
-        self._arrived = False
-        self._turning = False
+        self._path = TrackedPath(config.max_robot_pose_search_dist, config.same_goal_tolerance)
+        self._arrived = self._turning = False
         self._last_w = 0.0
         self.speed_limit = math.inf
         self.carrot: SE2 | None = None
@@ -132,7 +131,7 @@ class RegulatedPurePursuit:
     @property
     def path(self) -> NDArray[np.float64]:
         """The part of the path that is still ahead, `(N, 3) float64`."""
-        return self._path[self._index :]
+        return self._path.ahead
 
     def set_path(self, path: NDArray[np.float64]) -> None:
         """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached.
@@ -140,19 +139,15 @@ class RegulatedPurePursuit:
         Raises:
             PathError: The path is empty or not `(N, 3)`.
         """
-        checked_path(path)
-        gap = np.hypot(*(path[-1, :2] - self._path[-1, :2])) if len(self._path) else np.inf
-        if gap > self._config.same_goal_tolerance:
+        if self._path.replace(path):
             self._arrived = self._turning = False
-        self._path, self._index = path, 0
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
         """Return the velocity to drive, or NO_VALID_CONTROL where it would collide."""
-        if not len(self._path):
+        if not len(self.path):
             return NO_PATH
-        search = self._config.max_robot_pose_search_dist
-        self._index = paths.nearest(self._path, pose, self._index, search)
-        goal = SE2.from_array(self._path[-1])
+        self._path.advance(pose)
+        goal = self._path.goal
         near = is_there(pose, goal, self._xy_goal_tolerance, self._arrived)
         self._arrived = near and (self._arrived or paths.ends_here(self.path, pose))
         if self._arrived:
@@ -274,8 +269,7 @@ class RegulatedPurePursuit:
 
     def _towards_goal(self, speed: float, pose: SE2) -> float:
         config = self._config
-        beside = pose.distance(SE2.from_array(self._path[-1]))
-        left = max(paths.length(self.path), beside)
+        left = max(self._path.length, pose.distance(self._path.goal))
         if left >= config.approach_velocity_scaling_dist:
             return speed
         slow = speed * left / config.approach_velocity_scaling_dist

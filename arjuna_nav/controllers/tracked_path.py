@@ -11,18 +11,18 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.base import checked_path
 from arjuna_nav.planners import path as paths
 
-_SAME_GOAL = 0.1  # between the ends of two paths to the same goal [m]
-
 
 class TrackedPath:
     """A path and how far along it the robot is.
 
     Args:
         search: How far along the path the robot is looked for [m].
+        same_goal: Distance between the ends of two paths to the same goal [m].
     """
 
-    def __init__(self, search: float) -> None:
+    def __init__(self, search: float, same_goal: float = 0.1) -> None:
         self._search = search
+        self._same_goal = same_goal
         self._path = np.empty((0, 3))
         self._index = 0
 
@@ -50,7 +50,7 @@ class TrackedPath:
         checked_path(path)
         gap = np.hypot(*(path[-1, :2] - self._path[-1, :2])) if len(self._path) else math.inf
         self._path, self._index = path, 0
-        return bool(gap > _SAME_GOAL)
+        return bool(gap > self._same_goal)
 
     def advance(self, pose: SE2) -> None:
         """Find the robot on the path; it never goes back."""
