@@ -1,0 +1,290 @@
+"""DWB against its definition: of the velocities within reach, that of the least score."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers.base import ControlStatus
+from arjuna_nav.controllers.dwb.config import CRITICS, DwbConfig, OscillationConfig
+from arjuna_nav.controllers.dwb.controller import Dwb
+from arjuna_nav.controllers.dwb.oscillation import Oscillation
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+from tests.nav.worlds import RESOLUTION, block, costmap_of, empty_grid
+
+ORIGIN = SE2(-1.0, 0.5, 0.7)
+PERIOD, TOLERANCE = 0.05, 0.2
+ROW, FIRST, LAST = 40, 10, 60  # of the path's cells, straight to the right
+GOAL_YAW = 1.0
+
+
+def made_costmap() -> Costmap:
+    grid = empty_grid(4.0, 4.0, ORIGIN)
+    block(grid, 1.5, 2.4, 0.3, 0.3)
+    block(grid, 2.2, 1.0, 0.2, 0.7)
+    return costmap_of(grid, radius=0.1)
+
+
+COSTMAP = made_costmap()
+
+
+def made_path() -> NDArray[np.float64]:
+    cells = np.arange(FIRST, LAST + 1)
+    in_grid = np.column_stack((cells, np.full(len(cells), ROW))) * RESOLUTION + 0.5 * RESOLUTION
+    yaws = np.append(np.zeros(len(cells) - 1), GOAL_YAW)
+    return np.column_stack((ORIGIN.apply(in_grid), yaws + ORIGIN.theta))
+
+
+@functools.cache
+def steps_to(columns: range) -> NDArray[np.float64]:
+    """Return each cell's steps to some of the path's cells round what blocks."""
+    far = np.full(COSTMAP.frame.shape, math.inf)
+    queue = deque((ROW, column) for column in columns)
+    far[ROW, list(columns)] = 0
+    while queue:
+        r, c = queue.popleft()
+        for other in ((r + 1, c), (r - 1, c), (r, c + 1), (r, c - 1)):
+            inside = 0 <= other[0] < far.shape[0] and 0 <= other[1] < far.shape[1]
+            if inside and far[other] == math.inf and COSTMAP.data[other] < 253:
+                far[other] = far[r, c] + 1
+                queue.append(other)
+    return far
+
+
+@dataclass(frozen=True)
+class Case:
+    """A robot on its way; the pose is in the grid [m]."""
+
+    config: DwbConfig
+    pose: SE2
+    velocity: Velocity
+    limit: float = math.inf
+
+    @property
+    def goal_gap(self) -> float:
+        return math.dist((self.pose.x, self.pose.y), ((LAST + 0.5) * 0.05, (ROW + 0.5) * 0.05))
+
+    @property
+    def arrived(self) -> bool:
+        return self.goal_gap <= TOLERANCE
+
+    def chosen(self) -> Velocity | None:
+        dwb = Dwb(self.config, Footprint.circle(0.1), TOLERANCE, PERIOD)
+        dwb.speed_limit = self.limit
+        dwb.set_path(made_path())
+        result = dwb.compute(ORIGIN @ self.pose, self.velocity, COSTMAP, 0.0)
+        return result.velocity if result.status is ControlStatus.SUCCEEDED else None
+
+    def reachable(self) -> list[tuple[float, float]]:
+        """Return the velocities within reach of the accelerations, and standing where it is."""
+        c, reach = self.config, self.config.sim_time
+        top = min(c.max_vel_x, c.max_speed_xy, self.limit)
+        vs = spread(
+            max(min(c.min_vel_x, top), self.velocity.v + c.decel_lim_x * reach),
+            min(top, self.velocity.v + c.acc_lim_x * reach),
+            c.vx_samples,
+        )
+        turn = c.acc_lim_theta * reach
+        ws = spread(
+            max(-c.max_vel_theta, self.velocity.w - turn),
+            min(c.max_vel_theta, self.velocity.w + turn),
+            c.vtheta_samples,
+        )
+        return [(v, w) for v in vs for w in ws if v == 0.0 or abs(v) >= c.min_speed_xy]
+
+    def driven(self, to_v: float, to_w: float) -> list[SE2]:
+        """Return the poses of a trajectory, in the grid [m]."""
+        c, (v, w) = self.config, (self.velocity.v, self.velocity.w)
+        steps = math.ceil(abs(to_v) * c.sim_time / c.linear_granularity)
+        steps = max(steps, math.ceil(abs(to_w) * c.sim_time / c.angular_granularity), 1)
+        dt, poses = c.sim_time / steps, [self.pose]
+        for _ in range(steps):
+            v = nearer(v, to_v, c.acc_lim_x * dt, -c.decel_lim_x * dt)
+            w = nearer(w, to_w, c.acc_lim_theta * dt, -c.decel_lim_theta * dt)
+            x, y, theta = poses[-1].array()
+            x += v * dt * math.cos(theta + 0.5 * w * dt)
+            y += v * dt * math.sin(theta + 0.5 * w * dt)
+            poses.append(SE2(x, y, theta + w * dt))
+        return poses
+
+    def score(self, v: float, w: float) -> float:
+        c, uses = self.config, self.config.critics
+        poses = self.driven(v, w)
+        costs = [at(COSTMAP.data, pose) for pose in poses[1:]]
+        if any(cost is None or cost >= 253 for cost in costs):
+            return math.inf
+        total, end = 0.0, poses[-1]
+        for name, own in (
+            ("BaseObstacle", c.BaseObstacle),
+            ("ObstacleFootprint", c.ObstacleFootprint),
+        ):
+            if name in uses and not (name == "ObstacleFootprint" and "BaseObstacle" in uses):
+                total += own.scale * (sum(costs) if own.sum_scores else costs[-1])
+        if "PreferForward" in uses:
+            p = c.PreferForward
+            hardly = v < p.strafe_x and abs(w) < p.strafe_theta
+            total += p.scale * (p.penalty if v < 0.0 or hardly else p.theta_scale * abs(w))
+        total += c.Twirling.scale * abs(w) * ("Twirling" in uses)
+        if self.arrived:
+            return total + self._turning_score(v, poses)
+        far, ahead = self.goal_gap > c.PathAlign.forward_point_distance, self.path_ahead()
+        for name, grid in (("Path", steps_to(ahead)), ("Goal", steps_to(ahead[-1:]))):
+            if f"{name}Dist" in uses:
+                total += 0.025 * getattr(c, f"{name}Dist").scale * at(grid, end)
+            if f"{name}Align" in uses and far:
+                own = getattr(c, f"{name}Align")
+                point = end @ SE2(own.forward_point_distance)
+                value, most = at(grid, point), sum(grid.shape)
+                total += 0.025 * own.scale * (most if value is None else min(value, most))
+        return total
+
+    def _turning_score(self, v: float, poses: list[SE2]) -> float:
+        """Return what turning to the goal's heading costs where its place is reached."""
+        c = self.config
+        if "RotateToGoal" not in c.critics:
+            return 0.0
+        own, now, score = c.RotateToGoal, abs(self.velocity.v), 0.0
+        if now > c.trans_stopped_velocity:
+            score = own.scale * own.slowing_factor * v * v if abs(v) < now else math.inf
+        elif v != 0.0:
+            return math.inf
+        share = 1.0 if own.lookahead_time < 0.0 else min(own.lookahead_time / c.sim_time, 1.0)
+        counted = poses[math.floor((len(poses) - 1) * share + 1e-9)]
+        return score + own.scale * abs(wrap(GOAL_YAW - counted.theta))
+
+    def path_ahead(self) -> range:
+        """Return the columns of the path's cells that count."""
+        nearest = min(max(round(self.pose.x / RESOLUTION - 0.5), FIRST), LAST)
+        last = min(math.floor(nearest + self.config.forward_prune_distance / 0.05 + 1e-6), LAST)
+        return range(nearest, max(last, min(nearest + 1, LAST)) + 1)
+
+
+def spread(low: float, high: float, count: int) -> list[float]:
+    values = np.linspace(low, max(low, high), count).tolist()
+    return [*values, 0.0] if low < 0.0 < high and 0.0 not in values else values
+
+
+def nearer(value: float, target: float, up: float, down: float) -> float:
+    faster = abs(target) > abs(value) and value * target >= 0.0
+    most = up if faster else down
+    return value + min(max(target - value, -most), most)
+
+
+def at(grid: NDArray[Any], pose: SE2) -> Any:
+    row, column = math.floor(pose.y / RESOLUTION), math.floor(pose.x / RESOLUTION)
+    inside = 0 <= row < grid.shape[0] and 0 <= column < grid.shape[1]
+    return float(grid[row, column]) if inside else None
+
+
+def made_case(seed: int) -> Case:
+    rng = np.random.default_rng(seed)
+    base, scale = DwbConfig(), lambda: float(rng.uniform(1.0, 30.0))
+    config = replace(
+        base,
+        min_vel_x=float(rng.choice([0.0, -0.3])),
+        min_speed_xy=float(rng.choice([0.0, 0.12])),
+        acc_lim_x=float(rng.uniform(0.05, 0.5)),
+        decel_lim_x=-float(rng.uniform(0.05, 0.5)),
+        acc_lim_theta=float(rng.uniform(0.2, 1.0)),
+        decel_lim_theta=-float(rng.uniform(0.2, 1.0)),
+        vx_samples=5,
+        vtheta_samples=6,
+        sim_time=float(rng.uniform(0.8, 1.7)),
+        angular_granularity=0.1,
+        forward_prune_distance=float(rng.uniform(0.3, 1.5)),
+        critics=tuple(name for name in CRITICS if rng.random() < 0.6),
+        PathDist=replace(base.PathDist, scale=scale()),
+        GoalDist=replace(base.GoalDist, scale=scale()),
+        PathAlign=replace(base.PathAlign, scale=scale(), forward_point_distance=0.3),
+        GoalAlign=replace(base.GoalAlign, scale=scale(), forward_point_distance=0.2),
+        Twirling=replace(base.Twirling, scale=0.3 * scale()),
+        PreferForward=replace(base.PreferForward, scale=0.3 * scale(), theta_scale=1.0),
+        BaseObstacle=replace(base.BaseObstacle, scale=0.3, sum_scores=bool(rng.integers(2))),
+        ObstacleFootprint=replace(base.ObstacleFootprint, scale=0.3),
+        RotateToGoal=replace(
+            base.RotateToGoal, scale=scale(), lookahead_time=float(rng.choice([-1.0, 0.5]))
+        ),
+    )
+    near = bool(rng.integers(2))
+    x, y = (2.95, 2.0) if near else rng.uniform((0.6, 1.8), (2.5, 2.2))
+    pose = SE2(float(x), float(y), float(rng.uniform(-2.0, 2.0)))
+    velocity = Velocity(float(rng.uniform(-0.1, 0.5)), float(rng.uniform(-0.6, 0.6)))
+    return Case(config, pose, velocity, float(rng.choice([math.inf, 0.25])))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_drives_the_velocity_within_reach_that_scores_least(seed: int) -> None:
+    case = made_case(seed)
+    scores = {sample: case.score(*sample) for sample in case.reachable()}
+    chosen, least = case.chosen(), min(scores.values())
+    if chosen is None:
+        assert least == math.inf
+        return
+    own = next(s for (v, w), s in scores.items() if (v, w) == pytest.approx((chosen.v, chosen.w)))
+    assert own == pytest.approx(least, abs=1e-9)
+
+
+def test_says_that_every_trajectory_collides_and_from_where() -> None:
+    dwb = Dwb(DwbConfig(vx_samples=3, vtheta_samples=4), Footprint.circle(0.1), TOLERANCE, PERIOD)
+    dwb.set_path(made_path())
+    result = dwb.compute(ORIGIN @ SE2(1.65, 2.55), STILL, COSTMAP, 0.0)
+    assert result.status is ControlStatus.NO_VALID_CONTROL
+    where = ORIGIN @ SE2(1.65, 2.55)
+    said = f"collision ahead at every one of 15 velocities from ({where.x:.2f}, {where.y:.2f})"
+    assert result.message == said
+
+
+BACK, FORTH, RIGHT, LEFT = range(4)
+V, W = (lambda v: Velocity(v, 0.0)), (lambda w: Velocity(0.0, w))
+
+
+@pytest.mark.parametrize(
+    ("commands", "forbidden"),
+    [
+        ([V(0.1), V(0.1)], set()),
+        ([V(0.1), V(-0.1)], {FORTH}),
+        ([V(-0.1), V(0.0), V(0.1)], {BACK}),
+        ([V(0.1), V(-0.1), V(-0.1)], {FORTH}),
+        ([W(0.1), W(-0.1)], {LEFT}),
+        ([W(-0.1), W(0.0), W(0.1)], {RIGHT}),
+        ([Velocity(0.1, 0.1), Velocity(-0.1, -0.1)], {FORTH, LEFT}),
+        ([V(0.0), W(0.1), W(0.2)], set()),
+    ],
+)
+def test_a_velocity_that_changed_its_sign_may_not_change_it_back(
+    commands: list[Velocity], forbidden: set[int]
+) -> None:
+    oscillation = Oscillation(OscillationConfig())
+    for command in commands:
+        oscillation.take(command, SE2())
+    assert oscillation.allowed == tuple(k not in forbidden for k in range(4))
+
+
+@pytest.mark.parametrize(
+    ("pose", "got_on"),
+    [
+        (SE2(0.5, 0.0, 3.0), False),
+        (SE2(0.51, 0.0, 3.0), True),
+        (SE2(0.0, 0.0, -3.0), False),
+        (SE2(0.0, 0.0, -2.9), True),
+    ],
+)
+def test_until_the_robot_got_on_from_where_it_changed(pose: SE2, got_on: bool) -> None:
+    config = OscillationConfig(oscillation_reset_dist=0.5, oscillation_reset_angle=0.3)
+    oscillation = Oscillation(config)
+    oscillation.take(V(0.1), SE2(9.0, 9.0, 0.0))
+    oscillation.take(V(-0.1), SE2(0.0, 0.0, 3.0))
+    oscillation.take(V(-0.1), pose)
+    assert oscillation.allowed == (True, got_on, True, True)
+    oscillation.reset()
+    assert all(oscillation.allowed)

@@ -1,0 +1,138 @@
+"""MPPI's optimizer against its definition: sample, weigh, average, smooth, move on."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.signal import lfilter, savgol_filter
+
+from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers.mppi.config import MppiConfig
+from arjuna_nav.controllers.mppi.optimizer import Optimizer
+from arjuna_nav.controllers.mppi.rollouts import Limits, Rollouts
+
+STEPS, BATCH, DT = 14, 10, 0.1
+FREE = Limits(-9.0, 9.0, 9.0, 999.0, 999.0, 999.0)
+Floats = NDArray[Any]
+
+
+def made_config(**changes: Any) -> MppiConfig:
+    own = {"noise_time": 0.0, "gamma": 0.3, "temperature": 0.5, "seed": 4, **changes}
+    return MppiConfig(time_steps=STEPS, batch_size=BATCH, model_dt=DT, **own)
+
+
+def made_noise(config: MppiConfig, columns: int = BATCH) -> Floats:
+    """Return the noise of speeds and yaw rates, `(2, STEPS, columns)`: of one step with the next
+    it is correlated by exp(-dt / time), and its deviation is that of the parameters all along."""
+    rng = np.random.default_rng(config.seed)
+    white = rng.standard_normal((2, STEPS, columns), dtype=np.float32).astype(np.float64)
+    keep = math.exp(-DT / config.noise_time) if config.noise_time else 0.0
+    white[:, 1:] *= math.sqrt(1.0 - keep**2)
+    deviations = np.array([config.vx_std, config.wz_std])[:, None, None]
+    noise: Floats = deviations * lfilter([1.0], [1.0, -keep], white, axis=1)
+    return noise
+
+
+def improved(config: MppiConfig, found: Floats, driven: Floats, costs: Floats) -> Floats:
+    """Return better controls, `(2, STEPS)`, than those found, given what was driven before."""
+    noise, keep = made_noise(config), 0.0
+    if config.noise_time:
+        keep = math.exp(-DT / config.noise_time)
+    total = costs.astype(np.float64)
+    for own, tried, deviation in zip(found, noise, (config.vx_std, config.wz_std), strict=True):
+        gamma = config.gamma * (1.0 - keep) / (1.0 + keep)
+        total += gamma * own @ tried / deviation**2
+    weights = np.exp(-(total - total.min()) / config.temperature)
+    mean = found + noise @ (weights / weights.sum())
+    padded = np.hstack((driven, mean, np.repeat(mean[:, -1:], 4, axis=1)))
+    better: Floats = savgol_filter(padded, 9, 2)[:, 4:-4]
+    return better
+
+
+def judged(costs: Floats) -> Any:
+    return lambda rollouts: (costs.astype(np.float32), False)
+
+
+@pytest.mark.parametrize("noise_time", [0.0, 0.3])
+def test_each_command_is_the_mean_of_what_was_tried_weighed_by_its_cost(noise_time: float) -> None:
+    config = made_config(noise_time=noise_time)
+    optimizer, rng = Optimizer(config), np.random.default_rng(0)
+    found, driven = np.zeros((2, STEPS)), np.zeros((2, 4))
+    for _ in range(6):
+        costs = rng.uniform(0.0, 2.0, BATCH)
+        assert optimizer.improve(STILL, FREE, judged(costs))
+        found = improved(config, found, driven, costs)
+        assert np.array([optimizer.v, optimizer.w]) == pytest.approx(found, abs=1e-5)
+        command = optimizer.advance(0.5 * DT)
+        middles = 0.5 * (found[:, :-1] + found[:, 1:])
+        found = np.column_stack((middles, found[:, -1]))
+        assert (command.v, command.w) == pytest.approx(tuple(found[:, 0]), abs=1e-5)
+        driven = np.column_stack((driven[:, 1:], found[:, 0]))
+
+
+def test_what_is_tried_is_rolled_out_from_the_velocity_driven() -> None:
+    seen: list[Rollouts] = []
+
+    def judge(rollouts: Rollouts) -> tuple[Floats, bool]:
+        seen.append(Rollouts(*(a.copy() for a in rollouts)))
+        return np.zeros(BATCH, np.float32), False
+
+    config = made_config()
+    Optimizer(config).improve(Velocity(0.2, -0.1), FREE, judge)
+    v, w = made_noise(config)
+    assert seen[0].v == pytest.approx(np.vstack((np.full(BATCH, 0.2), v[:-1])), abs=1e-5)
+    assert seen[0].w == pytest.approx(np.vstack((np.full(BATCH, -0.1), w[:-1])), abs=1e-5)
+
+
+def test_the_controls_keep_within_the_limits() -> None:
+    optimizer = Optimizer(made_config(vx_std=3.0, wz_std=3.0, temperature=0.01))
+    limits = Limits(-0.1, 0.2, 0.3, 999.0, 999.0, 999.0)
+    assert optimizer.improve(STILL, limits, judged(np.arange(BATCH)))
+    assert (optimizer.v.min(), optimizer.v.max()) == pytest.approx((-0.1, 0.2))
+    assert (optimizer.w.min(), optimizer.w.max()) == pytest.approx((-0.3, 0.3))
+
+
+def test_it_goes_no_further_where_all_collide_and_forgets_when_told() -> None:
+    config, costs = made_config(iteration_count=3), np.arange(BATCH)
+    optimizer, rounds = Optimizer(config), []
+
+    def judge(rollouts: Rollouts) -> tuple[Floats, bool]:
+        rounds.append(rollouts)
+        return costs.astype(np.float32), len(rounds) == 5
+
+    assert optimizer.improve(STILL, FREE, judge)
+    assert len(rounds) == 3
+    optimizer.advance(DT)
+    assert not optimizer.improve(STILL, FREE, judge)
+    assert len(rounds) == 5
+    optimizer.reset()
+    optimizer.improve(STILL, FREE, judged(costs))
+    anew = Optimizer(config)
+    anew.improve(STILL, FREE, judged(costs))
+    assert (optimizer.v.tolist(), optimizer.w.tolist()) == (anew.v.tolist(), anew.w.tolist())
+
+
+def test_noise_of_its_own_for_each_command_is_a_part_of_thrice_as_much() -> None:
+    config, tried = made_config(regenerate_noises=True), []
+
+    def judge(rollouts: Rollouts) -> tuple[Floats, bool]:
+        tried.append((rollouts.v[1:].copy(), rollouts.w[1:].copy()))
+        return np.zeros(BATCH, np.float32), True
+
+    optimizer = Optimizer(config)
+    for _ in range(40):
+        optimizer.improve(STILL, FREE, judge)
+    found = []
+    for of_all, parts in zip(made_noise(config, 3 * BATCH), zip(*tried, strict=True), strict=True):
+        starts = [of_all[:-1, k : k + BATCH] for k in range(2 * BATCH)]
+        at = [int(np.argmin([np.abs(part - s).max() for s in starts])) for part in parts]
+        assert all(
+            np.allclose(part, starts[k], atol=1e-5) for part, k in zip(parts, at, strict=True)
+        )
+        found.append(at)
+    assert found[0] != found[1]
+    assert all(max(at) > 1.5 * BATCH and min(at) < 0.5 * BATCH for at in found)
