@@ -31,6 +31,17 @@ def test_arrives_with_position_and_heading() -> None:
     assert checker.reached(SE2(0.9, 0.0, -3.12), GOAL), "headings wrap"
 
 
+@pytest.mark.parametrize(
+    ("x", "yaw", "arrives"),
+    [(0.75, 0.5, True), (0.749, 0.5, False), (0.75, 0.501, False), (0.75, -0.5, True)],
+)
+def test_a_tolerance_is_tolerated_to_its_edge(x: float, yaw: float, arrives: bool) -> None:
+    config = GoalConfig(xy_goal_tolerance=0.25, yaw_goal_tolerance=0.5)
+    assert SimpleGoalChecker(config).reached(SE2(x, 0.0, yaw), SE2(1.0)) is arrives
+    at_any = PositionGoalChecker(PositionGoalConfig(0.25))
+    assert at_any.reached(SE2(x), SE2(1.0)) is (x == 0.75)
+
+
 def test_a_position_once_reached_stays_reached_where_stateful() -> None:
     for stateful in (True, False):
         checker = SimpleGoalChecker(GoalConfig(xy_goal_tolerance=0.2, stateful=stateful))
@@ -75,6 +86,7 @@ def test_a_position_alone_is_reached_at_any_heading() -> None:
     ("velocity", "stands"),
     [
         (Velocity(0.25, -0.25), True),
+        (Velocity(-0.25, 0.25), True),
         (Velocity(0.3, 0.0), False),
         (Velocity(-0.3, 0.0), False),
         (Velocity(0.0, -0.3), False),
@@ -107,3 +119,12 @@ def test_asks_for_movement_within_the_time_allowed() -> None:
     assert not checker.check(SE2(0.6, 0.0), 20.3)
     checker.reset()
     assert checker.check(SE2(0.6, 0.0), 20.4)
+
+
+@pytest.mark.parametrize("pose", [SE2(0.5, 0.0, 0.0), SE2(0.0, 0.0, -0.5), SE2(0.3, 0.4, 0.5)])
+def test_just_as_far_as_is_required_is_not_yet_progress(pose: SE2) -> None:
+    checker = PoseProgressChecker(PoseProgressConfig(0.5, 10.0, required_movement_angle=0.5))
+    assert checker.check(SE2(), 0.0)
+    assert checker.check(pose, 10.0)
+    assert not checker.check(pose, 10.1)
+    assert checker.complaint() == "turned less than 0.5 rad and moved less than 0.5 m in 10 s"

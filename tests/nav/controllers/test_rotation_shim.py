@@ -1,0 +1,128 @@
+"""The rotation shim, command by command: when it turns, how far, and what it leaves to whom."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arjuna_core.grid import GridFrame
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+from tests.helpers.nav.controllers import W_MAX, XY_TOLERANCE, make
+
+SHIMMED = "pure pursuit under the shim"
+BOX = Footprint.polygon(np.array([[0.5, 0.1], [0.5, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
+X_AXIS = np.column_stack((np.arange(0.0, 4.01, 0.1), np.zeros((41, 2))))
+ALL_ROUND = X_AXIS + np.array([0.0, 0.0, 1.0]) * (X_AXIS[:, :1] == 4.0)
+"""The x axis, and at its end a heading of 1 rad."""
+
+
+def free() -> Costmap:
+    frame = GridFrame(0.05, 160, 80, SE2(-2.0, -2.0))
+    return Costmap(frame, np.zeros(frame.shape, np.uint8))
+
+
+def shim(footprint: Footprint | None = None, **values: Any) -> Controller:
+    own = {"angular_dist_threshold": 0.8, "angular_disengage_threshold": 0.4, **values}
+    controller = make(SHIMMED, footprint, **own)
+    controller.set_path(ALL_ROUND)
+    return controller
+
+
+def asked(controller: Controller, pose: SE2, w: float = 0.0) -> ControlResult:
+    return controller.compute(pose, Velocity(0.0, w), free(), 0.0)
+
+
+def turns(controller: Controller, pose: SE2) -> bool:
+    """Tell whether it turns itself: then it aims at no point."""
+    result = asked(controller, pose)
+    assert result.status is ControlStatus.SUCCEEDED
+    assert controller.carrot is not None or result.velocity.v == 0.0
+    return controller.carrot is None
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_turn_begins_beyond_one_angle_and_ends_within_another(side: float) -> None:
+    controller = shim()
+    assert not turns(controller, SE2(0.0, 0.0, 0.79 * side))
+    assert not turns(controller, SE2(0.0, 0.0, 0.81 * side)), "it is due no more"
+    controller.set_path(ALL_ROUND)
+    for angle, due in ((0.81, True), (0.41, True), (0.39, False), (0.9, False)):
+        assert turns(controller, SE2(0.0, 0.0, angle * side)) is due
+    controller.set_path(ALL_ROUND)
+    assert turns(controller, SE2(0.0, 0.0, 0.9 * side)), "for each new path"
+
+
+def test_its_yaw_rate_goes_on_from_the_one_measured() -> None:
+    controller = shim()
+    for w, expected in ((0.0, 0.075), (0.5, 0.575), (W_MAX, W_MAX)):
+        command = asked(controller, SE2(0.0, 0.0, -2.0), w).velocity
+        assert command.v == 0.0
+        assert command.w == pytest.approx(expected)
+
+
+def test_a_turn_is_for_a_new_goal_only_if_that_is_asked_for() -> None:
+    controller = shim(rotate_to_heading_once=True)
+    assert turns(controller, SE2(0.0, 0.0, 2.0))
+    assert not turns(controller, SE2(0.0, 0.0, 0.1))
+    controller.set_path(ALL_ROUND)
+    assert not turns(controller, SE2(0.0, 0.0, 2.0))
+    controller.set_path(ALL_ROUND[:-5])
+    assert turns(controller, SE2(0.0, 0.0, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "far"), [(3.6, 0.0, False), (3.4, 0.0, True), (3.6, 0.31, True)]
+)
+def test_it_looks_for_a_pose_so_far_ahead_and_leaves_the_rest_to_the_primary(
+    x: float, y: float, far: bool
+) -> None:
+    controller = shim(forward_sampling_distance=0.5)
+    for at in (1.0, 2.0, 3.0):
+        asked(controller, SE2(at))
+    controller.set_path(ALL_ROUND[25:])
+    assert turns(controller, SE2(x, y, 2.0)) is far
+
+
+@pytest.mark.parametrize(("gap", "turned"), [(0.19, True), (0.21, False)])
+def test_at_the_goal_it_turns_to_its_heading_where_that_is_asked_for(
+    gap: float, turned: bool
+) -> None:
+    assert 0.19 < XY_TOLERANCE < 0.21
+    controller = make("mppi under the shim", rotate_to_goal_heading=True)  # it never only turns
+    controller.set_path(ALL_ROUND[30:])
+    command = asked(controller, SE2(4.0 - gap, 0.0, 0.9)).velocity
+    assert (command.v == 0.0) is turned
+    assert not turned or command.w == pytest.approx(0.075)
+
+
+@pytest.mark.parametrize(
+    ("ahead", "aside", "hits"),
+    [
+        (0.3, 0.7, False),  # 0.24 rad are looked at, and the box is 0.2 rad wide to each side
+        (1.0, 0.7, True),  # 0.8 rad
+        (1.0, 1.15, False),
+        (9.0, 1.15, True),  # a radian, and no more
+        (9.0, 1.4, False),
+    ],
+)
+def test_a_turn_that_would_soon_hit_something_is_refused(
+    ahead: float, aside: float, hits: bool
+) -> None:
+    costmap, bearing = free(), -2.0 + aside
+    cell = costmap.frame.to_cell(0.45 * math.cos(bearing), 0.45 * math.sin(bearing))
+    costmap.data[cell] = 254
+    controller = shim(BOX, simulate_ahead_time=ahead)
+    result = controller.compute(SE2(0.0, 0.0, -2.0), Velocity(0.0, W_MAX), costmap, 0.0)
+    if hits:
+        assert result.status is ControlStatus.NO_VALID_CONTROL
+        assert result.message == "turning at (0.00, 0.00) would collide"
+        assert result.velocity == STILL
+    else:
+        assert (result.velocity.v, result.velocity.w) == (0.0, W_MAX)

@@ -1,0 +1,177 @@
+"""The approach zone against its definition: what meets the outline when, and what can be braked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.safety.approach import ApproachConfig, ApproachZone
+
+CONFIG = ApproachConfig(
+    min_points=2,
+    time_before_collision=1.0,
+    simulation_time_step=0.1,
+    moving_time=1.5,
+    deceleration=2.0,
+    angular_deceleration=3.0,
+)
+CIRCLE = Footprint.circle(0.3)
+BOX = Footprint.polygon(np.array([[0.4, 0.2], [0.4, -0.2], [-0.2, -0.2], [-0.2, 0.2]]))
+Points = NDArray[np.float64]
+
+
+def inside(points: Points, outline: Footprint, grown: float = 0.0) -> NDArray[np.bool_]:
+    """Tell which points lie in an outline, made larger all round the origin by a share."""
+    scaled = points / (1.0 + grown)
+    if outline is CIRCLE:
+        return np.asarray(np.hypot(*scaled.T) <= 0.3)
+    x, y = scaled.T
+    return np.asarray((x >= -0.2) & (x <= 0.4) & (np.abs(y) <= 0.2))
+
+
+def seen_after(velocity: Velocity, points: Points, time: float) -> Points:
+    """Return points as the robot sees them after a time [s]."""
+    return SE2.exp((velocity.v * time, 0.0, velocity.w * time)).inverse().apply(points)
+
+
+@pytest.mark.parametrize("outline", [CIRCLE, BOX])
+@pytest.mark.parametrize("seed", range(30))
+def test_as_long_as_nothing_that_stands_is_met(outline: Footprint, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1.2, 1.2, (12, 2))
+    points = points[~inside(points, outline)]  # its own parts are another test's
+    velocity = Velocity(float(rng.uniform(-0.6, 0.8)), float(rng.uniform(-1.5, 1.5)))
+    free = 1.0
+    for k in range(1, 10):
+        if inside(seen_after(velocity, points, 0.1 * k), outline).sum() >= 2:
+            free = 0.1 * (k - 1)
+            break
+    allowed = ApproachZone(CONFIG).allowed(velocity, points, outline)
+    assert allowed == pytest.approx(free)
+
+
+@pytest.mark.parametrize(("x", "allowed"), [(0.39, 0.0), (0.41, 0.1), (1.19, 0.8), (1.21, 1.0)])
+def test_the_last_step_looked_at_is_before_the_time_is_over(x: float, allowed: float) -> None:
+    ahead = np.array([[x, 0.0], [x, 0.001]])
+    assert ApproachZone(CONFIG).allowed(Velocity(1.0), ahead, CIRCLE) == pytest.approx(allowed)
+    assert ApproachZone(CONFIG).allowed(Velocity(1.0), ahead[:1], CIRCLE) == 1.0, "noise"
+    assert ApproachZone(CONFIG).allowed(Velocity(), 0.0 * ahead, CIRCLE) == 1.0, "it stands"
+
+
+@pytest.mark.parametrize(
+    ("touching", "ahead", "allowed"),
+    [
+        (0.28, 0.64, 0.3),  # the outline is taken a little smaller
+        (0.16, 0.64, 0.4),  # or half as large
+        (0.1, 0.64, 0.3),  # or what is within left away
+        (0.28, 3.0, 0.0),  # towards what touches it
+    ],
+)
+def test_what_touches_the_robot_does_not_hold_it_for_ever(
+    touching: float, ahead: float, allowed: float
+) -> None:
+    side = 1.0 if ahead > 1.0 else -1.0
+    points = np.array(
+        [[side * touching, 0.0], [side * touching, 0.001], [ahead, 0.0], [ahead, 0.001]]
+    )
+    assert ApproachZone(CONFIG).allowed(Velocity(1.0), points, CIRCLE) == pytest.approx(allowed)
+
+
+BRAKES_ALONE = replace(CONFIG, simulation_time_step=10.0)  # by the one time looked at, all are far
+
+
+def moving(
+    velocity: Velocity,
+    place: tuple[float, float],
+    motion: tuple[float, float],
+    outline: Footprint = CIRCLE,
+    config: ApproachConfig = CONFIG,
+) -> float:
+    """Return what is allowed before one point that moves."""
+    zone = ApproachZone(config)
+    return zone.allowed(velocity, np.array([place]), outline, np.array([motion]))
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.9])
+@pytest.mark.parametrize("gap", [0.25, 0.35, 0.5])
+def test_it_can_be_at_rest_before_who_walks_past_turns_to_it(speed: float, gap: float) -> None:
+    part = moving(Velocity(0.8), (0.3 + gap, 0.0), (0.0, speed), config=BRAKES_ALONE)
+    braking = part * 0.8 / 2.0  # [s]
+    way = 0.5 * part * 0.8 * braking  # the robot's
+    walked = speed * (0.1 + braking)  # a tenth of a second passes before it brakes
+    room = gap - 0.1 - way - walked
+    assert room == pytest.approx(0.0, abs=1e-9) if part < 1.0 else room >= 0.0
+
+
+def test_it_can_stop_turning_before_who_walks_past_turns_to_it() -> None:
+    part = moving(Velocity(0.0, 1.5), (0.0, 0.5), (0.6, 0.0), config=BRAKES_ALONE)
+    braking = part * 1.5 / 3.0
+    assert 0.5 * part * 1.5 * 0.3 * braking + 0.6 * (0.1 + braking) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("away", "share"),
+    [(1.0, 0.5), (0.9, 0.5), (0.5, 1.0), (0.7, 0.6), (0.0, 1.0), (-1.0, 1.0)],
+)
+def test_who_goes_away_comes_back_with_half_of_its_speed_at_least(
+    away: float, share: float
+) -> None:
+    motion = (0.6 * away, 0.6 * math.sqrt(1.0 - away**2))
+    part = moving(Velocity(0.8), (0.65, 0.0), motion, config=BRAKES_ALONE)
+    braking = part * 0.8 / 2.0
+    met = 0.5 * part * 0.8 * braking + 0.6 * share * (0.1 + braking)
+    assert met == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("seed", range(150))
+def test_the_first_part_of_the_velocity_that_meets_nobody_is_kept(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    outline = (CIRCLE, BOX)[seed % 2]
+    velocity = Velocity(float(rng.uniform(-0.4, 0.8)), float(rng.uniform(-1.0, 1.0)))
+    place = rng.uniform(-1.5, 1.5, 2)
+    motion = rng.uniform(-0.8, 0.8, 2)
+    gap = float(outline.gaps(place[None])[0][0])
+    if gap <= 0.1:
+        return
+    parts, met = (1.0, 0.7, 0.4, 0.2, 0.0), []
+    for part in parts:
+        slower = Velocity(part * velocity.v, part * velocity.w)
+        times = [
+            0.1 * k
+            for k in range(1, 16)
+            if inside(
+                seen_after(slower, (place + 0.1 * k * motion)[None], 0.1 * k),
+                outline,
+                grown=0.1 / outline.inscribed_radius,
+            ).any()
+        ]
+        met.append(times[0] if times else math.inf)
+    free = next((p for p, time in zip(parts, met, strict=True) if time == math.inf), None)
+    if free is None:  # met at rest too: it goes on where that is no sooner
+        free = 1.0 if met[0] >= met[-1] else 0.0
+    brakes = replace(CONFIG, deceleration=1e4, angular_deceleration=1e4)  # so the ways alone count
+    allowed = moving(velocity, (place[0], place[1]), (motion[0], motion[1]), outline, brakes)
+    assert allowed == pytest.approx(free)
+
+
+def test_who_touches_it_is_not_pressed_on_and_may_be_left() -> None:
+    assert moving(Velocity(0.5), (0.29, 0.0), (0.0, 0.5)) == 0.0
+    assert moving(Velocity(-0.5), (0.29, 0.0), (0.0, 0.5)) == 1.0
+
+
+def test_what_cannot_come_near_in_time_and_what_stands_is_not_looked_at() -> None:
+    reach = 1.5 * (0.6 + 0.5) + 0.1
+    assert moving(Velocity(0.5), (0.3 + reach + 0.01, 0.0), (-0.6, 0.0)) == 1.0
+    assert moving(Velocity(0.5), (0.3 + reach - 0.01, 0.0), (-0.6, 0.0)) == 0.7
+    assert moving(Velocity(0.5), (0.6, 0.0), (0.0, 0.0)) == 1.0
+    assert (
+        moving(Velocity(0.5), (0.6, 0.0), (-0.6, 0.0), config=replace(CONFIG, moving_time=0.0))
+        == 1.0
+    )
