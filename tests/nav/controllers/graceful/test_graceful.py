@@ -1,0 +1,171 @@
+"""The graceful controller, command by command, against Park and Kuipers' law."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arjuna_core.grid import GridFrame
+from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers.base import ControlResult, ControlStatus
+from arjuna_nav.controllers.graceful.controller import Graceful, GracefulConfig
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+
+TOLERANCE, PERIOD = 0.2, 0.05
+CONFIG = GracefulConfig(max_robot_pose_search_dist=9.0, max_angular_accel=2.0)
+X_AXIS = np.column_stack((np.arange(0.0, 5.01, 0.1), np.zeros((51, 2))))
+X_AXIS[-1, 2] = 1.0  # the goal's heading
+
+
+def free() -> Costmap:
+    frame = GridFrame(0.05, 200, 80, SE2(-2.0, -2.0))
+    return Costmap(frame, np.zeros(frame.shape, np.uint8))
+
+
+class Asked:
+    """A controller on the way along the x axis."""
+
+    def __init__(self, limit: float = math.inf, **changes: Any) -> None:
+        config = replace(CONFIG, **changes)
+        self.controller = Graceful(config, Footprint.circle(0.25), TOLERANCE, PERIOD)
+        self.controller.speed_limit = limit
+        self.controller.set_path(X_AXIS)
+
+    def __call__(self, pose: SE2, costmap: Costmap | None = None) -> ControlResult:
+        return self.controller.compute(pose, STILL, costmap or free(), 0.0)
+
+    @property
+    def aim(self) -> SE2:
+        assert self.controller.carrot is not None
+        return self.controller.carrot
+
+
+def law(seen: SE2, v_max: float, v_min: float = 0.1) -> Velocity:
+    """Return the velocity of the paper's equations 5 to 15 to a pose seen from the robot."""
+    r, sight = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
+    theta, delta, k1, k2 = wrap(seen.theta - sight), -sight, 2.0, 1.0
+    inner = k2 * (delta - math.atan(-k1 * theta))
+    bend = -(inner + (1.0 + k1 / (1.0 + (k1 * theta) ** 2)) * math.sin(delta)) / r
+    v = min(max(v_max / (1.0 + 0.4 * abs(bend) ** 2), v_min), v_max)
+    w = min(max(v * bend, -1.0), 1.0)
+    return Velocity(v if abs(bend) < 1e-6 else min(v, abs(w / bend)), w)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_steers_by_the_law_to_the_farthest_pose_within_the_lookahead(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    pose = SE2(rng.uniform(0.5, 2.4), rng.uniform(-0.5, 0.5), rng.uniform(-0.4, 0.4))
+    limit = float(rng.choice([math.inf, 0.3, 0.05]))
+    asked = Asked(limit, initial_rotation=False)
+    driven = asked(pose).velocity
+    reached = math.floor(10.0 * (pose.x + math.sqrt(1.0 - pose.y**2)) + 1e-9) / 10.0
+    seen = pose.inverse() @ SE2(reached)
+    expected = law(seen, min(0.5, limit), min(0.1, limit))
+    assert (asked.aim.x, asked.aim.y) == pytest.approx((seen.x, seen.y))
+    assert driven.v == pytest.approx(expected.v)
+    assert driven.w == pytest.approx(expected.w)
+
+
+@pytest.mark.parametrize(
+    ("left", "speed"), [(1.6, 0.5), (1.5, 0.5), (0.9, 0.3), (0.3, 0.1), (0.21, 0.1)]
+)
+def test_slows_down_before_the_goal(left: float, speed: float) -> None:
+    assert Asked()(SE2(5.0 - left)).velocity.v == pytest.approx(speed)
+    assert Asked(0.05)(SE2(5.0 - left)).velocity.v == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(("straight", "heading"), [(True, 0.0), (False, 1.0)])
+def test_comes_straight_to_the_goal_and_turns_there_or_in_a_bow(
+    straight: bool, heading: float
+) -> None:
+    asked = Asked(prefer_final_rotation=straight)
+    asked(SE2(4.3))
+    assert asked.aim.array() == pytest.approx([0.7, 0.0, heading])
+    asked(SE2(3.92))
+    assert asked.aim.array() == pytest.approx([0.98, 0.0, 0.0]), "not the goal yet"
+
+
+def test_where_the_path_leaves_the_lookahead_its_first_pose_beyond_is_taken() -> None:
+    asked = Asked(min_lookahead=0.25, max_lookahead=0.3, initial_rotation=False)
+    asked(SE2(1.0, 0.5))
+    assert (asked.aim.x, asked.aim.y) == pytest.approx((0.0, -0.5))
+    asked = Asked(min_lookahead=0.45)
+    asked(SE2(4.75))
+    assert (asked.aim.x, asked.aim.y) == pytest.approx((0.25, 0.0)), "the goal, though near"
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_turns_towards_a_new_path_down_to_a_third_of_what_begins_it(side: float) -> None:
+    def turned(asked: Asked, angle: float) -> bool:
+        velocity = asked(SE2(1.0, 0.0, -side * angle)).velocity
+        assert velocity.w * side > 0.0
+        return velocity.v == 0.0
+
+    asked = Asked(initial_rotation_tolerance=0.75)
+    assert [turned(asked, a) for a in (0.76, 0.5, 0.26, 0.24, 0.7, 1.5)] == [
+        *(True, True, True),
+        *(False, False, False),
+    ]
+    assert turned(asked, 1.6), "beyond a right angle always"
+    assert not turned(Asked(initial_rotation_tolerance=0.75), 0.74)
+    assert not turned(Asked(initial_rotation=False), 1.5)
+
+
+def test_a_new_goal_begins_anew_and_the_same_one_does_not() -> None:
+    asked = Asked()
+    asked(SE2(1.0))
+    asked.controller.set_path(X_AXIS)
+    assert asked(SE2(1.0, 0.0, 1.2)).velocity.v > 0.0
+    asked.controller.set_path(X_AXIS[:-5])
+    assert asked(SE2(1.0, 0.0, 1.2)).velocity.v == 0.0
+
+
+def test_a_turn_speeds_up_and_comes_to_rest() -> None:
+    asked, pose = Asked(v_angular_min_in_place=0.25), SE2(1.0, 0.0, -2.0)
+    rates = [asked(pose).velocity.w for _ in range(12)]
+    assert rates == pytest.approx([min(0.1 * k, 1.0) for k in range(1, 13)])
+    slow = Asked(v_angular_min_in_place=0.25)
+    assert [slow(SE2(4.9, 0.0, 0.9)).velocity.w for _ in range(4)][-1] == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize(("gap", "arrived"), [(0.19, True), (0.21, False)])
+def test_at_the_goal_only_the_heading_is_left_and_stays_so(gap: float, arrived: bool) -> None:
+    asked = Asked()
+    velocity = asked(SE2(5.0 - gap)).velocity
+    assert (velocity.v == 0.0) is arrived
+    assert (velocity.w == pytest.approx(0.1)) is arrived
+    assert (asked.controller.carrot is None) is arrived
+    assert (asked(SE2(4.6)).velocity.v == 0.0) is arrived
+
+
+def blocked_from(x: float) -> Costmap:
+    costmap = free()
+    costmap.data[:, round((x + 2.0) / 0.05) :] = 254
+    return costmap
+
+
+def test_a_nearer_pose_is_steered_to_where_the_farther_is_not_reached() -> None:
+    asked = Asked()
+    assert asked(SE2(1.01), blocked_from(1.75)).status is ControlStatus.SUCCEEDED
+    assert asked.aim.x == pytest.approx(0.69)
+    result = asked(SE2(1.01), blocked_from(1.2))
+    assert result.status is ControlStatus.NO_VALID_CONTROL
+    assert result.velocity == STILL
+    said = "collision ahead on every approach to the path from (1.01, 0.00)"
+    assert result.message == said
+
+
+def test_a_turn_that_would_collide_is_refused() -> None:
+    box = Footprint.polygon(np.array([[0.5, 0.1], [0.5, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
+    controller, costmap = Graceful(CONFIG, box, TOLERANCE, 9.0), free()
+    costmap.data[costmap.frame.to_cell(1.45, -0.02)] = 254
+    controller.set_path(X_AXIS)
+    result = controller.compute(SE2(1.0, 0.0, 1.0), STILL, costmap, 0.0)
+    assert result.status is ControlStatus.NO_VALID_CONTROL
+    assert result.message == "turning at (1.00, 0.00) would collide"
