@@ -140,10 +140,6 @@ class _Behavior(Asking):
 
     IS_RECOVERY = True
 
-    def counts_as_recovery(self) -> bool:
-        """Count it, unless the XML says that it is none."""
-        return bool(self.get("is_recovery")) if "is_recovery" in self.PORTS else True
-
 
 class Spin(_Behavior):
     """Turns on the spot."""

@@ -79,8 +79,9 @@ class Asking(TreeNode):
         """Look whether something else is to be asked."""
 
     def counts_as_recovery(self) -> bool:
-        """Tell whether this is one of the recoveries that feedback counts."""
-        return self.IS_RECOVERY
+        """Tell whether this is one of the recoveries that feedback counts; the XML may deny it."""
+        said = self.get("is_recovery") if "is_recovery" in self.PORTS else True
+        return self.IS_RECOVERY and bool(said)
 
     def take(self, answer: Answer) -> Status:
         """Write what was found, and end."""

@@ -50,11 +50,17 @@ class Asked:
         self.arrival = Arrival(config, ROBOT)
 
     def __call__(
-        self, pose: SE2, velocity: Velocity | None = None, now: float = 0.0, **told: Any
+        self,
+        pose: SE2,
+        velocity: Velocity | None = None,
+        now: float = 0.0,
+        costmap: Costmap | None = None,
+        **told: Any,
     ) -> Velocity | None:
         own = {"left": pose.distance(GOAL), "speed": 0.5, "within": False, "heading": True}
         given: dict[str, Any] = {**own, **told}
-        return self.arrival.compute(pose, GOAL, velocity or Velocity(), free(), now, **given)
+        costs = costmap or free()
+        return self.arrival.compute(pose, GOAL, velocity or Velocity(), costs, now, **given)
 
 
 @pytest.mark.parametrize(
@@ -200,3 +206,35 @@ def test_a_curve_to_the_goals_heading_begins_sooner(
 ) -> None:
     assert (Asked(CURVING)(pose, **told) is not None) is curves
     assert Asked()(pose, **told) is None
+
+
+@pytest.mark.parametrize(
+    ("pose", "window", "free_all_along"),
+    [
+        (before(0.4), np.s_[:, 59:], False),  # 5 cm before the goal
+        (before(0.4), np.s_[:, 61:], True),  # behind it
+        (before(0.4), np.s_[42:, :], True),  # beside the way there
+        (before(0.2, 1.0), np.s_[:, 59:], True),  # it only turns
+    ],
+)
+def test_what_lies_on_the_rest_of_its_way_is_not_driven_into(
+    pose: SE2, window: tuple[slice, slice], free_all_along: bool
+) -> None:
+    costmap = free()
+    costmap.data[window] = 253
+    assert (Asked()(pose, costmap=costmap, within=True) is not None) is free_all_along
+
+
+@pytest.mark.parametrize(("angle", "free_all_along"), [(0.3, True), (0.9, False), (-0.9, True)])
+def test_a_long_robot_does_not_turn_into_what_is_beside_it(
+    angle: float, free_all_along: bool
+) -> None:
+    box = Footprint.polygon(np.array([[0.5, 0.1], [0.5, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
+    arrival, costmap = Arrival(STRAIGHT, box), free()
+    costmap.data[costmap.frame.to_cell(3.0 + 0.45 * math.cos(0.9), 2.0 + 0.45 * math.sin(0.9))] = (
+        254
+    )
+    told: dict[str, Any] = {"left": 0.0, "speed": 0.5, "within": True, "heading": True}
+    goal = SE2(3.0, 2.0, angle)
+    command = arrival.compute(SE2(3.0, 2.0), goal, Velocity(), costmap, 0.0, **told)
+    assert (command is not None) is free_all_along

@@ -81,3 +81,72 @@ def test_a_plan_to_a_goal_that_was_replaced_is_asked_for_anew() -> None:
     assert play.open["ComputePathToPose"] != older
     assert play.tick(ComputePathToPose=found) is Status.SUCCESS
     assert play.get("path") is path
+
+
+@pytest.mark.parametrize(
+    ("node", "counted"),
+    [
+        ("<Spin/>", 1),
+        ('<Spin is_recovery="false"/>', None),
+        ("<Wait/>", 1),
+        ("<BackUp/>", 1),
+        ("<AssistedTeleop/>", None),
+        ('<AssistedTeleop is_recovery="true"/>', 1),
+        ("<DriveOnHeading/>", None),
+        ('<FollowPath path="{path}"/>', None),
+    ],
+)
+def test_feedback_counts_what_is_a_recovery(node: str, counted: int | None) -> None:
+    play = Play(node, path=np.zeros((2, 3)))
+    play.tick()
+    assert play.get("number_recoveries") == counted
+    play.tick()
+    assert play.get("number_recoveries") == counted, "once, though it runs on"
+
+
+def test_a_path_is_followed_anew_only_where_something_has_changed() -> None:
+    path = np.zeros((2, 3))
+    play = Play('<FollowPath path="{path}" controller_id="{by}"/>', path=path, by="First")
+    play.tick()
+    first = play.open["FollowPath"]
+    play.tick()
+    assert play.open["FollowPath"] == first
+    play.tree.blackboard.set("by", "Second")
+    play.tick()
+    second = play.open["FollowPath"]
+    assert second != first
+    play.tree.blackboard.set("path", path.copy())
+    play.tick()
+    assert play.open["FollowPath"] not in (first, second)
+
+
+def test_a_plan_begins_where_it_is_told_unless_it_is_not_to() -> None:
+    xml = '<ComputePathToPose goal="{goal}" start="{start}" path="{p}" use_start="USE"/>'
+    for use, fields in (("true", {"start": SE2(1.0), "use_start": True}), ("false", {})):
+        play = Play(xml.replace("USE", use), goal=SE2(3.0), start=SE2(1.0))
+        _, commands = play.tree.tick(TreeState(0.1))
+        (ask,) = [command for command in commands if isinstance(command, Ask)]
+        expected = {"goal": SE2(3.0), "planner_id": "", "use_start": False, **fields}
+        assert dict(ask.fields) == expected
+
+
+def test_a_smoothed_path_is_written_where_smoothing_succeeded() -> None:
+    path = np.ones((2, 3))
+    for succeeded in (True, False):
+        play = Play(
+            '<SmoothPath unsmoothed_path="{rough}" smoothed_path="{smooth}"/>', rough=path[:1]
+        )
+        play.tick()
+        status = play.tick(SmoothPath=Answer(succeeded, values={"path": path}))
+        assert (status is Status.SUCCESS) is succeeded
+        assert (play.get("smooth") is path) is succeeded
+
+
+def test_codes_of_success_are_none_whatever_the_server_said() -> None:
+    play = Play('<Spin error_code_id="{code}" error_msg="{why}"/>', code=7, why="before")
+    play.tick()
+    play.tick(Spin=Answer(True, 701, "no matter"))
+    assert (play.get("code"), play.get("why")) == (0, "")
+    play.tick()
+    play.tick(Spin=Answer(False, 701, "blocked"))
+    assert (play.get("code"), play.get("why")) == (701, "blocked")

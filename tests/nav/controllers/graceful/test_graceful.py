@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.grid import GridFrame
-from arjuna_core.se2 import SE2, wrap
+from arjuna_core.se2 import IDENTITY, SE2, wrap
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.base import ControlResult, ControlStatus
 from arjuna_nav.controllers.graceful.controller import Graceful, GracefulConfig
@@ -23,8 +23,8 @@ X_AXIS = np.column_stack((np.arange(0.0, 5.01, 0.1), np.zeros((51, 2))))
 X_AXIS[-1, 2] = 1.0  # the goal's heading
 
 
-def free() -> Costmap:
-    frame = GridFrame(0.05, 200, 80, SE2(-2.0, -2.0))
+def free(origin: SE2 = IDENTITY) -> Costmap:
+    frame = GridFrame(0.05, 200, 80, origin @ SE2(-2.0, -2.0))
     return Costmap(frame, np.zeros(frame.shape, np.uint8))
 
 
@@ -144,21 +144,28 @@ def test_at_the_goal_only_the_heading_is_left_and_stays_so(gap: float, arrived: 
     assert (asked(SE2(4.6)).velocity.v == 0.0) is arrived
 
 
-def blocked_from(x: float) -> Costmap:
-    costmap = free()
-    costmap.data[:, round((x + 2.0) / 0.05) :] = 254
-    return costmap
-
-
-def test_a_nearer_pose_is_steered_to_where_the_farther_is_not_reached() -> None:
-    asked = Asked()
-    assert asked(SE2(1.01), blocked_from(1.75)).status is ControlStatus.SUCCEEDED
+@pytest.mark.parametrize("origin", [IDENTITY, SE2(4.0, -3.0, 2.2)])
+def test_a_nearer_pose_is_steered_to_where_the_farther_is_not_reached(origin: SE2) -> None:
+    asked, pose, costmap = Asked(), origin @ SE2(1.01), free(origin)
+    path = np.column_stack((origin.apply(X_AXIS[:, :2]), X_AXIS[:, 2] + origin.theta))
+    asked.controller.set_path(path)
+    costmap.data[:, 75:] = 254  # from 1.75 m on
+    assert asked(pose, costmap).status is ControlStatus.SUCCEEDED
     assert asked.aim.x == pytest.approx(0.69)
-    result = asked(SE2(1.01), blocked_from(1.2))
+    costmap.data[:, 64:] = 254
+    result = asked(pose, costmap)
     assert result.status is ControlStatus.NO_VALID_CONTROL
     assert result.velocity == STILL
-    said = "collision ahead on every approach to the path from (1.01, 0.00)"
-    assert result.message == said
+    where = f"({pose.x:.2f}, {pose.y:.2f})"
+    assert result.message == f"collision ahead on every approach to the path from {where}"
+
+
+def test_the_goal_is_come_to_in_the_direction_of_the_paths_last_step() -> None:
+    asked, bent = Asked(), X_AXIS.copy()
+    bent[-1, :2] = 5.0, 0.1
+    asked.controller.set_path(bent)
+    asked(SE2(4.3))
+    assert asked.aim.theta == pytest.approx(math.pi / 4)
 
 
 def test_a_turn_that_would_collide_is_refused() -> None:
