@@ -141,3 +141,16 @@ def test_a_robot_may_be_a_triangle_and_no_line() -> None:
     assert (len(wedge.points), wedge.circumscribed_radius) == (3, 0.4)
     with pytest.raises(ConfigError, match="at least three corners"):
         Footprint.polygon(wedge.points[:2])
+
+
+@pytest.mark.parametrize("outline", [Footprint.circle(0.3, 0.02), Footprint.polygon(BODY, 0.02)])
+def test_padding_is_taken_off_again_and_a_size_is_scaled(outline: Footprint) -> None:
+    bare, twice = outline.without(0.02), outline.scaled(2.0)
+    plain = Footprint.circle(0.3) if outline.circular else Footprint.polygon(BODY)
+    assert bare.points == pytest.approx(plain.points)
+    assert bare.circular is twice.circular is outline.circular
+    assert bare.inscribed_radius == pytest.approx(plain.inscribed_radius)
+    assert twice.points == pytest.approx(2.0 * outline.points)
+    assert twice.inscribed_radius == 2.0 * outline.inscribed_radius
+    assert twice.circumscribed_radius == 2.0 * outline.circumscribed_radius
+    assert Footprint.circle(0.02).without(0.05).inscribed_radius == 1e-3, "never nothing"
