@@ -75,10 +75,12 @@ def test_commands_beyond_the_greatest_speeds_are_cut() -> None:
     assert said(driven(Velocity(-9.0, 9.0), 18))[-1] == pytest.approx((-0.5, 2.5))
 
 
-def test_scaling_keeps_the_arc() -> None:
-    command = Velocity(0.4, 2.0)
-    scaled = said(driven(command, 8, scale_velocities=True))
+@pytest.mark.parametrize(("v", "w"), [(0.4, 2.0), (-0.4, -2.0), (0.5, 0.1), (-0.5, 0.1)])
+def test_scaling_keeps_the_arc(v: float, w: float) -> None:
+    command = Velocity(v, w)
+    scaled = said(driven(command, 20, scale_velocities=True))
     assert scaled[:, 1] / scaled[:, 0] == pytest.approx(command.w / command.v)
+    assert np.hypot(*scaled[-1]) == pytest.approx(np.hypot(v, w))
     plain = said(driven(command, 3))
     assert plain[0, 1] / plain[0, 0] != pytest.approx(command.w / command.v)
 

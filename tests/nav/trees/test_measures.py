@@ -198,3 +198,37 @@ def test_an_entry_of_another_kind_is_refused(
     play = Play(node, **entries)
     with pytest.raises(TreeError, match=says):
         play.tick()
+
+
+def test_a_goal_that_changes_has_the_child_ticked_again() -> None:
+    play = Play(f"<GoalUpdatedController>{WAIT}</GoalUpdatedController>", goal=SE2(1.0))
+    play.tick()
+    assert play.tick(Wait=True) is SUCCESS
+    play = Play(
+        f"<PipelineSequence><GoalUpdatedController>{WAIT}</GoalUpdatedController><Spin/>"
+        "</PipelineSequence>",
+        goal=SE2(1.0),
+    )
+    play.tick()
+    play.tick(Wait=True)
+    for _ in range(3):
+        assert play.tick() is RUNNING
+        assert set(play.open) == {"Spin"}
+    for name, value in (("goal", SE2(2.0)), ("goals", (SE2(2.0),))):
+        play.tree.blackboard.set(name, value)
+        play.tick()
+        assert "Wait" in play.open
+        play.tick(Wait=True)
+
+
+@pytest.mark.parametrize(("gone", "again"), [(0.99, False), (1.0, True)])
+def test_a_distance_is_gone_once_it_is_reached(gone: float, again: bool) -> None:
+    play = Play(
+        f"<PipelineSequence><DistanceController>{WAIT}</DistanceController><Spin/>"
+        "</PipelineSequence>"
+    )
+    play.tick()
+    play.tick(Wait=True)
+    play.pose = SE2(gone)
+    play.tick()
+    assert ("Wait" in play.open) is again
