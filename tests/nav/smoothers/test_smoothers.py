@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.linalg import solve_banded
+from scipy.signal import savgol_filter
 
 from arjuna_nav.planners import path as paths
 from arjuna_nav.smoothers.base import Smoother, SmoothStatus
 from arjuna_nav.smoothers.plugins import SMOOTHERS
+from arjuna_nav.smoothers.savitzky_golay import SavitzkyGolayConfig, SavitzkyGolaySmoother
 from arjuna_nav.smoothers.simple import SimpleSmoother, SimpleSmootherConfig
 from tests.nav.worlds import block, costmap_of, empty_grid, polyline
 
@@ -72,3 +75,60 @@ def test_does_not_smooth_into_an_obstacle() -> None:
 def test_refuses_what_is_no_path(smoother: Smoother) -> None:
     result = smoother.smooth(np.empty((0, 3)), costmap_of(empty_grid(1.0, 1.0)))
     assert result.status is SmoothStatus.INVALID_PATH
+    assert result.message == "a path must be (N, 3) with N > 0, got (0, 3)"
+    for shape in ((4, 2), (3,)):
+        refused = smoother.smooth(np.zeros(shape), costmap_of(empty_grid(1.0, 1.0)))
+        assert refused.status is SmoothStatus.INVALID_PATH
+
+
+def noisy(count: int = 30) -> NDArray[np.float64]:
+    rng = np.random.default_rng(2)
+    return np.column_stack((rng.normal(2.0, 0.2, (count, 2)), np.zeros(count)))
+
+
+def fitted(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the middles of quadratics of seven; both ends are mirrored and stay."""
+    before, after = 2.0 * points[0] - points[3:0:-1], 2.0 * points[-1] - points[-2:-5:-1]
+    result = savgol_filter(np.vstack((before, points, after)), 7, 2, axis=0)[3:-3]
+    result[[0, -1]] = points[[0, -1]]
+    return np.asarray(result)
+
+
+def settled(points: NDArray[np.float64], w_data: float, w_smooth: float) -> NDArray[np.float64]:
+    """Return where the pulls to where a point was and to its neighbours' middle are even."""
+    count = len(points)
+    bands = np.zeros((3, count))
+    bands[1] = w_data + 2.0 * w_smooth
+    bands[0, 2:] = bands[2, :-2] = -w_smooth
+    bands[1, [0, -1]] = 1.0  # the ends stay
+    given = w_data * points
+    given[[0, -1]] = points[[0, -1]]
+    return np.asarray(solve_banded((1, 1), bands, given))
+
+
+@pytest.mark.parametrize(("wanted", "again", "passes"), [(True, 2, 3), (True, 0, 1), (False, 5, 1)])
+def test_each_pass_is_what_it_is_defined_to_be(wanted: bool, again: int, passes: int) -> None:
+    costmap, quadratic, pulled = costmap_of(empty_grid(4.0, 4.0)), noisy()[:, :2], noisy()[:, :2]
+    for _ in range(passes):
+        quadratic, pulled = fitted(quadratic), settled(pulled, 0.15, 0.25)
+    simple = SimpleSmootherConfig(
+        w_data=0.15, w_smooth=0.25, do_refinement=wanted, refinement_num=again
+    )
+    for smoother, expected in (
+        (SavitzkyGolaySmoother(SavitzkyGolayConfig(wanted, again)), quadratic),
+        (SimpleSmoother(simple), pulled),
+    ):
+        result = smoother.smooth(noisy(), costmap)
+        assert result.path[:, :2] == pytest.approx(expected, abs=1e-6)
+
+
+def test_it_ends_after_its_iterations_or_where_little_changes() -> None:
+    costmap, settles = costmap_of(empty_grid(4.0, 4.0)), settled(noisy()[:, :2], 0.2, 0.3)
+
+    def off(**values: float) -> float:
+        config = SimpleSmootherConfig(do_refinement=False, **values)  # type: ignore[arg-type]
+        path = SimpleSmoother(config).smooth(noisy(), costmap).path
+        return float(np.abs(path[:, :2] - settles).max())
+
+    assert off(max_its=1) > off(max_its=3) > off(max_its=10) > 1e-6 > off()
+    assert off(tolerance=0.1) > 1e-4

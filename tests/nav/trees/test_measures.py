@@ -232,3 +232,18 @@ def test_a_distance_is_gone_once_it_is_reached(gone: float, again: bool) -> None
     play.pose = SE2(gone)
     play.tick()
     assert ("Wait" in play.open) is again
+
+
+@pytest.mark.parametrize(("hz", "period"), [("2.0", 0.5), ("0.5", 2.0)])
+def test_a_rate_is_so_often_a_second(hz: str, period: float) -> None:
+    play = Play(
+        f'<PipelineSequence><RateController hz="{hz}">{WAIT}</RateController><Spin/>'
+        "</PipelineSequence>"
+    )
+    play.now = 50.0
+    play.tick()
+    play.tick(Wait=True)
+    play.tick(dt=0.99 * period)
+    assert "Wait" not in play.open
+    play.tick(dt=0.02 * period)
+    assert "Wait" in play.open
