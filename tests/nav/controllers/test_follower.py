@@ -1,0 +1,209 @@
+"""Following with a controller that does as it is told: what ends it, what is borne."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_core.config import load, param
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers import ControlResult, ControlStatus
+from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+from tests.nav.worlds import costmap_of, empty_grid, polyline
+
+ROBOT = Footprint.circle(0.25)
+FREE = costmap_of(empty_grid(8.0, 4.0))
+START, ON = SE2(1.0, 2.0), Velocity(0.2, 0.1)
+PATH = polyline([(1.0, 2.0), (5.0, 2.0)], 0.0)
+DRIVES = ControlResult(ControlStatus.SUCCEEDED, ON)
+BLOCKED = ControlResult(ControlStatus.NO_VALID_CONTROL, message="blocked ahead")
+
+
+@dataclass(frozen=True)
+class ScriptConfig:
+    speed: float = param(0.4, "Speed.", unit="m/s")
+
+
+class Scripted:
+    """A controller that answers what the test says."""
+
+    Config: ClassVar[type[Any]] = ScriptConfig
+    made: ClassVar[list[Scripted]] = []
+
+    def __init__(
+        self, config: ScriptConfig, footprint: Footprint, xy: float, period: float
+    ) -> None:
+        self.desired_speed, self.speed_limit = config.speed, math.inf
+        self.xy, self.period = xy, period
+        self.path: NDArray[np.float64] = np.empty((0, 3))
+        self.carrot: SE2 | None = None
+        self.answer = DRIVES
+        self.made.append(self)
+
+    def set_path(self, path: NDArray[np.float64]) -> None:
+        self.path = path
+
+    def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
+        return self.answer
+
+
+class Followed:
+    """A path that is followed by the script."""
+
+    def __init__(self, path: NDArray[np.float64] = PATH, **values: Any) -> None:
+        own = {
+            "FollowPath.plugin": f"{__name__}:Scripted",
+            "manoeuvre.enabled": False,
+            "passage.enabled": False,
+            "arrival.enabled": False,
+        }
+        self.follower = PathFollower(load(FollowerConfig, {**own, **values}), ROBOT)
+        self.follower.start(path, 0.0)
+
+    @property
+    def script(self) -> Scripted:
+        return Scripted.made[-1]
+
+    def tick(
+        self, now: float, pose: SE2 = START, velocity: Velocity = STILL, costmap: Costmap = FREE
+    ) -> FollowResult:
+        return self.follower.tick(pose, velocity, costmap, now)
+
+
+def test_drives_what_the_controller_says_and_how_much_is_left() -> None:
+    followed = Followed(controller_frequency=8.0)
+    result = followed.tick(0.0)
+    assert result.distance == pytest.approx(4.0)
+    assert replace(result, distance=0.0) == FollowResult(FollowState.RUNNING, ON)
+    assert (followed.script.period, followed.script.xy) == (0.125, 0.25)
+    assert followed.follower.desired_speed == 0.4
+    followed.script.carrot = SE2(0.5)
+    assert followed.follower.carrot == SE2(0.5)
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "now", "error", "message"),
+    [
+        (0.3, 0.29, None, "blocked ahead"),
+        (0.25, 0.25, ControlStatus.PATIENCE_EXCEEDED, "blocked ahead; for over 0.25 s"),
+        (0.0, 0.0, ControlStatus.NO_VALID_CONTROL, "blocked ahead; for over 0 s"),
+        (-1.0, 9.0, None, "blocked ahead"),
+    ],
+)
+def test_a_failing_controller_is_borne_for_a_time(
+    tolerance: float, now: float, error: ControlStatus | None, message: str
+) -> None:
+    followed = Followed(failure_tolerance=tolerance)
+    followed.script.answer = BLOCKED
+    if now > 0.0:
+        first = followed.tick(0.0)
+        assert (first.state, first.velocity) == (FollowState.RUNNING, STILL)
+        assert first.distance == pytest.approx(4.0)
+    result = followed.tick(now)
+    assert result.message == message
+    assert result.error is (error or ControlStatus.SUCCEEDED)
+    assert (result.state is FollowState.FAILED) is (error is not None)
+
+
+@pytest.mark.parametrize("between", ["it drives", "it brakes", "a new task"])
+def test_what_fails_is_counted_anew_after(between: str) -> None:
+    followed = Followed(failure_tolerance=0.3)
+    followed.script.answer = BLOCKED
+    followed.tick(0.0)
+    if between == "it drives":
+        followed.script.answer = DRIVES
+        followed.tick(0.2)
+        followed.script.answer = BLOCKED
+    elif between == "it brakes":
+        followed.tick(0.2, velocity=Velocity(-0.11))
+    else:
+        followed.follower.start(PATH, 0.2)
+        followed.script.answer = BLOCKED
+    followed.tick(0.25, velocity=Velocity(0.1))
+    assert followed.tick(0.45).state is FollowState.RUNNING
+    assert followed.tick(0.56).state is FollowState.FAILED
+
+
+@pytest.mark.parametrize(("gap", "waits"), [(0.49, True), (0.51, False)])
+def test_what_moves_so_near_is_waited_for(gap: float, waits: bool) -> None:
+    followed = Followed(failure_tolerance=0.0)
+    followed.script.answer = BLOCKED
+    moving = np.array([[1.0, 2.0 + 0.25 + gap + 0.2, 0.2]])
+    result = followed.tick(0.0, costmap=replace(FREE, moving=moving))
+    assert (result.state is FollowState.RUNNING) is waits
+    assert not waits or (result.velocity, result.message) == (STILL, "blocked ahead")
+
+
+@pytest.mark.parametrize(
+    ("config_limit", "limit", "given"), [(0.4, math.inf, 0.4), (0.4, 0.2, 0.2), (2.0, 1.5, 1.5)]
+)
+def test_the_controller_keeps_the_limit_of_what_lies_ahead_and_that_of_others(
+    config_limit: float, limit: float, given: float
+) -> None:
+    followed = Followed(PATH, **{"FollowPath.speed": config_limit})
+    followed.follower.speed_limit = limit
+    followed.tick(0.0)
+    assert followed.script.speed_limit == given
+
+
+def test_who_does_not_get_on_fails_with_the_reason() -> None:
+    followed = Followed(PATH, **{"progress_checker.movement_time_allowance": 5.0})
+    followed.tick(0.0)
+    assert followed.tick(5.0).state is FollowState.RUNNING
+    stuck = followed.tick(5.1)
+    assert stuck == FollowResult.failed(
+        ControlStatus.FAILED_TO_MAKE_PROGRESS, "moved less than 0.5 m in 5 s"
+    )
+    followed.follower.start(PATH, 5.2)
+    assert followed.tick(5.2).state is FollowState.RUNNING
+
+
+END = PATH[60:]  # its last metre
+LOOP = polyline([(5.0, 2.0), (1.0, 2.0), (1.0, 3.0), (5.0, 2.1)], 0.0)
+
+
+@pytest.mark.parametrize(
+    ("path", "pose", "ends"),
+    [
+        (END, SE2(4.8, 2.0, 0.1), True),
+        (END, SE2(4.7, 2.0, 0.1), False),
+        (END, SE2(4.8, 2.0, 0.3), False),
+        (LOOP, SE2(5.0, 2.0, 0.0), False),  # the end is near, but the way is long
+    ],
+)
+def test_it_ends_at_the_end_of_the_way(path: NDArray[np.float64], pose: SE2, ends: bool) -> None:
+    followed = Followed(path)
+    expected = FollowState.SUCCEEDED if ends else FollowState.RUNNING
+    assert followed.tick(0.0, pose).state is expected
+
+
+@pytest.mark.parametrize(
+    ("change", "still_there"),
+    [(lambda f: f.change(END), True), (lambda f: f.change(END[:-2]), False)],
+)
+def test_a_place_once_reached_is_left_for_another_goal(
+    change: Callable[[PathFollower], None], still_there: bool
+) -> None:
+    followed = Followed(END)
+    assert followed.tick(0.0, SE2(4.8, 2.0, 1.0)).state is FollowState.RUNNING, "not its heading"
+    change(followed.follower)
+    pushed = SE2(4.66 if still_there else 4.56, 2.0)  # beyond the tolerance, yet not far
+    assert (followed.tick(0.1, pushed).state is FollowState.SUCCEEDED) is still_there
+
+
+def test_the_goal_is_driven_into_if_that_is_wanted() -> None:
+    followed = Followed(END, **{"arrival.enabled": True})
+    result = followed.tick(0.0, SE2(4.8, 2.0))
+    assert result.state is FollowState.RUNNING
+    assert result.velocity != ON
+    assert result.distance == pytest.approx(0.2)
+    assert followed.tick(0.0, SE2(4.995, 2.0)).state is FollowState.SUCCEEDED
