@@ -13,11 +13,17 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.planners import PlanStatus, plan_through
+from arjuna_nav.planners import PlanResult, PlanStatus, plan_through
 from arjuna_nav.planners import path as paths
-from arjuna_nav.planners.turning.passage import Terms, find_way
+from arjuna_nav.planners.turning.passage import (
+    Terms,
+    find_way,
+    first_blocked,
+    opened,
+    plan_for_outline,
+)
 from tests.helpers.nav.planners import make
-from tests.nav.worlds import block, costmap_of, empty_grid
+from tests.nav.worlds import block, costmap_of, empty_grid, polyline
 
 CORNERS = np.array([[0.3, 0.15], [-0.3, 0.15], [-0.3, -0.15], [0.3, -0.15]])
 LONG = Footprint.polygon(CORNERS)
@@ -104,3 +110,90 @@ def test_the_planners_own_path_is_kept_where_it_will_do_or_nothing_else_does(wid
     if width == 0.5:
         np.testing.assert_array_equal(kept.path, own.path)
     assert kept.status is own.status
+
+
+THROUGH = polyline([(0.5, 1.5), (3.0, 1.5)], 0.0)
+NONE = PlanResult.failed(PlanStatus.NO_VALID_PATH, "no path")
+FOUND = PlanResult(PlanStatus.SUCCEEDED, THROUGH)
+
+
+class Planned:
+    """A planner that answers what the test says, and keeps the costs that it was asked with."""
+
+    def __init__(self, *answers: PlanResult) -> None:
+        self.answers = list(answers)
+        self.costs: list[NDArray[np.uint8]] = []
+
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
+        self.costs.append(costmap.data.copy())
+        return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
+
+
+def plan_by(planner: Planned, costmap: Costmap, footprint: Footprint = LONG) -> PlanResult:
+    return plan_for_outline(planner, costmap, SE2(0.5, 1.5), SE2(3.0, 1.5), footprint)
+
+
+def test_where_the_outline_has_no_way_its_place_is_closed_and_another_asked_for() -> None:
+    costmap, planner = costs(corridor(SE2(), width=0.2)), Planned(FOUND)
+    before = costmap.data.copy()
+    assert plan_by(planner, costmap) is FOUND, "nothing else does"
+    np.testing.assert_array_equal(costmap.data, before, "the planner's own costs are")
+    assert len(planner.costs) == 1 + 6
+    place = first_blocked(THROUGH, costmap, LONG)
+    assert place is not None
+    row, column = costmap.frame.to_cell(float(place[0]), float(place[1]))
+    rows, columns = np.ogrid[: costmap.data.shape[0], : costmap.data.shape[1]]
+    disc = (rows - row) ** 2 + (columns - column) ** 2 <= 9  # 3 cells
+    closed = np.where(disc & (before < 253), 253, before)
+    for later in planner.costs[1:]:
+        np.testing.assert_array_equal(later, closed)
+
+
+def test_another_way_that_the_outline_can_follow_is_taken_and_the_search_ends_where_none_is() -> (
+    None
+):
+    costmap = costs(corridor(SE2(), width=0.2))
+    beside = PlanResult(PlanStatus.SUCCEEDED, polyline([(0.4, 0.5), (0.4, 2.5)], 1.5))
+    planner = Planned(FOUND, FOUND, beside)
+    assert plan_by(planner, costmap) is beside
+    assert len(planner.costs) == 3
+    planner = Planned(FOUND, NONE)
+    assert plan_by(planner, costmap) is FOUND
+    assert len(planner.costs) == 2
+
+
+@pytest.mark.parametrize(("answers", "asked"), [((NONE, FOUND), 2), ((NONE, NONE, FOUND), 3)])
+def test_gaps_that_cells_alone_may_close_are_opened_by_and_by(
+    answers: tuple[PlanResult, ...], asked: int
+) -> None:
+    costmap, planner = costs(corridor(SE2(), width=0.3)), Planned(*answers)
+    assert plan_by(planner, costmap) is FOUND
+    radius = 0.15 / 0.05
+    expected = [
+        costmap.data,
+        opened(costmap.data, radius - 0.5),
+        opened(costmap.data, radius - 1.1),
+    ]
+    assert len(planner.costs) == asked
+    for given, own in zip(planner.costs, expected, strict=False):
+        np.testing.assert_array_equal(given, own)
+    assert plan_by(Planned(NONE), costmap) is NONE
+
+
+def test_opened_costs_are_the_dearest_beyond_the_radius_of_what_is_lethal() -> None:
+    data = np.full((9, 9), 253, np.uint8)
+    data[4, 4], data[0, 0], data[8, 8] = 254, 17, 255
+    rows, columns = np.ogrid[:9, :9]
+    for radius in (1.0, 2.0, 2.3, 3.2):
+        near = np.hypot(rows - 4, columns - 4) <= radius
+        expected = np.where(near | (data != 253), data, 252)
+        np.testing.assert_array_equal(opened(data, radius), expected)
+
+
+def test_a_circle_and_what_fails_otherwise_keep_the_planners_own() -> None:
+    costmap = costs(corridor(SE2(), width=0.2))
+    failed = PlanResult.failed(PlanStatus.TIMEOUT, "too long")
+    for answer, footprint in ((FOUND, Footprint.circle(0.15)), (failed, LONG)):
+        planner = Planned(answer)
+        assert plan_by(planner, costmap, footprint) is answer
+        assert len(planner.costs) == 1
