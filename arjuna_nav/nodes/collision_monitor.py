@@ -86,8 +86,7 @@ class CollisionMonitorNode(ManagedNode):
     def activate(self) -> None:
         """Judge by what is seen from now on."""
         self._scan, self._moved_at = None, self.now
-        self._tracker.reset()
-        self._moving = Moving.nothing()
+        self._tracker, self._moving = Tracker(REACH), Moving.nothing()
         self._intervals.clear()
 
     def on_time_jump(self) -> None:

@@ -83,11 +83,6 @@ class Tracker:
         self._going = np.zeros((_MOST, 5))  # last velocity, and when; greatest speed, and when
         self._scans = Sightings.of(KEPT, 0, 0.0, 1.0)
 
-    def reset(self) -> None:
-        """Forget all."""
-        self._counts[:] = 0
-        self._scans.stamps[:] = -math.inf
-
     def update(self, scan: Scan, T_fixed_base: SE2) -> Moving:
         """Take the next scan, and return what of it moves.
 
