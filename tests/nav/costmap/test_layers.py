@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -75,9 +73,10 @@ def test_of_two_costs_the_greater_counts_and_of_one_unknown_the_other() -> None:
 
 def test_a_layer_goes_on_with_what_it_holds_on_another_grid() -> None:
     layer = ObstacleLayer(OLD, CostmapConfig())
-    layer.data[:], layer.hits[2, 3] = numbered(), 7
-    layer.move(GridFrame(0.5, 3, 3, OLD.origin @ SE2(1.0, 0.5)))
-    np.testing.assert_array_equal(layer.data, numbered()[1:4, 2:5])
-    assert np.argwhere(layer.hits).tolist() == [[1, 1]]
+    layer.data[:], layer.hits[2, 4] = numbered(), 7
+    layer.move(GridFrame(0.5, 3, 3, OLD.origin @ SE2(2.0, 1.0)))
+    assert layer.data.tolist() == [[16, 17, 0], [22, 23, 0], [0, 0, 0]]
+    assert layer.hits.tolist() == [[7, 0, 0], [0, 0, 0], [0, 0, 0]]
     assert layer.frame.shape == (3, 3)
-    assert math.isclose(layer.frame.resolution, 0.5)
+    layer.move(OLD)
+    assert layer.hits.sum() == layer.hits[2, 4] == 7
