@@ -133,15 +133,14 @@ class PathExpiringTimer(Condition):
     """Whether so much time has passed since it was so before; a new path begins it anew."""
 
     PORTS: ClassVar[dict[str, Port]] = {"seconds": Port(NUMBER, 1.0), "path": Port(PATH, None)}
-    _since = 0.0
+    _since: float | None = None
     _path: Any = None
-    _begun = False
 
     def holds(self) -> bool:
         """Count from the first time, or from when the path changed."""
         path, now = self.get("path"), self.running.state.now
-        if not self._begun or path is not self._path:
-            self._begun, self._path, self._since = True, path, now
+        if self._since is None or path is not self._path:
+            self._path, self._since = path, now
         if now - self._since < self.get("seconds"):
             return False
         self._since = now
