@@ -123,7 +123,7 @@ def identify(log: DriveLog) -> Kinematics:
 
 
 def dead_reckon(log: DriveLog, kinematics: Kinematics) -> NDArray[np.float64]:
-    """Return the path that odometry makes of the encoders, `(T, 3) float64`, from the true start.
+    """Return the path that odometry makes of the encoders, `(T, 3) float64`, from the origin.
 
     Headings are wrapped.
     """

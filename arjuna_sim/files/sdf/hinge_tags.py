@@ -29,7 +29,7 @@ def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
     xml, place = joint.file, f"joint '{joint.element.get('name', '?')}'"
     axis = xml.child(joint.element, "axis", place)
     toward = np.array(xml.numbers(axis.findtext("xyz") or "0 0 1", 3, f"{place} <xyz>"))
-    length = float(np.linalg.norm(toward))
+    length = math.hypot(*toward)
     if not 0.0 < length < math.inf:
         raise xml.fail(place, "axis must not be zero")
     T_link = link.T_world.inverse()

@@ -7,9 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.devices.drive import Drive, DriveConfig, Kinematics, Velocity, limited
+from arjuna_core.se2 import SE2
+from arjuna_sim.devices.drive import (
+    Drive,
+    DriveConfig,
+    Kinematics,
+    Velocity,
+    kinematics_of,
+    limited,
+)
 from arjuna_sim.devices.odometry import Odometry, OdometryConfig
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.physics.pacing import Pacer
@@ -50,6 +59,38 @@ def test_covariance_does_not_depend_on_how_often_it_is_updated() -> None:
     assert np.linalg.eigvalsh(results[0]).min() > 0.0
 
 
+class Told:
+    """A base whose encoders count its path, its way to the left and its turn, one each."""
+
+    def motion(
+        self, turns: NDArray[np.float64], angles: NDArray[np.float64]
+    ) -> tuple[float, float, float]:
+        path, side, turn = turns.tolist()
+        return path, side, turn
+
+
+def test_each_step_goes_along_its_arc_with_noise_of_way_and_turn() -> None:
+    config = OdometryConfig(10_000_000, linear_noise=0.1, angular_noise=0.2, drift_noise=0.3)
+    odometry = Odometry(config, Told(), np.random.default_rng(0))
+    encoders, pose = np.array([1.0, 2.0, 3.0]), SE2()
+    odometry.reset(encoders)  # type: ignore[arg-type]
+    rng = np.random.default_rng(7)
+    for step in rng.uniform(-0.5, 0.5, (50, 3)).tolist():
+        encoders += step
+        seen = odometry.update(encoders, 0.1)
+        pose = pose @ SE2.exp(tuple(step))
+        assert seen.T_odom_base.array() == pytest.approx(pose.array(), abs=1e-4)
+        assert (seen.v, seen.side, seen.w) == pytest.approx(tuple(10.0 * np.array(step)), abs=1e-4)
+        way, turn = math.hypot(*step[:2]), abs(step[2])
+        expected = 0.1**2 * way, 0.2**2 * turn + 0.3**2 * way
+        assert np.array(seen.twist_variance) * 0.1**2 == pytest.approx(expected, abs=1e-6)
+    grown = seen.covariance
+    odometry.reset((0.0, 0.0, 0.0))
+    rest = odometry.update((0.0, 0.0, 0.0), 0.1)
+    assert (rest.T_odom_base, rest.v, rest.w, rest.side) == (SE2(), 0.0, 0.0, 0.0)
+    assert np.abs(grown).max() > 0.0 == np.abs(rest.covariance).max()
+
+
 def test_encoders_count_whole_ticks() -> None:
     odometry = _odometry(4)
     assert odometry.update((0.5, 0.5), 0.1).v == 0.0
@@ -83,6 +124,59 @@ def test_ramp_stays_within_the_accelerations_and_ends_at_the_command() -> None:
     drive.command(Velocity(0.05, 0.0), now=0.0)
     speeds = [drive.velocity(0.02 * i, 0.02).v for i in range(4)]
     assert speeds == pytest.approx([0.02, 0.04, 0.05, 0.05])
+
+
+def test_a_command_is_clipped_to_the_limits_and_holds_until_its_time_is_out() -> None:
+    config = DriveConfig(
+        max_linear_velocity=1.0,
+        max_angular_velocity=2.0,
+        max_linear_acceleration=1e3,
+        max_angular_acceleration=1e3,
+        command_timeout=0.5,
+    )
+    drive = Drive(config)
+    for asked, held in (
+        (Velocity(1.0, 2.0, 1.0), Velocity(1.0, 2.0, 1.0)),
+        (Velocity(5.0, 0.5, 0.25), Velocity(1.0, 0.5, 0.25)),
+        (Velocity(0.5, -9.0, 0.25), Velocity(0.5, -2.0, 0.25)),
+        (Velocity(-0.5, 9.0, 7.0), Velocity(-0.5, 2.0, 1.0)),
+        (Velocity(-7.0, 0.0, -7.0), Velocity(-1.0, 0.0, -1.0)),
+    ):
+        drive.command(asked, now=3.0)
+        assert drive.velocity(3.48, 0.1) == held
+    assert drive.velocity(3.5, 0.1) == Velocity()  # the time is out
+    drive.command(Velocity(0.5, 0.0), now=4.0)
+    drive.velocity(4.0, 0.1)
+    drive.reset()
+    assert drive.velocity(4.0, 0.1) == Velocity()
+
+
+def test_each_speed_ramps_by_its_own_limit_either_way() -> None:
+    drive = Drive(DriveConfig(max_linear_acceleration=1.0, max_angular_acceleration=3.0))
+    drive.command(Velocity(0.15, -0.5, -0.15), now=0.0)
+    told = [drive.velocity(0.1 * i, 0.1) for i in range(2)]
+    flat = [speed for each in told for speed in (each.v, each.w, each.side)]
+    assert flat == pytest.approx([0.1, -0.3, -0.1, 0.15, -0.5, -0.15])
+    stopping = drive.velocity(9.0, 0.1)
+    assert (stopping.v, stopping.w, stopping.side) == pytest.approx((0.05, -0.2, -0.05))
+
+
+def test_wheels_turn_as_the_velocity_asks() -> None:
+    left, right = Kinematics(track=0.5, radius=0.1).wheel_speeds(Velocity(1.0, 2.0))
+    assert (left, right) == pytest.approx((5.0, 15.0))
+    settings = DriveSettings(("l",), ("r",), 0.5, 0.05, 1.0, 0.6, 0.04)
+    assert kinematics_of(settings, DriveConfig()) == Kinematics(0.6, 0.04)
+    own = DriveConfig(effective_track_width=0.7, effective_wheel_radius=0.03)
+    assert kinematics_of(settings, own) == Kinematics(0.7, 0.03)
+
+
+def test_a_robot_turns_up_as_its_wheels_grip_at_half_its_track() -> None:
+    wheels = DriveSettings(("l",), ("r",), 0.5, 0.05, 1.0, 0.5, 0.05)
+    slippery = limited(DriveConfig(), wheels, steady=0.1)
+    assert slippery.max_linear_acceleration == 0.1
+    assert slippery.max_angular_acceleration == pytest.approx(0.1 / 0.25)
+    balanced = limited(DriveConfig(), replace(wheels, separation=0.0), steady=0.1)
+    assert balanced.max_angular_acceleration == DriveConfig().max_angular_acceleration
 
 
 def test_pacer_holds_the_factor_and_gives_up_when_far_behind() -> None:

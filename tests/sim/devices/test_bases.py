@@ -1,0 +1,117 @@
+"""Wheels of every kind of base turn as each point of a rigid body moves, and tell it back."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from arjuna_sim.devices.drive import Kinematics, Velocity
+from arjuna_sim.devices.driving.bases import SidesBase
+from arjuna_sim.devices.driving.rollers import RollerBase
+from arjuna_sim.devices.driving.steered import SteeredBase, SteeredWheel
+from arjuna_sim.model.settings import DriveKind, DriveSettings
+from tests.sim.wheeled import wheeled
+
+AHEAD = np.array([1.0, 0.0])
+LENGTH, TRACK, RADIUS, LIMIT = 1.2, 0.6, 0.1, 0.6
+
+
+def car(axle: float = 0.0, signs: tuple[float, float] = (1.0, 1.0)) -> SteeredBase:
+    """Return a car that is driven behind, on an axle, and steers in front of it."""
+    places = [np.array([axle, TRACK / 2]), np.array([axle, -TRACK / 2])]
+    behind = [SteeredWheel(place, AHEAD, RADIUS, -1, place) for place in places]
+    pivots = np.array([[axle + LENGTH, TRACK / 2], [axle + LENGTH, -TRACK / 2]])
+    front = [SteeredWheel(pivot, AHEAD, RADIUS, i, pivot) for i, pivot in enumerate(pivots)]
+    return SteeredBase(behind, front, pivots, np.array(signs), LIMIT)
+
+
+@pytest.mark.parametrize("axle", [0.0, -0.4])
+@pytest.mark.parametrize("bend", [0.0, 0.4, -0.4])
+def test_a_cars_wheels_all_roll_about_one_centre(axle: float, bend: float) -> None:
+    base, velocity = car(axle, (1.0, -1.0)), Velocity(0.5, 0.5 * bend)
+    across = np.array([TRACK / 2, -TRACK / 2])
+    inner = np.array([math.atan(LENGTH * bend / (1.0 - bend * y)) for y in across])
+    assert base.angles(velocity) == pytest.approx(inner * (1.0, -1.0))
+    assert base.speeds(velocity) == pytest.approx(0.5 * (1.0 - bend * across) / RADIUS)
+    turns = base.speeds(velocity) * 0.01
+    path, side, turn = base.motion(turns, base.angles(velocity))
+    assert (path, turn) == pytest.approx((0.005, 0.005 * bend))
+    assert side == pytest.approx(-axle * turn)  # the root swings as the axle does not
+
+
+def test_a_car_bends_no_more_than_its_wheels_turn_in() -> None:
+    most = 1.0 / (LENGTH / math.tan(LIMIT) + TRACK / 2)
+    for v, w, expected in (
+        (1.0, 9.0, most),
+        (1.0, -9.0, -most),
+        (-2.0, 9.0, 2.0 * most),
+        (1.0, 0.3 * most, 0.3 * most),
+        (0.0, 1.0, 0.0),
+    ):
+        found = car().reachable(Velocity(v, w, 7.0))
+        assert (found.v, found.w, found.side) == pytest.approx((v, expected, 0.0))
+    angles = car().angles(Velocity(1.0, most))
+    assert angles.max() == pytest.approx(LIMIT)  # of the inner wheel
+    assert angles.min() < LIMIT - 0.05
+    assert np.abs(car().angles(Velocity(0.01, 9.0))).max() == pytest.approx(LIMIT)
+
+
+def test_a_car_that_stands_keeps_its_steering() -> None:
+    base = car()
+    assert base.angles(Velocity()) == pytest.approx((0.0, 0.0))
+    held = base.angles(Velocity(0.5, 0.2)).tolist()
+    assert base.angles(Velocity(9e-4, -0.2)).tolist() == held
+    assert base.angles(Velocity(1e-3, 0.0)).tolist() == [0.0, 0.0]
+    backward = car().angles(Velocity(-0.5, 0.2))
+    assert backward == pytest.approx(car().angles(Velocity(0.5, -0.2)))
+
+
+def test_a_base_that_steers_all_wheels_turns_about_the_middle_of_them() -> None:
+    pivots = np.array([[0.5, 0.0], [-0.3, 0.0]])
+    wheels = [SteeredWheel(pivot, AHEAD, RADIUS, i, pivot) for i, pivot in enumerate(pivots)]
+    base = SteeredBase(wheels, [], pivots, np.ones(2), LIMIT)
+    front, rear = base.angles(Velocity(1.0, 0.5)).tolist()
+    assert math.tan(front) == pytest.approx(0.4 * 0.5)
+    assert rear == pytest.approx(-front)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rollers_make_any_motion_of_the_base_turns_and_back(seed: int) -> None:
+    x, y, radius = 0.3, 0.2, 0.1
+    corners = ((x, y), (x, -y), (-x, y), (-x, -y))
+    urdf = wheeled([(*corner, 0.0) for corner in corners])
+    grips = tuple((math.sqrt(0.5), s * math.sqrt(0.5)) for s in (-1.0, 1.0, 1.0, -1.0))
+    order = (0, 2, 1, 3)  # the left ones first
+    drive = DriveSettings(("a", "c"), ("b", "d"), 2 * y, radius, 1.0, 2 * y, radius)
+    own = tuple(grips[i] for i in order)
+    base = RollerBase.of(urdf, replace(drive, kind=DriveKind.MECANUM, grips=own))
+    v, side, w = np.random.default_rng(seed).uniform(-1.0, 1.0, 3).tolist()
+    velocity = Velocity(v, w, side)
+    assert base.reachable(velocity) is velocity
+    # The formula of every textbook for an X of mecanum wheels: front left, front right, rear ...
+    signs = ((-1.0, -1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0))
+    expected = [(v + s * side + t * (x + y) * w) / radius for s, t in signs]
+    speeds = base.speeds(velocity)
+    assert speeds == pytest.approx([expected[i] for i in order])
+    assert base.encoders(speeds) is speeds
+    assert len(base.angles(velocity)) == 0
+    assert base.motion(speeds * 0.1, base.angles(velocity)) == pytest.approx(
+        (0.1 * v, 0.1 * side, 0.1 * w)
+    )
+
+
+def test_sides_turn_as_one_by_the_way_each_wheel_is_mounted() -> None:
+    sides = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
+    base = SidesBase(Kinematics(0.5, 0.1), sides, np.array([2.0, 1.0]))
+    assert base.speeds(Velocity(1.0, 2.0)) == pytest.approx((5.0, -5.0, 15.0))
+    assert base.encoders(np.array([1.0, -3.0, 4.0])) == pytest.approx((2.0, 4.0))
+    assert base.motion(np.array([2.0, 4.0]), base.angles(Velocity())) == pytest.approx(
+        (0.3, 0.0, 0.4)
+    )
+    assert base.reachable(Velocity(1.0, 2.0, 3.0)) == Velocity(1.0, 2.0)
+    still = Velocity(1.0, 2.0)
+    assert base.reachable(still) is still
+    assert len(base.angles(still)) == 0

@@ -1,0 +1,45 @@
+"""Robots that are wheels on a base, made without a file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.model.geometry.inertia import Inertial
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.joints import Joint
+from arjuna_sim.model.urdf import Link, Urdf
+
+ALONG_Y = Pose3.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, 0.0))  # of what lies along z
+TYRE = Part(Shape(Kind.CYLINDER, (0.1, 0.04)), ALONG_Y)
+ACROSS = (0.0, 1.0, 0.0)
+NAMES = ("a", "b", "c", "d", "e", "f")
+
+
+def weight(mass: float, center: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Inertial:
+    """Return mass properties whose inertia does not matter."""
+    return Inertial(mass, center, np.eye(3))
+
+
+def wheeled(
+    places: Sequence[Sequence[float]] = ((0.0, 0.0, 0.0),),
+    parts: tuple[Part, ...] = (TYRE,),
+    along: tuple[float, float, float] = ACROSS,
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    base: Inertial | None = None,
+    wheel: Inertial | None = None,
+) -> Urdf:
+    """Return a robot with wheels `a`, `b`, ... at places on its link `base`."""
+    names = NAMES[: len(places)]
+    links = {"base": Link("base", base, (), ())}
+    links |= {name: Link(name, wheel, parts, ()) for name in names}
+    poses = [Pose3.from_rpy((x, y, z), rpy) for x, y, z in places]
+    joints = {
+        name: Joint(name, "continuous", "base", name, T, along)
+        for name, T in zip(names, poses, strict=True)
+    }
+    return Urdf(Path("r.urdf"), "r", "", "base", links, joints)
