@@ -178,8 +178,7 @@ def _add_joint(child: Any, joint: Joint, least_damping: float) -> None:
     added.damping[0] = max(joint.damping, least_damping)
     added.frictionloss = joint.friction
     if joint.limits is not None:
-        added.limited, added.range = True, joint.limits
-        added.limited = joint.limits[0] < joint.limits[1]
+        added.limited, added.range = joint.limits[0] < joint.limits[1], joint.limits
 
 
 def _add_loose(child: Any, joint: Joint) -> None:

@@ -138,7 +138,7 @@ def tune_tyres(model: Any, robot: Robot, sag: float) -> Standing:
     steady, radius = steady_acceleration(feet, weight), robot.drive.radius
     lifting, climbed = lifting_sill(feet, sag), climbed_sill(feet, radius)
     return Standing(
-        -min(sunk, default=0.0),
+        -min(sunk, default=-0.0),
         steady,
         footing_notes(steady),
         max(0.0, min(lifting, climbed)),
