@@ -32,9 +32,10 @@ def wheeled(
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0),
     base: Inertial | None = None,
     wheel: Inertial | None = None,
+    names: Sequence[str] = NAMES,
 ) -> Urdf:
     """Return a robot with wheels `a`, `b`, ... at places on its link `base`."""
-    names = NAMES[: len(places)]
+    names = names[: len(places)]
     links = {"base": Link("base", base, (), ())}
     links |= {name: Link(name, wheel, parts, ()) for name in names}
     poses = [Pose3.from_rpy((x, y, z), rpy) for x, y, z in places]

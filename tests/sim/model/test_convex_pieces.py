@@ -1,0 +1,183 @@
+"""Into which convex pieces meshes are split, and what their corners are."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.meshes.solids import prism
+from arjuna_sim.model.geometry.convex_pieces import CUBE, hull, pieces, surface
+from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape, Terrain, circle, corners
+from arjuna_sim.model.geometry.surfaces import surfaces
+from arjuna_sim.model.world import Body, World
+
+FACE = np.array([[[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [0.0, 3.0, 1.0]]])  # looks up
+SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+TILTED = Pose3.from_rpy((1.0, 2.0, 3.0), (0.3, -0.5, 0.7))
+DEPTH = 0.05
+
+
+def tube() -> NDArray[np.float64]:
+    """Return the eight faces of a square tube of edge 1 without ends."""
+    return prism(SQUARE, 1.0)[-8:]
+
+
+def sheet(count: int) -> NDArray[np.float64]:
+    """Return the faces of a square metre that looks up, `2 count^2` of them."""
+    heights = Terrain(Path("flat.png"), np.zeros((count + 1, count + 1)))
+    return heights.triangles((1.0, 1.0, 1.0))
+
+
+def moved(faces: NDArray[np.float64], by: tuple[float, float, float]) -> NDArray[np.float64]:
+    result: NDArray[np.float64] = faces + np.array(by)
+    return result
+
+
+def volumes(found: list[NDArray[np.float64]]) -> list[float]:
+    return [float(ConvexHull(each).volume) for each in found]
+
+
+@pytest.mark.parametrize(
+    ("spans", "volume"),
+    [
+        ((3.0, 2.0, 1.0), 6.0),
+        ((3.0, 2.0, 1.1e-3), 6.6e-3),
+        ((3.0, 2.0, 0.9e-3), 6e-3),  # what is flat becomes a millimetre thick
+        ((3.0, 2.0, 0.0), 6e-3),
+        ((3.0, 0.0, 0.0), 3e-6),
+        ((3.0, 0.9e-3, 0.0), 3e-6),
+        ((0.0, 0.0, 0.0), 1e-9),
+    ],
+)
+def test_a_hull_is_what_it_is_of_or_a_millimetre_thick(
+    spans: tuple[float, float, float], volume: float
+) -> None:
+    points = TILTED.apply(CUBE * np.array(spans) / 2)
+    inside = points.mean(axis=0)[None]
+    found = hull(np.vstack((points, inside, points)))
+    assert len(found) == 8
+    assert volumes([found]) == pytest.approx([volume], rel=1e-3)
+    np.testing.assert_allclose(found.mean(axis=0), TILTED.position, atol=1e-6)
+
+
+def test_a_face_is_a_slab_behind_it_and_a_sliver_nothing() -> None:
+    (slab,) = pieces(FACE).corners
+    np.testing.assert_allclose(slab, np.vstack((FACE[0], FACE[0] - (0.0, 0.0, DEPTH))))
+    (other,) = pieces(FACE[:, ::-1]).corners
+    np.testing.assert_allclose(other[3:] - other[:3], [(0.0, 0.0, DEPTH)] * 3)
+    sliver = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 1e-10, 0.0]]])
+    assert len(pieces(np.concatenate((tube(), sliver + 3.0))).corners) == 8
+    assert surface(np.concatenate((FACE, tube()))) == pytest.approx(3.0 + 4.0)
+
+
+@pytest.mark.parametrize(("most", "count"), [(8, 8), (9, 8)])
+def test_a_hollow_body_is_its_walls_while_these_are_few_enough(most: int, count: int) -> None:
+    found = pieces(tube(), most)
+    assert (len(found.corners), found.within) == (count, 0.0)
+
+
+def test_too_many_walls_are_joined_cell_by_cell() -> None:
+    found = pieces(tube(), 7)
+    assert 0 < len(found.corners) <= 7
+    assert 0.0 < found.within < 1.5
+    whole = pieces(tube(), 1)
+    assert volumes(whole.corners) == pytest.approx([1.0])
+    assert whole.within == pytest.approx(1.0)  # as far as it reaches
+
+
+@pytest.mark.parametrize(("notch", "is_whole"), [(0.2, True), (0.4, False)])
+def test_a_body_that_nearly_fills_its_hull_is_one_piece(notch: float, is_whole: bool) -> None:
+    top = np.array([[1.0, 1.0], [0.6, 1.0], [0.5, 1.0 - notch], [0.4, 1.0], [0.0, 1.0]])
+    body = prism(np.vstack((SQUARE[:2], top)), 1.0)  # fills 0.98 or 0.96 of the cube
+    far = moved(TILTED.apply(body.reshape(-1, 3)).reshape(-1, 3, 3), (100.0, -50.0, 20.0))
+    for each in (body, body[:, ::-1], far):
+        assert len(pieces(each).corners) == (1 if is_whole else len(body))
+
+
+def test_bodies_apart_are_pieces_in_the_order_of_their_first_faces() -> None:
+    boxes = [moved(prism(SQUARE, 1.0), (x, 0.0, 0.0)) for x in (5.0, 0.0, 2.0)]
+    mixed = np.concatenate([box[part] for part in (slice(3), slice(3, None)) for box in boxes])
+    found = pieces(mixed, 3)
+    assert found.within == 0.0
+    assert [each[:, 0].min() for each in found.corners] == [5.0, 0.0, 2.0]
+    assert volumes(found.corners) == pytest.approx([1.0] * 3)
+    assert pieces(mixed, 2).within > 0.0
+    touching = np.concatenate(
+        (boxes[1], moved(boxes[1], (1.0, 0.0, 0.0)))
+    )  # share corners: one body
+    assert volumes(pieces(touching).corners) == pytest.approx([2.0])
+
+
+def test_cells_of_faces_that_look_one_way_reach_a_slab_deep() -> None:
+    found = pieces(sheet(8), 16)
+    assert 4 <= len(found.corners) <= 16
+    assert 0.25 <= found.within < 0.25 * 1.25**4  # no finer than all can have, and little coarser
+    for corner in found.corners:
+        assert (corner[:, 2].min(), corner[:, 2].max()) == pytest.approx((-DEPTH, 0.0))
+        assert np.ptp(corner[:, :2], axis=0).max() < 2.0 * found.within
+    both = np.concatenate((sheet(8), sheet(8)[:, ::-1]))
+    for corner in pieces(both, 16).corners:
+        assert np.ptp(corner[:, 2]) == pytest.approx(1e-3)
+    covered = np.concatenate([corner[:, :2] for corner in found.corners])
+    assert (covered.min(), covered.max()) == pytest.approx((-0.5, 0.5))
+
+
+def test_large_faces_are_cut_before_they_are_sorted_into_cells() -> None:
+    found = pieces(np.concatenate((sheet(1), moved(sheet(8), (0.0, 0.0, 3.0)))), 64)
+    low = [corner for corner in found.corners if corner[:, 2].max() < 1.0]
+    assert len(low) >= 9
+    assert sum(volumes(low)) == pytest.approx(DEPTH, rel=0.1)  # each point of it once
+
+
+def test_a_ground_has_its_heights_row_by_row() -> None:
+    ground = Terrain(Path("g.png"), np.array([[0.0, 0.5, 1.0], [0.25, 0.0, 0.0]]))
+    points = ground.points((4.0, 2.0, 8.0))
+    assert points.shape == (2, 3, 3)
+    assert points[0].tolist() == [[-2.0, -1.0, 0.0], [0.0, -1.0, 4.0], [2.0, -1.0, 8.0]]
+    assert points[1, 0].tolist() == [-2.0, 1.0, 2.0]
+    faces = ground.triangles((4.0, 2.0, 8.0))
+    assert len(faces) == 4
+    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    assert (normals[:, 2] > 0.0).all()
+    assert np.abs(normals[:, 2]).sum() / 2.0 == pytest.approx(8.0)  # seen from above
+    shape = Shape(Kind.TERRAIN, (4.0, 2.0, 8.0), terrain=ground)
+    np.testing.assert_array_equal(corners(shape), points.reshape(-1, 3))
+    np.testing.assert_array_equal(shape.triangles(), faces)
+
+
+def test_a_hollow_mesh_is_cut_in_its_own_outline_and_not_its_hulls() -> None:
+    outline = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)])
+    mesh = Mesh(Path("l.stl"), prism(outline, 1.0))
+    assert mesh.reach == 3.0
+    shape = Shape(Kind.MESH, (2.0, 1.0, 3.0), mesh)
+    world = World(Path("w"), "w", (Body("m", Part(shape), True),), ())
+    lines = surfaces(world, 1.7)
+    length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1]).sum()
+    assert length == pytest.approx(2.0 * (6.0 + 2.0))
+    ends = {tuple(np.round(end, 6)) for end in lines.reshape(-1, 2).tolist()}
+    assert {(2.0 * x, y) for x, y in outline.tolist()} <= ends
+    assert len(surfaces(world, 3.1)) == len(surfaces(world, -0.1)) == 0
+    assert mesh.hull((2.0, 1.0, 3.0)) is mesh.hull((2.0, 1.0, 3.0))
+    assert mesh.hull((2.0, 1.0, 3.0)).max(axis=0).tolist() == [6.0, 2.0, 3.0]
+    assert mesh.pieces((1.0, 1.0, 1.0), 99) is mesh.pieces((1.0, 1.0, 1.0), 99)
+    assert mesh.pieces((1.0, 1.0, 1.0), 1).within > 0.0  # of another budget, others
+
+
+def test_round_shapes_have_64_corners_a_ring() -> None:
+    ring = circle(2.0)
+    assert len(ring) == 64
+    np.testing.assert_allclose(np.hypot(*ring.T), 2.0)
+    assert len(np.unique(np.round(ring, 9), axis=0)) == 64
+    pill = corners(Shape(Kind.CAPSULE, (0.5, 2.0)))
+    assert len(pill) == 10 * 64
+    off = pill - np.column_stack((0 * pill[:, :2], np.clip(pill[:, 2], -1.0, 1.0)))
+    np.testing.assert_allclose(np.linalg.norm(off, axis=1), 0.5)  # all on its surface
+    heights = np.unique(np.round(pill[:, 2], 9))
+    angles = np.arcsin(np.clip((heights[heights > 0.0] - 1.0) / 0.5, -1.0, 1.0))
+    np.testing.assert_allclose(angles, np.arange(5) * math.pi / 8, atol=1e-6)
