@@ -1,17 +1,20 @@
-"""Robots are put on slopes as these lie."""
+"""Robots are put on slopes and floors as these lie, clear of what stands there."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from arjuna_core.errors import WorldError
 from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.simulator import Simulator
+from tests.sim.builders import simulator
 from tests.sim.generated import Chassis, level, slope
 
 
@@ -34,3 +37,86 @@ def test_it_lies_on_a_slope_whichever_way_it_looks(degrees: float, turn: float) 
     ride = placer(0.0).place(SE2()).position[2]
     above = root.position[2] - 0.2 * math.tan(angle)
     assert above == pytest.approx(ride / math.cos(angle), abs=2e-3)
+
+
+BOX = """<model name='{name}'><static>1</static><pose>{place} 0 0 0</pose><link name='l'>
+<collision name='c'><geometry><box><size>{size}</size></box></geometry></collision></link>
+</model>"""
+AWAY = SE2(30.0, 0.0, 0.0)
+
+
+def among(folder: Path, *boxes: tuple[str, str, str]) -> Placer:
+    """Return what places the shipped robot among boxes, each a name, a place and a size."""
+    path = folder / "boxes.world"
+    inside = "".join(BOX.format(name=name, place=at, size=size) for name, at, size in boxes)
+    path.write_text(f"<sdf version='1.6'><world name='w'>{inside}</world></sdf>")
+    return Placer(simulator(path, spawn=AWAY).stage, SOLO)
+
+
+def test_what_it_would_touch_is_named_and_it_stands_there_all_the_same(tmp_path: Path) -> None:
+    on = among(tmp_path, ("post", "0.1 0 0.5", "0.1 0.1 1"), ("far", "5 0 0.5", "0.1 0.1 1"))
+    ride = on.place(AWAY).position[2]
+    assert on.touched(AWAY) == ()
+    assert on.touched(SE2()) == ("post",)
+    assert on.place(SE2(0.0, 0.0, 1.0)).position == pytest.approx((0.0, 0.0, ride))
+    assert on.place(SE2(0.0, 0.0, 1.0)).rpy()[2] == pytest.approx(1.0)
+    assert on.nearest_free(AWAY) is AWAY
+
+
+def test_the_nearest_place_is_free_whichever_way_it_turns(tmp_path: Path) -> None:
+    on, heading = among(tmp_path, ("wall", "0.3 0 0.5", "0.2 3 1")), 0.3
+    found = on.nearest_free(SE2(0.2, 0.0, heading))
+    assert found.theta == heading
+    ring = math.hypot(found.x - 0.2, found.y) / 0.1
+    assert ring == pytest.approx(round(ring))
+
+    def is_free(ring: int, step: int) -> bool:
+        angle = heading + step * math.pi / 8
+        x, y = 0.2 + 0.1 * ring * math.cos(angle), 0.1 * ring * math.sin(angle)
+        return not any(on.touched(SE2(x, y, heading + k * math.pi / 4)) for k in range(8))
+
+    assert not any(is_free(round(ring) - 1, step) for step in range(16))
+    first = next(step for step in range(16) if is_free(round(ring), step))
+    way = math.atan2(found.y, found.x - 0.2) - heading
+    assert math.remainder(way - first * math.pi / 8, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("edge", "is_free"), [("5.2", True), ("7.6", False)])
+def test_it_is_looked_for_no_farther_than_three_metres(
+    tmp_path: Path, edge: str, is_free: bool
+) -> None:
+    on = among(tmp_path, ("block", "0 0 0.5", f"{edge} 20 1"))
+    if is_free:
+        assert 2.6 < abs(on.nearest_free(SE2()).x) < 3.01
+    else:
+        with pytest.raises(WorldError, match=r"no place within 3 m of \(0\.5, 0\) is free for the"):
+            on.nearest_free(SE2(0.5, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("size", "z", "height"),
+    [
+        ("4 4 0.2", 0.1, 0.2),  # a low stage is a floor
+        ("4 4 0.3", 0.15, None),  # a higher one is none, and nothing fits into it
+        ("0.8 0.8 0.2", 0.1, None),  # nor is the top of a box
+        ("4 0.8 0.2", 0.1, None),  # nor that of a beam: it goes on in two ways of eight
+        ("4 4 0.1", 1.5, 0.0),  # what is above it is a roof
+        ("4 4 0.1", 3.2, 0.0),
+    ],
+)
+def test_it_stands_on_floors_and_under_roofs(
+    tmp_path: Path, size: str, z: float, height: float | None
+) -> None:
+    on = among(tmp_path, ("plate", f"0 0 {z}", size))
+    ride = on.place(AWAY).position[2]
+    touched, at = on.touched(SE2()), on.place(SE2()).position[2]
+    assert touched == (("plate",) if height is None else ())
+    assert at == pytest.approx(ride + (height or 0.0), abs=1e-6)
+
+
+def test_of_two_floors_it_takes_the_lowest_where_it_fits(tmp_path: Path) -> None:
+    stages = ("low", "0 0 0.05", "6 6 0.1"), ("high", "0 0 0.1", "4 4 0.2")
+    on = among(tmp_path, *stages)
+    ride = on.place(AWAY).position[2]
+    assert on.place(SE2()).position[2] == pytest.approx(ride + 0.2, abs=1e-6)
+    assert on.place(SE2(2.5, 0.0, math.pi / 2)).position[2] == pytest.approx(ride + 0.1, abs=1e-6)

@@ -37,6 +37,8 @@ def guessed(urdf: Urdf, inside: str = "") -> tuple[tuple[str, ...], tuple[str, .
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_sides_are_where_wheels_stand_whichever_way_their_axes_point(sign: float) -> None:
     assert guessed(wheeled(CORNERS, along=(0.0, sign, 0.0), names=SIDES)) == PAIRS
+    aside = [(x, y + 0.5, z) for x, y, z in CORNERS]  # of a root that is not in the middle
+    assert guessed(wheeled(aside, along=(0.0, sign, 0.0), names=SIDES)) == PAIRS
     plain = wheeled(CORNERS, along=(0.0, sign, 0.0))
     assert guessed(plain) == (("a", "c"), ("b", "d"))
 
