@@ -135,3 +135,22 @@ def test_what_another_place_leaves_open_is_the_way_along_the_walls(frame: SE2) -
     unknown = np.linalg.eigh(place.covariance[:2, :2])[1][:, 1]
     along = np.array([math.cos(frame.theta), math.sin(frame.theta)])
     assert abs(unknown @ along) > math.cos(math.radians(0.5))
+
+
+@pytest.mark.parametrize(("doors", "is_found"), [((5.0,), True), ((4.0, 5.0, 11.0, 12.0), False)])
+def test_beams_that_go_through_much_of_it_speak_against_a_place(
+    doors: tuple[float, ...], is_found: bool
+) -> None:
+    """A closed door across a corridor is 4 % of all walls; 8 % are too much."""
+    open_ = (*CORRIDOR, *ENDS)
+    shut = (*open_, *((x, 0.0, x, 2.0) for x in doors))
+    config, scans = SlamConfig(), [scan(open_, view) for view in VIEWS]
+    matcher = PlaceMatcher(config, ScanMatcher(config), config.max_laser_range)
+    window = Search(SE2(), np.diag([1.0, 1.0, 0.01]) / 4.0, 1.0, 0.1)
+    for query, past in ((shut, open_), (open_, shut)):
+        seen = tuple(range(3))
+        ours = submap(query, MOVED.inverse(), seen if query is open_ else ())
+        theirs = submap(past, SE2(), seen if past is open_ else ())
+        place = finished(matcher.find(ours, theirs, window, scans))
+        assert (place is not None) is is_found
+        assert place is None or not place.sure  # a wall of 2 m is in the way

@@ -9,7 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.grid import OCCUPIED, UNKNOWN
+from arjuna_core.raycast import line_cells
 from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
 from arjuna_slam.mapping.occupancy import Occupancy
 
 WALL = 3.02  # ahead [m]
@@ -60,3 +62,89 @@ def test_a_map_looked_at_after_each_scan_is_the_same_in_the_end() -> None:
         pieces.grid(0.0)
         whole.trace(scan, pose, 10.0, 1)
     assert np.array_equal(cells(pieces)[0], cells(whole)[0])
+
+
+def beam(range_: float, pose: SE2, range_min: float = 0.02) -> tuple[Scan, NDArray[np.float64]]:
+    """Return a scan of one beam ahead, and where it is taken."""
+    return Scan(np.array([range_]), 0.0, 0.1, range_min, 10.0, 0.0), pose.array()
+
+
+def crossed(range_: float, pose: SE2) -> set[tuple[int, int]]:
+    """Return the cells of 0.05 m, of which one has its middle at the origin, along a beam."""
+    ends = np.array([[pose.x, pose.y], pose.apply(np.array([[range_, 0.0]]))[0]])
+    (x0, y0), (x1, y1) = np.floor(ends / 0.05 + 0.5).astype(int).tolist()
+    return {(int(r), int(c)) for r, c in line_cells(y0, x0, y1, x1)}
+
+
+def told(occupancy: Occupancy) -> dict[tuple[int, int], int]:
+    """Return the value of each known cell, by its row and column from the origin's."""
+    grid = occupancy.grid(7.0)
+    assert grid is not None
+    assert grid.stamp == 7.0
+    first = np.round(np.array([grid.frame.origin.y, grid.frame.origin.x]) / 0.05 + 0.5)
+    known = np.argwhere(grid.data != UNKNOWN)
+    for edge in (grid.data[0], grid.data[-1], grid.data[:, 0], grid.data[:, -1]):
+        assert (edge != UNKNOWN).any()  # no larger than what was seen
+    return {(int(r + first[0]), int(c + first[1])): int(grid.data[r, c]) for r, c in known.tolist()}
+
+
+BEAMS = [
+    (float(r), SE2(float(x), float(y), float(t)))
+    for r, x, y, t in np.random.default_rng(4).uniform((1, -4, -4, -3), (9, 4, 4, 3), (12, 4))
+]
+
+
+def test_a_map_is_of_the_cells_that_beams_have_crossed_often_enough() -> None:
+    occupancy = Occupancy(0.05, 2, 0.1)
+    assert occupancy.grid(0.0) is None
+    cells: set[tuple[int, int]] = set()
+    for range_, pose in BEAMS:  # each grows the map another way
+        for _ in range(2):
+            occupancy.trace(*beam(range_, pose), 20.0, 1)
+        once = told_or_none(occupancy)
+        assert not crossed(range_, pose) <= once
+        occupancy.trace(*beam(range_, pose), 20.0, 1)
+        cells |= crossed(range_, pose)
+        assert set(told(occupancy)) == cells
+    ends = {cell for cell, value in told(occupancy).items() if value == OCCUPIED}
+    last = [SE2(x, y).apply(np.zeros((1, 2)))[0] for x, y in (end(*each) for each in BEAMS)]
+    assert ends <= {(math.floor(y / 0.05 + 0.5), math.floor(x / 0.05 + 0.5)) for x, y in last}
+    assert len(ends) >= len(BEAMS) - 1  # one may be crossed by others
+
+
+def end(range_: float, pose: SE2) -> tuple[float, float]:
+    x, y = pose.apply(np.array([[range_, 0.0]]))[0].tolist()
+    return x, y
+
+
+def told_or_none(occupancy: Occupancy) -> set[tuple[int, int]]:
+    """Return which cells are known, of a map whose rim may not be."""
+    grid = occupancy.grid(0.0)
+    assert grid is not None
+    first = np.round(np.array([grid.frame.origin.y, grid.frame.origin.x]) / 0.05 + 0.5)
+    return {(int(r + first[0]), int(c + first[1])) for r, c in np.argwhere(grid.data != UNKNOWN)}
+
+
+@pytest.mark.parametrize("gone", range(0, 12, 3))
+def test_what_is_taken_away_leaves_the_map_as_it_was_without(gone: int) -> None:
+    whole, without = Occupancy(0.05, 2, 0.1), Occupancy(0.05, 2, 0.1)
+    for k, (range_, pose) in enumerate(BEAMS):
+        for each in (whole, without) if k != gone else (whole,):
+            for _ in range(3):
+                each.trace(*beam(range_, pose), 20.0, 1)
+    assert told(whole) != told(without)
+    for _ in range(3):
+        whole.trace(*beam(*BEAMS[gone]), 20.0, -1)
+    assert told(whole) == told(without)
+
+
+def test_beams_out_of_range_hit_nothing_or_say_nothing() -> None:
+    occupancy, pose = Occupancy(0.05, 2, 0.1), SE2(1.0, 0.5, 0.3)
+    for _ in range(3):
+        occupancy.trace(*beam(0.01, pose), 20.0, 1)  # too near
+        occupancy.trace(*beam(math.nan, pose), 20.0, 1)
+    assert occupancy.grid(0.0) is None
+    for _ in range(3):
+        occupancy.trace(*beam(9.0, pose), 4.0, 1)
+    assert set(told(occupancy)) == crossed(4.0, pose)
+    assert OCCUPIED not in told(occupancy).values()
