@@ -42,6 +42,20 @@ def test_a_cars_wheels_all_roll_about_one_centre(axle: float, bend: float) -> No
     assert side == pytest.approx(-axle * turn)  # the root swings as the axle does not
 
 
+@pytest.mark.parametrize("bend", [0.0, 0.4, -0.4])
+def test_wheels_that_steer_and_drive_turn_as_fast_as_they_go(bend: float) -> None:
+    pivots = np.array([[LENGTH, TRACK / 2], [LENGTH, -TRACK / 2]])
+    front = [SteeredWheel(pivot, AHEAD, RADIUS, i, pivot) for i, pivot in enumerate(pivots)]
+    rear = SteeredWheel(np.zeros(2), AHEAD, RADIUS, -1, np.zeros(2))
+    base = SteeredBase(front, [rear], pivots, np.ones(2), LIMIT)
+    velocity = Velocity(0.5, 0.5 * bend)
+    ways = np.column_stack((1.0 - bend * pivots[:, 1], bend * pivots[:, 0]))
+    speeds = base.speeds(velocity)
+    assert speeds == pytest.approx(0.5 * np.hypot(*ways.T) / RADIUS)
+    moved = base.motion(speeds * 0.1, base.angles(velocity))
+    assert moved == pytest.approx((0.05, 0.0, 0.05 * bend))
+
+
 def test_a_car_bends_no_more_than_its_wheels_turn_in() -> None:
     most = 1.0 / (LENGTH / math.tan(LIMIT) + TRACK / 2)
     for v, w, expected in (

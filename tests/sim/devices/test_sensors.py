@@ -101,6 +101,18 @@ def test_imu_measures_turn_rate_and_heading_of_a_spin() -> None:
     assert last.imu.rpy[2] == pytest.approx(last.truth.pose.theta, abs=0.01)
 
 
+def test_heading_is_that_since_the_start_whichever_way_that_was() -> None:
+    sim = simulator(spawn=SE2(0.0, 0.0, 1.0))
+    settings, exact = sim.robot.settings.imu, ImuConfig(0.0, 0.0, 0.0, 0.0, 0.0)
+    assert settings is not None
+    imu = Imu(sim.stage.scene.model, settings, exact, np.random.default_rng(0))
+    assert imu.read(sim.stage.data, 0.0, 0.02).rpy[2] == pytest.approx(0.0, abs=1e-9)
+    start = sim.truth().pose.theta
+    run(sim, 1.0, Velocity(0.0, 0.5))
+    turned = imu.read(sim.stage.data, 1.0, 0.02).rpy[2]
+    assert turned == pytest.approx(sim.truth().pose.theta - start, abs=1e-6)
+
+
 def test_bias_walks_with_the_root_of_time() -> None:
     sim, config = simulator(), ImuConfig(0.0, 0.1, 0.0, 0.3, 0.0)
     settings, rng = sim.robot.settings.imu, np.random.default_rng(3)
