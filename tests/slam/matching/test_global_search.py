@@ -55,16 +55,16 @@ def test_the_best_are_taken_first_and_what_is_like_them_left_out() -> None:
 
 
 def rooms(origin: SE2) -> OccupancyGrid:
-    """Return a map of 6 by 4 m with a wall through it, a post, and a corner nobody has seen."""
-    data = np.full((80, 120), FREE, np.int8)
+    """Return a map of 12 by 8 m with a wall through it, a post, and a corner nobody has seen."""
+    data = np.full((160, 240), FREE, np.int8)
     data[[0, -1], :] = data[:, [0, -1]] = OCCUPIED
-    data[:50, 70] = data[60:64, 20:24] = OCCUPIED
-    data[:20, :20] = UNKNOWN
-    return OccupancyGrid(GridFrame(0.05, 120, 80, origin), data, 0.0)
+    data[:100, 140] = data[120:128, 40:48] = OCCUPIED
+    data[:40, :40] = UNKNOWN
+    return OccupancyGrid(GridFrame(0.05, 240, 160, origin), data, 0.0)
 
 
 @pytest.mark.parametrize("origin", [SE2(), SE2(-3.0, 7.0, 0.8)])
-@pytest.mark.parametrize("at", [SE2(1.5, 2.2, 0.3), SE2(4.6, 0.9, -2.0), SE2(5.2, 3.3, 3.1)])
+@pytest.mark.parametrize("at", [SE2(3.03, 4.4, 0.3), SE2(9.2, 1.86, -2.0), SE2(10.4, 6.6, 3.1)])
 def test_a_place_is_found_all_over_the_map(origin: SE2, at: SE2) -> None:
     grid = rooms(origin)
     truth = origin @ at
