@@ -1,4 +1,4 @@
-"""Actors: people and things that follow waypoints, whatever stands in their way."""
+"""Actors: people and things that follow waypoints."""
 
 from __future__ import annotations
 

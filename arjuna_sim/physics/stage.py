@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -26,7 +27,7 @@ from arjuna_sim.physics.contacts import touched
 from arjuna_sim.physics.entity_body import addresses_of, motion_of
 from arjuna_sim.physics.scene import Scene, build_scene
 from arjuna_sim.physics.sleeping import Stepper
-from arjuna_sim.physics.walkers import Walkers
+from arjuna_sim.physics.walkers import Manners, Walkers
 from arjuna_sim.physics.wheels.servo import ServoConfig
 
 
@@ -66,7 +67,7 @@ class Stage:
         entities, taken = moving_entities(world), frozenset(world.masses)
         self._install(world, entities, taken, *self._compile(world, entities, taken))
         self._steps = 0
-        self._began: dict[str, int] = {}
+        self._began: Counter[str] = Counter()
 
     @property
     def elapsed(self) -> float:
@@ -185,7 +186,7 @@ class Stage:
     def rewind(self) -> None:
         """Put everything that is there to its start, at rest."""
         mujoco.mj_resetData(self.scene.model, self.data)
-        self._began = dict.fromkeys(self._entities, self._steps)
+        self._began = Counter(dict.fromkeys(self._entities, self._steps))
         self._follow()
 
     def advance(self, steps: int) -> None:
@@ -201,13 +202,13 @@ class Stage:
             self.data.qpos[self.scene.rollers] = 0.0
 
     def _on_the_way(self, name: str) -> float:
-        return (self._steps - self._began.get(name, 0)) * self._timestep
+        return (self._steps - self._began[name]) * self._timestep
 
     def _follow(self) -> None:
         """Put what follows a trajectory where it is now."""
         if len(self._walkers):
-            began = np.array([self._began.get(name, 0) for name in self._walking])
-            self._walkers.put(self.data, (self._steps - began) * self._timestep)
+            self._began.update(self._walking[k] for k in self._manners.stopped(self.data))
+            self._walkers.put(self.data, np.array([self._on_the_way(n) for n in self._walking]))
 
     def contacts(self, robot: str) -> tuple[str, ...]:
         """Return the names of what a robot touches, sorted; never what it stands on."""
@@ -262,13 +263,12 @@ class Stage:
         self.world, self._entities, self._taken = world, entities, taken
         self.scene, self.data = scene, data
         self._stepper = Stepper(scene.model, data)
-        self._handles = {
-            name: addresses_of(scene.model, entity) for name, entity in entities.items()
-        }
+        self._handles = {name: addresses_of(scene.model, one) for name, one in entities.items()}
         walking = {n: e.trajectory for n, e in entities.items() if e.trajectory is not None}
         self._walking = tuple(walking)
         bodies = [self._handles[name][0] for name in walking]
         self._walkers = Walkers(bodies, list(walking.values()))
+        self._manners = Manners(scene.model, bodies, self._timestep)
         self._runs_alone = not walking and not len(scene.rollers)
 
     def _put(self, entity: Entity, pose: Pose3) -> None:

@@ -1,14 +1,20 @@
-"""Walkers: all that follows a trajectory, moved at once."""
+"""Walkers: all that follows a trajectory, moved at once; how hard they push."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_sim.model.actors import Trajectory
+
+_PUSH = 50.0  # of a walker, by the mass of what it meets: twice what tyres hold [m/s^2]
+_HASTE = 0.05  # over which a push is averaged [s]: to set something moving takes more
+_WAITS = 2.0  # before it steps over what does not give way [s]
+_LIGHT = 1.0  # time constant of a contact that hardly presses, 0.02 of another [s]
 
 
 class Walkers:
@@ -56,6 +62,60 @@ class Walkers:
         data.mocap_quat[self._bodies] = np.column_stack(
             (np.cos(theta / 2), zero, zero, np.sin(theta / 2))
         )
+
+
+class Manners:
+    """Keeps walkers from pressing what they meet into a wall, as nothing else holds them back.
+
+    Who would have to push harder than makes a robot slide stands, and steps over it where it stays.
+
+    Args:
+        model: The `mujoco.MjModel`, whose walkers' contacts become light while they step over.
+        bodies: Each walker's mocap body.
+        timestep: Of the physics [s].
+    """
+
+    def __init__(self, model: Any, bodies: list[int], timestep: float) -> None:
+        self._model, self._patience = model, round(_WAITS / timestep)
+        self._share, self._pushes = timestep / _HASTE, np.zeros(len(bodies))
+        walkers = [int(np.flatnonzero(model.body_mocapid == body)[0]) for body in bodies]
+        self._geoms = [np.flatnonzero(model.geom_bodyid == body) for body in walkers]
+        self._who = np.full(model.ngeom, -1)
+        for k, geoms in enumerate(self._geoms):
+            self._who[geoms] = k
+        self._mass = model.body_subtreemass[model.body_rootid[model.geom_bodyid]]
+        self._usual = model.geom_solref[:, 0].copy()
+        self._waited = np.zeros(len(bodies), np.int64)
+
+    def stopped(self, data: Any) -> NDArray[np.int64]:
+        """Return who goes no farther in the next step.
+
+        Args:
+            data: The `mujoco.MjData` after a step.
+        """
+        pairs = data.contact.geom[: data.ncon]
+        who = self._who[pairs].max(axis=1)
+        if (who < 0).all():
+            self._go_on(self._waited > 0)
+            return np.empty(0, np.int64)
+        self._pushes *= 1.0 - self._share
+        force = np.zeros(6)
+        for i in np.flatnonzero(who >= 0).tolist():
+            mujoco.mj_contactForce(self._model, data, i, force)
+            self._pushes[who[i]] += self._share * force[0] / self._mass[pairs[i]].max()
+        halts = self._pushes > _PUSH
+        meets = np.isin(np.arange(len(halts)), who)
+        self._go_on((self._waited > 0) & ~meets)
+        self._waited[meets & (halts | (self._waited > 0))] += 1
+        for k in np.flatnonzero(self._waited == self._patience).tolist():
+            self._model.geom_solref[self._geoms[k], 0] = _LIGHT
+        return np.flatnonzero(halts & (self._waited < self._patience))
+
+    def _go_on(self, free: NDArray[np.bool_]) -> None:
+        """Let those who met something and do no more press as before."""
+        self._waited[free] = 0
+        for k in np.flatnonzero(free).tolist():
+            self._model.geom_solref[self._geoms[k], 0] = self._usual[self._geoms[k]]
 
 
 def _round(trajectory: Trajectory) -> float:

@@ -11,10 +11,12 @@ import pytest
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
+from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.model.actors import Trajectory, person
 from arjuna_sim.model.entities import Entity
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.physics.walkers import Walkers
-from tests.sim.builders import simulator
+from tests.sim.builders import run, simulator
 
 
 def test_walkers_walk_together_as_one_by_one() -> None:
@@ -48,3 +50,33 @@ def test_who_walks_into_a_robot_pushes_it_aside_and_does_not_overturn_it(
         leans = max(leans, *map(abs, (sim.truth().roll, sim.truth().pitch)))
     assert math.hypot(sim.truth().pose.x, sim.truth().pose.y) > 0.1
     assert leans < math.radians(30.0)
+
+
+@pytest.mark.parametrize(("turn", "towards"), [(2.2, 60.0), (0.4, 90.0), (-2.0, 120.0)])
+def test_who_walks_at_a_wall_steps_over_the_robot_between_which_drives_away_after(
+    turn: float, towards: float
+) -> None:
+    sim = simulator(spawn=SE2(0.0, 0.0, turn))
+    wall = (Part(Shape(Kind.BOX, (3.2, 0.2, 1.0)), Pose3((0.0, 0.0, 0.5))),)
+    sim.stage.spawn(Entity("wall", wall, start=Pose3((0.8, 0.5, 0.0)), spawned=True))
+    ahead = np.array([math.cos(math.radians(towards)), math.sin(math.radians(towards))])
+    way = Trajectory.along(np.array([-1.0 * ahead, 1.5 * ahead]), 1.2, loop=False)
+    sim.stage.spawn(Entity("walker", person(), trajectory=way, spawned=True))
+    run(sim, 6.0)
+    assert sim.stage.motion("walker").pose.position[:2] == pytest.approx(1.5 * ahead)
+    moved = []
+    for v in (0.2, -0.2):
+        before = sim.truth().pose
+        run(sim, 1.5, Velocity(v, 0.0))
+        moved.append(sim.truth().pose.distance(before))
+    assert max(moved) > 0.15
+
+
+def test_who_was_stopped_and_let_go_presses_as_before() -> None:
+    sim = simulator()
+    way = Trajectory.along(np.array([[1.0, 0.0], [-4.0, 0.0]]), 1.2, loop=False)
+    sim.stage.spawn(Entity("walker", person(), trajectory=way, spawned=True))
+    usual = sim.stage.scene.model.geom_solref.copy()
+    run(sim, 9.0)
+    assert sim.stage.motion("walker").pose.position[0] == -4.0
+    assert (sim.stage.scene.model.geom_solref == usual).all()
