@@ -52,7 +52,7 @@ class _Started:
         run: What is run.
         folder: Where its files go.
         program: What takes the run's words.
-        main: Does the same in a fork of this process; None to start the program.
+        forks: Where the same is done in a fork of this process; None to start the program.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class _Started:
         run: Run,
         folder: Path,
         program: Sequence[str],
-        main: Callable[[], int] | None,
+        forks: Forks | None,
     ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.run, self._folder, self._campaign = run, folder, campaign
@@ -69,6 +69,7 @@ class _Started:
         self._last = ""
         self._start = time.monotonic()
         command = [*program, *run.words(campaign, folder)]
+        main = None if forks is None else forks.main
         self._child = Child(ChildSpec(run.name, command, run=main), self._write)
 
     def _write(self, line: str) -> None:
@@ -152,10 +153,9 @@ def run_all(
     waiting = [run for run in runs if found[run.name] is None]
     if forks is not None and waiting:
         forks.warm_up()
-    main = None if forks is None else forks.main
 
     def start(run: Run) -> _Started:
-        return _Started(campaign, run, folder / run.name, program, main)
+        return _Started(campaign, run, folder / run.name, program, forks)
 
     for outcome in _outcomes(waiting, start, folder, jobs, stop):
         found[outcome.name] = outcome
