@@ -24,6 +24,7 @@ from bringup.parameters.files import Parameters
 from tests.helpers.nav.meetings import Meetings
 
 _PUSHED = 0.5  # after somebody has touched the robot, what it touches is their doing [s]
+_AWAY = 0.15  # until it is so far from where it was pushed against something, it rubs along it [m]
 _BRAKED = 0.2  # after being told to stand a robot does, and what turns its wheels is a push [s]
 _SAMPLES = 4  # of a line of sight, a cell
 
@@ -44,6 +45,7 @@ class Drive:
         self.length, self._contacts, self._pushed = 0.0, 0, 0
         self._pushed_at, self._told_at = -math.inf, -math.inf
         self.touched: list[str] = []
+        self._pinned: dict[str, SE2] = {}
         self._before, self._last = frozenset(robot.sim.last.contacts), robot.sim.last
         simulator = robot.sim.simulator
         self._stage = simulator.stage
@@ -75,18 +77,26 @@ class Drive:
         self.touched += begun
         places = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
         people = np.array([(*place, PERSON[0]) for place in places]).reshape(-1, 3)
-        now, standing = self._robot.now, len([name for name in begun if name not in self._walkers])
-        told = self._robot.sim.simulator.told
+        now, told = self._robot.now, self._robot.sim.simulator.told
         self._told_at = now if told.v != 0.0 or told.w != 0.0 else self._told_at
         moves = now - self._told_at <= _BRAKED
         wheels = Velocity(before.odometry.v, before.odometry.w) if moves else STILL
         self._meetings.update(last.truth.pose, wheels, people)
         self._pushed_at = now if self._meetings.touching else self._pushed_at
         if now - self._pushed_at <= _PUSHED:
-            self._pushed += standing
-        else:
-            self._contacts += standing
+            self._pinned.update(dict.fromkeys(contacts, last.truth.pose))
+        for name in begun:
+            if name not in self._walkers:
+                self._count(name)
         self._last, self._before = last, contacts
+
+    def _count(self, name: str) -> None:
+        """Count a contact with what stands: its own, or what somebody pushed it into."""
+        where = self._pinned.get(name)
+        if where is not None and where.distance(self.truth) <= _AWAY:
+            self._pushed += 1
+        else:
+            self._contacts += 1
 
 
 class Ground:
