@@ -95,27 +95,25 @@ class Manners:
         """
         pairs = data.contact.geom[: data.ncon]
         who = self._who[pairs].max(axis=1)
-        if (who < 0).all():
-            self._go_on(self._waited > 0)
+        if not self._pushes.any() and (who < 0).all():
             return np.empty(0, np.int64)
+        self._go_on(~np.isin(np.arange(len(self._waited)), who))
         self._pushes *= 1.0 - self._share
         force = np.zeros(6)
         for i in np.flatnonzero(who >= 0).tolist():
             mujoco.mj_contactForce(self._model, data, i, force)
             self._pushes[who[i]] += self._share * force[0] / self._mass[pairs[i]].max()
         halts = self._pushes > _PUSH
-        meets = np.isin(np.arange(len(halts)), who)
-        self._go_on((self._waited > 0) & ~meets)
-        self._waited[meets & (halts | (self._waited > 0))] += 1
+        self._waited[halts | (self._waited > 0)] += 1
         for k in np.flatnonzero(self._waited == self._patience).tolist():
             self._model.geom_solref[self._geoms[k], 0] = _LIGHT
         return np.flatnonzero(halts & (self._waited < self._patience))
 
     def _go_on(self, free: NDArray[np.bool_]) -> None:
-        """Let those who met something and do no more press as before."""
-        self._waited[free] = 0
-        for k in np.flatnonzero(free).tolist():
+        """Let those who meet nothing walk as if they never had."""
+        for k in np.flatnonzero(free & (self._waited > 0)).tolist():
             self._model.geom_solref[self._geoms[k], 0] = self._usual[self._geoms[k]]
+        self._waited[free], self._pushes[free] = 0, 0.0
 
 
 def _round(trajectory: Trajectory) -> float:

@@ -80,3 +80,18 @@ def test_who_was_stopped_and_let_go_presses_as_before() -> None:
     run(sim, 9.0)
     assert sim.stage.motion("walker").pose.position[0] == -4.0
     assert (sim.stage.scene.model.geom_solref == usual).all()
+
+
+def test_what_pressed_before_a_reset_is_forgotten() -> None:
+    sim = simulator()
+    wall = (Part(Shape(Kind.BOX, (0.2, 3.2, 1.0)), Pose3((0.0, 0.0, 0.5))),)
+    sim.stage.spawn(Entity("wall", wall, start=Pose3((-0.6, 0.0, 0.0)), spawned=True))
+    way = Trajectory.along(np.array([[0.6, 0.0], [-2.0, 0.0]]), 1.2, loop=False)
+    sim.stage.spawn(Entity("walker", person(), trajectory=way, spawned=True))
+    ends = []
+    for _ in range(2):  # the first ends while the walker presses the robot against the wall
+        sim.stage.rewind()
+        sim.set_pose(SE2())
+        run(sim, 1.0)
+        ends.append((sim.stage.motion("walker").pose, sim.truth().pose))
+    assert ends[0] == ends[1]
