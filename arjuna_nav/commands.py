@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.base import PlanResult
-from arjuna_nav.trees.exchange import Answer, Ask, Withdraw
+from arjuna_nav.trees.exchange import Ask, TreeState, Withdraw
 
 GLOBAL_COSTMAP = "global_costmap"
 LOCAL_COSTMAP = "local_costmap"
@@ -46,9 +45,7 @@ class NavigatorState:
         cleared: Costmaps that have been cleared.
         goals: New goals, to be gone to from now on.
         cancel: Whether to stop for good.
-        answers: Of what a behavior tree asked.
-        selected: What was chosen on the selectors' topics, for a behavior tree.
-        moved_goal: Where the topic goal_update moved the goal to, for a behavior tree.
+        tree: What a behavior tree is told.
     """
 
     now: float
@@ -61,9 +58,7 @@ class NavigatorState:
     cleared: frozenset[str] = frozenset()
     goals: tuple[SE2, ...] | None = None
     cancel: bool = False
-    answers: Mapping[int, Answer] = field(default_factory=dict)
-    selected: Mapping[str, str] = field(default_factory=dict)
-    moved_goal: SE2 | None = None
+    tree: TreeState = field(default_factory=lambda: TreeState(0.0))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from arjuna_core.se2 import SE2
 from arjuna_nav.commands import Command, Ending, Feedback, Finish, NavigatorState, progress
 from arjuna_nav.trees.asking import RECOVERIES
-from arjuna_nav.trees.exchange import StatusChange, TreeState
+from arjuna_nav.trees.exchange import StatusChange, Topic
 from arjuna_nav.trees.node import Status, Tree
 from arjuna_nav.trees.ports import TreeError
 
@@ -33,29 +33,21 @@ class TreeNavigator:
         self._take_goals(goals)
 
     @property
-    def topics(self) -> set[str]:
-        """The topics on which something is chosen."""
+    def topics(self) -> set[Topic]:
+        """The topics that the tree must be told of."""
         return self._tree.topics
 
     def tick(self, state: NavigatorState) -> list[Command]:
         """Return what to do now, in order; what is not named goes on as it is."""
-        told = TreeState(
-            state.now,
-            state.T_map_base,
-            state.speed,
-            state.answers,
-            state.selected,
-            state.moved_goal,
-        )
         if state.cancel:
-            return [*self._tree.halt(told), Finish(Ending.CANCELED)]
+            return [*self._tree.halt(state.tree), Finish(Ending.CANCELED)]
         if state.goals is not None:
             self._take_goals(state.goals)
             self._outdated = self._path is not None  # it leads to where nobody wants to be any more
         try:
-            status, asked = self._tree.tick(told)
+            status, asked = self._tree.tick(state.tree)
         except TreeError as error:
-            return [*self._tree.halt(told), Finish(Ending.ABORTED, 0, str(error))]
+            return [*self._tree.halt(state.tree), Finish(Ending.ABORTED, 0, str(error))]
         path = self._tree.blackboard.get("path")
         if path is not self._path:
             self._path, self._outdated = path, False

@@ -11,6 +11,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.arrival_curve import ArrivalCurve
 from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.controllers.turning import braked_turn
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
@@ -147,7 +148,7 @@ class Arrival:
         if error is None or self._stalls(error, now):
             self._stage = _Stage.OVER
             return None
-        command = self._command(pose, goal, velocity, speed)
+        command = self._begun(pose, goal, velocity, speed, costmap, heading)
         if self._collides(pose, goal, command, costmap):
             self._let_go(within)
             return None
@@ -255,6 +256,21 @@ class Arrival:
             w = _GAIN * bearing * min(v / 0.2, 1.0) if distance > _STEERS else 0.0
         return Velocity(v, min(max(w, -config.max_angular_velocity), config.max_angular_velocity))
 
+    def _begun(
+        self, pose: SE2, goal: SE2, velocity: Velocity, speed: float, costmap: Costmap, turns: bool
+    ) -> Velocity:
+        """Return the stage's command, with the last turn begun, where it is free, before it rests.
+
+        The nearer to the goal, the faster: over the way that is left, that leads little aside.
+        """
+        command = self._command(pose, goal, velocity, speed)
+        share = 1.0 - pose.distance(goal) / _STEERS
+        if not turns or share <= 0.0 or self._stage is not _Stage.DRIVING:
+            return command
+        w = share * self._rate(goal.theta - pose.theta, velocity.w)
+        blocked = self._collides(pose, goal, Velocity(0.0, w), costmap)
+        return command if blocked else Velocity(command.v, w)
+
     def _braked(self, distance: float, velocity: Velocity, speed: float) -> float:
         """Return the speed from which the robot stops within a distance [m/s]."""
         way = max(distance - abs(velocity.v) * self._config.latency, 0.0)
@@ -263,13 +279,8 @@ class Arrival:
     def _rate(self, angle: float, rate: float) -> float:
         """Return the yaw rate that turns by an angle and comes to rest there."""
         config = self._config
-        rest = wrap(angle) - rate * config.latency
-        if rest * angle <= 0.0 or rest * rate < 0.0:  # what is under way will do, or is too much
-            return 0.0
-        fast = math.sqrt(2.0 * config.angular_deceleration * abs(rest))
-        fast = min(fast, abs(rest) / max(config.latency, 0.01))
-        slow = max(config.min_angular_velocity, min(fast, config.max_angular_velocity))
-        return math.copysign(slow, angle)
+        rates = config.min_angular_velocity, config.max_angular_velocity
+        return braked_turn(wrap(angle), rate, rates, config.angular_deceleration, config.latency)
 
     def _collides(self, pose: SE2, goal: SE2, command: Velocity, costmap: Costmap) -> bool:
         """Tell whether the stage's rest, driven at once, meets an obstacle."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from arjuna_nav.controllers.foresight import Foresight, ForesightConfig
 from arjuna_nav.controllers.manoeuvre.manoeuvre import Manoeuvre, ManoeuvreConfig
 from arjuna_nav.controllers.passage.passage import Passage, PassageConfig
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
+from arjuna_nav.controllers.straight_off import straight_off
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
@@ -124,8 +125,7 @@ class PathFollower:
             config.progress_checker_plugins[0],
         )
         self._goal: GoalChecker = GOAL_CHECKERS.make(getattr(config, self.chosen.goal_checker))
-        across = SE2(0.0, 0.0, 0.5 * math.pi)
-        self._heading_matters = not self._goal.reached(across, SE2())
+        self._heading_matters = not self._goal.reached(SE2(0.0, 0.0, 0.5 * math.pi), SE2())
         self._goal.reset()
         self._progress: ProgressChecker = PROGRESS_CHECKERS.make(
             getattr(config, self.chosen.progress_checker)
@@ -152,12 +152,8 @@ class PathFollower:
 
     def _make_controller(self) -> Controller:
         config, period = self._config, 1.0 / self._config.controller_frequency
-        made: Controller = CONTROLLERS.make(
-            getattr(config, self.chosen.controller),
-            self._footprint,
-            self._goal.xy_tolerance,
-            period,
-        )
+        values, tolerance = getattr(config, self.chosen.controller), self._goal.xy_tolerance
+        made: Controller = CONTROLLERS.make(values, self._footprint, tolerance, period)
         return made
 
     def start(self, path: NDArray[np.float64], now: float) -> None:
@@ -189,6 +185,14 @@ class PathFollower:
 
     def tick(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
         """Return what to drive; pose and costmap are of the path's frame."""
+        told = self._follow(pose, velocity, costmap, now)
+        if self._passage.active or self._manoeuvre.active:
+            return told
+        fastest = min(self.desired_speed, self.speed_limit)
+        off = straight_off(told.velocity, pose, costmap, self._footprint, fastest)
+        return told if off is None else replace(told, velocity=off)
+
+    def _follow(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
         assert self._end is not None
         if self._passage.active:
             self._progress.reset()  # it is slow
@@ -201,8 +205,8 @@ class PathFollower:
             arriving = self._arrive(pose, velocity, costmap, now, distance)
             if arriving is not None:
                 self._failing_since = None
-                left = pose.distance(self._end)
-                return FollowResult(FollowState.RUNNING, arriving, distance=left)
+                distance = pose.distance(self._end)
+                return FollowResult(FollowState.RUNNING, arriving, distance=distance)
             if self._goal.reached(pose, self._end, velocity):
                 return FollowResult(FollowState.SUCCEEDED)
         wanted = min(self.desired_speed, self.speed_limit)

@@ -55,7 +55,7 @@ class RegulatedPurePursuitConfig:
     )
     cost_scaling_gain: float = param(1.0, "Speed left per distance.", minimum=0.0, maximum=1.0)
     inflation_cost_scaling_factor: float = param(
-        3.0, "The costmap's cost_scaling_factor.", unit="1/m", minimum=0.01
+        3.0, "The costmap's cost_scaling_factor, where it tells none.", unit="1/m", minimum=0.01
     )
     regulated_linear_scaling_min_radius: float = param(
         0.90, "Radius of bends that slow down.", unit="m", minimum=0.01
@@ -262,9 +262,10 @@ class RegulatedPurePursuit:
             return speed
         if not FREE < cost <= INSCRIBED:
             return speed
-        distance = self._footprint.inscribed_radius - math.log(cost / MAX_NON_OBSTACLE) / (
-            config.inflation_cost_scaling_factor
-        )
+        room = float(costmap.clearances[cost])
+        if math.isinf(room):
+            room = -math.log(cost / MAX_NON_OBSTACLE) / config.inflation_cost_scaling_factor
+        distance = self._footprint.inscribed_radius + room
         return speed * min(config.cost_scaling_gain * distance / config.cost_scaling_dist, 1.0)
 
     def _towards_goal(self, speed: float, pose: SE2) -> float:

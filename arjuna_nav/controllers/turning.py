@@ -39,3 +39,25 @@ class Turning:
             rate = max(rate, min(self.rate_min, self.rate))
         change = self.acceleration * self.period
         return min(max(math.copysign(rate, angle), last - change), last + change)
+
+
+def braked_turn(
+    angle: float, rate: float, rates: tuple[float, float], deceleration: float, latency: float
+) -> float:
+    """Return the yaw rate that turns by an angle, which a robot feels late [rad/s].
+
+    Args:
+        angle: Left to turn [rad].
+        rate: As measured; where it leads away by less than the slowest, it counts as noise [rad/s].
+        rates: The slowest that turns the wheels, and the fastest [rad/s].
+        deceleration: Of braking into the angle [rad/s^2].
+        latency: From a command to the motion that is measured [s].
+
+    Source: the braking profile w^2 = 2 a angle, from where the robot will be.
+    """
+    rest = angle - rate * latency
+    away = rest * rate < 0.0 and abs(rate) > rates[0]
+    if rest * angle <= 0.0 or away:  # what is under way will do, or is too much
+        return 0.0
+    fast = min(math.sqrt(2.0 * deceleration * abs(rest)), abs(rest) / max(latency, 0.01))
+    return math.copysign(max(rates[0], min(fast, rates[1])), angle)

@@ -18,10 +18,11 @@ from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import duration_msg, pose_stamped
+from arjuna_core.ros.convert import duration_msg, pose_stamped, seconds
 from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.commands import Ending, Finish, NavigatorState
 from arjuna_nav.navigator import Navigator, NavigatorConfig
 from arjuna_nav.nodes.goals.admission import Admission, RefusedGoalError, error_code
@@ -81,7 +82,7 @@ class BtNavigatorNode(ResumingNode):
         config = self.config
         self._navigator: Navigator | TreeNavigator | None = None
         self._kind = ""
-        self._speed = self._begun = 0.0
+        self._velocity, self._measured_at, self._begun = STILL, 0.0, 0.0
         self._new_goals: tuple[SE2, ...] | None = None
         self._feedback_at = 0.0
         self._others = NavigationClients(self, config)
@@ -134,7 +135,9 @@ class BtNavigatorNode(ResumingNode):
         return f"the robot stands and waits: {problem}" if problem else ""
 
     def _on_odometry(self, message: Any) -> None:
-        self._speed = message.twist.twist.linear.x
+        twist = message.twist.twist
+        self._velocity = Velocity(twist.linear.x, twist.angular.z)
+        self._measured_at = seconds(message.header.stamp)
 
     def _on_goal_pose(self, message: Any) -> None:
         self._own.send(NavigateToPose.Goal(pose=message), lambda outcome: None)
@@ -201,15 +204,14 @@ class BtNavigatorNode(ResumingNode):
             return
         server = self._servers[self._kind]
         frames = self.config.global_frame, self.config.robot_base_frame
+        pose = self.transforms.try_lookup(*frames)
         state = NavigatorState(
             now=self.now,
-            T_map_base=self.transforms.try_lookup(*frames),
-            speed=self._speed,
+            T_map_base=pose,
+            speed=self._velocity.v,
             goals=self._new_goals,
             cancel=server.cancel_requested,
-            answers=self._asked.take_answers(),
-            selected=self._asked.selected,
-            moved_goal=self._asked.moved_goal,
+            tree=self._asked.state(pose, self._velocity, self._measured_at),
             **self._others.take_outcomes(),
         )
         self._new_goals = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from typing import Any
@@ -29,6 +30,7 @@ _BLIND = "invalid source"
 _INTERVALS = 5  # between scans of which the shortest is the scanner's period
 _UNKNOWN_INTERVAL = 0.4  # [s] before two scans have come
 _PERIODS = 2.5  # of the scanner, that a scan may be old
+_SLOWS = 0.4  # of that time, in which the robot slows down to a stop
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,11 @@ class CollisionMonitorConfig(MonitorConfig):
         "", "Topic of the scans; empty: the local costmap's, or none.", read_only=True
     )
     source_timeout: float = param(
-        0.3, "How old a scan may be; never less than 2.5 of its periods.", unit="s", minimum=0.0
+        0.3,
+        "How old a scan may be; never less than 2.5 of its periods. The robot slows down where none"
+        " has come for three fifths of that.",
+        unit="s",
+        minimum=0.0,
     )
     stop_pub_timeout: float = param(2.0, "How long zero is repeated.", unit="s", minimum=0.0)
     enabled: bool = param(True, "Whether it looks at all; else commands pass.")
@@ -70,6 +76,7 @@ class CollisionMonitorNode(ManagedNode):
         self._scan: Any | None = None
         self._tracker, self._moving = Tracker(REACH), Moving.nothing()
         self._intervals: deque[float] = deque(maxlen=_INTERVALS)
+        self._heard = 0.0
         self._told = Verdict(STILL)
         self._moved_at = 0.0
         stamped, near = config.enable_stamped_cmd_vel, self._costmap.config
@@ -100,9 +107,12 @@ class CollisionMonitorNode(ManagedNode):
         self._enabled = config.enabled
 
     def _on_scan(self, message: Any) -> None:
+        stamp, before = seconds(message.header.stamp), -math.inf
         if self._scan is not None:
-            before, stamp = self._scan.header.stamp, message.header.stamp
-            self._intervals.append(seconds(stamp) - seconds(before))
+            before = seconds(self._scan.header.stamp)
+            self._intervals.append(stamp - before)
+        if stamp > before:
+            self._heard = self.now
         self._scan = message
 
     def _on_toggle(self, request: Any, response: Any) -> Any:
@@ -125,9 +135,22 @@ class CollisionMonitorNode(ManagedNode):
         seen = self._seen()
         if seen is None:
             return Verdict(STILL, Action.STOP, _BLIND)
+        trust = self._trust()
         padding = self._costmap.config.footprint_padding
         outline = self._costmap.layered.footprint.without(padding)
-        return self._monitor.judge(velocity, seen[0], outline, seen[1], self._moving.speeds)
+        slowed = Velocity(velocity.v * trust, velocity.w * trust)
+        verdict = self._monitor.judge(slowed, seen[0], outline, seen[1], self._moving.speeds)
+        if trust < 1.0 and verdict.action is Action.DO_NOTHING:
+            return Verdict(slowed, Action.SLOWDOWN, _BLIND)
+        return verdict
+
+    def _trust(self) -> float:
+        """Return which share of its speed the robot may keep, by when the last new scan came.
+
+        Not by its stamp: that is of the scan's first ray, a period before the scan is whole.
+        """
+        patience = self._patience()
+        return min((patience - (self.now - self._heard)) / max(_SLOWS * patience, 1e-3), 1.0)
 
     def _seen(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Return what was last seen from where the robot is now, and how it moves; None if blind.
@@ -135,7 +158,7 @@ class CollisionMonitorNode(ManagedNode):
         What moves has moved on since.
         """
         message = self._scan
-        if message is None or self.now - seconds(message.header.stamp) > self._patience():
+        if message is None or self._trust() <= 0.0 or self._age(message) > self._patience():
             return None
         stamp = seconds(message.header.stamp)
         transforms, base, odom = self.transforms, self._base, self._odom
@@ -160,10 +183,13 @@ class CollisionMonitorNode(ManagedNode):
             return ""
         if self._scan is None:
             return f"the robot is held: no scan has come on {self._topic}"
-        age = self.now - seconds(self._scan.header.stamp)
+        age = self._age(self._scan)
         if age <= self._patience():
             return ""
         return f"the robot is held: the last scan on {self._topic} is {age:.2f} s old"
+
+    def _age(self, scan: Any) -> float:
+        return self.now - seconds(scan.header.stamp)
 
     def _patience(self) -> float:
         """Return how old a scan may be [s]; a scanner that turns slowly is not taken for dead."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import SE2, wrap
 
 _DETOUR = 1.0  # of a path over the straight way, up to which it is no loop [m]
 
@@ -26,7 +26,13 @@ def distances(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
     return result
 
 
-def nearest(path: NDArray[np.float64], pose: SE2, first: int = 0, within: float = np.inf) -> int:
+def nearest(
+    path: NDArray[np.float64],
+    pose: SE2,
+    first: int = 0,
+    within: float = np.inf,
+    turning: float = 0.0,
+) -> int:
     """Return the index of the path's pose nearest to the robot.
 
     Args:
@@ -34,9 +40,14 @@ def nearest(path: NDArray[np.float64], pose: SE2, first: int = 0, within: float 
         pose: The robot's, in the path's frame.
         first: Index from which to look.
         within: How far along the path to look [m].
+        turning: What a turn to the path's heading counts [m/rad].
     """
     rest = path[first:]
-    return first + int(np.argmin(distances(rest[along(rest) <= within], pose)))
+    rest = rest[along(rest) <= within]
+    gaps = distances(rest, pose)
+    if turning != 0.0:
+        gaps = np.hypot(gaps, turning * wrap(rest[:, 2] - pose.theta))
+    return first + int(np.argmin(gaps))
 
 
 def remaining(path: NDArray[np.float64], pose: SE2) -> float:

@@ -30,8 +30,11 @@ class Asking(TreeNode):
     FIELDS: ClassVar[Mapping[str, str]] = {}
     """Field of the request by port."""
     IS_RECOVERY: ClassVar[bool] = False
+    FEEDBACK: ClassVar[bool] = False
+    """Whether ports tell how it goes while it runs."""
     _key: int | None = None
     _cancelled = False
+    _asked: Mapping[str, Any] = {}
 
     def __init__(self, maker: Maker) -> None:
         super().__init__(maker)
@@ -51,6 +54,7 @@ class Asking(TreeNode):
             return Status.SUCCESS
         answer = self.running.state.answers.get(self._key)
         if answer is None:
+            self._write(self.running.state.feedback.get(self._key, {}))
             self.while_running()
             return Status.RUNNING
         self._key = None
@@ -58,7 +62,8 @@ class Asking(TreeNode):
 
     def ask(self) -> None:
         """Ask the server, in place of what was asked before."""
-        self._key = self.running.ask(self.KIND, self.server(), self.request())
+        self._asked = self.request()
+        self._key = self.running.ask(self.KIND, self.server(), self._asked, self.FEEDBACK)
 
     def cancel(self) -> None:
         """Withdraw what was asked, as another node wants it; this one succeeds then, as Nav2's."""
@@ -88,10 +93,13 @@ class Asking(TreeNode):
         if "error_code_id" in self.PORTS:
             self.put("error_code_id", 0 if answer.succeeded else answer.code)
             self.put("error_msg", "" if answer.succeeded else answer.message)
-        for name, value in answer.values.items():
+        self._write(answer.values)
+        return Status.SUCCESS if answer.succeeded else Status.FAILURE
+
+    def _write(self, values: Mapping[str, Any]) -> None:
+        for name, value in values.items():
             if name in self.PORTS:
                 self.put(name, value)
-        return Status.SUCCESS if answer.succeeded else Status.FAILURE
 
     def on_halt(self) -> None:
         """Withdraw what was asked."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import enum
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,12 +21,14 @@ class Ask:
         server: Its name.
         fields: The request in plain values, by nav2_msgs' names: poses as SE2, paths
             `(N, 3) float64`, durations [s].
+        feedback: Whether to tell of how it goes.
     """
 
     key: int
     kind: str
     server: str
     fields: Mapping[str, Any]
+    feedback: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,29 @@ class Answer:
     values: Mapping[str, Any] = field(default_factory=dict)
 
 
+class Heard(enum.Enum):
+    """What comes on a topic that a tree listens to."""
+
+    CHOICE = enum.auto()
+    GOAL = enum.auto()
+    BATTERY = enum.auto()
+
+
+class Topic(NamedTuple):
+    """A topic that a tree must be told of."""
+
+    heard: Heard
+    name: str
+
+
+class Battery(NamedTuple):
+    """A battery: share (0..1) that is left, voltage [V], and whether it is being charged."""
+
+    share: float
+    voltage: float
+    charges: bool
+
+
 @dataclass(frozen=True, eq=False)
 class TreeState:
     """What a tree is told at each tick.
@@ -58,18 +85,26 @@ class TreeState:
     Attributes:
         now: Time [s].
         pose: Of the robot in the global frame, None where it is not known.
-        speed: Forward [m/s].
+        velocity: Of the robot.
+        measured_at: When it had that velocity [s].
         answers: Of what was asked, once.
+        feedback: The newest of what is asked and not answered yet, once, in plain values.
         selected: What was chosen on the selectors' topics.
         moved_goal: The newest pose on the topic goal_update since the goal came.
+        batteries: By their topics.
+        connected: Tells whether a transform is known from the second frame to the first.
     """
 
     now: float
     pose: SE2 | None = None
-    speed: float = 0.0
+    velocity: Velocity = STILL
+    measured_at: float = 0.0
     answers: Mapping[int, Answer] = field(default_factory=dict)
+    feedback: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
     selected: Mapping[str, str] = field(default_factory=dict)
     moved_goal: SE2 | None = None
+    batteries: Mapping[str, Battery] = field(default_factory=dict)
+    connected: Callable[[str, str], bool] = lambda parent, child: False
 
 
 @dataclass(frozen=True)

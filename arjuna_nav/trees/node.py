@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from arjuna_nav.trees.exchange import Ask, StatusChange, TreeState, Withdraw
+from arjuna_nav.trees.exchange import Ask, StatusChange, Topic, TreeState, Withdraw
 from arjuna_nav.trees.ports import REQUIRED, Blackboard, Port, TreeError, converted, entry
 
 _FIRST_KEY = 1
@@ -44,10 +44,10 @@ class Running:
     asking: list[TreeNode] = field(default_factory=list)
     _next: int = _FIRST_KEY
 
-    def ask(self, kind: str, server: str, fields: Mapping[str, Any]) -> int:
-        """Ask a server; return the key of its answer."""
+    def ask(self, kind: str, server: str, fields: Mapping[str, Any], feedback: bool = False) -> int:
+        """Ask a server; return the key of its answer, and of its feedback where that is wanted."""
         key, self._next = self._next, self._next + 1
-        self.commands.append(Ask(key, kind, server, fields))
+        self.commands.append(Ask(key, kind, server, fields, feedback))
         return key
 
 
@@ -90,6 +90,7 @@ class TreeNode:
         self.running = maker.running
         self.status = Status.IDLE
         self._texts = maker.texts
+        self._named: dict[str, str] = {}
         self._board = maker.board
 
     def execute(self) -> Status:
@@ -117,9 +118,23 @@ class TreeNode:
         else:
             self.set_status(Status.IDLE)
 
-    def topics(self) -> set[str]:
+    def topics(self) -> set[Topic]:
         """Return the topics that the node and those below it must be told of."""
         return set().union(*(child.topics() for child in self.children))
+
+    def topic(self, port: str) -> str:
+        """Return the topic that a port names; it is listened to from when the tree is built on.
+
+        Raises:
+            TreeError: It is an entry of the blackboard that was not there then.
+        """
+        if port not in self._named:
+            text = self._texts.get(port, "")
+            key = entry(text)
+            if key is not None and self._board.get(key) is None:
+                raise TreeError(f"{self.name}: port '{port}' is {text}; valid: a topic's name")
+            self._named[port] = str(self.get(port))
+        return self._named[port]
 
     def reset_children(self) -> None:
         """Make all children idle."""

@@ -11,58 +11,21 @@ from defusedxml.ElementTree import ParseError, fromstring
 
 from arjuna_core.errors import InputFileError, nearest
 from arjuna_core.files.whole_file import read_bytes
-from arjuna_nav.trees import (
-    actions,
-    conditions,
-    controls,
-    decorators,
-    nav2_controls,
-    nav2_decorators,
-    plain_actions,
-    services,
-)
+from arjuna_nav.trees import controls, decorators
+from arjuna_nav.trees.nav2.catalog import NAV2
 from arjuna_nav.trees.node import Decorator, Maker, Running, Status, Tree, TreeNode
 from arjuna_nav.trees.ports import Blackboard, TreeError, checked, entry
 
-_CLASSES: tuple[type[TreeNode], ...] = (
+_PLAIN: tuple[type[TreeNode], ...] = (
     *(controls.Sequence, controls.SequenceWithMemory, controls.Fallback),
     *(controls.ReactiveSequence, controls.ReactiveFallback, controls.Parallel),
     *(controls.IfThenElse, controls.WhileDoElse),
-    *(nav2_controls.PipelineSequence, nav2_controls.RecoveryNode, nav2_controls.RoundRobin),
     *(decorators.Inverter, decorators.ForceSuccess, decorators.ForceFailure),
     *(decorators.KeepRunningUntilFailure, decorators.Repeat, decorators.RetryUntilSuccessful),
-    *(decorators.RunOnce, decorators.Timeout, decorators.Delay, nav2_decorators.RateController),
-    *(
-        nav2_decorators.DistanceController,
-        nav2_decorators.SpeedController,
-        nav2_decorators.SingleTrigger,
-    ),
-    *(
-        nav2_decorators.GoalUpdatedController,
-        nav2_decorators.GoalUpdater,
-        nav2_decorators.PathLongerOnApproach,
-    ),
-    *(conditions.AlwaysSuccess, conditions.AlwaysFailure, conditions.GoalUpdated),
-    *(conditions.GlobalUpdatedGoal, conditions.GoalReached, conditions.InitialPoseReceived),
-    *(conditions.TimeExpired, conditions.PathExpiringTimer, conditions.DistanceTraveled),
-    *(conditions.AreErrorCodesPresent, conditions.WouldAControllerRecoveryHelp),
-    *(conditions.WouldAPlannerRecoveryHelp, conditions.WouldASmootherRecoveryHelp),
-    *(actions.ComputePathToPose, actions.ComputePathThroughPoses, actions.FollowPath),
-    *(actions.SmoothPath, actions.Spin, actions.Wait, actions.BackUp, actions.DriveOnHeading),
-    *(actions.AssistedTeleop, actions.DockRobot, actions.UndockRobot),
-    *(services.IsPathValid, services.ReinitializeGlobalLocalization),
-    *(services.ClearEntireCostmap, services.ClearCostmapExceptRegion),
-    *(services.ClearCostmapAroundRobot, services.ClearCostmapAroundPose),
-    *(services.CancelControl, services.CancelSpin, services.CancelBackUp, services.CancelWait),
-    *(services.CancelDriveOnHeading, services.CancelAssistedTeleop, conditions.ArePosesNear),
-    *(plain_actions.SetBlackboard, plain_actions.UnsetBlackboard),
-    *(plain_actions.RemovePassedGoals, plain_actions.TruncatePath),
-    *(plain_actions.PlannerSelector, plain_actions.ControllerSelector),
-    *(plain_actions.SmootherSelector, plain_actions.GoalCheckerSelector),
-    plain_actions.ProgressCheckerSelector,
+    *(decorators.RunOnce, decorators.Timeout, decorators.Delay),
 )
 NODES: dict[str, type[TreeNode]] = {
-    **{cls.__name__: cls for cls in _CLASSES},
+    **{cls.__name__: cls for cls in (*_PLAIN, *NAV2)},
     "AsyncSequence": controls.Sequence,
     "AsyncFallback": controls.Fallback,
     "SequenceStar": controls.SequenceWithMemory,

@@ -13,6 +13,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_sim.model.settings import DriveSettings
 
 _TOLERANCE = 1e-9
+_BRAKES = 0.4  # of the time-out, at most: a client at 4 Hz is not braked between commands
 
 
 class CommandError(ArjunaError, ValueError):
@@ -58,7 +59,11 @@ class DriveConfig:
         3.2, "Greatest change of turn rate.", unit="rad/s^2", minimum=0.01
     )
     command_timeout: float = param(
-        0.5, "The robot stops this long after the last command.", unit="s", minimum=0.02
+        0.5,
+        "The robot stands so long after the last command, where it can brake within two fifths of"
+        " that; else it begins then.",
+        unit="s",
+        minimum=0.02,
     )
     effective_track_width: float = param(
         0.0,
@@ -176,13 +181,21 @@ class Drive:
 
     def velocity(self, now: float, dt: float) -> Velocity:
         """Return the velocity to hold from `now` for `dt` [s]."""
-        target = self._target if now < self._expires - _TOLERANCE else _STILL
+        expired = now >= self._expires - self._braking() - _TOLERANCE
+        target = _STILL if expired else self._target
         self._current = Velocity(
             _ramp(self._current.v, target.v, self.config.max_linear_acceleration * dt),
             _ramp(self._current.w, target.w, self.config.max_angular_acceleration * dt),
             _ramp(self._current.side, target.side, self.config.max_linear_acceleration * dt),
         )
         return self._current
+
+    def _braking(self) -> float:
+        """Return how long before a command's end the robot must brake to stand by then [s]."""
+        config, now = self.config, self._current
+        speed = max(abs(now.v), abs(now.side)) / config.max_linear_acceleration
+        turn = abs(now.w) / config.max_angular_acceleration
+        return min(max(speed, turn), _BRAKES * config.command_timeout)
 
 
 def _ramp(current: float, target: float, step: float) -> float:

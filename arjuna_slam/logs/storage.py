@@ -16,7 +16,8 @@ from rosbags.rosbag1 import Reader, ReaderError
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.rosbag2 import RecordingFiles
 from arjuna_core.files.rosbag2_sqlite import SqliteFile
-from arjuna_slam.logs.mcap_file import DAMAGE, McapFile
+from arjuna_slam.logs.mcap_file import McapFile
+from arjuna_slam.logs.mcap_records import DAMAGE
 from arjuna_slam.logs.messages import ROS1
 
 _DAMAGE = (*DAMAGE, ReaderError, sqlite3.Error, AssertionError, IndexError, OSError)
@@ -132,9 +133,8 @@ class Storage:
                     self.progress = (number + share) / len(self._files)
                     yield topic, self._recording.message(data)
             except _DAMAGE as error:
-                share = 100.0 * (self.progress * len(self._files) - number)
-                where = f"{path.name}: damaged or cut short at {max(share, 0.0):.0f} %"
-                note = f"{where} ({_reason(error)}); read up to there"
+                what = f"{path.name}: damaged or cut short ({_reason(error)})"
+                note = f"{what}; read as far as it goes"
                 if note not in self.problems:
                     self.problems.append(note)
 

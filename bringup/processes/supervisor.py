@@ -14,6 +14,7 @@ from bringup.processes.child import Child, ChildSpec, describe_exit
 from bringup.processes.heartbeat import Heartbeat, starved
 from bringup.processes.output import OWN, Output
 from bringup.processes.restart import RestartLimits, RestartPolicy
+from bringup.processes.shared_memory import remove_leftovers
 from bringup.processes.status import ProcessState, read_event
 
 USAGE_EXIT = 2
@@ -124,6 +125,7 @@ class Supervisor:
 
     def _start(self, place: _Supervised) -> None:
         name = place.spec.name
+        remove_leftovers()
         place.start_at = place.kill_at = None
         place.heartbeat, place.state = Heartbeat(), ProcessState()
         place.child = Child(place.spec, lambda line: self._take(place, line))

@@ -14,6 +14,7 @@ from tests.helpers.nav.played import Play
 
 _PEOPLE = (3, 5, 8, 12, 20)
 _GOALS = 2  # of a crowd
+_CORNERS = ((0.225, 0.15), (0.2, 0.19))  # of Arjuna's outline, a quarter [m]
 _TIMEOUT_PER_METRE, _TIMEOUT = 15.0, 60.0  # of a goal, as of those of `bench goals` [s]
 
 
@@ -56,7 +57,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 def _through(people: int, seed: int) -> list[Play]:
     """Drive to the goals of one crowd, each from where the last drive ended."""
     crowd = Crowd.draw(people, _GOALS, np.random.default_rng([people, seed]))
-    body = Body(Body.box(0.45, 0.38).corners, 0.25, 0.03)
+    quarter = np.array(_CORNERS)
+    half = np.vstack((quarter, quarter[::-1] * (-1.0, 1.0)))
+    body = Body(np.vstack((half, -half)), 0.25, 0.03)
     rng, pose, begun = np.random.default_rng(seed), crowd.start, 0.0
     drives: list[Play] = []
     for goal in crowd.goals:

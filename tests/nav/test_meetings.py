@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
@@ -54,11 +52,6 @@ def test_one_touch_counts_once_and_as_the_robots_where_it_presses_on() -> None:
     meetings.update(SE2(), STILL, np.array([(1.0, 0.0, 0.25)]))
     meetings.update(SE2(), STILL, person)
     assert (meetings.met, meetings.bumped) == (2, 1)
-
-
-def test_people_push_the_robot_away_from_them() -> None:
-    push = Meetings(CORNERS).update(SE2(0.0, 0.0, 0.5 * math.pi), STILL, np.array([(0, 0.4, 0.25)]))
-    assert push == pytest.approx((0.0, -0.05))
 
 
 class Stage:

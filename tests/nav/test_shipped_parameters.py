@@ -31,10 +31,3 @@ def test_the_footprint_holds_the_whole_body(costmap: CostmapConfig) -> None:
 def test_the_inflation_reaches_beyond_the_robot(costmap: CostmapConfig) -> None:
     size = costmap.robot_radius + costmap.footprint_padding
     assert costmap.inflation_layer.inflation_radius > size + 0.1
-
-
-def test_the_controller_reads_distances_as_the_costmap_writes_them() -> None:
-    parameters = shipped_parameters()
-    factor = parameters[COSTMAPS[1]]["inflation_layer.cost_scaling_factor"]
-    follow = parameters["controller_server"]
-    assert follow["FollowPath.inflation_cost_scaling_factor"] == factor

@@ -33,7 +33,8 @@ _PLUGIN = """<gazebo><plugin name="diff" filename="libgazebo_ros_diff_drive.so">
 <max_wheel_torque>5</max_wheel_torque><max_wheel_acceleration>1.5</max_wheel_acceleration>
 <command_topic>drive</command_topic><odometry_topic>wheel_odom</odometry_topic>
 <odometry_frame>odo</odometry_frame><robot_base_frame>footprint</robot_base_frame>
-<publish_odom>true</publish_odom><update_rate>25</update_rate></plugin></gazebo>"""
+<max_speed>0.75</max_speed><publish_odom>true</publish_odom>
+<update_rate>25</update_rate></plugin></gazebo>"""
 _ROBOT = f"""<robot name="r"><link name="base">{_INERTIAL.format(4)}
 <collision><geometry><box size="0.4 0.2 0.1"/></geometry></collision>
 <visual><geometry><box size="0.4 0.2 0.1"/></geometry></visual>
@@ -88,7 +89,7 @@ _TOLD = """  drive: plugin 'diff'
     wheel separation 0.3 m, diameter 0.16 m
     turns as a track of 0.3 m, rolls as a radius of 0.08 m
     torque 5 N m, acceleration 1.5 m/s^2
-    speed unlimited m/s, rate 25 Hz
+    speed 0.75 m/s, rate 25 Hz
     commands on drive, odometry on wheel_odom
     odometry of the encoders, odo -> base (its root link; the file says footprint)
     publishes: odom, odom_tf"""

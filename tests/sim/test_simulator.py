@@ -105,8 +105,9 @@ def test_acceleration_is_limited() -> None:
 def test_robot_stops_after_the_command_timeout() -> None:
     sim = simulator()
     run(sim, 1.0, Velocity(0.5, 0.0))
-    assert run(sim, 0.4).truth.v == pytest.approx(0.5, abs=0.02)
-    assert abs(run(sim, 0.6).truth.v) < 0.01
+    assert run(sim, 0.28).truth.v == pytest.approx(0.5, abs=0.02)
+    assert abs(run(sim, 0.26).truth.v) < 0.03
+    assert abs(run(sim, 0.4).truth.v) < 0.01
 
 
 def test_command_beyond_the_limits_is_clipped() -> None:

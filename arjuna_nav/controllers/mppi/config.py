@@ -77,7 +77,7 @@ class ObstaclesConfig(CriticConfig):
         minimum=0,
     )
     inflation_cost_scaling_factor: float = param(
-        3.0, "The costmap's cost_scaling_factor.", unit="1/m", minimum=0.01
+        3.0, "The costmap's cost_scaling_factor, where it tells none.", unit="1/m", minimum=0.01
     )
 
 

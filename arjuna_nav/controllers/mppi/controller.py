@@ -80,9 +80,8 @@ class Mppi:
         seen = pose.inverse() @ self._path.goal
         path = path_seen(self._path.within(self._prune_distance()), pose)
         grid = grid_seen(costmap, self._footprint, pose)
-        scene = Scene(
-            path, free_places(path, grid), seen, math.hypot(seen.x, seen.y), len(path) - 1, grid
-        )
+        free, left = free_places(path, grid), math.hypot(seen.x, seen.y)
+        scene = Scene(path, free, seen, left, len(path) - 1, grid, costmap.clearances)
         limits = self._limits()
         for _ in range(1 + self._config.retry_attempt_limit):
             if self._optimizer.improve(velocity, limits, lambda r: self._judge(r, scene, limits)):

@@ -43,6 +43,7 @@ def obstacles_critic(
     """
     cost = np.maximum(np.arange(256, dtype=np.float64), 1.0)
     away = -np.log(cost / (INSCRIBED - 1)) / config.inflation_cost_scaling_factor
+    away = np.where(np.isfinite(scene.clearances), scene.clearances, away)
     margin = config.collision_margin_distance
     near = np.maximum(margin - away, 0.0) * config.critical_weight
     repulsion = np.maximum(inscribed_radius + margin - away, 0.0) * config.repulsion_weight

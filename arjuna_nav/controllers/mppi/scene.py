@@ -50,6 +50,7 @@ class Scene(NamedTuple):
         goal_distance: How far away it is [m].
         furthest: Index of the farthest pose of the path that a rollout's end is nearest to.
         grid: The costs.
+        clearances: The costmap's, `(256,) float64` [m].
     """
 
     path: Array
@@ -58,6 +59,7 @@ class Scene(NamedTuple):
     goal_distance: float
     furthest: int
     grid: Grid
+    clearances: NDArray[np.float64]
 
 
 def grid_seen(costmap: Costmap, footprint: Footprint, pose: SE2) -> Grid:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 
 from arjuna_core.ros import qos
@@ -14,16 +16,18 @@ from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_nav.nodes.frames import pose_in
 from arjuna_nav.nodes.trees.messages import (
     action_type,
     answer_of,
+    plain_values,
     request_msg,
     service_type,
     unknown_code,
 )
-from arjuna_nav.trees.exchange import Answer, Ask, Withdraw
-from arjuna_nav.trees.nav2_decorators import GOAL_UPDATE
+from arjuna_nav.trees.exchange import Answer, Ask, Battery, Heard, Topic, TreeState, Withdraw
+from arjuna_nav.trees.nav2.decorators import GOAL_UPDATE
 
 
 @dataclass
@@ -50,42 +54,73 @@ class TreeClients:
         self._clients: dict[tuple[str, str], Any] = {}
         self._open: dict[int, _Question] = {}
         self._answers: dict[int, Answer] = {}
-        self._topics: set[str] = set()
-        self.selected: dict[str, str] = {}
-        self.moved_goal: SE2 | None = None
+        self._topics: set[Topic] = set()
+        self._feedback: dict[int, Mapping[str, Any]] = {}
+        self._selected: dict[str, str] = {}
+        self._batteries: dict[str, Battery] = {}
+        self._moved_goal: SE2 | None = None
 
-    def listen(self, topics: set[str]) -> None:
+    def listen(self, topics: set[Topic]) -> None:
         """Listen to the topics that a tree must be told of; what moved an older goal is over."""
-        self.moved_goal = None
-        for topic in sorted(topics - self._topics):
+        self._moved_goal = None
+        for topic in sorted(topics - self._topics, key=lambda topic: topic.name):
             self._topics.add(topic)
-            if topic == GOAL_UPDATE:
-                self._node.subscribe(PoseStamped, topic, self._on_moved_goal, qos.DEFAULT)
-                continue
-            take = partial(self._select, topic)
-            self._node.subscribe(String, topic, take, qos.LATCHED, while_inactive=True)
+            if topic.heard is Heard.GOAL:
+                self._node.subscribe(PoseStamped, topic.name, self._on_moved_goal, qos.DEFAULT)
+            elif topic.heard is Heard.BATTERY:
+                hear = partial(self._on_battery, topic.name)
+                self._node.subscribe(BatteryState, topic.name, hear, qos.SENSOR_SUBSCRIPTION)
+            else:
+                take = partial(self._select, topic.name)
+                self._node.subscribe(String, topic.name, take, qos.LATCHED, while_inactive=True)
 
     def _select(self, topic: str, message: Any) -> None:
-        self.selected[topic] = message.data
+        self._selected[topic] = message.data
+
+    def _on_battery(self, topic: str, message: Any) -> None:
+        charges = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        self._batteries[topic] = Battery(message.percentage, message.voltage, charges)
 
     def _on_moved_goal(self, message: Any) -> None:
         try:
-            self.moved_goal = pose_in(self._node, self._config.global_frame, message)
+            self._moved_goal = pose_in(self._node, self._config.global_frame, message)
         except TransformError as error:
             self._node.get_logger().warning(f"{GOAL_UPDATE} ignored: {error}")
 
-    def take_answers(self) -> dict[int, Answer]:
-        """Return what was answered since the last call."""
+    def state(self, pose: SE2 | None, velocity: Velocity, measured_at: float) -> TreeState:
+        """Return what a tree is told now, answers and feedback once.
+
+        Args:
+            pose: Of the robot, None where it is not known.
+            velocity: Of the robot.
+            measured_at: When it had that velocity [s].
+        """
         for key, question in list(self._open.items()):
             self._look_after(key, question)
         answers, self._answers = self._answers, {}
-        return answers
+        feedback, self._feedback = self._feedback, {}
+        return TreeState(
+            self._node.now,
+            pose,
+            velocity,
+            measured_at,
+            answers,
+            feedback,
+            self._selected,
+            self._moved_goal,
+            self._batteries,
+            self._connected,
+        )
+
+    def _connected(self, parent: str, child: str) -> bool:
+        return self._node.transforms.try_lookup(parent, child) is not None
 
     def stop(self) -> None:
         """Cancel all that was asked."""
         for key in list(self._open):
             self.carry_out(Withdraw(key))
         self._answers.clear()
+        self._feedback.clear()
 
     def carry_out(self, command: Ask | Withdraw) -> None:
         """Ask, or withdraw what was asked."""
@@ -144,7 +179,11 @@ class TreeClients:
             else:
                 self._answer(key, answer_of(outcome.result, outcome.succeeded))
 
-        question.client.send(goal, ended)
+        def told(feedback: Any) -> None:
+            if self._open.get(key) is question:
+                self._feedback[key] = plain_values(feedback)
+
+        question.client.send(goal, ended, told if ask.feedback else None)
 
     def _call(self, key: int, question: _Question) -> None:
         ask, frame = question.ask, self._config.global_frame

@@ -16,11 +16,13 @@ from arjuna_core.ros.convert import (
     poses_from_path,
     seconds,
 )
+from arjuna_core.se2 import SE2
 from arjuna_nav.trees.exchange import Answer
 
 _POSE = "geometry_msgs/PoseStamped"
 _PATH = "nav_msgs/Path"
 _DURATION = "builtin_interfaces/Duration"
+_ROUTE = "nav2_msgs/Route"
 
 
 def action_type(kind: str) -> Any | None:
@@ -55,15 +57,7 @@ def _field(kind: str, value: Any, frame: str, now: float) -> Any:
 
 def answer_of(result: Any, succeeded: bool) -> Answer:
     """Return an action's result in plain values; a path without poses is a failure."""
-    values: dict[str, Any] = {}
-    for name, kind in result.get_fields_and_field_types().items():
-        value = getattr(result, name)
-        if kind == _PATH:
-            values[name] = poses_from_path(value)
-        elif kind == _DURATION:
-            values[name] = seconds(value)
-        elif isinstance(value, (bool, int, float, str)):
-            values[name] = value
+    values = plain_values(result)
     code, message = values.pop("error_code", 0), values.pop("error_msg", "")
     if succeeded and "path" in values and not len(values["path"]):
         succeeded, code, message = False, code or unknown_code(result), "the path has 0 poses"
@@ -71,6 +65,22 @@ def answer_of(result: Any, succeeded: bool) -> Answer:
         values.pop("path", None)
         code = code or unknown_code(result)
     return Answer(succeeded, int(code), str(message), values)
+
+
+def plain_values(message: Any) -> dict[str, Any]:
+    """Return a result's or a feedback's fields in plain values; a route as its nodes' poses."""
+    values: dict[str, Any] = {}
+    for name, kind in message.get_fields_and_field_types().items():
+        value = getattr(message, name)
+        if kind == _PATH:
+            values[name] = poses_from_path(value)
+        elif kind == _DURATION:
+            values[name] = seconds(value)
+        elif kind == _ROUTE:
+            values[name] = tuple(SE2(n.position.x, n.position.y) for n in value.nodes)
+        elif isinstance(value, (bool, int, float, str)):
+            values[name] = value
+    return values
 
 
 def unknown_code(result: Any) -> int:

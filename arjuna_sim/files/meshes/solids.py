@@ -87,9 +87,11 @@ def _ears(corners: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def _holds(corners: NDArray[np.float64], ear: list[int], others: list[int]) -> bool:
+    """Tell whether corners lie in a triangle or on its edges, where what is left would overlap."""
     a, b, c = corners[ear]
-    points = corners[others]
-    inside = np.stack([_turn(p, q, points) > 0.0 for p, q in ((a, b), (b, c), (c, a))])
+    apart = (corners[others][:, None] != corners[ear]).any(axis=2).all(axis=1)
+    points = corners[others][apart]
+    inside = np.stack([_turn(p, q, points) > -_LEAST for p, q in ((a, b), (b, c), (c, a))])
     return bool(inside.all(axis=0).any())
 
 

@@ -11,8 +11,8 @@ from mcap.reader import make_reader
 from mcap.records import Channel, Message, Metadata, Schema
 from mcap.summary import Summary
 
+from arjuna_slam.logs.mcap_records import McapRecords
 from bringup.recording.bags import topic as topics
-from bringup.recording.bags.mcap_records import DAMAGE, McapRecords
 from bringup.recording.bags.metadata import FileEntry
 from bringup.recording.bags.topic import BagMessage, TopicInfo
 from bringup.recording.bags.writer import LOSS_RECORD
@@ -67,7 +67,7 @@ class McapBag:
         if not self._ordered:
             yield from self._sorted(takes, start)
             return
-        wanted: dict[int, TopicInfo] = {}
+        wanted = {key: each for key, each in self._channels.items() if takes(each.name)}
         for record in self._records.read(start):
             if isinstance(record, Message):
                 topic = wanted.get(record.channel_id)
@@ -85,11 +85,7 @@ class McapBag:
                 yield BagMessage(self.topics[channel.topic], message.log_time, message.data)
 
     def _summary(self) -> Summary | None:
-        try:
-            with self.path.open("rb") as file:
-                summary = make_reader(file).get_summary()
-        except (*DAMAGE, OSError):  # it seeks a footer in front of a short file's beginning
-            return None
+        summary = self._records.summary()
         return summary if summary and summary.statistics and summary.chunk_indexes else None
 
     def _take_summary(self, summary: Summary) -> None:
@@ -133,7 +129,7 @@ class McapBag:
 
     def _note_damages(self) -> None:
         for damage in self._records.damages:
-            text = f"{self.path.name}: at byte {damage.offset}: {damage.what}"
+            text = f"{self.path.name}: {damage}"
             if text not in self.problems:
                 self.problems.append(text)
 

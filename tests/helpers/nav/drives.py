@@ -21,10 +21,8 @@ from arjuna_sim.model.actors import PERSON
 from arjuna_sim.model.footprint import footprint
 from bringup.lockstep import LockStep
 from bringup.parameters.files import Parameters
-from tests.helpers.nav.meetings import Meetings
+from tests.helpers.nav.meetings import AWAY, PUSHED, Meetings
 
-_PUSHED = 0.5  # after somebody has touched the robot, what it touches is their doing [s]
-_AWAY = 0.15  # until it is so far from where it was pushed against something, it rubs along it [m]
 _BRAKED = 0.2  # after being told to stand a robot does, and what turns its wheels is a push [s]
 _SAMPLES = 4  # of a line of sight, a cell
 
@@ -83,7 +81,7 @@ class Drive:
         wheels = Velocity(before.odometry.v, before.odometry.w) if moves else STILL
         self._meetings.update(last.truth.pose, wheels, people)
         self._pushed_at = now if self._meetings.touching else self._pushed_at
-        if now - self._pushed_at <= _PUSHED:
+        if now - self._pushed_at <= PUSHED:
             self._pinned.update(dict.fromkeys(contacts, last.truth.pose))
         for name in begun:
             if name not in self._walkers:
@@ -93,7 +91,7 @@ class Drive:
     def _count(self, name: str) -> None:
         """Count a contact with what stands: its own, or what somebody pushed it into."""
         where = self._pinned.get(name)
-        if where is not None and where.distance(self.truth) <= _AWAY:
+        if where is not None and where.distance(self.truth) <= AWAY:
             self._pushed += 1
         else:
             self._contacts += 1

@@ -9,6 +9,10 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 
+PUSHED = 0.5
+"""After somebody has touched the robot, what it touches is their doing [s]."""
+AWAY = 0.15
+"""Until it is so far from where it was pushed against something, it rubs along it [m]."""
 _STANDS = 0.02  # slower than that, what a robot is met by has come to it [m/s]
 _REBOUNDS = 0.1  # that slowly a robot that was pushed may come back by itself [m/s]
 _TOUCHES, _APART = 0.005, 0.03  # between the two, when a touch begins and until it is over [m]
@@ -39,22 +43,16 @@ class Meetings:
         """Whether anybody touches the robot now."""
         return bool(self._touching)
 
-    def update(
-        self, pose: SE2, velocity: Velocity, people: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def update(self, pose: SE2, velocity: Velocity, people: NDArray[np.float64]) -> None:
         """Count who touches the robot now.
 
         Args:
             pose: The robot's.
             velocity: The robot's.
             people: Their middles and radii `(N, 3)` [m].
-
-        Returns:
-            How far they would push it, `(2,)` [m].
         """
-        push = np.zeros(2)
         if not len(people):
-            return push
+            return
         seen = pose.inverse().apply(people[:, :2])
         gaps, away = self._outline.gaps(seen)
         sides = seen - gaps[:, None] * away
@@ -69,5 +67,3 @@ class Meetings:
             self.met += before is None
             self.bumped += drives and not before
             self._touching[k] = drives or bool(before)
-            push += SE2(0.0, 0.0, pose.theta).apply(away[k : k + 1])[0] * min(gap, 0.0)
-        return push

@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_msg, scan_msg, transform_msg
+from arjuna_core.ros.convert import grid_msg, scan_msg, time_msg, transform_msg
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from bringup.parameters.composition import create_node
@@ -93,6 +93,7 @@ class PlayedRobot:
         commands: Every velocity since the last `forget`.
         localized: Whether map -> odom and odom -> base_footprint are told.
         sees: Whether scans come.
+        scan_age: How old they are by their stamps when they come [s].
         grips: Whether the wheels move the robot.
     """
 
@@ -108,6 +109,7 @@ class PlayedRobot:
         self.command = Velocity()
         self.commands: list[Velocity] = []
         self.localized = self.sees = self.grips = True
+        self.scan_age = 0.0
         self.nodes: dict[str, Any] = {}
         self._parameters = merged(shipped_parameters() if shipped else {}, parameters or {})
         self._clients: dict[str, Any] = {}
@@ -172,7 +174,7 @@ class PlayedRobot:
         if self.sees and self._ticks % _SCAN_TICKS == 0:
             scan = scan_from(self.world, self.pose)
             message = scan_msg(scan, "lidar_link", _SCAN_TICKS * TICK)
-            message.header.stamp = self._stamp()
+            message.header.stamp = time_msg(self.now - self.scan_age)
             self.bench.publish(LaserScan, "/scan", message, qos.SENSOR_PUBLISHER)
 
     def _tell_pose(self, motion: Velocity) -> None:

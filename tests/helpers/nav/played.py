@@ -25,14 +25,15 @@ from arjuna_nav.planners.navfn import NavFn, NavFnConfig
 from arjuna_nav.planners.through import plan_through
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from tests.helpers.nav.bodies import Body, whole_map, window
-from tests.helpers.nav.meetings import Meetings
+from tests.helpers.nav.meetings import AWAY, PUSHED, Meetings
+from tests.helpers.nav.pushes import Pushes
 from tests.nav.worlds import Unicycle
 
 _TICK, _SCANS, _MAPS, _PLANS = 0.05, 2, 10, 20  # [s], and ticks from one to the next
 _STANDS = 2.0  # after a failure [s]
+_LOOKS = 1.0  # about itself among people before it sets out: its senses run before any goal [s]
 _BEAMS, _RANGE = 360, 12.0
 _ACCELERATION, _ANGULAR_ACCELERATION = 2.5, 3.2  # Arjuna's, simulated [m/s^2], [rad/s^2]
-_BESIDE_WALLS = 1.4  # times its outline: where people leave the robot to
 _KEPT = 0.98  # of an error from tick to tick
 
 
@@ -68,7 +69,7 @@ class Play:
 
     Attributes:
         arrived: Whether the follower says so.
-        touched: Whether the robot met a wall.
+        touched: Whether the robot met a wall by itself.
         meetings: Whom it met.
         time: [s]
         why: What was said last where it did not go on.
@@ -83,10 +84,10 @@ class Play:
         body: Body,
         rng: np.random.Generator,
         errors: Errors | None = None,
-        people: Callable[[float], list[NDArray[np.float64]]] = lambda time: [],
+        people: Callable[[float], list[NDArray[np.float64]]] | None = None,
     ) -> None:
         self._walls, self._goal, self._body, self._rng = walls, goal, body, rng
-        self._errors, self._people = errors or Errors(), people
+        self._errors, self._people = errors or Errors(), people or (lambda time: [])
         self._monitor, self._tracker = CollisionMonitor(load(MonitorConfig, {})), Tracker(REACH)
         self._moving = Moving.nothing()
         self._near = LayeredCostmap(window(3, 2.5, body))
@@ -97,7 +98,7 @@ class Play:
         self._unmapped: list[PlacedScan] = []
         self._config = load(FollowerConfig, _shipped_controller())
         self._follower: PathFollower | None = None
-        self._stands = -math.inf
+        self._stands = _LOOKS if people else -math.inf
         self._T_true_map = self._T_true_odom = SE2()
         self.robot = Unicycle(
             start,
@@ -106,7 +107,8 @@ class Play:
             angular_acceleration=_ANGULAR_ACCELERATION,
         )
         self.arrived = self.touched = False
-        self.meetings = Meetings(body.corners)
+        self.meetings, self._pushes = Meetings(body.corners), Pushes(body.corners, walls)
+        self._pushed_at, self._pinned = -math.inf, SE2(math.inf, math.inf)
         self.time, self.why = 0.0, ""
 
     def run(self, timeout: float = 90.0) -> Play:
@@ -117,22 +119,26 @@ class Play:
             people = self._people(self.time)
             self._see(k, people)
             self.robot.drive(self._allowed(self._command(k)))
-            self.touched = _crosses(self._walls, self.robot.pose.apply(self._body.corners))
             self._meet(people)
             if self.arrived or self.touched:
                 break
         return self
 
     def _meet(self, people: list[NDArray[np.float64]]) -> None:
-        """Let people push the robot, but into no wall."""
+        """Tell whether the robot has met a wall by itself; let people push it, but into none."""
+        pose = self.robot.pose
+        crosses = _crosses(self._walls, pose.apply(self._body.corners))
         rounds = [(edges[:, :2].mean(axis=0), edges[0, :2]) for edges in people]
         discs = np.array([(*middle, np.hypot(*(edge - middle))) for middle, edge in rounds])
-        push = self.meetings.update(self.robot.pose, self.robot.velocity, discs.reshape(-1, 3))
-        if push.any():
-            pose = self.robot.pose
-            pushed = SE2(pose.x + push[0], pose.y + push[1], pose.theta)
-            if not _crosses(self._walls, pushed.apply(_BESIDE_WALLS * self._body.corners)):
-                self.robot.pose = pushed
+        discs = discs.reshape(-1, 3)
+        self.meetings.update(pose, self.robot.velocity, discs)
+        self._pushed_at = self.time if self.meetings.touching else self._pushed_at
+        pushed = self._pushes.give_way(pose, discs)
+        if self.time - self._pushed_at <= PUSHED and self._pushes.pinned:
+            self._pinned = pushed
+        self.touched = crosses and pushed.distance(self._pinned) > AWAY
+        if not self.touched:
+            self.robot.pose = pushed
 
     def _allowed(self, command: Velocity) -> Velocity:
         """Return what the collision monitor lets through."""

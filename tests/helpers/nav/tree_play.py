@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from arjuna_core.se2 import SE2
-from arjuna_nav.trees.exchange import Answer, Ask, TreeState
+from arjuna_core.twist import STILL
+from arjuna_nav.trees.exchange import Answer, Ask, Battery, TreeState
 from arjuna_nav.trees.node import Status, Tree
 from arjuna_nav.trees.xml_file import build_tree
 
@@ -17,8 +18,11 @@ class Play:
         for name, value in entries.items():
             self.tree.blackboard.set(name, value)
         self.now = 0.0
-        self.pose = SE2()
-        self.speed = 0.0
+        self.pose: SE2 | None = SE2()
+        self.velocity, self.measured_at = STILL, 0.0
+        self.feedback: dict[str, dict[str, object]] = {}
+        self.batteries: dict[str, Battery] = {}
+        self.frames: set[tuple[str, str]] = set()
         self.open: dict[str, int] = {}
         self.withdrawn: list[int] = []
 
@@ -29,7 +33,17 @@ class Play:
             self.open.pop(kind): Answer(value) if isinstance(value, bool) else value
             for kind, value in answers.items()
         }
-        status, commands = self.tree.tick(TreeState(self.now, self.pose, self.speed, told))
+        state = TreeState(
+            self.now,
+            self.pose,
+            self.velocity,
+            self.measured_at,
+            told,
+            {self.open[kind]: self.feedback.pop(kind) for kind in list(self.feedback)},
+            batteries=self.batteries,
+            connected=lambda parent, child: (parent, child) in self.frames,
+        )
+        status, commands = self.tree.tick(state)
         for command in commands:
             if isinstance(command, Ask):
                 self.open[command.kind] = command.key

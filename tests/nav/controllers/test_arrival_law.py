@@ -115,7 +115,7 @@ def test_what_went_past_the_goal_comes_straight_back() -> None:
 def turned(angle: float, rate: float) -> float:
     """Return the yaw rate from which a turn comes to rest at an angle, given the one driven."""
     rest = angle - 0.12 * rate
-    if rest * angle <= 0.0 or rest * rate < 0.0:
+    if rest * angle <= 0.0 or (rest * rate < 0.0 and abs(rate) > 0.1):
         return 0.0
     fast = min(math.sqrt(2.0 * 1.5 * abs(rest)), abs(rest) / 0.12, 1.2)
     return math.copysign(max(fast, 0.1), angle)
@@ -123,7 +123,7 @@ def turned(angle: float, rate: float) -> float:
 
 TURNS = [
     *((0.5, 0.0), (-0.5, 0.0), (3.0, 0.0), (0.1, 0.0), (0.02, 0.0), (0.1, 0.5)),
-    *((0.1, 1.0), (-0.1, -1.0), (0.3, -0.4), (-0.3, 0.4)),
+    *((0.1, 1.0), (-0.1, -1.0), (0.3, -0.4), (-0.3, 0.4), (0.3, -0.002), (-0.3, 0.09)),
 ]
 
 
@@ -132,6 +132,27 @@ def test_turns_to_the_goals_heading_once_it_is_there(angle: float, rate: float) 
     command = Asked()(SE2(2.995, 2.003, -angle), Velocity(0.0, rate), within=True)
     assert command is not None
     assert (command.v, command.w) == pytest.approx((0.0, turned(angle, rate)))
+
+
+def test_noise_of_a_robot_at_rest_holds_up_no_turn() -> None:
+    for rate in (0.001, -0.001):
+        command = Asked()(SE2(2.995, 2.003, -1.0), Velocity(0.0, rate), within=True)
+        assert command is not None
+        assert command.w == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize("distance", [0.051, 0.04, 0.02])
+@pytest.mark.parametrize("off", [0.3, -2.0])
+def test_the_last_turn_begins_while_the_robot_comes_to_rest(distance: float, off: float) -> None:
+    for heading in (True, False):
+        asked = Asked()
+        assert asked(before(0.2, heading=-off), heading=heading) is not None
+        command = asked(before(distance, heading=-off), Velocity(0.1, 0.1), heading=heading)
+        assert command is not None
+        assert command.v > 0.0
+        begun = heading and distance < 0.05
+        expected = (1.0 - distance / 0.05) * turned(off, 0.1) if begun else 0.0
+        assert command.w == pytest.approx(expected, abs=1e-9 if begun else 0.02)
 
 
 @pytest.mark.parametrize(("bearing", "rate"), [(0.5, 0.0), (-2.0, 0.0), (1.0, 0.8), (3.0, -0.3)])
@@ -236,5 +257,14 @@ def test_a_long_robot_does_not_turn_into_what_is_beside_it(
     )
     told: dict[str, Any] = {"left": 0.0, "speed": 0.5, "within": True, "heading": True}
     goal = SE2(3.0, 2.0, angle)
+    driven = SE2(3.0, 2.0) @ SE2(-0.04, 0.0)
+    told["within"] = False
+    assert arrival.compute(driven @ SE2(-0.1, 0.0), goal, Velocity(), costmap, 0.0, **told)
+    rolling = arrival.compute(driven, goal, Velocity(), costmap, 0.0, **told)
+    assert rolling is not None  # what is free is driven, and no turn begun that is not
+    assert rolling.v > 0.0
+    assert (rolling.w != 0.0) is free_all_along
+    arrival.reset()
+    told["within"] = True
     command = arrival.compute(SE2(3.0, 2.0), goal, Velocity(), costmap, 0.0, **told)
     assert (command is not None) is free_all_along

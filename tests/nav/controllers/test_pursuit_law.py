@@ -19,6 +19,7 @@ from arjuna_nav.controllers.regulated_pure_pursuit import (
 )
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap.inflation import clearances
 
 RADIUS, TOLERANCE = 0.25, 0.2
 LOOSE = RegulatedPurePursuitConfig(
@@ -113,6 +114,12 @@ def test_near_obstacles_the_speed_is_as_the_distance_that_the_cost_tells(
     assert Asked(cost_scaling_gain=0.8, use_collision_detection=False)(
         SE2(1.0), costmap=flat(cost)
     ).velocity.v == pytest.approx(speed)
+
+
+def test_the_distance_is_the_one_that_the_costmap_tells_where_it_does() -> None:
+    told = replace(flat(126), clearances=clearances(40.0))  # not the 3.0 of the controller
+    driven = Asked(use_collision_detection=False)(SE2(1.0), costmap=told).velocity
+    assert driven.v == pytest.approx(0.5 * (0.25 + math.log(2.0) / 40.0) / 0.6)
 
 
 def test_obstacles_do_not_slow_down_where_that_is_switched_off_nor_beyond_the_costmap() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_nav.trees.exchange import TreeState
 from arjuna_nav.trees.node import Status
 from arjuna_nav.trees.ports import TreeError
@@ -96,7 +97,7 @@ def test_the_faster_the_robot_the_more_often(speed: float, given: str, period: f
         f"<PipelineSequence><SpeedController {given}>{WAIT}</SpeedController><Spin/>"
         "</PipelineSequence>"
     )
-    play.now, play.speed = 50.0, speed
+    play.now, play.velocity = 50.0, Velocity(speed)
     play.tick()
     play.tick(Wait=True)
     play.tick(dt=0.97 * period)

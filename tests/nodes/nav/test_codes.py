@@ -15,7 +15,7 @@ from arjuna_nav.controllers import ControlStatus
 from arjuna_nav.docking.docking import DockingError
 from arjuna_nav.planners import PlanStatus
 from arjuna_nav.smoothers.base import SmoothStatus
-from arjuna_nav.trees import conditions
+from arjuna_nav.trees.nav2 import conditions
 
 pytestmark = pytest.mark.ros
 

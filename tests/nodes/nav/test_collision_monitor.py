@@ -77,11 +77,13 @@ def test_the_robot_stops_before_a_wall_and_may_drive_back(robot: PlayedRobot) ->
 def test_without_sight_the_robot_stands(robot: PlayedRobot) -> None:
     changes = states(robot)
     robot.sees = False
-    drive(robot, 0.2, 0.2)
+    drive(robot, 0.2, 0.16)
     assert robot.command.v == pytest.approx(0.2)
-    drive(robot, 0.2, 0.2)
+    drive(robot, 0.2, 0.08)
+    assert 0.0 < robot.command.v < 0.17
+    drive(robot, 0.2, 0.16)
     assert robot.command == STILL
-    assert told(changes) == [(State.STOP, "invalid source")]
+    assert told(changes) == [(State.SLOWDOWN, "invalid source"), (State.STOP, "invalid source")]
     robot.sees = True
     drive(robot, -0.2, 0.4)
     assert robot.command.v == pytest.approx(-0.2)
@@ -145,6 +147,14 @@ def test_a_slow_scanner_is_not_taken_for_a_dead_one(robot: PlayedRobot) -> None:
     assert robot.command.v == pytest.approx(0.2)
     drive(robot, 0.2, 1.6)
     assert robot.command == STILL
+
+
+def test_a_scan_that_is_stamped_by_its_first_ray_slows_nothing(robot: PlayedRobot) -> None:
+    robot.scan_age = 0.14  # its own period, and the way here
+    drive(robot, 0.2, 1.0)
+    robot.forget()
+    drive(robot, 0.2, 1.0)
+    assert min(command.v for command in robot.commands) == pytest.approx(0.2)
 
 
 def test_a_robot_without_a_scanner_is_not_held() -> None:

@@ -31,6 +31,7 @@ from simulation_interfaces.srv import (
 )
 
 from arjuna_core.ros import qos
+from arjuna_sim.model.entities import Category
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import OK, names, run, spawn, start_in, state
 
@@ -61,6 +62,11 @@ def test_box_is_spawned_seen_moved_and_deleted(bench: RosBench) -> None:
     assert gone.result.result == OK
     assert math.isinf(ahead())
     assert names(bench) == ["arjuna"]
+
+
+def test_categories_have_the_interfaces_numbers() -> None:
+    numbers = {each.name: getattr(EntityCategory, f"CATEGORY_{each.name}") for each in Category}
+    assert numbers == {each.name: each.value for each in Category}
 
 
 def test_filters_by_name_category_tags_and_bounds(bench: RosBench) -> None:

@@ -151,6 +151,31 @@ def test_a_command_is_clipped_to_the_limits_and_holds_until_its_time_is_out() ->
     assert drive.velocity(4.0, 0.1) == Velocity()
 
 
+@pytest.mark.parametrize(
+    ("asked", "braking"),
+    [
+        (Velocity(0.5, 0.0), 0.2),
+        (Velocity(0.0, 0.0, -0.25), 0.1),
+        (Velocity(0.25, 0.48), 0.15),
+        (Velocity(1.0, 0.0), 0.2),  # not sooner, though it is not long enough
+    ],
+)
+def test_who_hears_no_more_brakes_so_as_to_stand_when_the_time_is_out(
+    asked: Velocity, braking: float
+) -> None:
+    drive = Drive(
+        DriveConfig(max_linear_acceleration=2.5, max_angular_acceleration=3.2, command_timeout=0.5)
+    )
+    told = []
+    for k in range(101):
+        if k <= 50:
+            drive.command(asked, now=0.01 * k)
+        told.append(drive.velocity(0.01 * k, 0.01))
+    brakes = next(k for k, each in enumerate(told) if k > 50 and each != told[k - 1])
+    assert brakes == round(100 - 100 * braking)
+    assert (told[-1] == Velocity()) == (asked.v < 1.0)
+
+
 def test_each_speed_ramps_by_its_own_limit_either_way() -> None:
     drive = Drive(DriveConfig(max_linear_acceleration=1.0, max_angular_acceleration=3.0))
     drive.command(Velocity(0.15, -0.5, -0.15), now=0.0)

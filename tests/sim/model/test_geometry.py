@@ -86,6 +86,7 @@ def test_a_link_without_mass_is_half_as_heavy_as_water_and_one_without_shape_has
     assert found.mass == pytest.approx(DENSITY * (0.4 * 0.6 * 1.0 + pill))
     assert estimated_inertial([Part(Shape(Kind.PLANE))]) is None
     ball = inertial_of_parts([], 2.0)
+    assert ball.center == (0.0, 0.0, 0.0)
     np.testing.assert_allclose(ball.inertia, np.eye(3) * 0.4 * 2.0 * 0.05**2)
 
 

@@ -86,6 +86,7 @@ def test_sensor_off_its_link_has_a_frame_where_it_is(
 
 
 def test_optical_axes_are_right_down_and_ahead() -> None:
+    assert T_BODY_OPTICAL.position == (0.0, 0.0, 0.0)
     axes = T_BODY_OPTICAL.rotation()
     np.testing.assert_allclose(axes, [[0, 0, 1], [-1, 0, 0], [0, -1, 0]], atol=1e-12)
     assert T_BODY_OPTICAL.position == (0.0, 0.0, 0.0)

@@ -142,3 +142,5 @@ def test_four_equal_wheels_turn_as_the_formula_says_and_two_as_they_stand() -> N
     assert wheels.effective_track(pair, ("a",), ("b",)) == pytest.approx(0.6)
     assert wheels.effective_track(pair, ("b",), ("a",)) == pytest.approx(0.6)  # sides confused
     assert wheels.effective_track(wheeled([(1, 0, 0), (-1, 0, 0)]), ("a",), ("b",)) == 0.0
+    wide = wheeled([(0.0, 0.5, 0.0), (0.0, -0.5, 0.0)])
+    assert wheels.effective_track(wide, ("a",), ("b",)) == pytest.approx(1.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -92,3 +94,48 @@ def test_downsampled_free_space_is_each_second_row_and_column() -> None:
     cells = FIELD.frame.to_cells(drawn[:, :2])
     assert (cells % 2 == 0).all()
     assert FIELD.free[cells[:, 0], cells[:, 1]].all()
+
+
+def test_particles_are_spread_as_the_covariance_says() -> None:
+    some, root = belief(), np.array([[0.3, 0.0, 0.0], [0.1, 0.2, 0.0], [0.02, -0.05, 0.1]])
+    some.spread(SE2(1.0, -2.0, 0.5), root)
+    np.testing.assert_allclose(some.particles.mean(axis=0), (1.0, -2.0, 0.5), atol=0.03)
+    np.testing.assert_allclose(np.cov(some.particles.T), root @ root.T, atol=0.01)
+    np.testing.assert_allclose(some.weights, 1.0 / 2000.0)
+
+
+def test_six_places_are_told_at_most_and_none_of_little_weight() -> None:
+    some = belief()
+    places = [
+        Hypothesis(SE2(1.2 * k - 4.5, 2.0, 0.0), SEED_COVARIANCE, 1.0, share)
+        for k, share in enumerate((0.2, 0.17, 0.16, 0.15, 0.14, 0.1, 0.07, 0.01))
+    ]
+    some.seed(places, SEED_COVARIANCE)
+    found = some.clusters()
+    assert [round(one.mean[0] + 4.5, 1) for one in found] == [0.0, 1.2, 2.4, 3.6, 4.8, 6.0]
+    some.seed([places[0], places[-1]], SEED_COVARIANCE)
+    assert len(some.clusters()) == 2  # a twentieth of the weight
+    some.seed([replace(places[0], share=0.985), replace(places[-1], share=0.015)], SEED_COVARIANCE)
+    assert len(some.clusters()) == 1
+
+
+def test_where_nothing_is_tied_or_injected_nothing_is_done() -> None:
+    some = belief(AmclConfig(freespace_downsampling=True, resample_interval=2))
+    some.scatter()
+    cells = FIELD.frame.to_cells(some.particles[:, :2])
+    assert (cells % 2 == 0).all()
+    factors = np.linspace(1.0, 2.0, 2000)
+    assert some.level(factors) is factors  # no clusters yet
+    some.seed(PLACES, SEED_COVARIANCE)
+    some.clusters()
+    some.shift(np.ones(3), np.array([True, False, False]))
+    assert some.level(factors) is factors  # one is tied with no other
+    assert [some.resample(0.0), some.resample(0.0)] == [False, False]
+    assert some.resample(1.0) is False  # not due
+    assert some.resample(1.0) is True
+    some.spread(SE2(), 0.01 * np.eye(3))
+    some.clusters()
+    some.reweigh(np.linspace(1.0, 2.0, len(some.weights)))
+    before = some.weights.copy()
+    np.testing.assert_allclose(some.shift(np.array([0.5]), np.zeros(1, bool)), [1.0])
+    np.testing.assert_array_equal(some.weights, before)

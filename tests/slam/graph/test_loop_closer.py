@@ -27,11 +27,12 @@ SIDE = 20  # keyframes of a side of the square that is driven, a metre apart
 
 @dataclass
 class Told(ScanMatcher):
-    """A matcher that finds a keyframe off where it is looked for, and keeps where that was."""
+    """A matcher that finds something off where it is looked for, and keeps where that was."""
 
     off: SE2 = IDENTITY
     response: float = 0.9
     status: MatchStatus = MatchStatus.MATCHED
+    known: NDArray[np.float64] = field(default_factory=GOOD.copy)
     asked: list[tuple[Field, SE2, Window, float]] = field(default_factory=list)
 
     def match(
@@ -44,7 +45,7 @@ class Told(ScanMatcher):
         information: NDArray[np.float64] = GOOD,
     ) -> Match:
         self.asked.append((field, prior, window, least))
-        return Match(self.status, prior @ self.off, GOOD, self.response)
+        return Match(self.status, prior @ self.off, self.known, self.response)
 
 
 def driven(deviation: float = 0.02) -> tuple[PoseGraph, list[Submap]]:

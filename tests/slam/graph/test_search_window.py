@@ -45,3 +45,30 @@ def test_pieces_cover_the_window_once_from_the_middle_outwards(xy: float, theta:
     assert edges[-1][1] == pytest.approx(theta)
     assert [low for low, _ in edges[1:]] == pytest.approx([high for _, high in edges[:-1]])
     assert all(window.theta * xy**2 < 1.3 or window.theta <= 0.03 for _, window in pieces)
+
+
+@pytest.mark.parametrize(
+    ("xy", "theta", "count"), [(0.2, 0.05, 1), (1.0, 0.3, 1), (2.0, 0.5, 2), (3.0, 0.39, 3)]
+)
+def test_a_piece_holds_so_much_of_the_window_or_three_hundredths_of_a_radian(
+    xy: float, theta: float, count: int
+) -> None:
+    assert len(search(xy, theta).pieces(0.05)) == count
+    assert len(search(10.0, 0.295).pieces(0.05)) == 10
+
+
+@pytest.mark.parametrize(
+    ("xy", "resolution", "depth"),
+    [
+        (0.01, 0.1, 2),
+        (0.39, 0.05, 2),
+        (0.41, 0.05, 3),
+        (1.59, 0.1, 3),
+        (1.61, 0.05, 5),
+        (9, 0.05, 5),
+    ],
+)
+def test_blocks_of_a_search_are_up_to_32_cells_and_no_wider_than_the_window(
+    xy: float, resolution: float, depth: int
+) -> None:
+    assert {window.depth for _, window in search(xy).pieces(resolution)} == {depth}

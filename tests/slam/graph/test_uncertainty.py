@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
-from arjuna_slam.graph.uncertainty import chained, relative_covariances, spread
+from arjuna_slam.graph.uncertainty import chained, plausible, relative_covariances, spread
 
 STEP = np.diag([1e4, 1e4, 1e6])  # 1 cm and 1 mrad
 
@@ -95,3 +95,49 @@ def test_covariances_are_chained_as_their_derivatives_say() -> None:
         jacobian = np.column_stack(columns)
         expected += jacobian @ covariance @ jacobian.T
     assert np.allclose(chained(first, covariances[0], second, covariances[1]), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("way", "share"), [(1, 0.285), (10, 0.6), (25, 1.125), (50, 2.0), (80, 2.0)]
+)
+def test_along_a_straight_way_steps_add_up_to_a_quarter_at_first_and_to_twice_far_on(
+    way: int, share: float
+) -> None:
+    """From 0.25 at once to 2.0 after 50 m; along the way headings do not matter."""
+    covariance = relative_covariances(straight(101), 100)[100 - way]
+    assert covariance[0, 0] == pytest.approx(share * way * 1e-4)
+    assert covariance[2, 2] == pytest.approx(share * way * 1e-6)
+    assert not relative_covariances(straight(101), 100)[100].any()
+
+
+def test_what_no_chain_reaches_is_not_known() -> None:
+    graph = straight(5)
+    graph.add_node(SE2(9.0, 9.0, 0.0))
+    assert spread(relative_covariances(graph, 0)[5]) == pytest.approx((500.0, 500.0))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_spread_is_the_greatest_deviation_in_any_direction(seed: int) -> None:
+    root = np.random.default_rng(seed).normal(size=(3, 3))
+    covariance = root @ root.T
+    xy, theta = spread(covariance)
+    assert xy == pytest.approx(math.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[1]))
+    assert theta == pytest.approx(math.sqrt(covariance[2, 2]))
+
+
+@pytest.mark.parametrize(
+    "way", [(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -0.5, -0.1)]
+)
+@pytest.mark.parametrize("theta", [0.4, 3.1, -3.1])
+def test_a_correction_is_plausible_up_to_four_deviations(
+    way: tuple[float, float, float], theta: float
+) -> None:
+    """Of what the graph does not know, and of 0.1 m and 0.02 rad more."""
+    known = np.array([[0.5, 0.1, 0.02], [0.1, 0.3, -0.01], [0.02, -0.01, 0.04]])
+    information = np.linalg.inv(known + np.diag([0.1**2, 0.1**2, 0.02**2]))
+    reach = 4.0 / math.sqrt(np.array(way) @ information @ np.array(way))
+    expected = SE2(1.0, 2.0, theta)
+    for by, is_plausible in ((0.999, True), (1.001, False)):
+        found = expected.array() + by * reach * np.array(way)
+        found[2] = math.remainder(found[2], 2.0 * math.pi)
+        assert plausible(expected, SE2.from_array(found), known) is is_plausible

@@ -34,9 +34,10 @@ from arjuna_nav.controllers.mppi.obstacle_critics import cost_critic, obstacles_
 from arjuna_nav.controllers.mppi.path_critics import path_align, path_angle, path_follow
 from arjuna_nav.controllers.mppi.rollouts import Limits, Rollouts
 from arjuna_nav.controllers.mppi.scene import Grid, Scene
+from arjuna_nav.costmap.inflation import clearances
 
 STEPS, BATCH, DT = 12, 6, 0.05
-GOAL = SE2(0.7, -0.4, 2.8)
+GOAL, UNTOLD = SE2(0.7, -0.4, 2.8), clearances(0.0)
 LIMITS = Limits(-0.2, 0.3, 1.0, 2.5, 2.5, 3.0)
 Floats = NDArray[Any]
 Asked = Callable[[float], Floats | None]
@@ -55,7 +56,7 @@ def made_scene(**changes: Any) -> Scene:
     data[18:21, 23:26], data[15, 15:20], data[26:29, 18:20] = 254, 255, 253
     outline = np.array([[2.0, 1.0], [-2.0, 1.0], [-2.0, -1.0], [2.0, -1.0]])
     grid = Grid(data, 20.3, 19.6, 0.4, 10.0, outline, False, 100)
-    return Scene(path, np.ones(30, np.bool_), GOAL, 1.0, 10, grid)._replace(**changes)
+    return Scene(path, np.ones(30, np.bool_), GOAL, 1.0, 10, grid, UNTOLD)._replace(**changes)
 
 
 def wrapped(angles: Floats) -> Floats:
@@ -270,15 +271,16 @@ def test_costs_are_averaged_and_collisions_cost_their_own(distance: float, step:
     assert not blocked
 
 
+@pytest.mark.parametrize("told", [0.0, 11.0])
 @pytest.mark.parametrize("distance", [0.5, 0.51])
-def test_obstacles_repel_by_the_distance_that_costs_tell(distance: float) -> None:
+def test_obstacles_repel_by_the_distance_that_costs_tell(distance: float, told: float) -> None:
     config = ObstaclesConfig(
         repulsion_weight=1.5, critical_weight=20.0, collision_cost=1e3, near_goal_distance=0.5
     )
-    scene = made_scene(goal_distance=distance)
+    scene = made_scene(goal_distance=distance)._replace(clearances=clearances(told))
     table = np.zeros(256)
-    for cost in range(1, 255):  # cost = 252 exp(-3 d) beyond the inscribed radius
-        away = math.log(252.0 / cost) / 3.0
+    for cost in range(1, 255):  # cost = 252 exp(-k d) beyond the inscribed radius
+        away = math.log(252.0 / cost) / (told or 3.0)
         table[cost] = 20.0 * max(0.1 - away, 0.0)
         table[cost] += 1.5 * max(0.1 + 0.25 - away, 0.0) * (distance > 0.5)
     sums, hit = summed(table, scene, 1)

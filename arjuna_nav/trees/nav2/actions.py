@@ -90,17 +90,10 @@ class FollowPath(Asking):
         "goal_checker_id": "goal_checker_id",
         "progress_checker_id": "progress_checker_id",
     }
-    _asked: Mapping[str, Any] = {}
-
-    def request(self) -> dict[str, Any]:
-        """Return what is to be followed, and how."""
-        fields = super().request()
-        self._asked = fields
-        return fields
 
     def while_running(self) -> None:
         """Ask anew where something has changed."""
-        now = super().request()
+        now = self.request()
         path = now.pop("path")
         before = {name: value for name, value in self._asked.items() if name != "path"}
         if path is not self._asked["path"] or now != before:

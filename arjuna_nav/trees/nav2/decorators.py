@@ -11,6 +11,7 @@ import numpy as np
 
 from arjuna_core.se2 import SE2
 from arjuna_nav.planners import path as paths
+from arjuna_nav.trees.exchange import Heard, Topic
 from arjuna_nav.trees.node import Decorator, Status
 from arjuna_nav.trees.ports import NUMBER, PATH, POSE, Port
 
@@ -95,7 +96,7 @@ class SpeedController(_Gate):
     def is_due(self) -> bool:
         """Tell whether a period has passed, by the speed."""
         low, high = self.get("min_speed"), self.get("max_speed")
-        share = (abs(self.running.state.speed) - low) / max(high - low, 1e-9)
+        share = (abs(self.running.state.velocity.v) - low) / max(high - low, 1e-9)
         slow, fast = self.get("min_rate"), self.get("max_rate")
         rate = slow + min(max(share, 0.0), 1.0) * (fast - slow)
         return bool((self.running.state.now - self._since) * rate >= 1.0)
@@ -144,9 +145,9 @@ class GoalUpdater(Decorator):
         "output_goal": Port(POSE, None, output=True),
     }
 
-    def topics(self) -> set[str]:
+    def topics(self) -> set[Topic]:
         """Return the topic of moved goals too."""
-        return super().topics() | {GOAL_UPDATE}
+        return super().topics() | {Topic(Heard.GOAL, GOAL_UPDATE)}
 
     def tick(self) -> Status:
         """Write it and tick the child."""

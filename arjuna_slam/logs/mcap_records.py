@@ -1,20 +1,26 @@
-"""Records of an mcap file in its order, past damage, as far as a file that was cut short goes."""
+"""Records of an mcap file in its order, past damage, as far as a file that was cut short goes.
+
+All that reads recordings reads mcap by these: SLAM's logs, and playing, viewing and mending them.
+"""
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
+import lz4.frame
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
+from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Footer, Message, Metadata, Schema
 from mcap.stream_reader import breakup_chunk
+from mcap.summary import Summary
 
 from arjuna_core.errors import InputFileError
 
@@ -23,7 +29,8 @@ DAMAGE = (
     *(McapError, zstandard.ZstdError, ValueError, RuntimeError, KeyError, struct.error),
     *(EOFError, MemoryError, OverflowError),
 )
-_LONGEST = 1 << 30  # bytes of a record or chunk that are believed
+_LONGEST = 1 << 30  # bytes of a record that are believed
+_CHUNK_MAX = 1 << 28  # bytes; recorders write chunks of about 1 MiB
 _HEAD = struct.Struct("<BQ")
 _SINGLE: dict[int, Callable[..., Any]] = {
     Opcode.SCHEMA: Schema.read,
@@ -45,6 +52,10 @@ class Damage:
 
     offset: int
     what: str
+
+    def __str__(self) -> str:
+        """Say where, and what."""
+        return f"at byte {self.offset}: {self.what}"
 
 
 class McapRecords:
@@ -80,6 +91,14 @@ class McapRecords:
             return file
         file.close()
         raise InputFileError(self._path, "is no mcap recording: it does not begin as one")
+
+    def summary(self) -> Summary | None:
+        """Return what its end says of it, None where that is missing."""
+        try:
+            with self._path.open("rb") as file:
+                return make_reader(file).get_summary()
+        except (*DAMAGE, OSError):  # it seeks a footer in front of a short file's beginning
+            return None
 
     def read(self, start: int = 0) -> Iterator[Record]:
         """Yield the records; a chunk's messages in the order of their time.
@@ -128,15 +147,30 @@ class McapRecords:
 
 
 def _messages(chunk: Chunk, start: int) -> list[Record]:
-    size = chunk.uncompressed_size
-    if chunk.compression == "zstd":  # what the frame says counts when it is unpacked
-        size = max(size, zstandard.frame_content_size(chunk.data))
-    if size > _LONGEST:
-        raise ValueError(f"a chunk of {size} bytes")
-    records = breakup_chunk(chunk, validate_crc=True)
+    records = breakup_chunk(_unpacked(chunk), validate_crc=True)
     rest: list[Record] = [each for each in records if isinstance(each, Channel | Schema)]
     if chunk.message_end_time < start:
         return rest
     messages = [each for each in records if isinstance(each, Message)]
     messages.sort(key=lambda message: message.log_time)
     return [*rest, *messages]
+
+
+def _unpacked(chunk: Chunk) -> Chunk:
+    """Return a chunk without its compression.
+
+    Raises:
+        ValueError: It is larger than it says, or than any chunk should be.
+    """
+    if chunk.uncompressed_size > _CHUNK_MAX:
+        raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes")
+    if chunk.compression == "zstd":
+        packed: Any = zstandard.ZstdDecompressor().stream_reader(BytesIO(chunk.data))
+    elif chunk.compression == "lz4":
+        packed = lz4.frame.open(BytesIO(chunk.data))
+    else:
+        return chunk
+    data = packed.read(chunk.uncompressed_size + 1)
+    if len(data) != chunk.uncompressed_size:
+        raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes holds {len(data)}")
+    return replace(chunk, compression="", data=data)

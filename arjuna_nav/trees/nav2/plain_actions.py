@@ -7,11 +7,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
-
-from arjuna_nav.planners import path as paths
+from arjuna_nav.trees.exchange import Heard, Topic
 from arjuna_nav.trees.node import Status, TreeNode
-from arjuna_nav.trees.ports import ANY, NUMBER, PATH, POSES, REQUIRED, TEXT, Port, TreeError, entry
+from arjuna_nav.trees.ports import ANY, NUMBER, POSES, REQUIRED, TEXT, Port, TreeError, entry
 
 
 class SetBlackboard(TreeNode):
@@ -65,24 +63,6 @@ class RemovePassedGoals(TreeNode):
         return Status.SUCCESS
 
 
-class TruncatePath(TreeNode):
-    """Leaves the end of a path out."""
-
-    PORTS: ClassVar[dict[str, Port]] = {
-        "distance": Port(NUMBER, 1.0),
-        "input_path": Port(PATH),
-        "output_path": Port(PATH, None, output=True),
-    }
-
-    def tick(self) -> Status:
-        """Leave it out; a path that is shorter keeps its first pose."""
-        path = self.get("input_path")
-        left = paths.along(path[::-1])
-        kept = int(np.count_nonzero(left >= self.get("distance")))
-        self.put("output_path", path[: max(kept, 1)])
-        return Status.SUCCESS
-
-
 class _Selector(TreeNode):
     """Writes what was chosen on a topic, or a default."""
 
@@ -90,16 +70,16 @@ class _Selector(TreeNode):
 
     def tick(self) -> Status:
         """Write it."""
-        chosen = self.running.state.selected.get(str(self.get("topic_name")), "")
+        chosen = self.running.state.selected.get(self.topic("topic_name"), "")
         chosen = chosen or self.get(f"default_{self.WHAT}")
         if not chosen:
             return Status.FAILURE
         self.put(f"selected_{self.WHAT}", chosen)
         return Status.SUCCESS
 
-    def topics(self) -> set[str]:
+    def topics(self) -> set[Topic]:
         """Return the topic on which it is chosen."""
-        return {str(self.get("topic_name"))}
+        return {Topic(Heard.CHOICE, self.topic("topic_name"))}
 
 
 def _ports(what: str) -> dict[str, Port]:

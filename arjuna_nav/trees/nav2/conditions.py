@@ -214,3 +214,9 @@ class WouldASmootherRecoveryHelp(_RecoveryHelps):
     """Unknown, time-out, failed to smooth, smoothed path in collision."""
 
     CODES = frozenset({500, 502, 503, 504})
+
+
+class WouldARouteRecoveryHelp(_RecoveryHelps):
+    """Unknown, time-out, no valid route."""
+
+    CODES = frozenset({400, 404, 405})

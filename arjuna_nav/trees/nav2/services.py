@@ -134,3 +134,9 @@ class CancelAssistedTeleop(_Cancel):
     """Cancels driving by hand."""
 
     KIND = "AssistedTeleop"
+
+
+class CancelComputeAndTrackRoute(_Cancel):
+    """Cancels tracking a route."""
+
+    KIND = "ComputeAndTrackRoute"

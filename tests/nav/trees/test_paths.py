@@ -1,0 +1,158 @@
+"""Claims: tree nodes cut, join and read paths as Nav2's do."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from arjuna_core.se2 import SE2
+from arjuna_nav.trees.node import Status
+from tests.helpers.nav.tree_play import Play
+
+SUCCESS, FAILURE = Status.SUCCESS, Status.FAILURE
+STRAIGHT = np.column_stack((np.arange(11.0), np.zeros(11), np.zeros(11)))
+EMPTY = np.empty((0, 3))
+# there along y = 0, back along y = 1 with the other heading
+BACK = STRAIGHT[::-1] + np.array([0.0, 1.0, math.pi])
+HAIRPIN = np.concatenate((STRAIGHT, BACK))
+
+
+def cut(ports: str, path: object = STRAIGHT, **entries: object) -> Play:
+    xml = f'<TruncatePathLocal input_path="{{path}}" output_path="{{out}}" {ports}/>'
+    return Play(xml, path=path, **entries)
+
+
+@pytest.mark.parametrize(
+    ("ports", "x", "kept"),
+    [
+        ("", 0.0, range(9)),  # 8 m ahead
+        ("", 10.0, range(6, 11)),  # 4 m behind
+        ('distance_forward="2" distance_backward="1"', 5.2, range(4, 8)),
+        ('distance_forward="0" distance_backward="0"', 4.6, range(5, 6)),
+        ('distance_forward="1.5" distance_backward="0.5"', 3.0, range(3, 5)),
+    ],
+)
+def test_a_path_is_cut_about_the_robot(ports: str, x: float, kept: range) -> None:
+    play = cut(ports)
+    play.pose = SE2(x, 0.3)
+    assert play.tick() is SUCCESS
+    np.testing.assert_array_equal(play.get("out"), STRAIGHT[kept.start : kept.stop])
+
+
+def test_a_pose_given_takes_the_place_of_the_robots() -> None:
+    play = cut('pose="{there}" distance_forward="1" distance_backward="1"', there=SE2(7.0))
+    assert play.tick() is SUCCESS
+    np.testing.assert_array_equal(play.get("out"), STRAIGHT[6:9])
+
+
+def test_the_heading_tells_the_way_there_from_the_way_back() -> None:
+    near = 'distance_forward="0" distance_backward="0" angular_distance_weight='
+    for weight, y in (("0", 0.0), ("1", 1.0)):
+        play = cut(f'{near}"{weight}"', HAIRPIN)
+        play.pose = SE2(3.0, 0.4, math.pi)
+        play.tick()
+        out = play.get("out")
+        assert isinstance(out, np.ndarray)
+        assert out[0, :2] == pytest.approx((3.0, y))
+
+
+def test_the_robot_is_looked_for_on_from_where_it_was_and_not_too_far_ahead() -> None:
+    play = cut('distance_forward="0" distance_backward="0" max_robot_pose_search_dist="3"', HAIRPIN)
+    places = []
+    for x, y in ((0.0, 0.0), (2.0, 0.0), (4.0, 0.0), (9.0, 0.0), (1.0, 0.0)):
+        play.pose = SE2(x, y)
+        play.tick()
+        out = play.get("out")
+        assert isinstance(out, np.ndarray)
+        places.append(float(out[0, 0]))
+    assert places == [0.0, 2.0, 4.0, 7.0, 7.0], "no farther than 3 m, and never back"
+    play.tree.blackboard.set("path", HAIRPIN.copy())
+    play.tick()
+    out = play.get("out")
+    assert isinstance(out, np.ndarray)
+    assert out[0, 0] == 1.0, "a new path is looked at from its start"
+
+
+def test_nothing_is_cut_of_no_path_or_by_a_robot_that_is_nowhere() -> None:
+    play = cut("", EMPTY)
+    assert play.tick() is SUCCESS
+    assert play.get("out") is EMPTY
+    play = cut('max_robot_pose_search_dist="-1"')
+    assert play.tick() is SUCCESS
+    play = cut("")
+    play.pose = None
+    assert play.tick() is FAILURE
+
+
+@pytest.mark.parametrize(
+    "node",
+    [
+        '<TruncatePathLocal input_path="{path}"',
+        '<TruncatePath input_path="{path}"',
+        '<ConcatenatePaths input_path1="{path}" input_path2="{path}"',
+    ],
+)
+def test_what_stays_as_it_is_is_not_followed_anew(node: str) -> None:
+    follow = '<FollowPath path="{out}"/>'
+    play = Play(f'<ReactiveSequence>{node} output_path="{{out}}"/>{follow}</ReactiveSequence>')
+    play.tree.blackboard.set("path", STRAIGHT)
+    play.tick()
+    following = play.open["FollowPath"]
+    play.tick()
+    assert play.open["FollowPath"] == following
+    play.tree.blackboard.set("path", STRAIGHT.copy())
+    play.tick()
+    assert play.open["FollowPath"] != following, "another plan, if an equal one"
+
+
+def test_what_is_cut_elsewhere_is_followed_anew() -> None:
+    play = Play(
+        '<ReactiveSequence><TruncatePathLocal input_path="{path}" output_path="{near}"/>'
+        '<FollowPath path="{near}"/></ReactiveSequence>',
+        path=STRAIGHT,
+    )
+    play.tick()
+    following = play.open["FollowPath"]
+    play.pose = SE2(2.0)
+    play.tick()
+    assert play.open["FollowPath"] != following
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "length"),
+    [(STRAIGHT, HAIRPIN, 33), (STRAIGHT, None, 11), (None, HAIRPIN, 22), (EMPTY, STRAIGHT, 11)],
+)
+def test_paths_are_joined(first: object, second: object, length: int) -> None:
+    xml = '<ConcatenatePaths input_path1="{a}" input_path2="{b}" output_path="{out}"/>'
+    play = Play(xml, a=first, b=second)
+    assert play.tick() is SUCCESS
+    out = play.get("out")
+    assert isinstance(out, np.ndarray)
+    assert len(out) == length
+    assert Play(xml, a=EMPTY).tick() is FAILURE
+
+
+@pytest.mark.parametrize(
+    ("index", "x"), [("0", 0.0), ("3", 3.0), ("-1", 10.0), ("10", 10.0), ("-11", 0.0)]
+)
+def test_a_pose_of_a_path(index: str, x: float) -> None:
+    play = Play(f'<GetPoseFromPath path="{{path}}" index="{index}" pose="{{p}}"/>', path=STRAIGHT)
+    assert play.tick() is SUCCESS
+    assert play.get("p") == SE2(x)
+
+
+@pytest.mark.parametrize("index", ["11", "-12"])
+def test_a_pose_that_a_path_has_not(index: str) -> None:
+    play = Play(f'<GetPoseFromPath path="{{path}}" index="{index}" pose="{{p}}"/>', path=STRAIGHT)
+    assert play.tick() is FAILURE
+
+
+def test_where_the_robot_is() -> None:
+    play = Play('<GetCurrentPose current_pose="{here}"/>')
+    play.pose = SE2(1.0, 2.0, 0.5)
+    assert play.tick() is SUCCESS
+    assert play.get("here") == play.pose
+    play.pose = None
+    assert play.tick() is FAILURE

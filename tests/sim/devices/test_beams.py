@@ -1,0 +1,152 @@
+"""Beams and rays in a room of known walls, in a model without a robot's file."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arjuna_sim.devices.rays.beams import Beams
+from arjuna_sim.devices.rays.rays import Rays
+from arjuna_sim.model.settings import CloudSettings
+
+# A wall 3 m ahead and one 2 m to the left of an eye that sits 0.5 m above the ground; the eye's own
+# robot (group 3) is right before it, another one 1 m to the right.
+ROOM = """<mujoco>
+<asset><material name="glass" rgba="1 1 1 0"/><material name="brick" rgba="1 0 0 1"/>
+<mesh name="tent" vertex="-1 -1 0 1 -1 0 0 1 0 0 0 1"/></asset>
+<worldbody>
+<geom name="ahead" type="box" size="0.5 9 9" pos="3.5 0 0" group="0" {wall}/>
+<geom name="left" type="box" size="9 0.5 9" pos="0 2.5 0" group="0"/>
+<geom name="drawn" type="sphere" size="0.2" pos="1.5 0 0.5" group="1"/>
+{extra}
+<body name="own"><freejoint/><geom type="sphere" size="0.1" pos="0.3 0 0.5" group="3"/>
+<site name="eye" pos="0 0 0.5"/></body>
+<body name="other" pos="0 -1.5 0.5"><freejoint/><geom type="sphere" size="0.5" group="3"/></body>
+</worldbody></mujoco>"""
+TENT = '<geom name="tent" type="mesh" mesh="tent" pos="-6 0 0" group="0"/>'
+FORWARD, LEFT, RIGHT, BACK, UP = np.vstack((np.eye(3)[:2], -np.eye(3)[[1, 0]], np.eye(3)[2:]))
+WAYS = np.array([FORWARD, LEFT, RIGHT, BACK])
+
+
+def room(wall: str = "", extra: str = "") -> tuple[Any, Any]:
+    """Return a model and its data."""
+    model = mujoco.MjModel.from_xml_string(ROOM.format(wall=wall, extra=extra))
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    return model, data
+
+
+def cast(model: Any, data: Any, reach: float = 20.0) -> NDArray[np.float64]:
+    """Return how far it is to what stands ahead, left, right and behind."""
+    return Rays(model, "eye").cast(data, np.array([0.0, 0.0, 0.5]), WAYS, reach)
+
+
+def settings(**changed: Any) -> CloudSettings:
+    told = dict.fromkeys(("angle_min", "angle_max", "tilt_min", "tilt_max", "noise"), 0.0)
+    told |= {"range_min": 0.1, "range_max": 30.0, "rate": 10.0}
+    return CloudSettings(link="eye", frame="eye", **({"samples": 1, "rows": 1} | told | changed))
+
+
+def points(**changed: Any) -> NDArray[np.float32]:
+    model, data = room()
+    return Beams(model, settings(**changed), np.random.default_rng(0)).cloud(data).points
+
+
+@pytest.mark.parametrize("extra", ["", TENT], ids=["solids", "meshes"])
+def test_a_robot_sees_walls_and_others_but_neither_itself_nor_what_is_only_drawn(
+    extra: str,
+) -> None:
+    model, data = room(extra=extra)
+    behind = np.inf if not extra else cast(model, data)[3]
+    assert cast(model, data) == pytest.approx((3.0, 2.0, 1.0, behind))
+    assert behind > 5.0  # the tent's side, half a metre up
+    groups = [int(group) for group in model.geom_group]
+    assert groups.count(3) == 2  # the other robot is what it was
+
+
+@pytest.mark.parametrize(
+    ("wall", "seen"),
+    [
+        ('material="brick"', True),
+        ('material="glass"', False),
+        ('rgba="1 1 1 0"', False),
+        ('rgba="1 1 1 0.1"', True),
+    ],
+)
+@pytest.mark.parametrize("extra", ["", TENT], ids=["solids", "meshes"])
+def test_beams_pass_what_is_wholly_transparent(wall: str, seen: bool, extra: str) -> None:
+    assert np.isfinite(cast(*room(wall, extra))[0]) == seen
+
+
+def test_fewer_or_more_rays_may_be_cast_of_the_same_eye() -> None:
+    model, data = room(extra=TENT)
+    rays, origin = Rays(model, "eye"), np.array([0.0, 0.0, 0.5])
+    for ways in (WAYS[:1], WAYS, WAYS[:2]):
+        found = rays.cast(data, origin, ways, 20.0)
+        assert found[:2] == pytest.approx([3.0, 2.0][: len(ways)])
+
+
+def test_one_beam_points_to_the_middle_of_its_angles() -> None:
+    # Across at a quarter of pi from ahead, upward by a tenth: it meets the left wall at y = 2.
+    middle = points(angle_min=math.pi / 8, angle_max=3 * math.pi / 8, tilt_min=0.05, tilt_max=0.15)
+    np.testing.assert_allclose(middle, [[2.0, 2.0, math.sqrt(8.0) * math.tan(0.1)]], rtol=1e-5)
+
+
+def test_rows_rise_and_beams_go_from_the_least_angle_to_the_greatest() -> None:
+    model, data = room()
+    told = settings(samples=3, rows=2, angle_min=-0.2, angle_max=0.4, tilt_min=-0.1, tilt_max=0.2)
+    cloud = Beams(model, told, np.random.default_rng(0)).cloud(data)
+    x, y, z = cloud.points.T.astype(float)
+    np.testing.assert_allclose(x, 3.0, rtol=1e-5)
+    np.testing.assert_allclose(np.arctan2(y, x), [-0.2, 0.1, 0.4] * 2, atol=1e-6)
+    np.testing.assert_allclose(np.arctan2(z, np.hypot(x, y)), [-0.1] * 3 + [0.2] * 3, atol=1e-6)
+    assert cloud.rows.tolist() == [0, 0, 0, 1, 1, 1]
+
+
+def test_a_cloud_leaves_out_what_is_nearer_or_farther_than_its_ranges() -> None:
+    ways = {"samples": 3, "angle_min": -math.pi / 2, "angle_max": math.pi / 2}  # 1, 3 and 2 m
+    assert len(points(**ways)) == 3
+    assert len(points(**ways, range_min=1.5)) == 2
+    assert len(points(**ways, range_max=2.5)) == 2
+    assert len(points(**ways, range_min=2.0 - 1e-12, range_max=3.0 + 1e-12)) == 2
+
+
+@pytest.mark.parametrize(
+    ("ranges", "nearest"),
+    [((0.1, 9.0), 2.0), ((2.5, 9.0), -np.inf), ((0.1, 1.5), np.inf), ((0.1, 2.5), 2.0)],
+)
+def test_a_sonar_tells_the_nearest_range_of_its_cone(
+    ranges: tuple[float, float], nearest: float
+) -> None:
+    model, data = room()
+    told = settings(
+        samples=9, angle_max=math.pi / 2, range_min=ranges[0], range_max=ranges[1]
+    )  # the left wall at 2 m, the one ahead at 3 m
+    assert Beams(model, told, np.random.default_rng(0)).nearest(data) == pytest.approx(nearest)
+
+
+def test_noise_is_that_of_the_settings_and_of_the_seed() -> None:
+    model, data = room()
+    told = settings(samples=4000, angle_min=0.0, angle_max=1e-9, noise=0.05)
+    first, again, other = (
+        np.linalg.norm(Beams(model, told, np.random.default_rng(seed)).cloud(data).points, axis=1)
+        for seed in (1, 1, 2)
+    )
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).any()
+    assert first.mean() == pytest.approx(3.0, abs=0.004)  # five standard errors
+    assert first.std() == pytest.approx(0.05, rel=0.06)
+
+
+def test_beams_turn_with_their_eye() -> None:
+    model, data = room()
+    half = math.sqrt(0.5)
+    data.qpos[3:7] = (half, 0.0, 0.0, half)  # a quarter to the left
+    mujoco.mj_kinematics(model, data)
+    ahead = Beams(model, settings(), np.random.default_rng(0)).cloud(data).points
+    np.testing.assert_allclose(ahead, [[2.0, 0.0, 0.0]], atol=1e-6)

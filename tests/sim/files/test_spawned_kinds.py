@@ -1,0 +1,222 @@
+"""What a client's text is: a shape, a model, an actor or a robot that drives itself."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from arjuna_sim.files import spawned
+from arjuna_sim.files.library import Fault, Library, ResourceError
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.spawned import check_assets, read_driven, read_entity
+from arjuna_sim.model.entities import Category, Entity
+from arjuna_sim.model.geometry.shapes import Kind
+from arjuna_sim.model.notes import Note, NoteKind
+from tests.sim.builders import ROOT
+
+LIBRARY = Library(ROOT, SearchPath())
+SHAPE = "<geometry><box><size>0.2 0.4 0.6</size></box></geometry>"
+SOLID, DRAWN = f"<collision name='c'>{SHAPE}</collision>", f"<visual name='v'>{SHAPE}</visual>"
+WALK = """<actor name='w'><script><trajectory id='0' type='walk'>
+<waypoint><time>0</time><pose>0 0 0 0 0 0</pose></waypoint>
+<waypoint><time>4</time><pose>0 2 0 0 0 0</pose></waypoint></trajectory></script></actor>"""
+BOX = '<geometry><box size="0.2 0.4 0.6"/></geometry>'
+MASS = """<inertial><mass value="4"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>
+</inertial>"""
+WHEEL = """<link name="{0}">{1}<collision><geometry><cylinder radius="0.1" length="0.04"/>
+</geometry></collision></link><joint name="{0}_wheel" type="continuous"><parent link="base"/>
+<child link="{0}"/><origin xyz="0 {2} 0" rpy="-1.5707963 0 0"/><axis xyz="0 0 1"/></joint>"""
+WHEELS = WHEEL.format("left", MASS, 0.3) + WHEEL.format("right", MASS, -0.3)
+DRIVE = """<gazebo><plugin name="p" filename="libgazebo_ros_diff_drive.so">
+<left_joint>left_wheel</left_joint><right_joint>right_wheel</right_joint></plugin></gazebo>"""
+
+
+def sdf(*inside: str) -> str:
+    return f"<sdf version='1.7'>{''.join(inside)}</sdf>"
+
+
+def model(inside: str = SOLID, more: str = "", name: str = "m") -> str:
+    return f"<model name='{name}'>{more}<link name='l'>{inside}</link></model>"
+
+
+def urdf(inside: str = f"<collision>{BOX}</collision>", more: str = "") -> str:
+    return f'<robot name="cart"><link name="base">{MASS}{inside}</link>{more}</robot>'
+
+
+def read(text: str = "", uri: str = "") -> Entity:
+    return read_entity(uri, text, LIBRARY)
+
+
+def refused(text: str = "", uri: str = "") -> tuple[Fault, str]:
+    """Return why something cannot be spawned."""
+    with pytest.raises(ResourceError, match=r".") as caught:
+        read_entity(uri, text, LIBRARY)
+    return caught.value.fault, str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("uri", "kind", "size", "height", "about"),
+    [
+        (" box:0.4,0.6,1 ", Kind.BOX, (0.4, 0.6, 1.0), 0.5, "a box of 0.4,0.6,1 m"),
+        ("cylinder:0.2,1", Kind.CYLINDER, (0.2, 1.0), 0.5, "a cylinder of 0.2,1 m"),
+        ("sphere:0.25", Kind.SPHERE, (0.25,), 0.25, "a sphere of 0.25 m"),
+        ("person", Kind.CYLINDER, (0.25, 1.7), 0.85, "a person"),
+    ],
+)
+def test_a_primitive_is_a_shape_on_the_ground(
+    uri: str, kind: Kind, size: tuple[float, ...], height: float, about: str
+) -> None:
+    found = read(uri=uri)
+    (part,) = found.solid
+    assert (found.name, found.drawn, found.description) == (uri.strip().split(":")[0], (), about)
+    assert part.shape.kind is kind
+    if kind is not Kind.CYLINDER or about != "a person":
+        assert part.shape.size == size
+        assert part.rgba == (0.9, 0.6, 0.1, 1.0)
+        assert part.pose.position == (0.0, 0.0, height)
+    else:
+        assert part.pose.position[2] == part.shape.size[1] / 2
+    assert part.rgba[3] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("uri", "problem"),
+    [
+        ("box:0.001,100,1", ""),
+        ("box:0.0009,1,1", "has a size beyond 0.001 to 100 m"),
+        ("box:1,1,100.1", "has a size beyond 0.001 to 100 m"),
+        ("sphere:1?mass=10000", ""),
+        ("sphere:1?mass=10001", "mass is 10001.0 kg; valid: 0 to 10000"),
+        ("sphere:1?mass=x", "'mass:x' needs 1 finite numbers; valid: box:X,Y,Z"),
+        ("sphere:1,2", "'sphere:1,2' needs 1 finite numbers"),
+        ("sphere", "'sphere:' needs 1 finite numbers"),
+        ("person:1", "'person:1' needs 0 finite numbers"),
+        ("cylinder:1,inf", "needs 2 finite numbers"),
+    ],
+)
+def test_a_primitive_has_as_many_sizes_as_it_needs_and_within_bounds(
+    uri: str, problem: str
+) -> None:
+    if not problem:
+        assert read(uri=uri).solid
+        return
+    fault, said = refused(uri=uri)
+    assert fault is Fault.RESOURCE_PARSE_ERROR
+    assert problem in said
+
+
+def test_a_model_that_nothing_can_touch_is_held() -> None:
+    solid, drawn, both = (
+        read(sdf(model())),
+        read(sdf(model(DRAWN))),
+        read(sdf(model(SOLID + DRAWN))),
+    )
+    assert (solid.mass, solid.category, len(solid.solid), len(solid.drawn)) == (
+        *(1.0, Category.OBJECT, 1, 0),
+    )
+    assert (drawn.mass, drawn.category, len(drawn.solid), len(drawn.drawn)) == (
+        *(0.0, Category.STATIC_OBJECT, 0, 1),
+    )
+    assert (len(both.solid), len(both.drawn)) == (1, 1)
+    for each in (solid, drawn, both):
+        assert (each.name, each.spawned, each.description) == ("m", True, "a model")
+
+
+def test_an_actor_walks_its_way() -> None:
+    found = read(sdf(WALK))
+    assert (found.name, found.spawned, found.category) == ("w", True, Category.HUMAN)
+    assert found.description == "an actor"
+    assert found.trajectory is not None
+
+
+PLANE = "<geometry><plane><normal>0 0 1</normal></plane></geometry>"
+
+
+@pytest.mark.parametrize(
+    ("text", "fault", "problem"),
+    [
+        (sdf(model(), model(name="n")), Fault.RESOURCE_PARSE_ERROR, "must hold one <model> or one"),
+        (sdf(model(), WALK), Fault.RESOURCE_PARSE_ERROR, "must hold one <model> or one"),
+        (sdf(), Fault.RESOURCE_PARSE_ERROR, "must hold a <world>, a <model> or an <actor>"),
+        (sdf(model("")), Fault.RESOURCE_PARSE_ERROR, "has neither <collision> nor <visual>"),
+        (
+            sdf(model(SOLID.replace(SHAPE, PLANE))),
+            Fault.UNSUPPORTED_ASSETS,
+            "has a <plane>, which only a world can have",
+        ),
+        (urdf(""), Fault.RESOURCE_PARSE_ERROR, "has neither <collision> nor <visual>"),
+        (" \n", Fault.NO_RESOURCE, "neither a uri nor a resource_string was given"),
+        ("<html/>", Fault.UNSUPPORTED_FORMAT, "valid formats: sdf, urdf"),
+    ],
+)
+def test_what_is_nothing_to_spawn_is_refused(text: str, fault: Fault, problem: str) -> None:
+    found, said = refused(text)
+    assert found is fault
+    assert problem in said
+
+
+def test_a_robots_file_is_one_rigid_thing() -> None:
+    found = read(urdf(f"<collision>{BOX}</collision><visual>{BOX}</visual>"))
+    assert (found.name, found.mass, len(found.solid), len(found.drawn)) == ("cart", 4.0, 1, 1)
+    assert read(urdf(f"<visual>{BOX}</visual>")).category is Category.STATIC_OBJECT
+    assert read(urdf(more="<gazebo><static> true </static></gazebo>")).mass == 0.0
+    assert read(urdf(more="<gazebo><static>false</static></gazebo>")).mass == 4.0
+
+
+@pytest.mark.parametrize(("mass", "fits"), [("10000", True), ("10001", False)])
+def test_nothing_weighs_more_than_ten_tonnes(mass: str, fits: bool) -> None:
+    text = urdf().replace('mass value="4"', f'mass value="{mass}"')
+    if fits:
+        assert math.isclose(read(text).mass, 1e4)
+        return
+    assert refused(text) == (
+        Fault.RESOURCE_PARSE_ERROR,
+        "'cart' weighs 10001 kg; valid: 0 to 10000",
+    )
+
+
+def test_bounds_on_shapes_and_text_are_the_last_that_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = sdf(model(SOLID + DRAWN))
+    monkeypatch.setattr(spawned, "_PARTS_MAX", 2)
+    monkeypatch.setattr(spawned, "_TEXT_MAX", len(text))
+    assert read(text).solid
+    assert "has" in refused(text + " ")[1]
+    assert f"has {len(text) + 1} characters; at most {len(text)} are read" in refused(text + " ")[1]
+    monkeypatch.setattr(spawned, "_PARTS_MAX", 1)
+    assert refused(text)[1] == "'m' has 2 shapes; at most 1 are valid"
+
+
+@pytest.mark.parametrize(
+    ("kind", "fault"),
+    [
+        (NoteKind.MISSING, Fault.MISSING_ASSETS),
+        (NoteKind.UNSUPPORTED, Fault.UNSUPPORTED_ASSETS),
+        (NoteKind.BROKEN, Fault.RESOURCE_PARSE_ERROR),
+    ],
+)
+def test_what_a_reader_left_out_is_refused_by_its_first_note(kind: NoteKind, fault: Fault) -> None:
+    harmless = [Note(NoteKind.IGNORED, "a"), Note(NoteKind.CHANGED, "b")]
+    check_assets(harmless)
+    with pytest.raises(ResourceError, match=r"^c$") as caught:
+        check_assets([*harmless, Note(kind, "c"), Note(NoteKind.MISSING, "d")])
+    assert caught.value.fault is fault
+
+
+def test_robots_that_drive_are_told_from_things() -> None:
+    for told in (DRIVE, ""):  # named or found
+        driven = read_driven("", urdf(more=WHEELS + told), LIBRARY)
+        assert driven is not None
+        assert driven.drive.wheels == ("left_wheel", "right_wheel")
+    for uri, text in (
+        ("box:1,1,1", ""),
+        (" person ", ""),
+        ("", urdf()),
+        ("", sdf(model())),
+        ("", urdf().replace("</robot>", "<link/></robot>")),  # broken, and names no drive
+    ):
+        assert read_driven(uri, text, LIBRARY) is None
+    broken = urdf(more=WHEELS + DRIVE.replace(">left_wheel<", ">lost<"))
+    with pytest.raises(ResourceError, match=r"joint 'lost' does not exist") as caught:
+        read_driven("", broken, LIBRARY)
+    assert caught.value.fault is Fault.RESOURCE_PARSE_ERROR

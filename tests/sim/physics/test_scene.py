@@ -1,0 +1,97 @@
+"""What is found in a compiled scene, and how its physics is set."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.model.entities import Entity
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.physics.scene import Scene, build_scene
+from arjuna_sim.physics.wheels.servo import ServoConfig
+from tests.sim.generated import Chassis, level
+
+STEP = 0.002
+ROBOT = Chassis().robot()
+BALL = Part(Shape(Kind.SPHERE, (0.1,)))
+
+
+def crate(shapes: int, name: str = "crate", mass: float = 1.0) -> Entity:
+    return Entity(name, (BALL,) * shapes, start=Pose3((5.0, 0.0, 1.0)), mass=mass)
+
+
+def scene(*entities: Entity, robots: tuple[str, ...] = ("a", "b")) -> Scene:
+    return build_scene(
+        {name: ROBOT.below(name) for name in robots}, level(), ServoConfig(), STEP, entities
+    )
+
+
+@pytest.fixture(scope="module")
+def two() -> Scene:
+    return scene(crate(2), crate(1, "post", 0.0))
+
+
+def test_each_robot_has_its_own_places_in_the_state(two: Scene) -> None:
+    model = two.model
+    for name, robot in two.robots.items():
+        assert robot.title == name
+        root = model.body(f"body:{name}//base").id
+        own = [i for i in range(model.nv) if model.body_rootid[model.dof_bodyid[i]] == root]
+        assert list(range(model.nv))[robot.rates] == own
+        assert robot.base[1] == own[0]
+        joint = int(model.body_jntadr[root])
+        assert robot.base[0] == model.jnt_qposadr[joint]
+        wheels = [f"{name}//{wheel}" for wheel in ROBOT.moving_joints]
+        assert len(wheels) == 4
+        assert robot.joint_position.tolist() == [model.joint(n).qposadr[0] for n in wheels]
+        assert robot.joint_velocity.tolist() == [model.joint(n).dofadr[0] for n in wheels]
+        solid = [model.body_rootid[model.geom_bodyid[g]] == root for g in range(model.ngeom)]
+        assert robot.is_solid.tolist() == [
+            mine and group == 3 for mine, group in zip(solid, model.geom_group, strict=True)
+        ]
+        assert robot.is_solid.sum() == 9  # a box, four tyres and four rims
+    assert two.rollers.shape == (0,)
+
+
+def test_geoms_are_called_by_what_they_are_of(two: Scene) -> None:
+    names = np.array(two.names)
+    assert {str(name): int((names == name).sum()) for name in set(two.names)} == {
+        "": 2,  # the ground as it is touched, and as it is drawn, as all shapes are
+        "a": 9,
+        "b": 9,
+        "crate": 4,
+        "post": 2,
+    }
+    np.testing.assert_array_equal(names == "a", two.robots["a"].is_solid)
+    np.testing.assert_array_equal(two.is_obstacle, names != "")
+    alone = scene(robots=("only",))
+    assert set(alone.names) == {""}  # of its own shapes a robot alone need not tell
+
+
+@pytest.mark.parametrize(
+    ("shapes", "held", "memory"),
+    [
+        (0, 3, 64_000_000),
+        (3, 2, 64_000_000 + 32 * 72**2),  # 6 geoms of 4 points of 3 forces, squared, of 32 bytes
+        (225, 0, 64_000_000 + 32 * 5400**2),
+        (230, 0, 1_000_000_000),
+    ],
+)
+def test_memory_for_contacts_is_that_of_what_can_be_pushed(
+    shapes: int, held: int, memory: int
+) -> None:
+    entities = [crate(count, n, mass) for count, n, mass in ((shapes, "m", 1.0), (held, "h", 0.0))]
+    told = scene(*(each for each in entities if each.solid), robots=())
+    assert told.model.narena == memory
+
+
+def test_the_solver_is_set_for_dry_friction(two: Scene) -> None:
+    option = two.model.opt
+    assert option.timestep == STEP
+    assert option.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+    assert option.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
+    assert (option.impratio, option.tolerance) == (1e6, 1e-6)
+    assert option.gravity == pytest.approx(level().gravity)
+    assert option.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP

@@ -1,0 +1,146 @@
+"""Where a start is looked for on a finished map, and what counts as found."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+from arjuna_slam.mapping import reference_map
+from arjuna_slam.mapping.reference_map import ReferenceConfig, ReferenceMap
+from arjuna_slam.mapping.session import Session, Start, StartKind
+from arjuna_slam.matching.correlative import Window
+from arjuna_slam.matching.scan_matcher import Match, MatchStatus
+from arjuna_slam.matching.surface import Surface
+from tests.slam.slam_room import box, scan_at
+
+FIRST = SE2(4.0, -2.0, 0.5)
+KNOWN = np.diag([0.01, 0.01, 0.001])
+
+
+@dataclass
+class Told:
+    """Stands for the matcher and the search."""
+
+    found: tuple[SE2, float] | None = (SE2(1.0, 2.0, 3.0), 0.8)
+    response: float = 0.9
+    matched: list[Any] = field(default_factory=list)
+    searched: list[Any] = field(default_factory=list)
+
+    def match(self, *how: Any) -> Match:
+        self.matched.append(how)
+        return Match(MatchStatus.MATCHED, how[2], KNOWN, self.response)
+
+    def track(self, *how: Any) -> Match:
+        return self.match(*how)
+
+    def search(self, *how: Any) -> tuple[SE2, float] | None:
+        self.searched.append(how)
+        return self.found
+
+
+def mapped(told: Told, width: float, height: float, patch: pytest.MonkeyPatch) -> ReferenceMap:
+    """Return the map of a hall that is scanned from its middle, as the first keyframe saw it."""
+    patch.setattr(reference_map, "ScanMatcher", lambda _: told)
+    patch.setattr(reference_map, "search", told.search)
+    walls = box(-0.5 * width, -0.5 * height, 0.5 * width, 0.5 * height)
+    scan: Scan = scan_at(walls, SE2(), beams=720)
+    session = Session((scan,), FIRST.array()[None], np.zeros(1), (), ((0,),))
+    return ReferenceMap(ReferenceConfig(), session)
+
+
+def surface(count: int) -> Surface:
+    points = np.column_stack((np.arange(float(count)), np.zeros(count)))
+    return Surface(points, np.zeros((count, 2)), np.zeros(count, np.bool_))
+
+
+def test_the_field_holds_all_walls_where_the_graph_has_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    field = mapped(Told(), 8.0, 4.0, monkeypatch).field
+    x = np.arange(-3.9, 3.9, 0.05)
+    walls = FIRST.apply(np.column_stack((np.tile(x, 2), np.repeat((-2.0, 2.0), len(x)))))
+    assert field.likelihood(walls).min() > 0.5
+    assert field.likelihood(FIRST.apply(np.zeros((1, 2)))) == 0.0
+    points, normals = field.surface()
+    towards = FIRST.apply(np.zeros((1, 2))) - points
+    assert ((normals * towards).sum(axis=1) > 0.0).all()
+    assert field.score[0].any()  # no larger than it must be
+    assert field.score[:, -1].any()
+
+
+@pytest.mark.parametrize(
+    ("start", "at"),
+    [
+        (Start(StartKind.FIRST_NODE), FIRST),
+        (Start(StartKind.NEAR_POSE, SE2(1.0, 0.5, -2.0)), SE2(1.0, 0.5, -2.0)),
+    ],
+)
+def test_a_start_that_is_known_is_searched_around(
+    start: Start, at: SE2, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = Told()
+    hall, seen = mapped(told, 8.0, 4.0, monkeypatch), surface(50)
+    assert hall.find(seen, start).T_field_base == at
+    (how,) = told.matched
+    assert how[0] is hall.field
+    assert how[1:] == (seen, at, Window(1.5, 0.6, 4), 0.35)
+    assert told.searched == []
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "depth"), [(0.6, 0.4, 3), (7.0, 4.0, 4), (30.0, 12.0, 6), (4.0, 38.0, 6)]
+)
+@pytest.mark.parametrize(("count", "every"), [(100, 1), (120, 1), (121, 2), (500, 5)])
+def test_a_start_anywhere_is_searched_on_all_of_the_map(
+    width: float,
+    height: float,
+    depth: int,
+    count: int,
+    every: int,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told = Told()
+    hall, seen = mapped(told, width, height, monkeypatch), surface(count)
+    assert hall.find(seen, Start(StartKind.ANYWHERE)).T_field_base == SE2(1.0, 2.0, 3.0)
+    ((field, points, prior, window, least),) = told.searched
+    assert field is hall.field
+    assert np.array_equal(points, seen.points[::every])
+    assert least == 0.7
+    assert (window.theta, window.depth) == (math.pi, depth)
+    assert math.hypot(prior.x - FIRST.x, prior.y - FIRST.y) < 0.1
+    rows, columns = field.score.shape
+    assert window.xy == pytest.approx(0.025 * max(rows, columns))
+    blocks = 2.0 * window.xy / 0.05 / 2.0**depth  # of which the widest are six to twelve across
+    assert 5.6 <= blocks <= 11.4 or depth == 3
+    ((_, surface_, start),) = told.matched
+    assert surface_ is seen
+    assert start == SE2(1.0, 2.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("found", "response", "status", "told_response"),
+    [
+        (None, 0.9, MatchStatus.LOW_RESPONSE, 0.0),
+        ((SE2(1.0, 2.0, 3.0), 0.8), 0.44, MatchStatus.LOW_RESPONSE, 0.44),
+        ((SE2(1.0, 2.0, 3.0), 0.8), 0.45, MatchStatus.MATCHED, 0.45),
+    ],
+)
+def test_what_fits_badly_is_not_found(
+    found: tuple[SE2, float] | None,
+    response: float,
+    status: MatchStatus,
+    told_response: float,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    hall = mapped(Told(found, response), 8.0, 4.0, monkeypatch)
+    match = hall.find(surface(50), Start(StartKind.ANYWHERE))
+    assert (match.status, match.response) == (status, told_response)
+    if status is not MatchStatus.MATCHED:
+        np.testing.assert_array_equal(match.covariance, np.eye(3))
+        assert match.T_field_base.distance(FIRST) < 0.1
