@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 from rclpy.node import Node
@@ -12,6 +13,7 @@ from arjuna_core.ros.convert import time_msg
 from arjuna_core.ros.process import Process
 
 TICK = 0.02
+_PATIENCE = 10.0  # [s, wall]
 
 
 class RosBench:
@@ -58,6 +60,18 @@ class RosBench:
         messages: list[Any] = []
         self.node.create_subscription(message_type, topic, messages.append, profile)
         self.process.drain()
+        return messages
+
+    def latched(self, message_type: Any, topic: str) -> list[Any]:
+        """Return such a list once what a topic holds for whoever comes late is in it.
+
+        The middleware brings that on a thread of its own.
+        """
+        messages = self.collect(message_type, topic, qos.LATCHED)
+        deadline = time.monotonic() + _PATIENCE
+        while not messages and time.monotonic() < deadline:
+            self.process.spin_once(0.01)
+        assert messages, f"{topic} holds nothing"
         return messages
 
     def call(self, service_type: Any, name: str, request: Any) -> Any:

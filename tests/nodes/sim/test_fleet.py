@@ -111,7 +111,7 @@ def test_a_driving_robot_that_is_spawned_has_topics_until_it_is_deleted(bench: R
     before = topics(bench)
     answer = spawn(bench, "bob", uri="", text=BURGER, entity_namespace="/r/bob")
     assert answer.result.result == OK, answer.result.error_message
-    described = bench.collect(String, "/r/bob/robot_description", qos.LATCHED)
+    described = bench.latched(String, "/r/bob/robot_description")
     odom = bench.collect(Odometry, "/r/bob/odom")
     bench.publish(Twist, "/r/bob/cmd_vel", _forward(0.2), qos.LATEST)
     run(bench, sim, 10)

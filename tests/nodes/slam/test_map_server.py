@@ -56,16 +56,6 @@ def server(bench: RosBench, tmp_path: Path) -> Any:
     return started(bench, MapServerNode, yaml_filename=str(path), maps_folder=str(tmp_path))
 
 
-def latched(bench: RosBench, topic: str = "map") -> list[Any]:
-    """What a late subscriber gets; the middleware delivers history on its own thread."""
-    messages = bench.collect(OccupancyGridMsg, topic, qos.LATCHED)
-    for _ in range(200):
-        if messages:
-            break
-        bench.process.spin_once(0.01)
-    return messages
-
-
 def load(bench: RosBench, url: str) -> Any:
     return bench.call(LoadMap, "map_server/load_map", LoadMap.Request(map_url=url))
 
@@ -78,7 +68,7 @@ def assert_same(message: Any, grid: OccupancyGrid) -> None:
 
 
 def test_a_late_subscriber_gets_the_map(bench: RosBench, server: Any) -> None:
-    (message,) = latched(bench)
+    (message,) = bench.latched(OccupancyGridMsg, "map")
     assert message.header.frame_id == "map"
     assert_same(message, GRID)
 
@@ -92,7 +82,7 @@ def test_the_map_service_answers_with_the_map(bench: RosBench, server: Any) -> N
 )
 def test_load_map_replaces_the_map(bench: RosBench, server: Any, tmp_path: Path, url: str) -> None:
     save_map(OTHER, tmp_path / "second")
-    heard = bench.collect(OccupancyGridMsg, "map", qos.LATCHED)
+    heard = bench.latched(OccupancyGridMsg, "map")
     response = load(bench, url.format(folder=tmp_path))
     assert response.result == LoadMap.Response.RESULT_SUCCESS
     assert_same(response.map, OTHER)
@@ -135,7 +125,7 @@ def test_the_server_can_be_cleaned_up_and_started_again(bench: RosBench, server:
     for step in ("deactivate", "cleanup", "configure", "activate"):
         assert getattr(server, f"trigger_{step}")() == TransitionCallbackReturn.SUCCESS
         bench.process.drain()
-    assert_same(latched(bench)[0], GRID)
+    assert_same(bench.latched(OccupancyGridMsg, "map")[0], GRID)
 
 
 def save(bench: RosBench, **request: Any) -> bool:
