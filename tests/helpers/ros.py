@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
@@ -11,9 +12,9 @@ from rosgraph_msgs.msg import Clock
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from arjuna_core.ros.process import Process
+from tests.helpers.processes import DEADLINE
 
 TICK = 0.02
-_PATIENCE = 10.0  # [s, wall]
 
 
 class RosBench:
@@ -68,11 +69,15 @@ class RosBench:
         The middleware brings that on a thread of its own.
         """
         messages = self.collect(message_type, topic, qos.LATCHED)
-        deadline = time.monotonic() + _PATIENCE
-        while not messages and time.monotonic() < deadline:
-            self.process.spin_once(0.01)
-        assert messages, f"{topic} holds nothing"
+        self.until(lambda: bool(messages), f"{topic} to hold something")
         return messages
+
+    def until(self, done: Callable[[], bool], what: str) -> None:
+        """Spin until something is so that comes from another thread; else raise AssertionError."""
+        deadline = time.monotonic() + DEADLINE
+        while not done():
+            assert time.monotonic() < deadline, f"waited {DEADLINE:g} s for {what}"
+            self.process.spin_once(0.01)
 
     def call(self, service_type: Any, name: str, request: Any) -> Any:
         """Call a service of a node under test and return its response."""

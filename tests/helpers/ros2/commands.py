@@ -12,7 +12,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-DEADLINE = 60.0
+from tests.helpers.processes import DEADLINE
+
 _CONTEXT = multiprocessing.get_context("forkserver")
 _VERBS = ("action", "echo", "interface", "lifecycle", "node", "param_files", "pub", "service")
 _CONTEXT.set_forkserver_preload([f"bringup.ros2.verbs.{name}" for name in _VERBS])

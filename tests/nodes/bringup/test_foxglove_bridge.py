@@ -26,10 +26,10 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose_stamped
 from arjuna_core.se2 import SE2
 from bringup.viewing.foxglove.bridge import Bridge, BridgeError
+from tests.helpers.processes import DEADLINE
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
-DEADLINE = 10.0
 
 
 class Studio:

@@ -23,7 +23,6 @@ from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
 NAME = "lifecycle_manager_test"
-_SPINS = 2000
 
 
 @dataclass(frozen=True)
@@ -76,11 +75,7 @@ class Managed:
 
     def spin_until(self, done: Callable[[], bool]) -> None:
         """Spin until something is so."""
-        for _ in range(_SPINS):
-            if done():
-                return
-            self.bench.process.spin_once(0.01)
-        raise AssertionError(f"not done; diary: {self.diary}")
+        self.bench.until(done, f"what was asked; diary: {self.diary}")
 
     def call(self, service_type: Any, service: str, request: Any) -> Any:
         """Call one of the manager's services."""

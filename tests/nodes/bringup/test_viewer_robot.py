@@ -26,10 +26,10 @@ from arjuna_core.se2 import SE2
 from bringup.viewing.drawing import wishes
 from bringup.viewing.drawing.values import Picture, Points
 from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
+from tests.helpers.processes import DEADLINE
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
-DEADLINE = 5.0
 
 
 class Bench:

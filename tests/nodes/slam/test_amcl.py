@@ -52,9 +52,8 @@ def test_a_map_that_comes_late_is_used(room: Room) -> None:
 
 def test_a_map_latched_long_ago_is_used(room: Room) -> None:
     room.publish_map()
-    started(room, with_map=False)
-    for _ in range(100):  # the middleware delivers history on its own thread
-        room.bench.process.spin_once(0.01)
+    node = started(room, with_map=False)
+    room.bench.until(lambda: node._grid is not None, "the map of before")
     room.drive(3)
     assert room.error[0] < 0.06
 
