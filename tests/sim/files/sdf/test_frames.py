@@ -1,0 +1,177 @@
+"""Poses in SDF: their numbers, and what they are relative to."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from arjuna_core.errors import WorldError
+from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.files.sdf.frames import Scope, base_of, raw_pose
+from arjuna_sim.files.xml_file import XmlFile
+
+AT = "<pose>{} 0 0 0 0 0</pose>"
+
+
+def file(inside: str, version: str = "1.9") -> XmlFile:
+    text = f"<sdf version='{version}'><model name='m'>{inside}</model></sdf>"
+    return XmlFile(Path("w.sdf"), "sdf", WorldError, text.encode())
+
+
+def scope(inside: str, version: str = "1.9") -> Scope:
+    xml = file(inside, version)
+    return Scope(xml, xml.root[0], "model 'm'")
+
+
+def read(pose: str) -> Pose3:
+    xml = file(pose)
+    return raw_pose(xml, xml.root[0], "here")
+
+
+def x_of(inside: str, name: str) -> float:
+    """Return where a named thing is along x."""
+    return scope(inside).find(name).position[0]
+
+
+@pytest.mark.parametrize("pose", ["", "<pose/>", "<pose> </pose>"])
+def test_no_pose_is_the_origin(pose: str) -> None:
+    assert read(pose) == ORIGIN
+
+
+def test_angles_are_radians_unless_told_and_quaternions_any_length() -> None:
+    right = Pose3.from_rpy((1.0, 2.0, 3.0), (0.0, 0.0, math.pi / 2))
+    for pose in (
+        f"<pose>1 2 3 0 0 {math.pi / 2}</pose>",
+        "<pose degrees='true'>1 2 3 0 0 90</pose>",
+        "<pose rotation_format='quat_xyzw'>1 2 3 0 0 2 2</pose>",
+        "<pose rotation_format='quat_xyzw'>1 2 3 0 0 1e200 1e200</pose>",
+    ):
+        assert read(pose).position == (1.0, 2.0, 3.0)
+        assert read(pose).quaternion == pytest.approx(right.quaternion)
+    x, y, z, w = (0.1, 0.2, 0.3, 0.927361849)
+    found = read(f"<pose rotation_format='quat_xyzw'>0 0 0 {x} {y} {z} {w}</pose>")
+    assert found.quaternion == pytest.approx((w, x, y, z))
+
+
+@pytest.mark.parametrize("numbers", ["0 0 0 0", "inf 0 0 1"])
+def test_a_quaternion_that_is_no_rotation_is_refused(numbers: str) -> None:
+    with pytest.raises(WorldError, match="here pose"):
+        read(f"<pose rotation_format='quat_xyzw'>0 0 0 {numbers}</pose>")
+
+
+def test_what_a_pose_is_relative_to_is_told_in_the_words_of_any_version() -> None:
+    for tag, expected in (
+        ("", ""),
+        ("<pose/>", ""),
+        ("<pose relative_to=' a '/>", "a"),
+        ("<pose frame='b'/>", "b"),
+        ("<pose relative_to='a' frame='b'/>", "a"),
+    ):
+        assert base_of(file(tag).root[0]) == expected
+
+
+@pytest.mark.parametrize("name", ["__model__", "__root__", "world", ""])
+def test_the_scopes_own_frame_is_the_origin(name: str) -> None:
+    assert scope(f"<link name='a'>{AT.format(1)}</link>").find(name) == ORIGIN
+
+
+@pytest.mark.parametrize("tag", ["link", "frame", "joint", "model"])
+def test_poses_are_relative_to_what_they_name(tag: str) -> None:
+    inside = (
+        f"<{tag} name='a'>{AT.format(1)}</{tag}>"
+        "<link name='b'><pose relative_to='a'>10 0 0 0 0 0</pose></link>"
+        "<link name='c'><pose relative_to='b'>100 0 0 0 0 0</pose></link>"
+    )
+    assert [x_of(inside, name) for name in "abc"] == [1.0, 11.0, 111.0]
+
+
+def test_an_include_is_called_by_the_name_that_it_gives() -> None:
+    assert x_of(f"<include><name> i </name>{AT.format(4)}</include>", "i") == 4.0
+
+
+def test_a_pose_without_a_base_is_relative_to_its_parent() -> None:
+    xml = file(f"<link name='l'>{AT.format(1)}</link>")
+    own = Scope(xml, xml.root[0], "m")
+    parent = Pose3((5.0, 0.0, 0.0))
+    assert own.pose(xml.root[0][0], "l").position[0] == 1.0
+    assert own.pose(xml.root[0][0], "l", parent).position[0] == 6.0
+    told = file("<link name='l'><pose relative_to='__model__'>1 0 0 0 0 0</pose></link>")
+    own = Scope(told, told.root[0], "m")
+    assert own.pose(told.root[0][0], "l", parent).position[0] == 1.0
+
+
+def test_frames_hang_on_what_they_are_attached_to_and_joints_on_their_child() -> None:
+    inside = (
+        f"<link name='a'>{AT.format(1)}</link>"
+        f"<frame name='f' attached_to='a'>{AT.format(10)}</frame>"
+        f"<joint name='j'><child>f</child>{AT.format(100)}</joint>"
+        f"<frame name='g' attached_to='j'><pose relative_to='a'>1000 0 0 0 0 0</pose></frame>"
+    )
+    assert [x_of(inside, name) for name in "fjg"] == [11.0, 111.0, 1001.0]
+
+
+def test_names_lead_into_nested_models_and_out_of_merged_ones() -> None:
+    inner = f"<model name='n'{{}}>{AT.format(1)}<link name='l'>{AT.format(10)}</link></model>"
+    assert x_of(inner.format(""), "n::l") == 11.0
+    assert x_of(inner.format(" merge='true'"), "l") == 11.0
+    with pytest.raises(WorldError, match="frame 'l' does not exist; valid: n"):
+        x_of(inner.format(""), "l")
+    deep = f"<model name='o'>{AT.format(100)}{inner.format('')}</model>"
+    assert x_of(deep, "o::n::l") == 111.0
+    assert x_of(f"<link name='n::l'>{AT.format(7)}</link>{inner.format('')}", "n::l") == 7.0
+
+
+@pytest.mark.parametrize(
+    ("inside", "name", "problem"),
+    [
+        ("", "a", "frame 'a' does not exist"),
+        (
+            "<link name='a'><pose relative_to='b'/></link>"
+            "<link name='b'><pose relative_to='a'/></link>",
+            "a",
+            "frame 'a' is relative to itself: a -> b -> a",
+        ),
+        ("<frame name='a' attached_to='a'/>", "a", "frame 'a' is relative to itself: a -> a"),
+        (
+            "<model name='a' merge='true'><pose relative_to='l'/><link name='l'/></model>",
+            "l",
+            "is relative to itself",
+        ),
+    ],
+)
+def test_a_frame_that_is_none_is_refused(inside: str, name: str, problem: str) -> None:
+    with pytest.raises(WorldError, match=problem):
+        scope(inside).find(name)
+
+
+def test_chains_end_at_a_hundred_frames() -> None:
+    links = "".join(
+        f"<link name='{i + 1}'><pose relative_to='{i}'>1 0 0 0 0 0</pose></link>"
+        for i in range(102)
+    )
+    inside = f"<link name='0'/>{links}"
+    assert x_of(inside, "100") == 100.0
+    with pytest.raises(WorldError, match="ends a chain of more than 100 frames"):
+        x_of(inside, "102")
+
+
+@pytest.mark.parametrize(
+    ("axis", "version", "expected"),
+    [
+        ("<axis/>", "1.9", 5.0),
+        ("<axis><xyz>1 0 0</xyz></axis>", "1.9", 5.0),
+        ("<axis><xyz>1 0 0</xyz></axis>", "1.5", 5.0),
+        ("<axis><xyz>1 0 0</xyz></axis>", "1.4", 0.0),
+        ("<axis><xyz expressed_in='l'>1 0 0</xyz></axis>", "1.9", 1.0),
+        ("<axis><use_parent_model_frame> True </use_parent_model_frame></axis>", "1.5", 0.0),
+        ("<axis><use_parent_model_frame>0</use_parent_model_frame></axis>", "1.5", 5.0),
+    ],
+)
+def test_an_axis_is_in_its_joints_frame_but_in_old_files(
+    axis: str, version: str, expected: float
+) -> None:
+    xml = file(f"<link name='l'>{AT.format(1)}</link>{axis}", version)
+    own = Scope(xml, xml.root[0], "m")
+    assert own.axis(xml.root[0][1], Pose3((5.0, 0.0, 0.0))).position[0] == expected

@@ -1,0 +1,166 @@
+"""Which links of a world's model move as one, and which stand fast or swing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from arjuna_core.errors import WorldError
+from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.files.sdf.model_tags import SdfJoint, SdfLink
+from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from tests.sim.builders import texts
+
+Found = list[tuple[list[str], bool, bool]]
+DOOR = ("revolute", "frame", "leaf")
+
+
+def file() -> XmlFile:
+    return XmlFile(Path("w"), "sdf", WorldError, b"<sdf/>")
+
+
+def cube(name: str, x: float = 0.0, y: float = 0.0, static: bool = False) -> SdfLink:
+    """Return a link that is a cube of 1 m."""
+    part = Part(Shape(Kind.BOX, (1.0, 1.0, 1.0)), Pose3((x, y, 0.0)))
+    return SdfLink(name, ORIGIN, static, False, None, [part])
+
+
+def joint(kind: str, parent: str, child: str, limits: str = "") -> SdfJoint:
+    axis = f"<axis><xyz>0 0 1</xyz>{limits}</axis>" if kind != "fixed" else ""
+    text = f"<sdf><joint name='{parent}-{child}' type='{kind}'>{axis}</joint></sdf>"
+    xml = XmlFile(Path("w"), "sdf", WorldError, text.encode())
+    return SdfJoint(xml.root[0], xml, kind, parent, child, ORIGIN, ORIGIN)
+
+
+def read(
+    links: list[SdfLink], *joints: tuple[str, ...], notes: XmlFile | None = None
+) -> list[RigidGroup]:
+    return rigid_groups(notes or file(), "model 'm'", links, [joint(*words) for words in joints])
+
+
+def grouped(links: list[SdfLink], *joints: tuple[str, ...], notes: XmlFile | None = None) -> Found:
+    """Return of each group the names, whether it is fast, and whether it swings."""
+    groups = read(links, *joints, notes=notes)
+    return [([one.name for one in g.links], g.fast, g.hinge is not None) for g in groups]
+
+
+def apart(*names: str) -> list[SdfLink]:
+    """Return cubes 2 m from each other, so that none overlap."""
+    return [cube(name, 2.0 * i) for i, name in enumerate(names)]
+
+
+def test_what_no_joint_connects_holds_together_where_it_overlaps() -> None:
+    assert grouped(apart("a", "b")) == [(["a"], False, False), (["b"], False, False)]
+    chain = [cube("a"), cube("far", 9.0), cube("b", 0.9), cube("c", 0.9, 0.9)]
+    assert grouped(chain) == [(["a", "b", "c"], False, False), (["far"], False, False)]
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "count"), [(0.998, 0.0, 1), (0.9995, 0.0, 2), (1.1, 0.0, 2), (0.5, -0.9995, 2)]
+)
+def test_what_only_touches_does_not_overlap(x: float, y: float, count: int) -> None:
+    assert len(grouped([cube("a"), cube("b", x, y)])) == count
+    assert len(grouped([cube("b", x, y), cube("a")])) == count
+
+
+def test_what_a_joint_connects_holds_by_that_alone() -> None:
+    """Gazebo lets links of one model pass through each other."""
+    inside = [cube("a"), cube("b", 0.1), cube("post", 5.0, static=True)]
+    swinging = grouped(inside, ("revolute", "post", "b"))
+    assert swinging == [(["post"], True, False), (["a"], False, False), (["b"], False, True)]
+
+
+def test_fixed_joints_hold_links_together_however_far() -> None:
+    links = apart("a", "b", "c", "d")
+    pairs = ("fixed", "c", "a"), ("fixed", "d", "b")
+    assert grouped(links, *pairs) == [(["a", "c"], False, False), (["b", "d"], False, False)]
+    assert grouped(links, *pairs, ("fixed", "a", "b")) == [(["a", "b", "c", "d"], False, False)]
+
+
+@pytest.mark.parametrize("ends", [("world", "a"), ("a", "world")])
+def test_what_is_fixed_to_the_world_stands_fast_with_what_it_holds(ends: tuple[str, str]) -> None:
+    found = grouped(apart("b", "a", "c"), ("fixed", *ends), ("fixed", "a", "b"))
+    assert found == [(["b", "a"], True, False), (["c"], False, False)]
+
+
+@pytest.mark.parametrize("kind", [Kind.PLANE, Kind.TERRAIN])
+def test_grounds_and_static_links_stand_fast_and_take_nobody_along(kind: Kind) -> None:
+    shape = Shape(kind) if kind is Kind.PLANE else Shape(kind, (9.0, 9.0, 1.0))
+    ground = SdfLink("ground", ORIGIN, False, False, None, [Part(shape)])
+    found = grouped([cube("a"), ground, cube("still", 0.2, static=True)])
+    assert found == [(["ground", "still"], True, False), (["a"], False, False)]
+
+
+@pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
+@pytest.mark.parametrize("ends", [("frame", "leaf"), ("leaf", "frame"), ("world", "leaf")])
+def test_what_one_joint_holds_to_what_stands_fast_swings(kind: str, ends: tuple[str, str]) -> None:
+    notes = file()
+    links = [cube("leaf"), cube("knob", 2.0), cube("frame", 4.0, static=True)]
+    found = grouped(links, (kind, *ends), ("fixed", "leaf", "knob"), notes=notes)
+    assert found == [(["frame"], True, False), (["leaf", "knob"], False, True)]
+    assert not notes.notes
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (("revolute", "frame", "leaf"), "held by 2 joints (revolute)"),
+        (("prismatic", "world", "leaf"), "held by 2 joints (prismatic, revolute)"),
+    ],
+)
+def test_what_two_joints_hold_stands_fast(more: tuple[str, ...], said: str) -> None:
+    notes = file()
+    links = [cube("leaf"), cube("frame", 4.0, static=True)]
+    assert grouped(links, DOOR, more, notes=notes) == [
+        *((["frame"], True, False), (["leaf"], True, False))
+    ]
+    assert texts(notes.notes) == (f"model 'm': stands fast, {said}",)
+
+
+def test_a_joint_of_a_kind_that_is_not_simulated_holds_fast() -> None:
+    notes = file()
+    links = [cube("leaf"), cube("frame", 4.0, static=True)]
+    assert grouped(links, ("ball", "frame", "leaf"), notes=notes)[1] == (["leaf"], True, False)
+    assert texts(notes.notes) == ("model 'm': stands fast, held by 1 joints (ball)",)
+
+
+@pytest.mark.parametrize(("upper", "fast"), [(0.0, True), (0.1, False), (-1.0, True)])
+def test_a_joint_without_play_holds_fast(upper: float, fast: bool) -> None:
+    limits = f"<limit><lower>0</lower><upper>{upper}</upper></limit>"
+    links = [cube("leaf"), cube("frame", 4.0, static=True)]
+    assert grouped(links, (*DOOR, limits))[1] == (["leaf"], fast, not fast)
+
+
+def test_a_broken_joint_holds_fast_and_is_said() -> None:
+    notes = file()
+    links = [cube("leaf"), cube("frame", 4.0, static=True)]
+    words = (*DOOR, "<dynamics><damping>x</damping></dynamics>")
+    assert grouped(links, words, notes=notes)[1] == (["leaf"], True, False)
+    assert texts(notes.notes)[0].startswith("model 'm' joint 'frame-leaf' is left out")
+
+
+def test_a_cart_and_its_wheels_hold_together_and_that_is_said() -> None:
+    notes = file()
+    links = [*apart("cart", "wheel", "crate"), cube("frame", 9.0, static=True)]
+    wheels = ("revolute", "cart", "wheel")
+    found = grouped(links, wheels, notes=notes)
+    assert found[1:] == [(["cart", "wheel"], False, False), (["crate"], False, False)]
+    assert texts(notes.notes) == ("model 'm': its links hold together as one body",)
+    on_rails = grouped(links, wheels, ("prismatic", "frame", "cart"))
+    assert on_rails[1:] == [(["cart", "wheel"], False, True), (["crate"], False, False)]
+
+
+def test_a_joint_within_one_body_or_of_what_stands_fast_changes_nothing() -> None:
+    links = [*apart("a", "b"), cube("frame", 9.0, static=True), cube("post", 12.0, static=True)]
+    bolted = ("fixed", "a", "b")
+    assert grouped(links, bolted, ("revolute", "a", "b"))[1] == (["a", "b"], False, False)
+    found = grouped(links, ("revolute", "frame", "post"))
+    assert found == [(["frame", "post"], True, False), (["a"], False, False), (["b"], False, False)]
+
+
+def test_joints_of_links_that_are_not_there_hold_nothing() -> None:
+    found = grouped(apart("a", "b"), ("fixed", "world", "none"), ("fixed", "a", "none"))
+    assert found == [(["a"], False, False), (["b"], False, False)]
