@@ -106,11 +106,11 @@ def read_carmen(
         ValueError: A line cannot be read, and `problems` is None.
     """
     for number, line in enumerate(lines, 1):
-        kind, _, rest = line.partition(" ")
-        if kind not in _READERS:
+        words = line.split()
+        if not words or words[0] not in _READERS:
             continue
         try:
-            scan, laser, odometry = _READERS[kind](rest.split())
+            scan, laser, odometry = _READERS[words[0]](words[1:])
         except ValueError as error:
             if problems is None:
                 raise ValueError(f"line {number}: {error}") from error

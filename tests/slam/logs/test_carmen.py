@@ -46,6 +46,17 @@ def test_scans_of_one_beam_and_of_none_are_read() -> None:
     assert len(none.ranges) == 0
 
 
+def test_words_may_be_apart_by_any_white_space_and_a_bare_kind_is_a_problem() -> None:
+    (scan, _), *none = read_carmen([f"  {flaser([3.0])}".replace(" ", "\t")])
+    assert scan.ranges.tolist() == [3.0]
+    assert not none
+    problems: list[str] = []
+    lines = ["FLASER\n", "ROBOTLASER1", "", "\n", "# FLASER\n"]
+    assert list(read_carmen(lines, problems=problems)) == []
+    missing = "the number of readings is missing; valid: a whole number"
+    assert problems == [f"line 1: {missing}", f"line 2: {missing}"]
+
+
 @pytest.mark.parametrize(
     ("range_max", "reach"), [("50.0", 49.99), ("0.0", 80.0), ("-1", 80.0), ("81.9", 80.0)]
 )
