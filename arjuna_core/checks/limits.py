@@ -22,6 +22,8 @@ POSES = 15_000
 """Poses of a path: 750 m, one each five centimetres."""
 CORNERS = 1000
 """Corners of a polygon."""
+OUTLINE = 20.0
+"""From a robot's origin to a corner of its outline [m]."""
 BEAMS = 20_000
 """Beams of a scan."""
 CELLS = 2**25

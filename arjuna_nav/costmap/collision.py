@@ -72,7 +72,7 @@ def _first_collision(
             continue
         if i == 0:
             allowed = clearance_in_cells(data, poses[0], reach) - _CLEARANCE_EPSILON_CELLS
-        elif allowed == math.inf or clearance_in_cells(data, poses[i], reach) < allowed:
+        elif allowed == math.inf or clearance_in_cells(data, poses[i], allowed) < allowed:
             return i
     if len(poses) == 1 and allowed < math.inf:
         return 0

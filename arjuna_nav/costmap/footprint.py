@@ -9,6 +9,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from arjuna_core.checks.limits import OUTLINE
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2
 
@@ -46,7 +47,7 @@ class Footprint:
         """Return a polygon whose corners are moved outwards by `padding` in x and in y [m].
 
         Raises:
-            ConfigError: There are fewer than three corners.
+            ConfigError: There are fewer than three corners, or one lies too far away.
         """
         corners = np.asarray(corners, dtype=np.float64)
         if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
@@ -54,8 +55,11 @@ class Footprint:
         if not np.isfinite(corners).all():
             raise ConfigError(f"a footprint's corners must be finite, got {corners.tolist()}")
         points = corners + padding * np.sign(corners)
+        farthest = float(np.hypot(*points.T).max())
+        if farthest > OUTLINE:
+            raise ConfigError(f"a footprint reaches {farthest:.4g} m; valid: up to {OUTLINE:g} m")
         inscribed = float(_edge_distances(points).min())
-        return Footprint(points, inscribed, float(np.hypot(*points.T).max()), circular=False)
+        return Footprint(points, inscribed, farthest, circular=False)
 
     @staticmethod
     def parse(text: str, robot_radius: float, padding: float) -> Footprint:

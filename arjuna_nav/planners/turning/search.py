@@ -175,7 +175,7 @@ def _move(
         pose[2] += 0.5 * turn / _LOOKS
         if not _touches(pose, ground):
             allowed = np.inf
-        elif clearance_in_cells(ground.data, pose, ground.reach) < allowed:
+        elif allowed == np.inf or clearance_in_cells(ground.data, pose, allowed) < allowed:
             return np.inf
     if stride == 0.0:
         return prices.turn * _TURN

@@ -60,6 +60,14 @@ def test_refuses_what_is_no_footprint(text: str) -> None:
         Footprint.parse(text, 0.25, 0.0)
 
 
+@pytest.mark.parametrize(("x", "padding"), [(20.01, 0.0), (-1e7, 0.0), (19.9, 0.2)])
+def test_refuses_an_outline_that_no_robot_has(x: float, padding: float) -> None:
+    corners = np.array([[x, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    with pytest.raises(ConfigError, match=r"a footprint reaches .* m; valid: up to 20 m"):
+        Footprint.polygon(corners, padding)
+    Footprint.polygon(np.array([[20.0, 0.0], [0.0, 1.0], [0.0, -1.0]]))
+
+
 def test_refuses_a_robot_without_size() -> None:
     with pytest.raises(ConfigError, match="must be positive, got 0"):
         Footprint.circle(0.0)

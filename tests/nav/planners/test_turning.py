@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -78,6 +79,19 @@ def test_what_collides_already_is_left_away_from_the_obstacle() -> None:
     way = find_way(start, SE2(1.0, 1.5, math.pi), costmap, LONG, TERMS)
     assert len(way) > 1
     assert first_collision(costmap, LONG, way) is None
+
+
+def test_a_way_of_a_long_outline_is_looked_for_quickly() -> None:
+    """Once it has left its place, how near it comes to obstacles is not looked for."""
+    tail = np.array([[0.5, 0.2], [-15.0, 0.2], [-15.0, -0.2], [0.5, -0.2]])
+    grid = empty_grid(30.0, 30.0)
+    for k in range(0, 30, 2):
+        block(grid, float(k), float(k), 0.1, 0.1)
+    costmap, outline = costmap_of(grid, footprint=str(tail.tolist())), Footprint.polygon(tail)
+    find_way(SE2(1.0, 5.0, 0.0), SE2(2.0, 5.0, 0.0), costmap, LONG, TERMS)  # compiles
+    begun = time.process_time()
+    find_way(SE2(1.0, 1.0, 0.0), SE2(2.0, 1.5, 0.0), costmap, outline, TERMS)
+    assert time.process_time() - begun < 10.0
 
 
 def staircase() -> OccupancyGrid:
