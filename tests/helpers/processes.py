@@ -7,9 +7,28 @@ import select
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from types import TracebackType
+from typing import Any
 
 DEADLINE = 60.0  # [s, wall]: what fails, fails late; a busy machine is slow
+
+
+def wait_until(done: Callable[[], Any], step: Callable[[], Any], what: object) -> None:
+    """Step until something is so that another thread or process brings.
+
+    Args:
+        done: Whether it is.
+        step: What to do between two looks; it waits a little.
+        what: How the error calls it, as it is then.
+
+    Raises:
+        AssertionError: It is not so in time.
+    """
+    deadline = time.monotonic() + DEADLINE
+    while not done():
+        assert time.monotonic() < deadline, f"waited {DEADLINE:g} s for {what}"
+        step()
 
 
 class Lines:

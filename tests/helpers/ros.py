@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -12,7 +11,7 @@ from rosgraph_msgs.msg import Clock
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from arjuna_core.ros.process import Process
-from tests.helpers.processes import DEADLINE
+from tests.helpers.processes import wait_until
 
 TICK = 0.02
 
@@ -69,15 +68,12 @@ class RosBench:
         The middleware brings that on a thread of its own.
         """
         messages = self.collect(message_type, topic, qos.LATCHED)
-        self.until(lambda: bool(messages), f"{topic} to hold something")
+        self.until(lambda: messages, f"{topic} to hold something")
         return messages
 
-    def until(self, done: Callable[[], bool], what: str) -> None:
-        """Spin until something is so that comes from another thread; else raise AssertionError."""
-        deadline = time.monotonic() + DEADLINE
-        while not done():
-            assert time.monotonic() < deadline, f"waited {DEADLINE:g} s for {what}"
-            self.process.spin_once(0.01)
+    def until(self, done: Callable[[], Any], what: object) -> None:
+        """Spin until something is so that comes from another thread."""
+        wait_until(done, lambda: self.process.spin_once(0.01), what)
 
     def call(self, service_type: Any, name: str, request: Any) -> Any:
         """Call a service of a node under test and return its response."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -25,7 +24,7 @@ from bringup.recording.bags.writer import McapFile
 from bringup.recording.player import Player
 from bringup.recording.recorder import TOPICS, Recorder
 from bringup.stack import LOCALIZATION_GROUP, SLAM_GROUP, Group
-from tests.helpers.processes import DEADLINE
+from tests.helpers.processes import wait_until
 
 if TYPE_CHECKING:
     from bringup.recording.bags.topic import BagMessage
@@ -106,10 +105,11 @@ def _play_static(bag: Bag, player: Player, robot: LockStep) -> None:
     """Play the fixed transforms, and wait: a latched message comes at no fixed time."""
     for message in bag.messages(lambda name: name == "/tf_static"):
         player.publish(message)
-    end = time.monotonic() + DEADLINE
-    while robot.process.transforms.try_lookup("base_footprint", "lidar_link") is None:
-        assert time.monotonic() < end, "/tf_static did not come"
-        robot.process.spin_once(0.02)
+    wait_until(
+        lambda: robot.process.transforms.try_lookup("base_footprint", "lidar_link") is not None,
+        lambda: robot.process.spin_once(0.02),
+        "/tf_static",
+    )
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from itertools import pairwise
@@ -21,7 +20,7 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Int32
 
 from bringup.recording.bags.reader import Bag
-from tests.helpers.processes import DEADLINE, Lines
+from tests.helpers.processes import Lines, wait_until
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 DOMAIN = "92"
@@ -67,10 +66,8 @@ def numbers(path: Path) -> list[int]:
 
 def _until(done: Callable[[], bool], what: str) -> None:
     """Wait until something is so, asking often."""
-    pause, deadline = threading.Event(), time.monotonic() + DEADLINE
-    while not done():
-        assert time.monotonic() < deadline, f"{what} did not happen within {DEADLINE} s"
-        pause.wait(0.02)
+    pause = threading.Event()
+    wait_until(done, lambda: pause.wait(0.02), what)
 
 
 def _record(folder: Path) -> Lines:

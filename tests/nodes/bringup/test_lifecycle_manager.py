@@ -75,7 +75,7 @@ class Managed:
 
     def spin_until(self, done: Callable[[], bool]) -> None:
         """Spin until something is so."""
-        self.bench.until(done, f"what was asked; diary: {self.diary}")
+        self.bench.until(done, ("what was asked; diary", self.diary))
 
     def call(self, service_type: Any, service: str, request: Any) -> Any:
         """Call one of the manager's services."""

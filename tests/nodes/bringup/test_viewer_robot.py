@@ -26,7 +26,7 @@ from arjuna_core.se2 import SE2
 from bringup.viewing.drawing import wishes
 from bringup.viewing.drawing.values import Picture, Points
 from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
-from tests.helpers.processes import DEADLINE
+from tests.helpers.processes import wait_until
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
@@ -40,12 +40,12 @@ class Bench:
         self.viewer = RobotSide(RobotOptions(), self.ros.process.context)
 
     def until(self, done: Callable[[], Any]) -> None:
-        end = time.monotonic() + DEADLINE
-        while not done():
-            assert time.monotonic() < end, "it did not happen in time"
-            self.ros.process.drain()
-            self.viewer.spin(time.monotonic() + 0.02)
-            self.viewer.tick(time.monotonic())
+        wait_until(done, self._step, "the viewer")
+
+    def _step(self) -> None:
+        self.ros.process.drain()
+        self.viewer.spin(time.monotonic() + 0.02)
+        self.viewer.tick(time.monotonic())
 
     def drawn(self, key: str, publish: Callable[[], None]) -> Any:
         found: dict[str, Any] = {}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -30,7 +29,7 @@ from tf2_ros import (
     TypeException,
 )
 
-from tests.helpers.processes import DEADLINE
+from tests.helpers.processes import wait_until
 from tests.nodes.ros_packages.test_buffer_core import transform
 
 pytestmark = pytest.mark.ros
@@ -52,10 +51,7 @@ class Bench:
         self.spin_until(lambda: self.buffer.can_transform(target, source, Time()))
 
     def spin_until(self, done: Callable[[], bool]) -> None:
-        end = time.monotonic() + DEADLINE
-        while not done():
-            assert time.monotonic() < end, "it never came"
-            self.executor.spin_once(timeout_sec=0.05)
+        wait_until(done, lambda: self.executor.spin_once(timeout_sec=0.05), "a transform")
 
 
 @pytest.fixture
