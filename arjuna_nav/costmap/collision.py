@@ -72,11 +72,20 @@ def _first_collision(
             continue
         if i == 0:
             allowed = clearance_in_cells(data, poses[0], reach) - _CLEARANCE_EPSILON_CELLS
-        elif allowed == math.inf or clearance_in_cells(data, poses[i], allowed) < allowed:
+        elif comes_nearer(data, poses[i], allowed):
             return i
     if len(poses) == 1 and allowed < math.inf:
         return 0
     return len(poses)
+
+
+@njit(cache=True)
+def comes_nearer(data: NDArray[np.uint8], pose: NDArray[np.float64], allowed: float) -> bool:
+    """Tell whether a pose that collides is nearer to a lethal cell than allowed [cells].
+
+    Infinity allows none.
+    """
+    return allowed == math.inf or clearance_in_cells(data, pose, allowed) < allowed
 
 
 @njit(cache=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_nav.costmap.collision import clearance_in_cells, collides_in_cells
+from arjuna_nav.costmap.collision import clearance_in_cells, collides_in_cells, comes_nearer
 from arjuna_nav.planners.pose_table import PoseTable, begun, rows_to, with_room
 
 _TURN = 2.0 * math.pi / 32  # between two headings that are told apart
@@ -175,7 +175,7 @@ def _move(
         pose[2] += 0.5 * turn / _LOOKS
         if not _touches(pose, ground):
             allowed = np.inf
-        elif allowed == np.inf or clearance_in_cells(ground.data, pose, allowed) < allowed:
+        elif comes_nearer(ground.data, pose, allowed):
             return np.inf
     if stride == 0.0:
         return prices.turn * _TURN
