@@ -1,8 +1,7 @@
-"""Which joints are the wheels of the two sides, where a file names none, and which way is up."""
+"""Which joints are the wheels of the two sides, where a file names none."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -11,10 +10,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import RobotError
-from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.urdf.guess import guess_drive, guess_sides
-from arjuna_sim.files.urdf.links_and_joints import read_urdf
-from arjuna_sim.files.urdf.stand_up import stand_up
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.joints import Mimic
@@ -148,43 +144,3 @@ def test_a_guess_says_what_it_is() -> None:
     none = file()
     assert not guess_drive(none, wheeled(CORNERS[:1])).wheels
     assert "has no drive: neither a drive plugin nor wheels on both sides" in str(list(none.notes))
-
-
-ROBOT = """<robot name="r"><link name="cad"/><joint name="turn" type="fixed"><parent link="cad"/>
-<child link="base"/><origin rpy="{}"/></joint><link name="base"><inertial><mass value="3"/>
-<inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
-<collision><geometry><box size="0.5 0.2 0.06"/></geometry></collision>
-<collision><origin xyz="0 0 0.18"/><geometry><box size="0.02 0.02 0.3"/></geometry></collision>
-</link>{}</robot>"""
-WHEEL = """<link name="{0}_wheel"><collision><geometry><cylinder radius="0.05" length="0.02"/>
-</geometry></collision></link><joint name="{0}_joint" type="continuous"><parent link="base"/>
-<child link="{0}_wheel"/><origin xyz="0 {1} 0" rpy="-1.5707963267949 0 0"/>
-<axis xyz="0 0 1"/></joint>"""
-QUARTERS = [
-    turn
-    for turn in itertools.product((0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi), repeat=3)
-    if turn[1] in (0.0, 0.5 * math.pi)
-]
-
-
-@pytest.mark.parametrize("turn", QUARTERS)
-def test_a_robot_that_lies_or_looks_aside_stands_and_looks_ahead(
-    turn: tuple[float, float, float],
-) -> None:
-    wheels = WHEEL.format("left", 0.12) + WHEEL.format("right", -0.12)
-    text = ROBOT.format(" ".join(map(str, turn)), wheels)
-    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
-    lying = read_urdf(xml)
-    rotation = Pose3.from_rpy((0.0, 0.0, 0.0), turn).rotation()
-    stood = stand_up(xml, lying)
-    if abs(rotation[1, 1]) > 0.5:  # its wheels turn across: it is taken as it is
-        assert stood is lying
-        assert not xml.notes
-    elif abs(rotation[2, 1]) > 0.5 or rotation[2, 2] > 0.5:
-        np.testing.assert_allclose(stood.T_root("base").rotation(), np.eye(3), atol=1e-6)
-        assert stood.root == "base_footprint"
-        (note,) = xml.notes
-        assert note.text.startswith("its wheels do not turn across: the new root 'base_footprint'")
-    else:  # it looks aside on its back: what is above stays above
-        np.testing.assert_allclose(stood.T_root("cad").rotation()[2], (0, 0, 1), atol=1e-6)
-        np.testing.assert_allclose(stood.T_root("base").rotation()[:, 1], (0, 1, 0), atol=1e-6)
