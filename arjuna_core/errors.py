@@ -65,3 +65,9 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     names = sorted(valid)
     close = difflib.get_close_matches(name, names, n=1)
     return f"did you mean '{close[0]}'?" if close else f"valid: {', '.join(names) or 'none'}"
+
+
+def closest(name: str, valid: Iterable[str]) -> str:
+    """Return `; the nearest is 'x'` for an unknown name; nothing where there is no valid one."""
+    close = difflib.get_close_matches(name, sorted(valid), n=1, cutoff=0.0)
+    return f"; the nearest is '{close[0]}'" if close else ""

@@ -17,6 +17,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add_supervision(parser)
     options.add_resume(parser)
     options.add_maps_folder(parser)
+    options.add_clock(parser)
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--map", type=Path, metavar="FILE", help="the map's YAML file")
     where.add_argument("--slam", action="store_true", help="map while navigating")

@@ -31,6 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add_resume(parser)
     options.add_maps_folder(parser)
     options.add_seed(parser)
+    parser.set_defaults(use_sim_time=False)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import argparse
+import re
 import shlex
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from arjuna_core.errors import ArjunaError, ConfigError, InputFileError
 from arjuna_core.files.maps import load_map
+from bringup.parameters.clock import with_clock
 from bringup.parameters.composition import check_parameters, node_class, problems_of
 from bringup.parameters.files import (
-    EVERY_NODE,
     Parameters,
     for_node,
-    in_namespace,
+    lines_of,
     load_parameters,
     merged,
+    node_of,
     shipped_parameters,
 )
 from bringup.parameters.fleet_options import is_fleet, of_starts
-from bringup.parameters.foreign.stock import understand
-from bringup.parameters.robot_names import NO_SIM_TIME, of_names
+from bringup.parameters.foreign.older import section_as_today
+from bringup.parameters.foreign.understanding import understand
+from bringup.parameters.remarks import Kind, Remark, lines
+from bringup.parameters.robot_names import of_names
 from bringup.parameters.simulated_robot import of_simulated_robot
 from bringup.stack import (
     DESCRIPTION_GROUP,
@@ -76,38 +80,47 @@ def gather(arguments: argparse.Namespace) -> Parameters:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
     groups = groups_of(arguments)
-    parameters = over_shipped(arguments.params, vars(arguments).get("namespace", ""))
+    options_given = vars(arguments)
+    parameters = over_shipped(
+        arguments.params, options_given.get("namespace", ""), options_given.get("strict", False)
+    )
     options = _of_options(arguments, groups)
     options = merged(options, of_names(vars(arguments), groups))
-    if arguments.command == "robot":
-        parameters = merged(parameters, NO_SIM_TIME)
+    if arguments.command != "demo":
+        parameters = with_clock(parameters, groups, options_given.get("use_sim_time"))
     if arguments.command == "demo":
         parameters = merged(parameters, _MAPS_FIRST)
     if arguments.command in _OF_SIMULATED_ROBOT:
         parameters = merged(parameters, of_simulated_robot(parameters, options, groups))
     parameters = merged(parameters, options)
     if {key for values in options.values() for key in values} - _PATHS:
-        check_parameters(parameters, groups, _known())
+        check_parameters(parameters, groups)
     for group in groups:
         for spec in group.nodes:
             _read_files(spec, for_node(parameters, spec.name))
     return parameters
 
 
-def over_shipped(paths: Iterable[Path], namespace: str = "") -> Parameters:
-    """Return the shipped parameters under those of files; tell what of each is not used.
+def over_shipped(paths: Iterable[Path], namespace: str = "", strict: bool = False) -> Parameters:
+    """Return the shipped parameters under those of files; write what of each has no effect.
 
     Args:
         paths: The files; what a later one says wins.
         namespace: Of the robot, which the files' nodes may stand below.
+        strict: Whether an unknown name refuses a file.
 
     Raises:
         ArjunaError: A file cannot be used.
     """
     parameters = shipped_parameters()
     for path in paths:
-        named = in_namespace(load_parameters([path]), namespace)
-        parameters = _understood(path, named, parameters)
+        read = read_over(path, parameters, namespace)
+        if problems := read.refused_by(strict):
+            raise ConfigError(*problems)
+        listing = f"'params check -v {path}'"
+        for line in lines(read.remarks, (Kind.NO_EFFECT, Kind.NOT_NEEDED), listing):
+            sys.stderr.write(f"{line}\n")
+        parameters = read.parameters
     return _of_one_type(parameters)
 
 
@@ -118,63 +131,81 @@ def _of_one_type(parameters: Parameters) -> Parameters:
     return merged({name: {_STAMPED: True} for name in VELOCITY_CHAIN}, parameters)
 
 
-def _understood(path: Path, named: Parameters, below: Parameters) -> Parameters:
-    """Return parameters with those of a file over them; tell once what of it is not used.
-
-    Raises:
-        ConfigError: Nodes or keys are unknown, or values not valid, all of the file at once.
-    """
-    understood = understand(named, below, all_nodes())
-    problems = [*understood.problems, *_problems_of(named, understood.parameters)]
-    if problems:
-        raise ConfigError(*(f"{path}: {problem}" for problem in problems))
-    if understood.notes:
-        lines = "\n  ".join(understood.notes)
-        sys.stderr.write(f"{path}: known to others, not used here:\n  {lines}\n")
-    return understood.parameters
-
-
-def _problems_of(named: Parameters, parameters: Parameters) -> list[str]:
-    """Return what the nodes that a file names would refuse."""
-    specs = [spec for spec in all_nodes() if spec.name in named or EVERY_NODE in named]
-    return problems_of(parameters, specs, _known())
-
-
 def all_nodes() -> list[NodeSpec]:
     """Return every node there is."""
     return [spec for group in DEMO_GROUPS for spec in group.nodes]
 
 
-def _known() -> list[str]:
-    """Return the names of all nodes."""
-    return [spec.name for spec in all_nodes()]
+class ReadFile(NamedTuple):
+    """A parameter file, read over what holds below it.
+
+    Attributes:
+        parameters: Of all nodes.
+        remarks: The names without effect, with file and line.
+        problems: What refuses the file, a sentence each, with file and line.
+    """
+
+    parameters: Parameters
+    remarks: list[Remark]
+    problems: list[str]
+
+    def refused_by(self, strict: bool) -> list[str]:
+        """Return what refuses the file; where it is strict, unknown names too."""
+        unknown = [str(one) for one in self.remarks if one.kind is Kind.UNKNOWN]
+        return [*self.problems, *(unknown if strict else ())]
 
 
-def problems_in(path: Path) -> list[str]:
-    """Return everything that is wrong with a parameter file; nothing where it loads."""
+def read_over(path: Path, below: Parameters, namespace: str = "") -> ReadFile:
+    """Read a parameter file over what holds below it.
+
+    Raises:
+        InputFileError: The file cannot be read, is no YAML or of another form.
+    """
+    given = load_parameters([path])
+    understood = understand(given, below, all_nodes(), namespace)
+    after = understood.parameters
+    specs = [spec for spec in all_nodes() if after.get(spec.name) != below.get(spec.name)]
+    problems = [*understood.problems, *problems_of(understood.parameters, specs)]
+    at = _Places(path, given)
+    remarks = [one._replace(place=at(one.where)) for one in understood.remarks]
+    return ReadFile(understood.parameters, remarks, [f"{at(text)}: {text}" for text in problems])
+
+
+class _Places:
+    """Finds file and line of what a sentence is about: `node: key...` or `node: 'key'...`."""
+
+    def __init__(self, path: Path, given: Parameters) -> None:
+        self._path, self._lines = path, lines_of(path)
+        nodes = {spec.name for spec in all_nodes()}
+        for (name, key), line in list(self._lines.items()):
+            node = node_of(section_as_today(name), nodes)
+            self._lines.setdefault((node or name, key), line)
+
+    def __call__(self, sentence: str) -> str:
+        node, _, rest = sentence.partition(": ")
+        found = re.search(r"'([^']+)'", rest) or re.match(r"(\S+)", rest)
+        line = self._lines.get((node, found[1] if found else "")) or self._lines.get((node, ""))
+        return f"{self._path}:{line}" if line else str(self._path)
+
+
+def check_file(path: Path) -> ReadFile:
+    """Read a parameter file over the shipped ones, and the files that its parameters name."""
     try:
-        understood = understand(load_parameters([path]), shipped_parameters(), all_nodes())
+        read = read_over(path, shipped_parameters())
     except InputFileError as error:
-        return [str(error)]
-    parameters = understood.parameters
-    problems = [*understood.problems, *problems_of(parameters, all_nodes(), _known())]
+        return ReadFile({}, [], [str(error)])
     for spec in all_nodes():
-        values = for_node(parameters, spec.name)
-        if spec.name == "map_server" and _lacking_map(values):
+        values = for_node(read.parameters, spec.name)
+        lacking = _lacking_map(values) if spec.name == "map_server" else ""
+        if lacking:
+            reason = f"there is no {lacking}; 'nav --map FILE' takes its place"
+            read.remarks.append(Remark(Kind.NO_EFFECT, f"{spec.name}: yaml_filename", reason))
             continue
         try:
             _read_files(spec, values)
         except ArjunaError as error:
-            problems.append(f"{spec.name}: {error}")
-    return problems
-
-
-def notes_in(path: Path) -> list[str]:
-    """Return what of a file that loads is not used here, and the map that it names in vain."""
-    understood = understand(load_parameters([path]), shipped_parameters(), all_nodes())
-    lacking = _lacking_map(understood.parameters.get("map_server", {}))
-    note = f"map_server: there is no {lacking}; 'nav --map FILE' takes its place"
-    return [*understood.notes, *([note] if lacking else [])]
+            read.problems.append(f"{path}: {spec.name}: {error}")
+    return read
 
 
 def _lacking_map(values: Mapping[str, Any]) -> str:

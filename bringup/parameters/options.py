@@ -23,8 +23,28 @@ def add_node_options(parser: argparse.ArgumentParser) -> None:
         help="a ROS parameter file; may be given again, later files win",
     )
     parser.add_argument(
+        "--strict", action="store_true", help="refuse files with names that no node has"
+    )
+    parser.add_argument(
         "--log-level", choices=LOG_LEVELS, default="info", help="what to log at least (info)"
     )
+
+
+def add_clock(parser: argparse.ArgumentParser) -> None:
+    """Add which clock the nodes take their time from."""
+    parser.add_argument(
+        "--use-sim-time",
+        type=_truth,
+        metavar="true|false",
+        help="whether time is a simulator's (as the files say; true)",
+    )
+
+
+def _truth(text: str) -> bool:
+    """Return a truth value as ROS writes it."""
+    if text.lower() not in ("true", "false"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no truth value; valid: true, false")
+    return text.lower() == "true"
 
 
 def add_record(parser: argparse.ArgumentParser) -> None:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from bringup.parameters.files import EVERY_NODE, Parameters
+from bringup.parameters.files import Parameters
 from bringup.stack import Group
 
-NO_SIM_TIME: Parameters = {EVERY_NODE: {"use_sim_time": False}}
 _COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 KEYS: dict[str, dict[str, str]] = {
     "scan_topic": {
@@ -54,3 +53,9 @@ def of_names(names: Mapping[str, str | None], groups: Iterable[Group]) -> Parame
             if node in running:
                 found.setdefault(node, {})[key] = value
     return found
+
+
+def keys_of_robot(node: str) -> frozenset[str]:
+    """Return the parameters of a node that are the robot's own: topics, frames and outline."""
+    names = {keys[node] for keys in KEYS.values() if node in keys}
+    return frozenset({*names, "robot_base_frame", "footprint", "robot_radius"})

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process
 from bringup.parameters.composition import create_node
-from bringup.parameters.files import EVERY_NODE, Parameters
+from bringup.parameters.files import Parameters, sim_time_of
 from bringup.parameters.inputs import ALL_GROUPS
 from bringup.processes.lifecycle.manager import LifecycleManager
 from bringup.processes.reporter import Reporter
@@ -49,7 +49,7 @@ class Host:
         namespace: str = "",
         write: Callable[[str], None] = lambda line: None,
     ) -> None:
-        use_sim_time = bool(parameters.get(EVERY_NODE, {}).get("use_sim_time", True))
+        use_sim_time = sim_time_of(parameters, [spec.name for spec in group.nodes])
         self.process = Process(f"{group.name}_host", use_sim_time, namespace=namespace)
         self.nodes = [create_node(self.process, spec, parameters) for spec in group.nodes]
         self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]

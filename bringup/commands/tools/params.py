@@ -22,6 +22,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     check = actions.add_parser("check", help="everything that is wrong with a file")
     check.add_argument("file", type=Path, metavar="FILE")
+    check.add_argument("--strict", action="store_true", help="an unknown name is a problem")
+    check.add_argument(
+        "-v", "--verbose", action="store_true", help="list the names that are not needed here"
+    )
     convert = actions.add_parser(
         "convert", help="a ROS 1 or Nav2 file, or a ROS 1 launch file, by the names used here"
     )
@@ -56,12 +60,15 @@ def _dump(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from bringup.parameters.inputs import notes_in, problems_in
+    from bringup.parameters.inputs import check_file
+    from bringup.parameters.remarks import Kind, lines
     from bringup.terminal import show
 
-    problems = problems_in(arguments.file)
-    lines = problems or [f"not used here: {note}" for note in notes_in(arguments.file)]
-    for line in lines:
+    read = check_file(arguments.file)
+    problems = read.refused_by(arguments.strict)
+    counted = () if arguments.verbose else (Kind.NOT_NEEDED,)
+    remarks = lines(read.remarks, counted, f"'params check -v {arguments.file}'")
+    for line in [*problems, *(() if problems else remarks)]:
         show(line)
     count = f"{len(problems)} problem{'s'[: len(problems) != 1]}"
     show(f"{arguments.file}: {count if problems else 'loads'}")

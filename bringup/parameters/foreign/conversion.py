@@ -15,7 +15,7 @@ from bringup.parameters.files import Parameters, load_parameters, shipped_parame
 from bringup.parameters.foreign.launch_file import LaunchFile, is_launch_file
 from bringup.parameters.foreign.ros1 import convert
 from bringup.parameters.foreign.ros1_names import SECTIONS, TOPICS
-from bringup.parameters.foreign.stock import understand
+from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.inputs import all_nodes
 
 
@@ -44,10 +44,12 @@ def converted(path: Path) -> Conversion:
     problems = [*problems, *understood.problems]
     specs = [spec for spec in all_nodes() if spec.name in understood.parameters]
     whole = understand(understood.parameters, shipped_parameters(), all_nodes()).parameters
-    problems += problems_of(whole, specs, [spec.name for spec in all_nodes()])
+    problems += problems_of(whole, specs)
     if not any(understood.parameters.values()) and not problems:
         problems = ["nothing in it has a meaning here"]
-    return Conversion(_as_text(understood.parameters), [*notes, *understood.notes], problems)
+    return Conversion(
+        _as_text(understood.parameters), [*notes, *map(str, understood.remarks)], problems
+    )
 
 
 def _given(path: Path) -> tuple[Parameters, list[str], list[str]]:

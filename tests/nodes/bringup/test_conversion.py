@@ -13,7 +13,7 @@ from bringup.cli_parser import parse
 from bringup.parameters.files import load_parameters
 from bringup.parameters.foreign.conversion import Conversion, converted
 from bringup.parameters.foreign.ros1_names import TABLES, targets
-from bringup.parameters.inputs import problems_in
+from bringup.parameters.inputs import check_file
 from tests.helpers.nav.stock_files import FILES
 
 pytestmark = pytest.mark.ros
@@ -159,7 +159,7 @@ def test_a_ros1_file_becomes_one_that_loads(case: str, tmp_path: Path) -> None:
     ours.write_text(result.text, encoding="utf-8")
     assert load_parameters([ours])[node][name] == value
     assert any(without in note for note in result.notes) or not without
-    assert problems_in(ours) == []
+    assert check_file(ours).refused_by(strict=True) == []
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -214,7 +214,7 @@ def test_a_launch_file_becomes_one_that_loads(tmp_path: Path) -> None:
     assert result.notes == ["amcl: gui_publish_rate", "amcl: remap from map to plan"]
     ours = tmp_path / "ours.yaml"
     ours.write_text(result.text, encoding="utf-8")
-    assert problems_in(ours) == []
+    assert check_file(ours).refused_by(strict=True) == []
     loaded = load_parameters([ours])
     assert loaded["amcl"] == {"alpha1": 0.02, "scan_topic": "robot/laser/scan"}
     assert loaded["collision_monitor"] == {"cmd_vel_out_topic": "robot/cmd_vel"}
