@@ -8,6 +8,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry
@@ -51,12 +52,14 @@ class Observer:
         self._last: dict[str, Any] = {}
         self._log: list[tuple[str, str]] = []
         self._times: list[float] = []
+        self._remarks: dict[str, None] = {}
         self._keep(PoseWithCovarianceStamped, "amcl_pose", qos.LATCHED)
         self._keep(OccupancyGridMsg, "map", qos.LATCHED)
         self._keep(LaserScan, "scan", qos.SENSOR_SUBSCRIPTION)
         self._keep(Odometry, "ground_truth/odom", qos.SENSOR_SUBSCRIPTION)
         listen = session.client.create_subscription
         listen(Log, "/rosout", self._on_log, LOG)
+        listen(DiagnosticArray, "diagnostics", self._on_diagnostics, qos.DEFAULT)
         listen(ClockMsg, "clock", self._on_clock, qos.CLOCK)
 
     def _keep(self, message_type: Any, topic: str, profile: QoSProfile) -> None:
@@ -67,6 +70,10 @@ class Observer:
     def _on_log(self, message: Any) -> None:
         if message.level >= Log.WARN:
             self._log.append((message.name, message.msg))
+
+    def _on_diagnostics(self, message: Any) -> None:
+        remarks = (one.message for one in message.status if one.name.endswith(": parameters"))
+        self._remarks.update(dict.fromkeys(remarks))
 
     def _on_clock(self, message: Any) -> None:
         self._times.append(seconds(message.clock))
@@ -109,6 +116,7 @@ class Observer:
             deviation=None if pose is None else math.sqrt(max(pose.pose.covariance[::7][:2])),
             height=None if truth is None else truth.pose.pose.position.z,
             log=tuple(self._log[-_LINES:]),
+            remarks=tuple(self._remarks),
         )
 
     def _scan(self, grid: OccupancyGrid | None) -> ScanFacts | None:

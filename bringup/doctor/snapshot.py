@@ -81,6 +81,7 @@ class Robot:
         deviation: Standard deviation of AMCL's position [m].
         height: Height of the base's true pose [m].
         log: The last warnings and errors, `(node, text)`, oldest first.
+        remarks: What of its parameters has no effect though safety hangs on it.
     """
 
     scan: ScanFacts | None = None
@@ -88,6 +89,7 @@ class Robot:
     deviation: float | None = None
     height: float | None = None
     log: tuple[tuple[str, str], ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,8 @@ _KEY = "ros__parameters"
 _ROS1 = "a file of ROS 1: 'python -m bringup params convert FILE'"
 EVERY_NODE = "/**"
 SIM_TIME = "use_sim_time"
+SAFETY = ""
+"""Stands for no node: by group, the lines on what keeps a robot from harm and has no effect."""
 _CLASS = (".plugin", ".action_type")  # what a plug-in is of
 _ANY_NAMESPACE = re.compile(r"\*+|<\w+>")
 

@@ -45,8 +45,9 @@ def _dump(arguments: argparse.Namespace) -> int:
     from arjuna_core.errors import ConfigError, nearest
     from bringup.parameters.composition import node_class
     from bringup.parameters.files import for_node
-    from bringup.parameters.inputs import all_nodes, over_shipped
     from bringup.parameters.listing import dump
+    from bringup.parameters.reading import over_shipped
+    from bringup.stack import all_nodes
     from bringup.terminal import show
 
     specs = {spec.name: spec for spec in all_nodes()}
@@ -60,7 +61,7 @@ def _dump(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from bringup.parameters.inputs import check_file
+    from bringup.parameters.reading import check_file
     from bringup.parameters.remarks import Kind, lines
     from bringup.terminal import show
 
@@ -106,8 +107,9 @@ def _every_value(paths: Sequence[Path]) -> Parameters:
     """
     from bringup.parameters.composition import node_class
     from bringup.parameters.files import for_node
-    from bringup.parameters.inputs import all_nodes, over_shipped
     from bringup.parameters.listing import values_of
+    from bringup.parameters.reading import over_shipped
+    from bringup.stack import all_nodes
 
     parameters, specs = over_shipped(paths), all_nodes()
     return {

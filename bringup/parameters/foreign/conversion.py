@@ -16,7 +16,7 @@ from bringup.parameters.foreign.launch_file import LaunchFile, is_launch_file
 from bringup.parameters.foreign.ros1 import convert
 from bringup.parameters.foreign.ros1_names import SECTIONS, TOPICS
 from bringup.parameters.foreign.understanding import understand
-from bringup.parameters.inputs import all_nodes
+from bringup.stack import all_nodes
 
 
 class Conversion(NamedTuple):

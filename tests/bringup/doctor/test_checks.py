@@ -205,6 +205,7 @@ BROKEN = {
     ),
     "no listener": (_without(ENDPOINTS[6]), "velocity", "/controller_server send /cmd_vel and no"),
     "a robot in the ground": (_robot(height=-0.2), "body", "sinks into the ground"),
+    "a zone that is not kept": (_robot(remarks=("zones are not kept",)), "parameters", "not kept"),
 }
 
 

@@ -14,9 +14,10 @@ from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
 from bringup.parameters.composition import check_parameters, node_class
 from bringup.parameters.files import for_node
-from bringup.parameters.inputs import DEMO_GROUPS, gather, groups_of, over_shipped
+from bringup.parameters.inputs import gather, groups_of
+from bringup.parameters.reading import over_shipped
 from bringup.parameters.robot_names import KEYS, of_names
-from bringup.stack import REAL_STACKS, VELOCITY_CHAIN
+from bringup.stack import DEMO_GROUPS, REAL_STACKS, VELOCITY_CHAIN
 
 pytestmark = pytest.mark.ros
 OPTIONS = {name: f"--{name.replace('_', '-')}" for name in KEYS}

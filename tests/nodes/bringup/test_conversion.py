@@ -13,7 +13,7 @@ from bringup.cli_parser import parse
 from bringup.parameters.files import load_parameters
 from bringup.parameters.foreign.conversion import Conversion, converted
 from bringup.parameters.foreign.ros1_names import TABLES, targets
-from bringup.parameters.inputs import check_file
+from bringup.parameters.reading import check_file
 from tests.helpers.nav.stock_files import FILES
 
 pytestmark = pytest.mark.ros

@@ -11,8 +11,9 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup.parameters.composition import node_class
 from bringup.parameters.files import Parameters, for_node, shipped_parameters
-from bringup.parameters.inputs import all_nodes, check_file, over_shipped
 from bringup.parameters.listing import values_of
+from bringup.parameters.reading import check_file, over_shipped
+from bringup.stack import all_nodes
 from scripts.guides_page import ORDER, ROOT, read, table_of
 
 pytestmark = pytest.mark.ros

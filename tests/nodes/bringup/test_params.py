@@ -10,7 +10,8 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
 from bringup.cli_parser import parse
-from bringup.parameters.inputs import all_nodes, check_file
+from bringup.parameters.reading import check_file
+from bringup.stack import all_nodes
 
 pytestmark = pytest.mark.ros
 

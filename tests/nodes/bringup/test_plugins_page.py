@@ -16,7 +16,7 @@ from arjuna_nav.nodes.behavior_actions import BEHAVIORS
 from arjuna_nav.planners.plugins import PLANNERS
 from arjuna_nav.safety.zones import ZONES
 from arjuna_nav.smoothers.plugins import SMOOTHERS
-from bringup.parameters.inputs import check_file
+from bringup.parameters.reading import check_file
 
 pytestmark = pytest.mark.ros
 PAGE = (Path(__file__).parents[3] / "docs" / "plugins.md").read_text(encoding="utf-8")

@@ -14,8 +14,10 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from bringup.cli_parser import parse
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
 from bringup.parameters.foreign.understanding import Understood, understand
-from bringup.parameters.inputs import all_nodes, check_file, gather
+from bringup.parameters.inputs import gather
+from bringup.parameters.reading import check_file
 from bringup.parameters.remarks import lines
+from bringup.stack import all_nodes
 from tests.helpers.nav.stock_files import FILES, humble_file, nav2_file
 
 pytestmark = pytest.mark.ros

@@ -16,8 +16,10 @@ from bringup.cli_parser import parse
 from bringup.parameters.composition import node_class
 from bringup.parameters.files import Parameters, for_node, shipped_parameters
 from bringup.parameters.foreign.understanding import Understood, understand
-from bringup.parameters.inputs import all_nodes, check_file, gather
+from bringup.parameters.inputs import gather
+from bringup.parameters.reading import check_file
 from bringup.parameters.remarks import Kind
+from bringup.stack import all_nodes
 
 pytestmark = pytest.mark.ros
 NODES = {spec.name: spec for spec in all_nodes()}

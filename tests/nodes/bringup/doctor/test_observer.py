@@ -72,6 +72,7 @@ def test_what_is_broken_in_a_running_robot_is_named(stack: Callable[..., LockSte
     statics = other.create_publisher(TFMessage, "/tf_static", qos.TF_STATIC)
     statics.publish(TFMessage(transforms=[twin]))
     other.get_logger().warning("I am in the way")
+    robot.process.remarks = ("no effect yet (SAFETY): zones: they are not kept",)
     robot.nodes["amcl"].trigger_deactivate()
     observer = Observer(robot)
     snapshot = observer.snapshot(2.0)
@@ -82,6 +83,7 @@ def test_what_is_broken_in_a_running_robot_is_named(stack: Callable[..., LockSte
     assert "no transform map -> odom" in found["transforms"]
     assert "/amcl is inactive, not active" in found["lifecycle"]
     assert ("meddler", "I am in the way") in snapshot.robot.log
+    assert "zones: they are not kept" in found["parameters"]
 
 
 def test_a_robot_put_elsewhere_does_not_fit_the_map(stack: Callable[..., LockStep]) -> None:
