@@ -9,7 +9,7 @@ import types
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from arjuna_core.errors import ConfigError, nearest
+from arjuna_core.errors import ConfigError, closest, nearest
 from arjuna_core.param import SEED_MAX, ParamInfo, info_of, key_of, param, plugin_names
 from arjuna_core.plugins import shaped
 
@@ -54,7 +54,12 @@ def infos(cls: type[Any], prefix: str = "") -> dict[str, ParamInfo]:
     return result
 
 
-def load(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
+def load(
+    cls: type[T],
+    values: Mapping[str, Any],
+    where: str = "",
+    warn: Callable[[str], None] | None = None,
+) -> T:
     """Build a config from a mapping, nested or with dotted names.
 
     Args:
@@ -62,14 +67,20 @@ def load(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
             where it lists plug-ins, the config is of a subclass with a field for each.
         values: The values that differ from the defaults.
         where: What to name in errors, a file or a node.
+        warn: Takes a sentence for each key that is unknown, which then is passed over.
 
     Raises:
-        ConfigError: Keys are unknown, values of the wrong type or outside their bounds; it names
+        ConfigError: Keys are unknown and nobody is to be warned, values of the wrong type or outside their bounds; it names
             all of them.
     """
     problems: list[str] = []
     prefix = f"{where}: " if where else ""
     flat = dict(_flat_mapping(values))
+    if warn is not None:
+        known = infos(shaped(cls, dict(flat), prefix, []))
+        for name in [name for name in flat if name not in known]:
+            warn(f"{prefix}unknown parameter '{name}'{closest(name, known)}")
+            del flat[name]
     config = _build(shaped(cls, flat, prefix, problems), flat, "", prefix, problems)
     if problems:
         raise ConfigError(*problems)

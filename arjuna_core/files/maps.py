@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from arjuna_core.errors import MapError, nearest
+from arjuna_core.errors import MapError, closest
 from arjuna_core.files.atomic import write_atomically
 from arjuna_core.files.map_image import (
     MAP_SAVER,
@@ -28,11 +28,14 @@ _REQUIRED = ("image", "resolution", "origin")
 _OPTIONAL = ("negate", "occupied_thresh", "free_thresh", "mode")
 
 
-def load_map(path: str | Path) -> OccupancyGrid:
+def load_map(
+    path: str | Path, warn: Callable[[str], None] = lambda sentence: None
+) -> OccupancyGrid:
     """Read a map.
 
     Args:
         path: The YAML file; its `image` is relative to it.
+        warn: Takes a sentence for each key that is unknown, which is passed over.
 
     Returns:
         The grid, row 0 lowest in y.
@@ -41,7 +44,7 @@ def load_map(path: str | Path) -> OccupancyGrid:
         MapError: The YAML or the image is missing, broken or has invalid values.
     """
     path = Path(path)
-    header = _read_header(path)
+    header = _read_header(path, warn)
     options = _options(path, header)
     image = path.parent / _image_name(path, header)
     try:
@@ -54,14 +57,13 @@ def load_map(path: str | Path) -> OccupancyGrid:
     return OccupancyGrid(frame, occupancy_of(shade, alpha, options)[::-1].copy())
 
 
-def _read_header(path: Path) -> dict[str, Any]:
+def _read_header(path: Path, warn: Callable[[str], None]) -> dict[str, Any]:
     header = read_yaml(path, MapError)
     if not isinstance(header, dict):
         raise MapError(path, f"is no map: it must have the keys {', '.join(_REQUIRED)}")
     for key in header:
         if key not in _REQUIRED + _OPTIONAL:
-            hint = nearest(str(key), _REQUIRED + _OPTIONAL)
-            raise MapError(path, f"unknown key '{key}'; {hint}", str(key))
+            warn(f"{path}: unknown key '{key}'{closest(str(key), _REQUIRED + _OPTIONAL)}")
     for key in _REQUIRED:
         if key not in header:
             raise MapError(path, f"lacks the key '{key}'; required: {', '.join(_REQUIRED)}")

@@ -53,7 +53,7 @@ class MapServerNode(ManagedNode):
             self._publisher.publish(self._message(self._map))
 
     def _load(self, path: Path) -> OccupancyGrid:
-        return replace(load_map(path), stamp=self.now)
+        return replace(load_map(path, self.get_logger().warning), stamp=self.now)
 
     def _message(self, grid: OccupancyGrid) -> OccupancyGridMsg:
         return grid_msg(grid, self.config.frame_id, self.now)

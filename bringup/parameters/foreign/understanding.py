@@ -91,7 +91,7 @@ def _sections(
         kept = found.setdefault(node, {})
         for key, value in values.items():
             filled = _filled(value, namespace)
-            if isinstance(filled, str) and _PLACEHOLDER.fullmatch(filled):
+            if isinstance(filled, str) and _is_placeholder(key, filled):
                 remarks.append(Remark(Kind.NO_EFFECT, f"{node}: {key}", _FILLED.format(value)))
             else:
                 kept[key] = filled
@@ -106,6 +106,12 @@ def _filled(value: Any, namespace: str) -> Any:
     if not isinstance(value, str):
         return value
     return value.replace(_NAMESPACE, f"/{namespace}" if namespace else "")
+
+
+def _is_placeholder(key: str, value: str) -> bool:
+    """Return whether a launch file is to fill a value: `<name>`, `$(...)`, corners' names."""
+    named = key.rpartition(".")[2] == "footprint" and re.search("[A-Za-z]{2}", value)
+    return bool(named or _PLACEHOLDER.fullmatch(value))
 
 
 def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Remark:

@@ -126,7 +126,6 @@ Edit = Callable[[dict[str, Any]], Any]
         (lambda h: h.update(image=""), "image: must be a file name, got ''"),
         (lambda h: h.update(image="no.pgm"), "no.pgm does not exist"),
         (lambda h: h.update(image="map.yaml"), "is no readable PGM or PNG image"),
-        (lambda h: h.update(modes="raw"), "modes: unknown key 'modes'; did you mean 'mode'?"),
         (lambda h: h.pop("origin"), "lacks the key 'origin'; required: image, resolution, origin"),
     ],
 )
@@ -154,6 +153,14 @@ def test_a_file_that_is_no_map_is_refused(tmp_path: Path, content: bytes, messag
     (tmp_path / "map.yaml").write_bytes(content)
     with pytest.raises(MapError, match=re.escape(message)):
         load_map(tmp_path / "map.yaml")
+
+
+def test_an_unknown_key_of_a_map_is_passed_over_with_a_warning(tmp_path: Path) -> None:
+    path, _ = save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "map")
+    path.write_text(f"{path.read_text()}\nmodes: raw\n")
+    warned: list[str] = []
+    assert load_map(path, warned.append).frame == FRAME
+    assert warned == [f"{path}: unknown key 'modes'; the nearest is 'mode'"]
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

@@ -139,6 +139,13 @@ def test_what_a_launch_file_fills_keeps_its_default(key: str, text: str) -> None
     assert key not in found.parameters["amcl"]
 
 
+def test_an_outline_of_corners_names_is_filled_by_a_launch_file() -> None:
+    node = "local_costmap/local_costmap"
+    found = understood({node: {"footprint": "[[front_left], [front_right], [rear]]"}})
+    assert "footprint: a launch file fills" in only(found, Kind.NO_EFFECT)
+    assert value(found, node, "robot_radius") == shipped_parameters()[node]["robot_radius"]
+
+
 def test_a_word_in_capitals_is_a_value_where_texts_are() -> None:
     assert understood({"velocity_smoother": {"feedback": "OPEN_LOOP"}}).remarks == []
 
