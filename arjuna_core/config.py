@@ -70,8 +70,8 @@ def load(
         warn: Takes a sentence for each key that is unknown, which then is passed over.
 
     Raises:
-        ConfigError: Keys are unknown and nobody is to be warned, values of the wrong type or outside their bounds; it names
-            all of them.
+        ConfigError: Keys are unknown and nobody is to be warned, or values of the wrong type or
+            outside their bounds; it names all of them.
     """
     problems: list[str] = []
     prefix = f"{where}: " if where else ""
