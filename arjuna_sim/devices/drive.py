@@ -58,7 +58,7 @@ class DriveConfig:
     )
     max_linear_acceleration: float | None = param(
         None,
-        "Greatest change of speed, as far as the wheels hold; none takes what the robot's file says.",
+        "Greatest change of speed, as far as the wheels hold; none takes what the file says.",
         unit="m/s^2",
         minimum=0.01,
     )

@@ -16,8 +16,8 @@ from arjuna_sim.calibrate import SimulatedVehicle
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.calibration import calibrate
 from arjuna_sim.devices.drive import Kinematics, Velocity
-from arjuna_sim.devices.driving.limits import limited
 from arjuna_sim.devices.driving.bases import base_of
+from arjuna_sim.devices.driving.limits import limited
 from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot

@@ -13,8 +13,8 @@ import numpy as np
 from arjuna_core.se2 import SE2, wrap
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import Velocity
-from arjuna_sim.devices.driving.limits import limited
 from arjuna_sim.devices.driving.bases import base_of
+from arjuna_sim.devices.driving.limits import limited
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.model.geometry.shapes import corners

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from arjuna_sim.devices.driving.hold import CommandHold
 from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.devices.driving.hold import CommandHold
 from arjuna_sim.devices.driving.limits import Bound, Limits
 
 _TOLERANCE = 1e-9

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from arjuna_sim.devices.driving.hold import HoldLimits
 from arjuna_sim.devices.drive import DriveConfig
+from arjuna_sim.devices.driving.hold import HoldLimits
 from arjuna_sim.model.settings import DriveSettings
 
 _TIMEOUT = 0.5  # of commands, where neither parameters nor the robot's file name one [s]
