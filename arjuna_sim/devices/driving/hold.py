@@ -10,7 +10,7 @@ ASSUMED = 1.0
 """Period of a sender of whom one command is known: `ros2 topic pub`'s default [s]."""
 _LATE = 1.5  # of its period: a command ends where the next one is so late
 _EARLY = 1.2  # of its period: no sooner is the next one taken not to come
-_KEPT = 5  # gaps, of which the longest is the period: two senders at 1 Hz may take turns
+_KEPT = 6  # gaps: of three senders that take turns at least two are long
 _BRAKES = 0.4  # of the time-out, at most, by which braking begins before it is out
 
 
@@ -32,10 +32,12 @@ class HoldLimits:
 class CommandHold:
     """When the last command ends.
 
-    A command holds for one and a half periods of its sender, within the limits. The period is the
-    longest of the last five gaps between commands: a quick sender that falls silent ends after the
-    least time, a slow one never between two commands. After a silence that ended a command the
-    period is unknown: it is that silence, or a second if that is more. So is the first command's.
+    A command holds for one and a half periods of its sender, within the limits: a quick sender that
+    falls silent ends after the least time, a slow one never between two commands. The period is the
+    longest but one of the last six gaps between commands, so that one late command does not make a
+    quick sender slow. It is unknown of the first command, and of one after a second or more of
+    silence in which the last command ended: then it is that silence if the limits allow for it,
+    else a second.
 
     Only the times of commands count, so that it is the same whoever sends them, and in each run.
     """
@@ -47,16 +49,17 @@ class CommandHold:
         """Forget all commands."""
         self._gaps: deque[float] = deque(maxlen=_KEPT)
         self._last = self._ends = -math.inf
-        self._room = 0.0
+        self._room, self._assumed = 0.0, ASSUMED
 
     def take(self, now: float, limits: HoldLimits) -> None:
         """Take a command at a time [s]."""
         gap = now - self._last
-        if gap < 0.0 or now >= self._ends:
+        if (now >= self._ends and gap >= ASSUMED) or gap < 0.0:
             self._gaps.clear()
-            gap = max(gap, ASSUMED) if 0.0 <= gap <= limits.longest else ASSUMED
-        self._gaps.append(gap)
-        period = max(self._gaps)
+            self._assumed = gap if ASSUMED <= gap <= limits.longest else ASSUMED
+        else:
+            self._gaps.append(gap)
+        period = sorted(self._gaps or [self._assumed])[-2:][0]
         hold = max(limits.least, min(_LATE * period, limits.longest))
         if limits.is_fixed or not limits.least:
             hold = limits.least or math.inf

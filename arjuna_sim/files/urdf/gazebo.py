@@ -9,9 +9,9 @@ from arjuna_core.errors import nearest
 from arjuna_sim.files.material_colours import gazebo_colour
 from arjuna_sim.files.sensors.sensor_kinds import KINDS, settle
 from arjuna_sim.files.sensors.sensor_tags import imu_plugin, place_of
-from arjuna_sim.files.urdf.controllers import drive_of_controllers, is_control
-from arjuna_sim.files.urdf.drive_kinds import plugin_kind
+from arjuna_sim.files.urdf.controllers import drive_of_controllers
 from arjuna_sim.files.urdf.gazebo_text import plain, text_of
+from arjuna_sim.files.urdf.plugin_types import drive_kind, is_control
 from arjuna_sim.files.urdf.plugins import read_drive, read_told
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
@@ -119,7 +119,7 @@ class _Reader:
         controlled = drive_of_controllers(self._xml, plugin) if is_control(plugin) else None
         drive = read_drive(self._xml, plugin if controlled is None else controlled, self._urdf)
         name = plugin.get("name") or plugin.get("filename") or "?"
-        kind = plugin_kind(plugin if controlled is None else controlled)
+        kind = drive_kind(plugin if controlled is None else controlled)
         if drive is not None and self._drive is not None:
             self._xml.note(f"plugin '{name}': a second drive is not simulated", NoteKind.IGNORED)
         elif drive is not None:
