@@ -10,7 +10,7 @@ ASSUMED = 1.0
 """Period of a sender of whom one command is known: `ros2 topic pub`'s default [s]."""
 _LATE = 1.5  # of its period: a command ends where the next one is so late
 _EARLY = 1.2  # of its period: no sooner is the next one taken not to come
-_KEPT = 6  # gaps: of three senders that take turns at least two are long
+_KEPT, _RANK = 9, 3  # gaps: of three senders that take turns a third are long
 _BRAKES = 0.4  # of the time-out, at most, by which braking begins before it is out
 
 
@@ -34,8 +34,8 @@ class CommandHold:
 
     A command holds for one and a half periods of its sender, within the limits: a quick sender that
     falls silent ends after the least time, a slow one never between two commands. The period is the
-    longest but one of the last six gaps between commands, so that one late command does not make a
-    quick sender slow. It is unknown of the first command, and of one after a second or more of
+    third longest of the last nine gaps between commands, so that two late ones do not make a quick
+    sender slow, and three slow senders that take turns are not taken for a quick one. It is unknown of the first command, and of one after a second or more of
     silence in which the last command ended: then it is that silence if the limits allow for it,
     else a second.
 
@@ -59,7 +59,7 @@ class CommandHold:
             self._assumed = gap if ASSUMED <= gap <= limits.longest else ASSUMED
         else:
             self._gaps.append(gap)
-        period = sorted(self._gaps or [self._assumed])[-2:][0]
+        period = sorted(self._gaps or [self._assumed])[-_RANK:][0]
         hold = max(limits.least, min(_LATE * period, limits.longest))
         if limits.is_fixed or not limits.least:
             hold = limits.least or math.inf

@@ -1,4 +1,4 @@
-"""Which drive a plugin or a controller is, by its type exactly, however the versions spell it.
+"""Which drive or sensor a plugin or controller is, by its type exactly, in all spellings.
 
 Sources: gazebo_plugins of ROS 1 and 2, the systems of Gazebo Fortress to Harmonic, ros_controllers
 and ros2_controllers up to Jazzy, gz_ros2_control, and AgileX' ugv_gazebo_sim.
@@ -29,6 +29,16 @@ _DRIVES: dict[str, DriveKind] = {
     **dict.fromkeys(("tricyclesteeringcontroller", "steeringdrive"), DriveKind.STEERED),
     "fourwheelsteeringcontroller": DriveKind.STEERED,
 }
+_SENSORS = {
+    **dict.fromkeys(("raysensor", "laser", "blocklaser", "velodynelaser", "range"), "ray"),
+    **dict.fromkeys(("gpulaser", "velodynegpulaser"), "gpu_ray"),
+    **dict.fromkeys(("camera", "prosilica"), "camera"),
+    **dict.fromkeys(("depthcamera", "opennikinect"), "depth"),
+    "multicamera": "multicamera",
+    "imusensor": "imu",
+    "gpssensor": "gps",
+    "bumper": "contact",
+}
 _CONTROLS = ("control", "ros2control", "gzros2control", "ignros2control", "gazeboros2control")
 _CONTROL_CLASSES = (
     *("gazebosimros2controlplugin", "ignitionros2controlplugin", "gazeboros2controlplugin"),
@@ -50,6 +60,11 @@ def drive_kind(plugin: Element) -> DriveKind | None:
     """Return the kind of drive that a plugin is; None for no drive, or one of unknown type."""
     found = (_DRIVES.get(name) for name in _types(plugin))
     return next((kind for kind in found if kind is not None), None)
+
+
+def sensor_type(plugin: Element) -> str:
+    """Return the type of the `<sensor>` that a plugin belongs into; "" for another plugin."""
+    return _SENSORS.get(_types(plugin)[0], "")
 
 
 def is_control(plugin: Element) -> bool:

@@ -52,15 +52,15 @@ def test_slower_sender_drives_evenly_from_its_second_command_on(period: float) -
 
 @pytest.mark.parametrize("seed", range(20))
 def test_several_slow_senders_together_drive_evenly(seed: int) -> None:
-    """Their gaps are short and long by turns, whoever began first; that shows in the second."""
+    """Their gaps are short and long by turns, whoever began first; that shows after three."""
     rng = np.random.default_rng(seed)
     times = [t for _ in range(2 + seed % 2) for t in _sent(1.0, 20.0, 0.02, rng)]
-    assert all(now < min(times) + 2.1 for now in _standing(times, _LIMITS, 0.2))
+    assert all(now < min(times) + 3.1 for now in _standing(times, _LIMITS, 0.2))
 
 
 @pytest.mark.parametrize("seed", range(40))
 def test_quick_sender_that_falls_silent_ends_after_the_least_time(seed: int) -> None:
-    """Whatever came before it, from its second command on, and once one of its commands is late."""
+    """Whatever came before it, from its second command on, and where two of them are late."""
     rng = np.random.default_rng(seed)
     hold, now = CommandHold(), 0.0
     if seed % 2:
@@ -69,9 +69,9 @@ def test_quick_sender_that_falls_silent_ends_after_the_least_time(seed: int) -> 
             hold.take(t, _LIMITS)
         now += float(rng.uniform(3.0, 5.0))
     count = 2 + seed
-    late = int(rng.integers(2, count)) if seed > 2 else 0
+    late = rng.integers(3, count, 2).tolist() if seed > 2 else []
     for k in range(count):
-        now += float(rng.uniform(0.55, 0.95)) if k and k == late else float(rng.uniform(0.02, 0.3))
+        now += float(rng.uniform(0.4, 0.95) if k in late else rng.uniform(0.02, 0.3))
         hold.take(now, _LIMITS)
     assert hold.ends(0.0) == pytest.approx(now + 0.5)
     assert now + 0.3 <= hold.ends(9.0) <= now + 0.5  # and brakes ahead, where that takes time
@@ -79,11 +79,11 @@ def test_quick_sender_that_falls_silent_ends_after_the_least_time(seed: int) -> 
 
 @pytest.mark.parametrize("silence", [0.6, 1.5, 2.5, 9.0])
 def test_slow_sender_takes_over_from_a_quick_one(silence: float) -> None:
-    """At once after a second of silence, else with its third command."""
+    """At once after a second of silence, else once three of its gaps are known."""
     quick = [0.05 * k for k in range(40)]
     slow = [quick[-1] + silence + k for k in range(9)]
     standing = list(_standing(quick + slow, _LIMITS, 0.1))
-    assert all(now < slow[0 if silence >= 1.0 else 2] + _TICK for now in standing)
+    assert all(now < slow[0 if silence >= 1.0 else 3] + _TICK for now in standing)
 
 
 def test_first_command_holds_for_a_sender_at_one_hertz() -> None:
