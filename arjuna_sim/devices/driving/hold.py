@@ -35,9 +35,9 @@ class CommandHold:
     A command holds for one and a half periods of its sender, within the limits: a quick sender that
     falls silent ends after the least time, a slow one never between two commands. The period is the
     third longest of the last nine gaps between commands, so that two late ones do not make a quick
-    sender slow, and three slow senders that take turns are not taken for a quick one. It is unknown of the first command, and of one after a second or more of
-    silence in which the last command ended: then it is that silence if the limits allow for it,
-    else a second.
+    sender slow, and three slow senders that take turns are not taken for a quick one. It is unknown
+    of the first command, and of one after more than one and a half seconds of silence in which the
+    last one ended: then it is that silence, or a second where the limits do not allow for it.
 
     Only the times of commands count, so that it is the same whoever sends them, and in each run.
     """
@@ -54,9 +54,9 @@ class CommandHold:
     def take(self, now: float, limits: HoldLimits) -> None:
         """Take a command at a time [s]."""
         gap = now - self._last
-        if (now >= self._ends and gap >= ASSUMED) or gap < 0.0:
+        if (now >= self._ends and gap >= _LATE * ASSUMED) or gap < 0.0:
             self._gaps.clear()
-            self._assumed = gap if ASSUMED <= gap <= limits.longest else ASSUMED
+            self._assumed = gap if 0.0 < gap <= limits.longest else ASSUMED
         else:
             self._gaps.append(gap)
         period = sorted(self._gaps or [self._assumed])[-_RANK:][0]

@@ -74,16 +74,18 @@ def test_quick_sender_that_falls_silent_ends_after_the_least_time(seed: int) -> 
         now += float(rng.uniform(0.4, 0.95) if k in late else rng.uniform(0.02, 0.3))
         hold.take(now, _LIMITS)
     assert hold.ends(0.0) == pytest.approx(now + 0.5)
-    assert now + 0.3 <= hold.ends(9.0) <= now + 0.5  # and brakes ahead, where that takes time
+    assert (
+        now + 0.3 - 1e-9 <= hold.ends(9.0) <= now + 0.5
+    )  # and brakes ahead, where that takes time
 
 
-@pytest.mark.parametrize("silence", [0.6, 1.5, 2.5, 9.0])
+@pytest.mark.parametrize("silence", [0.6, 1.2, 1.6, 2.5, 9.0])
 def test_slow_sender_takes_over_from_a_quick_one(silence: float) -> None:
-    """At once after a second of silence, else once three of its gaps are known."""
+    """At once after 1.5 s of silence, else once three of its gaps are known."""
     quick = [0.05 * k for k in range(40)]
     slow = [quick[-1] + silence + k for k in range(9)]
     standing = list(_standing(quick + slow, _LIMITS, 0.1))
-    assert all(now < slow[0 if silence >= 1.0 else 3] + _TICK for now in standing)
+    assert all(now < slow[0 if silence >= 1.5 else 3] + _TICK for now in standing)
 
 
 def test_first_command_holds_for_a_sender_at_one_hertz() -> None:
