@@ -17,6 +17,8 @@ from arjuna_sim.devices.further_sensors import FurtherSensors, Reading
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry
 from arjuna_sim.devices.sensors import Sensors, mounted
+from arjuna_sim.model.footprint import inscribed_radius
+from arjuna_sim.model.geometry.enclosure import enclosure_of
 from arjuna_sim.model.geometry.surfaces import surfaces
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import CameraSettings, SensorSettings
@@ -226,6 +228,21 @@ class DrivenRobot:
                 f"the start ({wanted.x:.4g}, {wanted.y:.4g}) is inside {names}: the robot starts"
                 f" at ({self.spawn.x:.4g}, {self.spawn.y:.4g})",
             )
+        self._spawn_notes += self._if_outside()
+
+    def _if_outside(self) -> tuple[str, ...]:
+        """Return what to note of a start that is outside the world's walls."""
+        spawn = self.spawn
+        enclosure = enclosure_of(self.surfaces(), inscribed_radius(self.robot))
+        if enclosure is None or not enclosure.is_outside(spawn.x, spawn.y):
+            return ()
+        inside = enclosure.nearest_inside(spawn.x, spawn.y).tolist()
+        fine = ((x, y) for x, y in inside if not self._placer.touched(SE2(x, y, spawn.theta)))
+        place = next((f"; inside is ({x:.2f}, {y:.2f})" for x, y in fine), "")
+        return (
+            f"the start ({spawn.x:.4g}, {spawn.y:.4g}) is outside the world's walls: nothing inside"
+            f" can be reached from there{place}",
+        )
 
     def close(self) -> None:
         """Free what the cameras hold."""
