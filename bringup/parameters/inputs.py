@@ -64,7 +64,7 @@ def gather(arguments: argparse.Namespace) -> Parameters:
     read = read_files(arguments.params, given.get("namespace", ""), given.get("strict", False))
     parameters = read.parameters
     options = _of_options(arguments, groups)
-    options = merged(options, of_names(vars(arguments), groups))
+    options = merged(options, of_names(vars(arguments), groups, parameters))
     if arguments.command != "demo":
         parameters = with_clock(parameters, groups, given.get("use_sim_time"))
     if arguments.command == "demo":

@@ -38,6 +38,9 @@ _LAYERS = {
 }
 
 
+_VOXELS = "nav2_costmap_2d::VoxelLayer"
+
+
 class Converted(NamedTuple):
     """What a file means here.
 
@@ -145,6 +148,8 @@ class _Conversion:
             kinds = [str(name).rpartition("::")[2] for name in types]
             layers = dict.fromkeys(_LAYERS[kind] for kind in kinds if kind in _LAYERS)
             self._put(NODES[section], "plugins", list(layers))
+            if "VoxelLayer" in kinds:
+                self._put(NODES[section], "obstacle_layer.plugin", _VOXELS)
             for kind in (kind for kind in kinds if kind not in _LAYERS):
                 self._without[f"{section}: the layer {kind}"] = None
         elif "topic" in value or "data_type" in value:
