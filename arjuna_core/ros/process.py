@@ -164,8 +164,13 @@ class Process:
         return node.get_fully_qualified_name().removeprefix(self.absolute("/"))
 
     def absolute(self, name: str) -> str:
-        """Return an absolute name below the robot's namespace; a relative one as it is."""
-        return f"/{self.namespace}{name}" if self.namespace and name.startswith("/") else name
+        """Return an absolute name below the robot's namespace; one that is there already as it is.
+
+        Relative names stay: ROS puts them below the node's namespace.
+        """
+        own = f"/{self.namespace}"
+        outside = self.namespace and name.startswith("/") and not name.startswith(f"{own}/")
+        return f"{own}{name}" if outside else name
 
     def _on_clock(self, message: Any) -> None:
         problem = problem_of(message)

@@ -110,10 +110,11 @@ def sim_time_of(parameters: Parameters, names: Iterable[str]) -> bool:
 
     Args:
         parameters: Of all nodes.
-        names: The process's nodes; the first that says so decides, then `/**`. Simulated if none.
+        names: The process's nodes; most of those that say so decide, else `/**`. Simulated if none.
     """
-    said = [parameters.get(name, {}).get(SIM_TIME) for name in (*names, EVERY_NODE)]
-    return bool(next((value for value in said if value is not None), True))
+    said = [values[SIM_TIME] for name in names if SIM_TIME in (values := parameters.get(name, {}))]
+    said = said or [parameters.get(EVERY_NODE, {}).get(SIM_TIME, True)]
+    return 2 * sum(map(bool, said)) >= len(said)
 
 
 def node_of(name: str, known: Collection[str], namespace: str = "") -> str | None:

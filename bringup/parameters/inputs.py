@@ -8,13 +8,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from bringup.parameters.clock import with_clock
 from bringup.parameters.composition import check_parameters, node_class
 from bringup.parameters.files import SAFETY, Parameters, for_node, merged
 from bringup.parameters.fleet_options import is_fleet, of_starts
-from bringup.parameters.reading import read_files, read_named_files
+from bringup.parameters.reading import read_files, read_named_files, write_remarks
 from bringup.parameters.remarks import Remark
 from bringup.parameters.robot_names import of_names
+from bringup.parameters.running import robot_of_simulator, with_clock
 from bringup.parameters.simulated_robot import of_simulated_robot
 from bringup.stack import (
     DEMO_GROUPS,
@@ -50,11 +50,12 @@ def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
     return tuple(group for group in REAL_STACKS[command] if group not in without)
 
 
-def gather(arguments: argparse.Namespace) -> Parameters:
+def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     """Return the parameters of all nodes, the command line's over the files' over the shipped.
 
     Args:
         arguments: What `cli_parser.parse` returned.
+        ask: Whether what runs already is asked for its clock and its robot.
 
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
@@ -62,22 +63,24 @@ def gather(arguments: argparse.Namespace) -> Parameters:
     groups = groups_of(arguments)
     given = vars(arguments)
     read = read_files(arguments.params, given.get("namespace", ""), given.get("strict", False))
-    parameters = read.parameters
+    supervised = arguments.command != "demo"
+    write_remarks(one for one in read.remarks if not (supervised and one.safety))
+    parameters = read.parameters if supervised else merged(read.parameters, _MAPS_FIRST)
     options = _of_options(arguments, groups)
     options = merged(options, of_names(vars(arguments), groups, parameters))
-    if arguments.command != "demo":
-        parameters = with_clock(parameters, groups, given.get("use_sim_time"))
-    if arguments.command == "demo":
-        parameters = merged(parameters, _MAPS_FIRST)
+    for spec in (spec for group in groups for spec in group.nodes):
+        read_named_files(spec, for_node(merged(parameters, options), spec.name))
+    if supervised:
+        parameters = with_clock(parameters, groups, given.get("use_sim_time"), ask)
     if arguments.command in _OF_SIMULATED_ROBOT:
-        parameters = merged(parameters, of_simulated_robot(parameters, options, groups))
+        robot = {**for_node(parameters, "sim"), **options.get("sim", {})}
+        if not robot.get("robot") and ask:
+            robot = robot_of_simulator(given.get("namespace", ""))
+        parameters = merged(parameters, of_simulated_robot(parameters, robot, groups))
     parameters = merged(parameters, options)
     if {key for values in options.values() for key in values} - _PATHS:
         check_parameters(parameters, groups)
-    for group in groups:
-        for spec in group.nodes:
-            read_named_files(spec, for_node(parameters, spec.name))
-    if arguments.command != "demo":
+    if supervised:
         parameters[SAFETY] = _safety_lines(read.remarks, groups)
     return parameters
 
@@ -86,7 +89,8 @@ def _safety_lines(remarks: Iterable[Remark], groups: Sequence[Group]) -> dict[st
     """Return the lines that each group logs at its start; the first has those of no node."""
     found: dict[str, Any] = {}
     for remark in remarks:
-        of = [g for g in groups for spec in g.nodes if remark.where.startswith(f"{spec.name}: ")]
+        node = remark.where.partition(": ")[0]
+        of = [group for group in groups for spec in group.nodes if spec.name == node]
         if remark.safety:
             found.setdefault((of or groups)[0].name, []).append(str(remark))
     return found

@@ -53,11 +53,13 @@ def over_shipped(paths: Iterable[Path]) -> Parameters:
     Raises:
         ArjunaError: A file cannot be used.
     """
-    return read_files(paths).parameters
+    read = read_files(paths)
+    write_remarks(read.remarks)
+    return read.parameters
 
 
 def read_files(paths: Iterable[Path], namespace: str = "", strict: bool = False) -> ReadFile:
-    """Read files over the shipped parameters; write what of each has no effect.
+    """Read files over the shipped parameters.
 
     Args:
         paths: The files; what a later one says wins.
@@ -72,11 +74,14 @@ def read_files(paths: Iterable[Path], namespace: str = "", strict: bool = False)
         read = read_over(path, whole.parameters, namespace)
         if problems := read.refused_by(strict):
             raise ConfigError(*problems)
-        listing = f"'params check -v {path}'"
-        for line in lines(read.remarks, (Kind.NO_EFFECT, Kind.NOT_NEEDED), listing):
-            sys.stderr.write(f"{line}\n")
         whole = ReadFile(read.parameters, [*whole.remarks, *read.remarks], [])
     return whole._replace(parameters=_of_one_type(whole.parameters))
+
+
+def write_remarks(remarks: Iterable[Remark]) -> None:
+    """Write what is to be said of files at a start to the standard error output."""
+    for line in lines(remarks, (Kind.NO_EFFECT, Kind.NOT_NEEDED), "'params check -v FILE'"):
+        sys.stderr.write(f"{line}\n")
 
 
 def _of_one_type(parameters: Parameters) -> Parameters:

@@ -168,7 +168,7 @@ def test_a_bad_input_is_refused_in_one_line_and_starts_nothing(
     ("text", "problem"),
     [
         (None, "cannot be read"),
-        ("imag: m.pgm\n", "unknown key 'imag'; did you mean 'image'?"),
+        ("imag: m.pgm\n", "lacks the key 'image'; required: image, resolution, origin"),
         ("image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n", "m.pgm does not exist"),
     ],
 )

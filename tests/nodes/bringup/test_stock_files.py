@@ -43,12 +43,11 @@ def test_a_start_counts_what_has_no_effect(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = written(tmp_path, nav2_file())
-    gather(parse(["nav", "--slam", "--params", str(path)]))
+    gather(parse(["demo", "--params", str(path)]))
     *safety, no_effect, not_needed = capsys.readouterr().err.splitlines()
     assert all(re.match(rf"{path}:\d+: no effect yet \(SAFETY\): ", line) for line in safety)
-    assert re.fullmatch(
-        rf"no effect yet: \d+ names; 'params check -v {path}' lists them", no_effect
-    )
+    listing = "names; 'params check -v FILE' lists them"
+    assert re.fullmatch(rf"no effect yet: \d+ {listing}", no_effect)
     assert not_needed.startswith("not needed here: ")
     listed = "\n".join(lines(check_file(path).remarks))
     assert "not needed here: loopback_simulator: there is no such node here: the simu" in listed
