@@ -164,7 +164,11 @@ def _plugin_class(
     try:
         config = kind.config_of(given, below)
     except ConfigError as error:
-        problems += [f"{where}'{key}': {problem}" for problem in error.problems]
+        if given == name:
+            hint = nearest(name, kind.by_name)
+            problems.append(f"{where}'{key}' must name the class of the {kind.what}; {hint}")
+        else:
+            problems += [f"{where}'{key}': {problem}" for problem in error.problems]
         for k in below:
             del flat[prefix + k]
         if default == name:
