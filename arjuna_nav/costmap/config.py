@@ -62,6 +62,7 @@ class CostmapConfig:
         "", "Unused, as in Nav2: each obstacle layer has sources of its own.", read_only=True
     )
     plugins: tuple[str, ...] = plugin_names(_DEFAULT, "Layers in order.", LAYERS)
+    filters: tuple[str, ...] = plugin_names((), "Layers after them, as zones are.", LAYERS)
 
     @property
     def scan_topics(self) -> dict[str, str]:

@@ -18,8 +18,8 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import clearances
 from arjuna_nav.costmap.layers.base import Layer, Master, moved
 from arjuna_nav.costmap.layers.inflation import InflationLayer
+from arjuna_nav.costmap.layers.placement import PlacedMap
 from arjuna_nav.costmap.layers.plugins import LAYERS
-from arjuna_nav.costmap.layers.static import PlacedMap
 from arjuna_nav.costmap.moving.ways import Patch, ways
 from arjuna_nav.costmap.window import Window, grown, joined, seen_in, whole
 
@@ -48,12 +48,13 @@ class LayeredCostmap:
         if transform is not None:
             self._master.transform = transform
         self.layers: dict[str, Layer] = {
-            name: LAYERS.make(getattr(config, name), name, self._master) for name in config.plugins
+            name: LAYERS.make(getattr(config, name), name, self._master)
+            for name in (*config.plugins, *config.filters)
         }
         self._stamp = 0.0
         self._changed: Window | None = None
         self._laid: list[Patch] = []
-        self._compose_all()
+        self.compose_again()
 
     @property
     def costmap(self) -> Costmap:
@@ -78,6 +79,10 @@ class LayeredCostmap:
         """Return why the costs are not current at a time [s]; empty where they are."""
         return next(filter(None, (layer.problem(now) for layer in self._enabled)), "")
 
+    def warnings(self) -> list[str]:
+        """Return what is odd about the layers, though the costs are current."""
+        return [f"{layer.name}: {layer.warning()}" for layer in self._enabled if layer.warning()]
+
     def start(self, now: float) -> None:
         """Begin at a time [s]: what was received before does not count."""
         for layer in self.layers.values():
@@ -88,7 +93,7 @@ class LayeredCostmap:
         self._master.footprint = footprint
         for layer in self.layers.values():
             layer.on_footprint()
-        self._compose_all()
+        self.compose_again()
 
     def set_map(self, grid: OccupancyGrid, frame_id: str = "") -> None:
         """Give a map to each layer that listens to one."""
@@ -105,10 +110,9 @@ class LayeredCostmap:
         """
         self.layers[layer].receive(source, value)
         frame = self.layers[layer].frame
-        if isinstance(value, PlacedMap) and frame is not None:
-            if not self._config.rolling_window:
-                self._move(frame)
-            self._compose_all()
+        if isinstance(value, PlacedMap) and frame is not None and not self._config.rolling_window:
+            self._move(frame)
+            self.compose_again()
 
     def update(self, T_global_base: SE2, now: float) -> None:
         """Bring the costmap up to date with what was received.
@@ -125,7 +129,7 @@ class LayeredCostmap:
         for layer in self._enabled:
             changed = joined(changed, layer.update(T_global_base, now))
         if self._master.frame != before:
-            self._compose_all()
+            self.compose_again()
         else:
             self._compose(changed)
         self._tell_moving()
@@ -150,7 +154,7 @@ class LayeredCostmap:
     def _clear(self, window: Window | None, outside: bool = False) -> None:
         for layer in self.layers.values():
             layer.clear(window, outside)
-        self._compose_all()
+        self.compose_again()
 
     def _move(self, frame: GridFrame) -> None:
         for layer in self.layers.values():
@@ -158,15 +162,15 @@ class LayeredCostmap:
         self._master.hits = moved(self._master.hits, self._master.frame, frame, 0)
         self._master.frame = frame
 
-    def _compose_all(self) -> None:
-        """Make the whole costmap again."""
+    def compose_again(self) -> None:
+        """Make the whole costmap again: a layer has been switched."""
         frame, inflation = self._master.frame, self._last_inflation()
         self._costmap = Costmap(
             frame,
             self._composed(whole(frame.shape)),
             self._stamp,
-            inflation.circumscribed_cost() if inflation is not None else 0,
-            inflation.clearances() if inflation is not None else clearances(0.0),
+            inflation.circumscribed_cost() if inflation and self._enabled[-1] is inflation else 0,
+            inflation.clearances() if inflation else clearances(0.0),
             self._master.hits,
         )
         self._changed, self._laid = whole(frame.shape), []
@@ -192,9 +196,9 @@ class LayeredCostmap:
         return costs
 
     def _last_inflation(self) -> InflationLayer | None:
-        """Return the inflation by which costs tell distances; None where a layer follows it."""
-        last = self._enabled[-1] if self._enabled else None
-        return last if isinstance(last, InflationLayer) else None
+        """Return the inflation by which costs tell distances, of all but what follows it."""
+        inflations = [one for one in self._enabled if isinstance(one, InflationLayer)]
+        return inflations[-1] if inflations else None
 
     def _tell_moving(self) -> None:
         """Put into the costmap where things are that move."""

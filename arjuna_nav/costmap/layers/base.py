@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.grid import GridFrame
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.transforms import TransformError
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.costmap import FREE, UNKNOWN
@@ -28,7 +28,8 @@ class Input:
     Attributes:
         source: The layer's name for it, as `receive` has it.
         topic: Its name; a relative one lies outside the costmap's own namespace, as in Nav2.
-        data_type: `LaserScan`, `PointCloud2`, `Range`, `OccupancyGrid` or `OccupancyGridUpdate`.
+        data_type: `LaserScan`, `PointCloud2`, `Range`, `OccupancyGrid`, `OccupancyGridUpdate` or
+            `CostmapFilterInfo`.
         sensor_frame: Where its rays start; empty for the frame of its messages.
         latched: Whether its publisher keeps the last message for those who come late.
     """
@@ -71,17 +72,30 @@ class Master:
         """Cost of a cell of which nothing is known."""
         return UNKNOWN if self.config.track_unknown_space else FREE
 
+    def locate(self, frame_id: str) -> SE2:
+        """Return where a frame lies in the costmap's; empty for the costmap's own.
+
+        Raises:
+            TransformError: Nobody knows.
+        """
+        own = self.config.global_frame
+        return IDENTITY if frame_id in ("", own) else self.transform(own, frame_id)
+
 
 class Layer(Protocol):
     """A layer of a costmap; one of a user's own derives from it and writes what differs.
 
-    Args:
-        config: Its parameters, an instance of `Config`, which has a field `enabled`.
+    Attributes:
+        Config: The frozen dataclass of its parameters, which has a field `enabled`.
+        config: Its parameters.
         name: Its name in the costmap's `plugins`.
         master: What it shares with the others.
     """
 
     Config: ClassVar[type[Any]]
+    config: Any
+    name: str
+    master: Master
 
     def __init__(self, config: Any, name: str, master: Master) -> None:
         self.config, self.name, self.master = config, name, master
@@ -117,6 +131,10 @@ class Layer(Protocol):
 
     def problem(self, now: float) -> str:
         """Return why what it holds is not current at a time [s]; empty where it is."""
+        return ""
+
+    def warning(self) -> str:
+        """Return what is odd about it, though the costs are current; empty for nothing."""
         return ""
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:

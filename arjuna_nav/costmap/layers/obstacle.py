@@ -156,8 +156,9 @@ class ObstacleLayer(SensedLayer):
     def _is_used(seen: Observation, source: SourceConfig) -> bool:
         """Return whether a scan lies between its source's heights; of clouds, points count."""
         low, high = source.min_obstacle_height, source.max_obstacle_height
-        is_planar = isinstance(seen, PlacedScan) and seen.is_planar
-        return not is_planar or low <= seen.height <= high
+        if isinstance(seen, PlacedCloud) or not seen.is_planar:
+            return True
+        return low <= seen.height <= high
 
     def _follow(
         self, source: str, seen: Observation
@@ -234,10 +235,12 @@ class ObstacleLayer(SensedLayer):
             bottom: Height of the lowest cell [m].
         """
         T_grid_base = self.master.frame.origin.inverse() @ seen.T_global_base
+        places: NDArray[np.float64]
         places = np.vstack((seen.cloud.sensor, used_points(seen, source)))
         places[:, :2] = T_grid_base.apply(places[:, :2])
         places[:, 2] -= bottom
-        return places / np.array(edges)
+        places /= np.array(edges)
+        return places
 
     def _limits(
         self, source: SourceConfig, edges: tuple[float, ...], bottom: float

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.transforms import TransformError
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
 from arjuna_nav.costmap.layers.base import Input, Layer, Master, absolute, combine
+from arjuna_nav.costmap.layers.placement import MapUpdate, PlacedMap, Placement
 from arjuna_nav.costmap.layers.raytrace import fill_polygon
 from arjuna_nav.costmap.window import Window, clipped, joined, whole, within
 
@@ -40,34 +41,6 @@ class StaticConfig:
     restore_cleared_footprint: bool = param(
         True, "Whether the map is as before where the robot has left."
     )
-
-
-@dataclass(frozen=True, eq=False)
-class PlacedMap:
-    """A map and the frame it lies in.
-
-    Attributes:
-        grid: The map.
-        frame_id: Its frame; empty for the costmap's own.
-    """
-
-    grid: OccupancyGrid
-    frame_id: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class MapUpdate:
-    """A part of a map.
-
-    Attributes:
-        row: Of its first cell in the map.
-        column: Likewise.
-        data: `(height, width) int8` occupancy.
-    """
-
-    row: int
-    column: int
-    data: NDArray[np.int8]
 
 
 def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> NDArray[np.uint8]:
@@ -98,9 +71,8 @@ class StaticLayer(Layer):
         self._map: PlacedMap | None = None
         self._costs: NDArray[np.uint8] = np.zeros((0, 0), np.uint8)  # of the map's cells
         self._T_global_map = None if master.config.rolling_window else IDENTITY
-        self._place: tuple[GridFrame, SE2] | None = None  # what `_shown` was made for
+        self._placement: Placement | None = None
         self._shown: NDArray[np.uint8] = self._costs  # of the costmap's cells
-        self._covered: NDArray[np.bool_] | None = None  # which of them it has; None for all
         self._before: tuple[Window, NDArray[np.uint8]] | None = None  # where it is cleared
         self._problem = ""
 
@@ -121,7 +93,7 @@ class StaticLayer(Layer):
     def receive(self, source: str, value: PlacedMap | MapUpdate) -> None:
         """Take a map, or a part of it; a part that does not lie in the map is left out."""
         if isinstance(value, PlacedMap):
-            self._map, self._before, self._place = value, None, None
+            self._map, self._before, self._placement = value, None, None
             self._costs = interpret_map(value.grid.data, self.master.config)
             return
         rows, columns = (
@@ -132,7 +104,7 @@ class StaticLayer(Layer):
         if rows.start >= 0 and rows.stop <= height and columns.start >= 0 and columns.stop <= width:
             self._restore()
             self._costs[rows, columns] = interpret_map(value.data, self.master.config)
-            self._place = None
+            self._placement = None
 
     def missing(self) -> str:
         """Return that no map has come, where none has."""
@@ -148,21 +120,22 @@ class StaticLayer(Layer):
         if self._map is None:
             return None
         self._locate(self._map.frame_id)
-        place, changed = self._place, None
+        before, changed = self._placement, None
         if self._T_global_map is not None and self.config.footprint_clearing_enabled:
             changed = self._clear_footprint(self._T_global_map.inverse() @ T_global_base)
-            self._place = None if self._covered is not None and changed is not None else place
-        self._place_map()
-        return changed if self._place == place else whole(self.master.frame.shape)
+            if before is not None and before.covered is not None and changed is not None:
+                self._placement = None
+        self._place()
+        return changed if self._placement is before else whole(self.master.frame.shape)
 
     def write(self, costs: NDArray[np.uint8], window: Window) -> None:
         """Write the map, unknown cells too, unless the greater cost counts."""
-        self._place_map()
-        if self._place is None:
+        self._place()
+        if self._placement is None:
             return
-        own, covered = self._shown[window], self._covered
+        own, covered = self._shown[window], self._placement.covered
         if self.master.config.use_maximum:
-            combine(costs, own if covered is None else np.where(covered[window], own, UNKNOWN), 1)
+            combine(costs, own, 1)
         elif covered is None:
             costs[:] = own
         else:
@@ -170,37 +143,24 @@ class StaticLayer(Layer):
 
     def _locate(self, frame_id: str) -> None:
         """Look up where the map lies in the frame of a costmap that follows the robot."""
-        config = self.master.config
-        if not config.rolling_window:
-            return
-        self._T_global_map, self._problem = IDENTITY, ""
-        if frame_id in ("", config.global_frame):
+        if not self.master.config.rolling_window:
             return
         try:
-            self._T_global_map = self.master.transform(config.global_frame, frame_id)
+            self._T_global_map, self._problem = self.master.locate(frame_id), ""
         except TransformError as error:
             self._T_global_map, self._problem = None, str(error)
 
-    def _place_map(self) -> None:
+    def _place(self) -> None:
         """Read the map's costs at the costmap's cells, where either has moved."""
-        frame, T_global_map = self.master.frame, self._T_global_map
+        frame, T_global_map, placement = self.master.frame, self._T_global_map, self._placement
         if self._map is None or T_global_map is None:
-            self._place = None
-            return
-        if self._place == (frame, T_global_map):
-            return
-        self._place, own = (frame, T_global_map), self._map.grid.frame
-        if T_global_map == IDENTITY and frame == own:
-            self._shown, self._covered = self._costs, None
-            return
-        T_map_costmap = own.origin.inverse() @ T_global_map.inverse() @ frame.origin
-        columns, rows = np.meshgrid(*(np.arange(n) + 0.5 for n in frame.shape[::-1]))
-        centres = np.column_stack((columns.ravel(), rows.ravel())) * frame.resolution
-        x, y = np.floor(T_map_costmap.apply(centres) / own.resolution).astype(np.int64).T
-        inside = (y >= 0) & (y < own.height) & (x >= 0) & (x < own.width)
-        shown = np.full(frame.width * frame.height, UNKNOWN, np.uint8)
-        shown[inside] = self._costs[y[inside], x[inside]]
-        self._shown, self._covered = shown.reshape(frame.shape), inside.reshape(frame.shape)
+            self._placement = None
+        elif placement is None or (placement.frame, placement.T_global_map) != (
+            frame,
+            T_global_map,
+        ):
+            self._placement = Placement(frame, T_global_map, self._map.grid.frame)
+            self._shown = self._placement.read(self._costs, UNKNOWN)
 
     def _clear_footprint(self, T_map_base: SE2) -> Window | None:
         """Free the map's cells under the robot; return which of them have changed."""

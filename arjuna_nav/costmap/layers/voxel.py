@@ -91,7 +91,8 @@ class VoxelLayer(ObstacleLayer):
         """
         low = np.uint32((1 << _BITS) - 1)
         unclear: NDArray[np.uint32] = (self.voxels | ~self.known) & low
-        return (self.voxels & low) << np.uint32(_BITS) | unclear
+        columns: NDArray[np.uint32] = (self.voxels & low) << np.uint32(_BITS) | unclear
+        return columns
 
     def _free_trails(self, things: NDArray[np.float64]) -> Window | None:
         free_trails(self.voxels, things, self.master.frame, 0)

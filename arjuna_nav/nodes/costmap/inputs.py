@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 from map_msgs.msg import OccupancyGridUpdate
+from nav2_msgs.msg import CostmapFilterInfo
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
@@ -20,7 +22,8 @@ from arjuna_core.ros.scan_queue import BaseFrames, PosedQueue, RangeQueue, ScanQ
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LayeredCostmap, PlacedCloud, PlacedRange, PlacedScan
 from arjuna_nav.costmap.layers.base import Input, absolute
-from arjuna_nav.costmap.layers.static import MapUpdate, PlacedMap
+from arjuna_nav.costmap.layers.filters.base import FilterInfo
+from arjuna_nav.costmap.layers.placement import MapUpdate, PlacedMap
 
 _QUEUE = 50  # as the message filter of nav2_costmap_2d's obstacle layer
 _LEVEL = 0.9998  # cosine of one degree: a lidar that leans less is level
@@ -94,7 +97,28 @@ _SENSORS: dict[str, tuple[Any, type[_Queue]]] = {
     "PointCloud2": (PointCloud2, _Clouds),
     "Range": (Range, _Ranges),
 }
-_MAPS = {"OccupancyGrid": OccupancyGrid, "OccupancyGridUpdate": OccupancyGridUpdate}
+
+
+def _map_of(message: Any) -> PlacedMap:
+    return PlacedMap(grid_from_msg(message), message.header.frame_id.lstrip("/"))
+
+
+def _part_of(message: Any) -> MapUpdate:
+    data = np.asarray(message.data, dtype=np.int8)
+    if len(data) != message.width * message.height:
+        raise ValueError(f"{len(data)} cells are not {message.width} x {message.height}")
+    return MapUpdate(message.y, message.x, data.reshape(message.height, message.width))
+
+
+def _info_of(message: Any) -> FilterInfo:
+    return FilterInfo(message.type, message.filter_mask_topic, message.base, message.multiplier)
+
+
+_OTHERS: dict[str, tuple[Any, Callable[[Any], Any]]] = {
+    "OccupancyGrid": (OccupancyGrid, _map_of),
+    "OccupancyGridUpdate": (OccupancyGridUpdate, _part_of),
+    "CostmapFilterInfo": (CostmapFilterInfo, _info_of),
+}
 
 
 class CostmapInputs:
@@ -113,10 +137,10 @@ class CostmapInputs:
         pose = node.config.global_frame, node.config.robot_base_frame
         self._frames = BaseFrames(node, *pose, parameter="robot_base_frame")
         self._queues: dict[tuple[str, str], _Queue] = {}
-        self._maps: dict[tuple[str, str], PlacedMap] = {}
-        for name, layer in served.layered.layers.items():
-            for one in layer.inputs():
-                self._listen(name, one)
+        self._last: dict[tuple[str, str], PlacedMap | FilterInfo] = {}
+        self._heard: set[tuple[str, Input]] = set()
+        for name in served.layered.layers:
+            self._listen(name)
 
     def hand_over(self) -> None:
         """Hand on what sensors have seen and whose place is known by now."""
@@ -124,44 +148,46 @@ class CostmapInputs:
             for seen in queue.placed():
                 self._served.layered.receive(*key, seen)
 
-    def hand_over_maps(self) -> None:
+    def hand_over_again(self) -> None:
         """Hand on the last maps again: the layers are new."""
-        for key, grid in self._maps.items():
-            self._served.layered.receive(*key, grid)
+        for key, value in self._last.items():
+            self._served.layered.receive(*key, value)
 
     def clear(self) -> None:
         """Forget what waits for its place."""
         for queue in self._queues.values():
             queue.clear()
 
-    def _listen(self, layer: str, one: Input) -> None:
+    def _listen(self, layer: str) -> None:
+        """Subscribe to what a layer listens to, and to what it has come to listen to since."""
+        for one in self._served.layered.layers[layer].inputs():
+            if (layer, one) not in self._heard:
+                self._heard.add((layer, one))
+                self._subscribe(layer, one)
+
+    def _subscribe(self, layer: str, one: Input) -> None:
         topic, key = absolute(one.topic), (layer, one.source)
         if one.data_type in _SENSORS:
             kind, make = _SENSORS[one.data_type]
             self._queues[key] = make(self._frames, one)
             self._node.subscribe(kind, topic, self._queues[key].add, qos.SENSOR_SUBSCRIPTION)
-        elif one.data_type in _MAPS:
-            take = self._on_map if one.data_type == "OccupancyGrid" else self._on_part
+        elif one.data_type in _OTHERS:
+            kind, read = _OTHERS[one.data_type]
             profile = qos.LATCHED if one.latched else qos.DEFAULT
-            kind = _MAPS[one.data_type]
-            self._node.subscribe(kind, topic, partial(take, key), profile, while_inactive=True)
+            take = partial(self._on_other, key, read)
+            self._node.subscribe(kind, topic, take, profile, while_inactive=True)
         else:
-            valid = ", ".join([*_SENSORS, *_MAPS])
+            valid = ", ".join([*_SENSORS, *_OTHERS])
             raise ConfigError(f"layer '{layer}': no data_type '{one.data_type}'; valid: {valid}")
 
-    def _on_map(self, key: tuple[str, str], message: Any) -> None:
+    def _on_other(self, key: tuple[str, str], read: Callable[[Any], Any], message: Any) -> None:
+        """Hand on what needs no place, and keep it for layers that are built again."""
         try:
-            grid = grid_from_msg(message)
+            value = read(message)
         except ValueError as error:
             self._node.get_logger().error(f"map ignored: {error}")
-        else:
-            self._maps[key] = PlacedMap(grid, message.header.frame_id.lstrip("/"))
-            self._served.layered.receive(*key, self._maps[key])
-
-    def _on_part(self, key: tuple[str, str], message: Any) -> None:
-        if len(message.data) != message.width * message.height:
-            size = f"{len(message.data)} cells, not {message.width} x {message.height}"
-            self._node.get_logger().error(f"map update ignored: it has {size}")
             return
-        data = np.asarray(message.data, dtype=np.int8).reshape(message.height, message.width)
-        self._served.layered.receive(*key, MapUpdate(message.y, message.x, data))
+        if not isinstance(value, MapUpdate):
+            self._last[key] = value
+        self._served.layered.receive(*key, value)
+        self._listen(key[0])

@@ -15,6 +15,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.layers.base import absolute
+from arjuna_nav.nodes.costmap.filters import FilterOutput
 from arjuna_nav.nodes.costmap.inputs import CostmapInputs
 from arjuna_nav.nodes.costmap.messages import points_from_polygon
 from arjuna_nav.nodes.costmap.output import CostmapOutput
@@ -42,6 +43,8 @@ class CostmapNode(ManagedNode):
         self._problem = "it is not active"
         self._inputs = CostmapInputs(self, self)
         self._output = CostmapOutput(self, self.layered)
+        self._filters = FilterOutput(self, self)
+        self._warned: set[str] = set()
         self.subscribe(Polygon, "footprint", self._on_footprint, qos.DEFAULT)
         CostmapServices(self, self)
         self.every(1.0 / config.update_frequency, self._update)
@@ -106,7 +109,7 @@ class CostmapNode(ManagedNode):
         if hasattr(self, "layered"):
             self.layered = LayeredCostmap(config, self.transforms.lookup)
             self.layered.start(self.now)
-            self._inputs.hand_over_maps()
+            self._inputs.hand_over_again()
 
     def _on_footprint(self, message: Any) -> None:
         try:
@@ -129,6 +132,15 @@ class CostmapNode(ManagedNode):
             self.layered.start(self.now)  # what has come is lost
             return
         self.layered.update(pose, self.now)
+        self._filters.publish(self.layered)
+        self._warn()
         self._problem = self.layered.problem(self.now)
         if not self._problem:
             self._updated_at, self._problem = self.now, "no update was due yet"
+
+    def _warn(self) -> None:
+        """Log what is odd about the layers, each time that it is something else."""
+        warnings = set(self.layered.warnings())
+        for warning in sorted(warnings - self._warned):
+            self.get_logger().warning(warning)
+        self._warned = warnings

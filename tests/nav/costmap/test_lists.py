@@ -260,7 +260,8 @@ def test_each_of_two_lidars_marks_and_clears_what_it_sees_alone(together: bool) 
     source = {"clearing": True, "max_obstacle_height": 2.0}
     both = {"observation_sources": "front rear", "front": source, "rear": source}
     each = [{"observation_sources": name, name: source} for name in ("front", "rear")]
-    two = {"obstacle_layer": each[0], "other": {"plugin": "nav2_costmap_2d/ObstacleLayer"} | each[1]}
+    other = {"plugin": "nav2_costmap_2d/ObstacleLayer", **each[1]}
+    two = {"obstacle_layer": each[0], "other": other}
     config = costmap_config(
         rolling_window=True,
         resolution=0.05,

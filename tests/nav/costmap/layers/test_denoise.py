@@ -56,6 +56,6 @@ def test_what_changes_is_the_same_as_all_made_anew() -> None:
         scan = Scan(rng.uniform(0.4, 2.4, 60), -3.0, 0.02, 0.1, 10.0)
         see(layered, pose, float(k), [PlacedScan(scan, pose)])
         changed = layered.costmap.data.copy()
-        layered._compose_all()
+        layered.compose_again()
         assert np.array_equal(layered.costmap.data, changed)
     assert (layered.costmap.data == LETHAL).any()
