@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 import types
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, Union, get_args, get_origin
 
 from arjuna_core.errors import ConfigError, closest, nearest
 from arjuna_core.param import SEED_MAX, ParamInfo, info_of, key_of, param, plugin_names
-from arjuna_core.plugins import shaped
+from arjuna_core.plugins import shaped, type_hints
 
 T = TypeVar("T")
-_hints: Callable[[Any], dict[str, Any]] = functools.lru_cache(maxsize=512)(get_type_hints)
-"""A class's types by field; a node loads its config for each parameter that is set."""
 __all__ = [
     "SEED_MAX",
     "ParamInfo",
@@ -43,7 +40,7 @@ def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
 
 def infos(cls: type[Any], prefix: str = "") -> dict[str, ParamInfo]:
     """Return what is known of each parameter of a config dataclass, by dotted name."""
-    hints = _hints(cls)
+    hints = type_hints(cls)
     result: dict[str, ParamInfo] = {}
     for item in dataclasses.fields(cls):
         hint = hints[item.name]
@@ -111,7 +108,7 @@ def _build(
     A config within another has the defaults that the other gives it, which need not be its class's.
     """
     default = cls() if default is None else default
-    hints = _hints(cls)
+    hints = type_hints(cls)
     arguments: dict[str, Any] = {}
     known: list[str] = []
     before = len(problems)

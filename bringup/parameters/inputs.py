@@ -67,7 +67,7 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     write_remarks(one for one in read.remarks if not (supervised and one.safety))
     parameters = read.parameters if supervised else merged(read.parameters, _MAPS_FIRST)
     options = _of_options(arguments, groups)
-    options = merged(options, of_names(vars(arguments), groups))
+    options = merged(options, of_names(vars(arguments), groups, parameters))
     for spec in (spec for group in groups for spec in group.nodes):
         read_named_files(spec, for_node(merged(parameters, options), spec.name))
     if supervised:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 from bringup.parameters.files import Parameters
 from bringup.stack import Group
@@ -38,21 +39,35 @@ KEYS: dict[str, dict[str, str]] = {
 """The parameter of each node that a name is set by; an option of that name sets them all."""
 
 
-def of_names(names: Mapping[str, str | None], groups: Iterable[Group]) -> Parameters:
+def of_names(
+    names: Mapping[str, str | None], groups: Iterable[Group], parameters: Parameters
+) -> Parameters:
     """Return the parameters that a robot's names stand for.
 
     Args:
         names: By a key of `KEYS`; None, or no name at all, for that of the shipped parameters.
         groups: The groups that run; nodes of others are left alone.
+        parameters: Of all nodes; which layers a costmap has, and which sources they have.
     """
     found: Parameters = {}
     running = {spec.name for group in groups for spec in group.nodes}
     for what, keys in KEYS.items():
         value = names.get(what)
         for node, key in keys.items() if value is not None else ():
-            if node in running:
+            if what == "scan_topic" and node in _COSTMAPS:
+                key = _first_scan(parameters.get(node, {}))
+            if node in running and key:
                 found.setdefault(node, {})[key] = value
     return found
+
+
+def _first_scan(values: Mapping[str, Any]) -> str:
+    """Return the parameter that names the topic of a costmap's first scan; empty for none."""
+    for layer in values.get("plugins", ()):
+        for source in str(values.get(f"{layer}.observation_sources", "")).split():
+            if values.get(f"{layer}.{source}.data_type", "LaserScan") == "LaserScan":
+                return f"{layer}.{source}.topic"
+    return ""
 
 
 def keys_of_robot(node: str) -> frozenset[str]:

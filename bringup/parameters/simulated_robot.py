@@ -42,7 +42,7 @@ def of_simulated_robot(
     if sim.get("standard_topics"):
         names = {key: name for key, name in names.items() if key == "base_frame"}
     shipped = shipped_parameters()
-    own = _unsaid(of_names(names, groups), parameters, shipped)
+    own = _unsaid(of_names(names, groups, parameters), parameters, shipped)
     for node, prefix in _COSTMAPS.items():
         frame = _value(merged(parameters, own), node, f"{prefix}robot_base_frame") or "base_link"
         if not any(_said(parameters, shipped, node, f"{prefix}{key}") for key in _SHAPE):

@@ -21,21 +21,25 @@ from bringup.parameters.foreign.ros1_sections import (
 )
 
 _SAME = """
-topic data_type marking clearing inf_is_valid expected_update_rate
-min_obstacle_height max_obstacle_height
+topic sensor_frame data_type marking clearing inf_is_valid expected_update_rate
+observation_persistence min_obstacle_height max_obstacle_height
 """
 _SOURCE = {
     **{name: name for name in _SAME.split()},
     "obstacle_range": "obstacle_max_range",
     "raytrace_range": "raytrace_max_range",
 }
-_SOURCE_WITHOUT = ("sensor_frame", "observation_persistence")
 _LAYERS = {
     "StaticLayer": "static_layer",
     "ObstacleLayer": "obstacle_layer",
     "VoxelLayer": "obstacle_layer",
     "InflationLayer": "inflation_layer",
 }
+
+
+_LAYER = "obstacle_layer."
+_HIGHEST = 2.0  # point that a source of ROS 1 takes, where it says nothing [m]
+_OF_VOXELS = "origin_z z_resolution z_voxels mark_threshold unknown_threshold publish_voxel_map"
 
 
 class Converted(NamedTuple):
@@ -108,6 +112,8 @@ class _Conversion:
             limit = follow.get(f"FollowPath.acc_lim_{axis}")
             if isinstance(limit, int | float):
                 follow[f"FollowPath.decel_lim_{axis}"] = -float(limit)
+        for node in map(NODES.__getitem__, COSTMAPS):
+            _complete_sources(self._parameters.get(node, {}))
         amcl = self._parameters.get("amcl", {})
         if any(key.startswith("initial_pose.") for key in amcl):
             amcl["set_initial_pose"] = True
@@ -152,7 +158,7 @@ class _Conversion:
                 if name in _SOURCE:
                     place = f"obstacle_layer.{key}.{_SOURCE[name]}"
                     self._put(NODES[section], place, item)
-                elif name in (*_SOURCE_WITHOUT, *targets(section)):
+                elif name in targets(section):
                     self._without[f"{section}: {key}.{name}"] = None
                 else:
                     hint = nearest(name, _SOURCE)
@@ -166,6 +172,22 @@ class _Conversion:
 
     def _put(self, node: str, name: str, value: Any) -> None:
         self._parameters.setdefault(node, {})[name] = value
+
+
+def _complete_sources(values: dict[str, Any]) -> None:
+    """Give each source of a costmap what ROS 1 says for all of them, and voxels their class."""
+    sources = str(values.get(f"{_LAYER}observation_sources", "")).split()
+    every = f"{_LAYER}scan."  # where the tables put the ranges of all
+    ranges = {name: value for name, value in values.items() if name.startswith(every)}
+    for name in ranges if sources and "scan" not in sources else ():
+        del values[name]
+    for source in sources:
+        values.setdefault(f"{_LAYER}{source}.max_obstacle_height", _HIGHEST)
+        for name, value in ranges.items():
+            if name.endswith("_range"):
+                values.setdefault(f"{_LAYER}{source}.{name.removeprefix(every)}", value)
+    if any(f"{_LAYER}{name}" in values for name in _OF_VOXELS.split()):
+        values[f"{_LAYER}plugin"] = "nav2_costmap_2d::VoxelLayer"
 
 
 def _told(section: str, names: Iterable[str]) -> list[str]:

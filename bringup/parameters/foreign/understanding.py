@@ -16,7 +16,6 @@ from bringup.parameters.composition import node_class
 from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, merged, node_of
 from bringup.parameters.foreign import without_effect
 from bringup.parameters.foreign.older import as_today, section_as_today
-from bringup.parameters.foreign.stock_layers import COSTMAPS, Layers, layers_as_ours
 from bringup.parameters.remarks import Kind, Remark
 from bringup.parameters.robot_names import keys_of_robot
 from bringup.stack import NodeSpec
@@ -166,8 +165,6 @@ class _Section:
             below = {key: value for key, value in below.items() if key in robot}
         values = as_today(spec.name, given)
         sim_time = values.pop(SIM_TIME, below.get(SIM_TIME))
-        if spec.name in COSTMAPS:
-            values = self._layers(layers_as_ours(values, below))
         whole = merged({"": below}, {"": {**shared, **values}})[""]
         values |= self._without_foreign_plugins(whole)
         own = _own_keys(spec, {**whole, **values})
@@ -178,15 +175,6 @@ class _Section:
         self.values = {key: v for key, v in whole.items() if key in own or key in kept}
         if sim_time is not None:
             self.values[SIM_TIME] = sim_time
-
-    def _layers(self, layers: Layers) -> dict[str, Any]:
-        name = self._spec.name
-        self.problems += [f"{name}: {problem}" for problem in layers.problems]
-        self.remarks += [
-            Remark(Kind.NO_EFFECT, name, f"{layer} is left out", safety=True)
-            for layer in layers.left_out
-        ]
-        return layers.values
 
     def _without_foreign_plugins(self, values: dict[str, Any]) -> dict[str, Any]:
         """Return the lists of plug-ins that lose a class of somebody's C++; others stay with it."""
@@ -213,7 +201,7 @@ class _Section:
                         Kind.NO_EFFECT,
                         f"{self._spec.name}: {each}",
                         f"'{classes[each]}' is someone's C++; in Python: docs/plugins.md",
-                        self._spec.name in COSTMAPS,
+                        self._spec.name in without_effect.COSTMAPS,
                     )
                     for each in sorted(foreign)
                 ]

@@ -15,7 +15,7 @@ from bringup.parameters.remarks import Kind
 
 Table = Mapping[str, Mapping[str, str]]
 
-_COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
+COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 _NOT_NEEDED: Table = {
     "*": {
         "rclcpp's own, with no counterpart in a Python node": (
@@ -76,19 +76,11 @@ _NOT_NEEDED: Table = {
     },
 }
 _OF_COSTMAPS = {
-    "Nav2 waits so long for a transform at its start": "initial_transform_timeout",
-    "Nav2 draws the costmap at this height": "map_vis_z *.map_vis_z",
-    "Nav2 combines layers so": "combination_method *.combination_method use_maximum",
-    "Nav2 publishes the voxels": "publish_voxel_map *.publish_voxel_map",
-    "Nav2 gives unknown cells this cost": "unknown_cost_value",
-    "Nav2 drops points outside these heights": (
-        "max_obstacle_height min_obstacle_height *.max_obstacle_height *.min_obstacle_height"
-    ),
     "zones are not kept": "filters",
     "of Nav2 before Foxy": "robot_frame raytrace_range obstacle_range",
 }
 _NO_EFFECT: Table = {
-    **dict.fromkeys(_COSTMAPS, _OF_COSTMAPS),
+    **dict.fromkeys(COSTMAPS, _OF_COSTMAPS),
     "slam_toolbox": {
         "slam_toolbox switches between mapping and localization": "map_and_localization*",
     },
@@ -218,7 +210,7 @@ _NO_EFFECT: Table = {
     },
 }
 _SAFETY: Mapping[str, str] = {
-    **dict.fromkeys(_COSTMAPS, "filters *.max_obstacle_height"),
+    **dict.fromkeys(COSTMAPS, "filters"),
     "collision_monitor": (
         "observation_sources *.polygon_sub_topic *.velocity_polygons *.footprint_topic *.type"
         " *.source_timeout"

@@ -124,9 +124,9 @@ CASES = {
     "both costmaps": (
         COSTMAPS,
         "global_costmap/global_costmap",
-        "obstacle_layer.scan.topic",
+        "obstacle_layer.laser_scan_sensor.topic",
         "/laser/scan",
-        "local_costmap: laser_scan_sensor.sensor_frame",
+        "",
     ),
     "one costmap": (LOCAL, "local_costmap/local_costmap", "height", 4, "static_map"),
     "layers": (

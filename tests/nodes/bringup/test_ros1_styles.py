@@ -65,7 +65,7 @@ STYLES: dict[str, tuple[str, str, str, Any]] = {
     "heights of a cloud": (
         LAYERS,
         "local_costmap/local_costmap",
-        "obstacle_layer.cloud.min_obstacle_height",
+        "obstacle_layer.depth.min_obstacle_height",
         0.1,
     ),
     "a layer of inflation": (

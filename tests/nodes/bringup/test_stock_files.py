@@ -11,6 +11,8 @@ import yaml
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
+from arjuna_core.config import load
+from arjuna_nav.costmap import CostmapConfig
 from bringup.cli_parser import parse
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
 from bringup.parameters.foreign.understanding import Understood, understand
@@ -59,8 +61,8 @@ def test_what_has_another_name_here_is_used(tmp_path: Path) -> None:
     controller, local = parameters["controller_server"], parameters["local_costmap/local_costmap"]
     assert controller["progress_checker_plugins"] == ["moves"]
     assert controller["moves.plugin"] == "nav2_controller::SimpleProgressChecker"
-    assert local["plugins"] == ["obstacle_layer", "inflation_layer"]
-    assert local["obstacle_layer.scan.obstacle_max_range"] == 2.5
+    assert local["plugins"] == ["voxel_layer", "inflation_layer"]
+    assert local["voxel_layer.scan.obstacle_max_range"] == 2.5
     assert parameters["collision_monitor"]["scan_topic"] == "scan"
 
 
@@ -97,16 +99,16 @@ local_costmap: {local_costmap: {ros__parameters: {plugins: [sonars, specks, infl
 """
     assert check_file(written(tmp_path, text)).problems == []
     values = understood(tmp_path, text).parameters["local_costmap/local_costmap"]
-    assert values["plugins"] == ["range_layer", "denoise_layer", "inflation_layer"]
-    assert values["range_layer.topics"] == ["/a", "/b"]
-    assert values["range_layer.phi"] == 2.0
-    assert values["denoise_layer.minimal_group_size"] == 3
+    assert values["plugins"] == ["sonars", "specks", "inflation_layer"]
+    assert values["sonars.topics"] == ["/a", "/b"]
+    assert values["sonars.phi"] == 2.0
+    assert values["specks.minimal_group_size"] == 3
 
 
 def test_a_layer_of_no_class_is_told(tmp_path: Path) -> None:
     text = "local_costmap: {local_costmap: {ros__parameters: {plugins: [obstacle_layr]}}}"
     (problem,) = check_file(written(tmp_path, text)).problems
-    assert "'plugins' is 'obstacle_layr'; valid: static_layer, obstacle_layer" in problem
+    assert "'obstacle_layr.plugin' must name the class of the layer; did you mean" in problem
 
 
 def test_a_map_that_nobody_has_is_a_note(tmp_path: Path) -> None:
@@ -137,10 +139,10 @@ local_costmap: {local_costmap: {ros__parameters: {plugins: [seen, grown],
 """
     assert check_file(written(tmp_path, text)).problems == []
     values = understood(tmp_path, text).parameters["local_costmap/local_costmap"]
-    assert values["obstacle_layer.scan.topic"] == "/front"
-    assert values["obstacle_layer.cloud.topic"] == "/points"
-    assert values["obstacle_layer.observation_sources"] == "scan cloud"
-    assert values["inflation_layer.inflation_radius"] == 0.4
+    assert values["seen.front.topic"] == "/front"
+    assert values["seen.cloud.topic"] == "/points"
+    assert values["seen.observation_sources"] == "cloud front"
+    assert values["grown.inflation_radius"] == 0.4
 
 
 TWO_LAYERS = """
@@ -173,21 +175,18 @@ def test_a_value_that_works_here_is_used(
     assert found.parameters[node][name] == ours
 
 
-def test_a_second_layer_of_obstacles_gives_its_sources_to_the_first(tmp_path: Path) -> None:
+def test_two_layers_of_a_kind_keep_their_sources(tmp_path: Path) -> None:
     assert check_file(written(tmp_path, TWO_LAYERS)).problems == []
     values = understood(tmp_path, TWO_LAYERS).parameters["local_costmap/local_costmap"]
-    assert values["plugins"] == ["obstacle_layer", "inflation_layer"]
-    assert values["obstacle_layer.observation_sources"] == "scan cloud"
-    assert values["obstacle_layer.scan.topic"] == "/front"
-    assert values["obstacle_layer.cloud.topic"] == "/left/points"
-    assert values["obstacle_layer.cloud.max_obstacle_height"] == 1.2
+    config = load(CostmapConfig, values)
+    assert config.plugins == ("flat", "deep", "grown")
+    assert config.scan_topics == {"flat.scan.topic": "/front", "flat.rear.topic": "/rear"}
+    assert values["deep.left.topic"] == "/left/points"
+    assert values["deep.left.max_obstacle_height"] == 1.2
 
 
-@pytest.mark.parametrize(
-    "theirs",
-    ["spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer", "nav2_costmap_2d::KeepoutFilter"],
-)
-def test_a_layer_of_others_is_one_note(theirs: str, tmp_path: Path) -> None:
+def test_a_layer_of_others_is_one_note(tmp_path: Path) -> None:
+    theirs = "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer"
     text = f"""
 local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_layer],
   mine: {{plugin: "{theirs}", enabled: true, depth: {{topic: /points, fov: 0.8}}}}}}}}}}
@@ -196,7 +195,7 @@ local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_l
     assert found.problems == check_file(written(tmp_path, text)).problems == []
     (remark,) = found.remarks
     assert remark.safety
-    assert f"layer mine ({theirs.replace('/', '::')}) is left out" in remark.reason
+    assert f"'{theirs.replace('/', '::')}' is someone's C++" in remark.reason
     assert found.parameters["local_costmap/local_costmap"]["plugins"] == ["inflation_layer"]
 
 
@@ -207,8 +206,8 @@ local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_l
   mine: {{plugin: "{wrong}", observation_sources: scan}}}}}}}}
 """
     (problem,) = check_file(written(tmp_path, text)).problems
-    assert "layer 'mine': no class '" in problem
-    assert problem.endswith("did you mean 'nav2_costmap_2d::ObstacleLayer'?")
+    assert "'mine.plugin': no layer '" in problem
+    assert "did you mean 'nav2_costmap_2d::ObstacleLayer'?" in problem
 
 
 def test_older_zones_are_taken_for_what_they_were(tmp_path: Path) -> None:

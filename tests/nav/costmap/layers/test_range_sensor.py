@@ -8,28 +8,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from arjuna_core.grid import GridFrame
 from arjuna_core.readings import RangeReading
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import LETHAL, CostmapConfig, LayeredCostmap, PlacedRange
-from arjuna_nav.costmap.config import InflationConfig, RangeConfig
+from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedRange
 from arjuna_nav.costmap.costmap import UNKNOWN
-from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.costmap.ranges import RangeLayer
+from tests.helpers.nav.layers import costmap_config, see
 
 POSES = [SE2(), SE2(1.0, -0.5, 2.0)]
 AHEAD = SE2(0.2, 0.0)
 
 
-def costmap(**values: Any) -> LayeredCostmap:
-    config = CostmapConfig(
+def costmap(track_unknown: bool = False, **values: Any) -> LayeredCostmap:
+    config = costmap_config(
         rolling_window=True,
+        track_unknown_space=track_unknown,
         width=6,
         height=6,
         resolution=0.05,
-        plugins=("range_layer", "inflation_layer"),
-        range_layer=RangeConfig(**values),
-        inflation_layer=InflationConfig(enabled=False),
+        plugins=("range_layer",),
+        range_layer={"topics": ["sonar"], **values},
     )
     return LayeredCostmap(config)
 
@@ -43,7 +40,7 @@ def tell(
 ) -> None:
     """Enter readings of a sonar whose cone has 0.4 rad."""
     reading = RangeReading(distance, 0.4, *valid, 0.0, AHEAD)
-    layered.update(pose, 0.0, [], [], [PlacedRange(reading, pose)] * times)
+    see(layered, pose, 0.0, [PlacedRange(reading, pose)] * times)
 
 
 def cost(layered: LayeredCostmap, pose: SE2, x: float, y: float = 0.0) -> int | None:
@@ -107,21 +104,19 @@ def test_sensors_of_a_fixed_distance_mark_it_and_can_be_left_out() -> None:
 def test_it_forgets_what_is_cleared_and_keeps_what_rolls_along() -> None:
     layered, pose = costmap(), SE2()
     tell(layered, pose, 1.0)
-    layered.update(SE2(0.5, 0.0), 1.0, [])
+    layered.update(SE2(0.5, 0.0), 1.0)
     assert cost(layered, pose, 1.2) == LETHAL
     layered.clear_entirely()
     assert not layered.costmap.data.any()
 
 
 def test_what_others_mark_stays_where_a_sonar_sees_through_it() -> None:
-    config = CostmapConfig(resolution=0.05, track_unknown_space=True)
-    layer = RangeLayer(GridFrame(0.05, 120, 120, SE2(-3.0, -3.0)), config)
-    reading = RangeReading(1.0, 0.4, 0.1, 2.0, 0.0, AHEAD)
-    for _ in range(6):
-        layer.update(SE2(), Footprint.circle(0.1), [PlacedRange(reading, SE2())])
+    layered = costmap(track_unknown=True)
+    tell(layered, SE2(), 1.0)
+    layer = layered.layers["range_layer"]
     for known, merged in ((UNKNOWN, 0), (LETHAL, LETHAL), (7, 7)):
         master = np.full((120, 120), known, np.uint8)
-        layer.merge_into(master, (slice(0, 120), slice(0, 120)))
+        layer.write(master, (slice(0, 120), slice(0, 120)))
         row, column = 60, 76  # 0.8 m ahead, seen free
         assert master[row, column] == merged
         assert master[60, 20] == known  # never seen

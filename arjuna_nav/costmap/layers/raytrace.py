@@ -79,6 +79,44 @@ def _mark_ends(
 
 
 @njit(cache=True)
+def enter_points(
+    data: NDArray[np.uint8],
+    sensor: NDArray[np.float64],
+    points: NDArray[np.float64],
+    limits: NDArray[np.float64],
+    clearing: bool,
+) -> None:
+    """Clear along the rays to points, or mark the points, in place; lengths are in cells.
+
+    Args:
+        data: `(height, width) uint8`.
+        sensor: `(3,)` where the points were seen from, in the grid.
+        points: `(N, 3)` in the grid.
+        limits: `(6,)` raytrace_min, raytrace_max, obstacle_min, obstacle_max, and the lowest and
+            highest place that marks.
+        clearing: Whether to clear; else the points mark.
+    """
+    trace_min, trace_max, mark_min, mark_max, low, high = limits
+    height, width = data.shape
+    ends = np.zeros(data.shape, np.bool_)  # one ray to each cell will do
+    for i in range(len(points)):
+        x, y, z = points[i]
+        row, column = math.floor(y), math.floor(x)
+        far = math.hypot(x - sensor[0], y - sensor[1])
+        inside = 0 <= row < height and 0 <= column < width
+        if not clearing:
+            if inside and low <= z <= high and mark_min <= far <= mark_max:
+                data[row, column] = LETHAL
+            continue
+        if far == 0.0 or (inside and ends[row, column]):
+            continue
+        if inside:
+            ends[row, column] = True
+        c, s = (x - sensor[0]) / far, (y - sensor[1]) / far
+        _clear_ray(data, sensor, c, s, trace_min, min(far, trace_max), far <= trace_max)
+
+
+@njit(cache=True)
 def _clear_ray(
     data: NDArray[np.uint8],
     sensor: NDArray[np.float64],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,28 +12,26 @@ from numpy.typing import NDArray
 from arjuna_core.readings import Cloud
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import LETHAL, CostmapConfig, LayeredCostmap, PlacedCloud, PlacedScan
-from arjuna_nav.costmap.config import CloudConfig, InflationConfig, ObstacleConfig
+from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedCloud, PlacedScan
+from tests.helpers.nav import layers
+from tests.helpers.nav.layers import costmap_config
 
 EYE = np.array([0.1, 0.0, 0.5])
 HERE = SE2()
 
 
-def costmap(rolling: bool = True, **values: float) -> LayeredCostmap:
-    layer = ObstacleConfig(
-        observation_sources="scan cloud",
-        cloud=CloudConfig(**{"min_obstacle_height": 0.05, **values}),  # type: ignore[arg-type]
-    )
-    config = CostmapConfig(
+def costmap(
+    rolling: bool = True, layer: dict[str, Any] | None = None, **values: float
+) -> LayeredCostmap:
+    config = costmap_config(
         rolling_window=rolling,
         resolution=0.05,
         width=6,
         height=6,
         origin_x=-3.0,
         origin_y=-3.0,
-        plugins=("obstacle_layer", "inflation_layer"),
-        inflation_layer=InflationConfig(enabled=False),
-        obstacle_layer=layer,
+        plugins=("obstacle_layer", "voxel_layer"),
+        voxel_layer=layers.clouds(values, min_obstacle_height=0.05, **(layer or {})),
     )
     return LayeredCostmap(config)
 
@@ -42,7 +41,7 @@ def cloud(*points: tuple[float, float, float]) -> Cloud:
 
 
 def see(layered: LayeredCostmap, seen: Cloud, pose: SE2 = HERE) -> None:
-    layered.update(pose, 0.0, [], [PlacedCloud(seen, pose)])
+    layers.see(layered, pose, 0.0, [PlacedCloud(seen, pose)])
 
 
 def marked(layered: LayeredCostmap) -> set[tuple[int, int]]:
@@ -64,7 +63,7 @@ def test_a_lidar_that_looks_through_below_does_not_clear_a_table() -> None:
     layered = costmap()
     see(layered, cloud(TABLE))
     beams = Scan(np.full(360, 2.9), -math.pi, math.tau / 360, 0.1, 12.0)
-    layered.update(HERE, 0.1, [PlacedScan(beams, HERE)])
+    layers.see(layered, HERE, 0.1, [PlacedScan(beams, HERE)])
     assert cell(*TABLE[:2]) in marked(layered)
 
 
@@ -106,12 +105,12 @@ def test_marked_are_the_cells_of_the_points_within_range_wherever_the_robot_is(s
 def test_marks_stay_where_they_are_while_the_window_rolls() -> None:
     layered = costmap()
     see(layered, cloud(TABLE))
-    layered.update(SE2(0.83, 0.4, 1.0), 0.1, [])
+    layered.update(SE2(0.83, 0.4, 1.0), 0.1)
     assert cell(*TABLE[:2]) in marked(layered)
     see(layered, cloud((1.17, 0.02, 0.9)), SE2(0.83, 0.0))  # 17 cm beyond it, and above
     assert cell(*TABLE[:2]) in marked(layered)
-    layered.update(SE2(9.0, 0.0), 0.2, [])
-    layered.update(HERE, 0.3, [])
+    layered.update(SE2(9.0, 0.0), 0.2)
+    layered.update(HERE, 0.3)
     assert marked(layered) == set()
 
 
@@ -135,11 +134,8 @@ def test_the_robot_s_own_place_is_free() -> None:
 
 
 def test_a_column_may_hold_as_many_marks_as_asked_for() -> None:
-    config = costmap()._config
     for points, expected in ((1, 0), (2, 1)):
         column = [(1.02, 0.02, 0.1 + 0.2 * k) for k in range(points)]
-        layer = ObstacleConfig(observation_sources="cloud", mark_threshold=1)
-        values = {**vars(config), "obstacle_layer": layer}
-        layered = LayeredCostmap(CostmapConfig(**values))
+        layered = costmap(layer={"mark_threshold": 1})
         see(layered, cloud(*column))
         assert len(marked(layered)) == expected

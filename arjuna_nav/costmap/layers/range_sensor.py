@@ -1,21 +1,22 @@
-"""The layer of what sonars and infrared sensors tell: probabilities in cones."""
+"""The layer of what sonars and infrared sensors measure: probabilities in cones."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.grid import GridFrame
+from arjuna_core.config import param
 from arjuna_core.readings import RangeReading
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
-from arjuna_nav.costmap.layers import SeenLayer
-from arjuna_nav.costmap.window import Window
+from arjuna_nav.costmap.layers.base import Input, Master, absolute
+from arjuna_nav.costmap.layers.sensed import SensedLayer
+from arjuna_nav.costmap.window import Window, within
 
 _EVEN = LETHAL // 2  # neither marked nor free
 _OVERSHOOT = 1.2  # of the cone's triangle over the distance
@@ -34,66 +35,109 @@ class PlacedRange:
     T_global_base: SE2
 
 
-class RangeLayer(SeenLayer[PlacedRange]):
-    """Holds how likely each cell is occupied, and marks and frees where that is sure enough.
+@dataclass(frozen=True)
+class RangeConfig:
+    """Parameters of the range sensor layer."""
 
-    Args:
-        frame: Where the grid lies.
-        config: The costmap's parameters.
+    enabled: bool = param(True, "Whether the layer takes part.")
+    topics: tuple[str, ...] = param((), "Topics of the readings.", read_only=True)
+    input_sensor_type: str = param(
+        "ALL",
+        "Which readings are taken: VARIABLE distances, those of a FIXED one, or both.",
+        choices=("ALL", "VARIABLE", "FIXED"),
+    )
+    phi: float = param(1.2, "Distance beyond which a sensor is believed less.", unit="m")
+    inflate_cone: float = param(
+        1.0, "Share of a cone's area that cells may lie beside it.", minimum=0.0, maximum=1.0
+    )
+    clear_threshold: float = param(
+        0.2, "Probability below which a cell is free.", minimum=0.0, maximum=1.0
+    )
+    mark_threshold: float = param(
+        0.8, "Probability above which a cell is lethal.", minimum=0.0, maximum=1.0
+    )
+    clear_on_max_reading: bool = param(False, "Whether a reading of nothing frees its cone.")
+    no_readings_timeout: float = param(
+        0.0, "Longest silence of all sensors allowed; 0 allows any.", unit="s", minimum=0.0
+    )
+
+
+class RangeSensorLayer(SensedLayer):
+    """Keeps how likely each cell is occupied, and marks and frees where that is sure enough.
 
     Source: nav2_costmap_2d, range sensor layer.
     """
 
-    def __init__(self, frame: GridFrame, config: CostmapConfig) -> None:
-        super().__init__(frame, config)
-        self._range = config.range_layer
-        self._untouched = _EVEN
-        self.clear()
+    Config: ClassVar[type[Any]] = RangeConfig
 
-    def merge_into(self, master: NDArray[np.uint8], window: Window) -> None:
+    def __init__(self, config: RangeConfig, name: str, master: Master) -> None:
+        super().__init__(config, name, master, _EVEN)
+
+    def inputs(self) -> tuple[Input, ...]:
+        """Return its topics; each is a source of its own name."""
+        return tuple(Input(topic, topic, "Range") for topic in self.config.topics)
+
+    def problem(self, now: float) -> str:
+        """Return that all sensors have been silent for longer than is allowed; empty if not."""
+        silent = now - max(self._heard.values(), default=now)
+        if not 0.0 < self.config.no_readings_timeout < silent:
+            return ""
+        return f"no range on {', '.join(map(absolute, self._heard))} for {silent:.2f} s"
+
+    def update(self, T_global_base: SE2, now: float) -> Window | None:
+        """Enter readings in order of their stamps."""
+        readings = [one for several in self._take(now).values() for one in several]
+        if not readings:
+            return None
+        readings.sort(key=lambda one: one.reading.stamp)
+        touched = self._window([self._reach(one) for one in readings])
+        before = self.data[touched].copy()
+        for reading in readings:
+            self._enter(reading)
+        return within(touched, self.data[touched] != before)
+
+    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
         """Take what is surely occupied as lethal, and what is surely free where it is unknown."""
         own = self.data[window]
-        master[own > int(self._range.mark_threshold * LETHAL)] = LETHAL
-        free = own < int(self._range.clear_threshold * LETHAL)
-        master[free & (master == UNKNOWN)] = FREE
+        costs[own > int(self.config.mark_threshold * LETHAL)] = LETHAL
+        free = own < int(self.config.clear_threshold * LETHAL)
+        costs[free & (costs == UNKNOWN)] = FREE
 
-    def _free(self, corners: NDArray[np.float64]) -> None:
-        """Keep what is known of the robot's own place."""
+    def _reach(self, placed: PlacedRange) -> tuple[SE2, float]:
+        """Return a reading's sensor and how far about it cells can change [m]."""
+        reading = placed.reading
+        sensor = placed.T_global_base @ reading.T_base_sensor
+        return sensor, _OVERSHOOT * reading.range_max + self.master.frame.resolution
 
-    def _reach(self, seen: PlacedRange) -> tuple[SE2, float]:
-        reading = seen.reading
-        sensor = seen.T_global_base @ reading.T_base_sensor
-        return sensor, _OVERSHOOT * reading.range_max + self.frame.resolution
-
-    def _enter(self, seen: PlacedRange) -> None:
-        reading = seen.reading
+    def _enter(self, placed: PlacedRange) -> None:
+        reading, frame = placed.reading, self.master.frame
         distance, nothing = self._interpreted(reading)
         if distance is None:
             return
-        T_grid_sensor = self.frame.origin.inverse() @ seen.T_global_base @ reading.T_base_sensor
+        T_grid_sensor = frame.origin.inverse() @ placed.T_global_base @ reading.T_base_sensor
         _enter_cone(
             self.data,
             T_grid_sensor.array(),
-            (distance, 0.5 * reading.field_of_view, self._range.phi, self._range.inflate_cone),
+            (distance, 0.5 * reading.field_of_view, self.config.phi, self.config.inflate_cone),
             nothing,
-            self.frame.resolution,
+            frame.resolution,
         )
 
     def _interpreted(self, reading: RangeReading) -> tuple[float | None, bool]:
         """Return the distance, None where it says nothing, and whether nothing is within it."""
         kind = "FIXED" if reading.fixed else "VARIABLE"
-        if self._range.input_sensor_type not in ("ALL", kind):
+        if self.config.input_sensor_type not in ("ALL", kind):
             return None, False
         if reading.fixed:
             nothing = reading.distance > 0.0
             says = math.isinf(reading.distance) and not (
-                nothing and not self._range.clear_on_max_reading
+                nothing and not self.config.clear_on_max_reading
             )
             return (reading.range_min if says else None), nothing
         if not reading.range_min <= reading.distance <= reading.range_max:
             return None, False
         farthest = reading.distance == reading.range_max
-        return reading.distance, farthest and bool(self._range.clear_on_max_reading)
+        return reading.distance, farthest and bool(self.config.clear_on_max_reading)
 
 
 @njit(cache=True)

@@ -6,12 +6,24 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_core.grid import GridFrame
+from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import CostmapConfig
-from arjuna_nav.costmap.layers import ObstacleLayer, moved
+from arjuna_nav.costmap import LayeredCostmap
+from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
+from arjuna_nav.costmap.layers.base import combine, moved
+from arjuna_nav.costmap.layers.sensed import SensedLayer
+from tests.helpers.nav.layers import costmap_config
 
 OLD = GridFrame(0.5, 6, 4, SE2(1.0, 2.0, 0.3))
+
+
+def obstacles(track_unknown: bool = False) -> SensedLayer:
+    plugins = ("static_layer", "obstacle_layer")
+    layered = LayeredCostmap(costmap_config(plugins=plugins, track_unknown_space=track_unknown))
+    layered.set_map(OccupancyGrid(OLD, np.zeros(OLD.shape, np.int8)))
+    layer = layered.layers["obstacle_layer"]
+    assert isinstance(layer, SensedLayer)
+    return layer
 
 
 def numbered() -> NDArray[np.uint8]:
@@ -56,27 +68,31 @@ def test_what_was_seen_is_forgotten_within_a_window_or_outside_it(unknown: bool)
         ((window,), inside),
         ((window, True), ~inside),
     ):
-        layer = ObstacleLayer(OLD, CostmapConfig(track_unknown_space=unknown))
+        layer = obstacles(track_unknown=unknown)
         assert (layer.data == untouched).all()
         layer.data[:] = 254
         layer.clear(*arguments)
         np.testing.assert_array_equal(layer.data, np.where(forgotten, untouched, 254))
 
 
-def test_of_two_costs_the_greater_counts_and_of_one_unknown_the_other() -> None:
-    layer = ObstacleLayer(GridFrame(1.0, 6, 1), CostmapConfig())
-    layer.data[0] = [0, 254, 255, 255, 0, 100]
-    master = np.array([[100, 100, 100, 255, 255, 100]], np.uint8)
-    layer.merge_into(master, (slice(0, 1), slice(0, 6)))
-    assert master.tolist() == [[100, 254, 100, 255, 0, 100]]
+@pytest.mark.parametrize("method", [0, 1, 2])
+def test_two_layers_combine_by_the_method(method: int) -> None:
+    def combined(below: int, own: int) -> int:
+        if own == UNKNOWN:
+            return below
+        if below == UNKNOWN:
+            return below if method == 2 else own
+        return own if method == 0 else max(own, below)
+
+    known = [FREE, 1, 100, LETHAL, UNKNOWN]
+    costs, own = (grid.astype(np.uint8) for grid in np.meshgrid(known, known))
+    expected = np.vectorize(combined)(costs, own)
+    combine(costs, own, method)
+    np.testing.assert_array_equal(costs, expected)
 
 
 def test_a_layer_goes_on_with_what_it_holds_on_another_grid() -> None:
-    layer = ObstacleLayer(OLD, CostmapConfig())
-    layer.data[:], layer.hits[2, 4] = numbered(), 7
+    layer = obstacles()
+    layer.data[:] = numbered()
     layer.move(GridFrame(0.5, 3, 3, OLD.origin @ SE2(2.0, 1.0)))
     assert layer.data.tolist() == [[16, 17, 0], [22, 23, 0], [0, 0, 0]]
-    assert layer.hits.tolist() == [[7, 0, 0], [0, 0, 0], [0, 0, 0]]
-    assert layer.frame.shape == (3, 3)
-    layer.move(OLD)
-    assert layer.hits.sum() == layer.hits[2, 4] == 7
