@@ -88,7 +88,10 @@ class Play:
     ) -> None:
         self._walls, self._goal, self._body, self._rng = walls, goal, body, rng
         self._errors, self._people = errors or Errors(), people or (lambda time: [])
-        self._monitor, self._tracker = CollisionMonitor(load(MonitorConfig, shipped_zones())), Tracker(REACH)
+        self._monitor, self._tracker = (
+            CollisionMonitor(load(MonitorConfig, shipped_zones())),
+            Tracker(REACH),
+        )
         self._moving = Moving.nothing()
         self._near = LayeredCostmap(window(3, 2.5, body))
         self._far = LayeredCostmap(window(14, 3.0, body) if grid is None else whole_map(body))

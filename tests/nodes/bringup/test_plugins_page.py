@@ -13,6 +13,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.plugins import PluginTypes
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS
+from arjuna_nav.nodes.safety.sources import SOURCES
 from arjuna_nav.planners.plugins import PLANNERS
 from arjuna_nav.safety.zones import ZONES
 from arjuna_nav.smoothers.plugins import SMOOTHERS
@@ -28,6 +29,7 @@ LISTS = {
     "smoother_plugins": SMOOTHERS,
     "behavior_plugins": BEHAVIORS,
     "polygons": ZONES,
+    "observation_sources": SOURCES,
 }
 
 
