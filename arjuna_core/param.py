@@ -70,13 +70,13 @@ def param(
     return dataclasses.field(default=default, metadata={_KEY: info})
 
 
-def plugin_names(default: tuple[str, ...], description: str, types: Any) -> Any:
-    """Declare a list of plug-ins' names; the parameters of each stand below its name.
+def plugin_names(default: tuple[str, ...] | str, description: str, types: Any) -> Any:
+    """Declare a list of plug-ins' names, or one name; the parameters of each stand below its name.
 
     `arjuna_core.config.load` returns a config that has a field for each of them.
 
     Args:
-        default: The default names.
+        default: The default names, a string for one.
         description: One sentence.
         types: The `PluginTypes` that they may be of.
     """

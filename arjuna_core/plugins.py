@@ -98,6 +98,7 @@ def shaped(cls: type[T], flat: dict[str, Any], where: str, problems: list[str]) 
         if kind is None:
             continue
         given = flat.get(item.name, item.default)
+        given = (given,) if isinstance(given, str) else given  # one name, where one is asked for
         names: Any = given if isinstance(given, (list, tuple)) else item.default
         for name in map(str, names):
             if not name.isidentifier():
