@@ -173,7 +173,7 @@ def test_bad_scans_do_not_stop_it(robot: Robot) -> None:
 
 
 def test_the_lifecycle_can_be_walked_twice(robot: Robot) -> None:
-    node = SlamToolboxNode(robot.bench.process)
+    node = SlamToolboxNode(robot.bench.process, {"minimum_time_interval": 0.0})
     for _ in range(2):
         for step in (node.trigger_configure, node.trigger_activate):
             assert step() == TransitionCallbackReturn.SUCCESS
