@@ -138,7 +138,7 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
         "Keeps the map under way, to go on with it after a crash; before map_file_name; empty: no.",
         read_only=True,
     )
-    maps_folder: str = param(".", "Folder that maps and graphs are saved to and read from.")
+    maps_folder: str = param(".", "Folder that relative paths of maps and graphs are of.")
     use_map_saver: bool = param(True, "Whether save_map is offered.", read_only=True)
     enable_interactive_mode: bool = param(
         False, "Whether toggle_interactive_mode lets keyframes be moved by hand.", read_only=True
