@@ -27,7 +27,7 @@ def test_main_is_called_once_whether_or_not_the_file_calls_it(
     path = tmp_path / "listing.py"
     path.write_text(MAIN + ending)
     if "exit" in ending:
-        with pytest.raises(SystemExit, match="^$"):
+        with pytest.raises(SystemExit, match=r"^$"):
             main(["run", str(path), "a", "--ros-args", "-p", "b:=1"])
     else:
         assert main(["run", str(path), "a", "--ros-args", "-p", "b:=1"]) == 0

@@ -29,7 +29,8 @@ from tests.helpers.slam_robot import DT, LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room
 
 pytestmark = pytest.mark.ros
-STOCK = Path(__file__).with_name("slam_toolbox_online_async.yaml")
+FOREIGN = Path(__file__).resolve().parents[2] / "foreign" / "slam_toolbox"
+STOCK = FOREIGN / "mapper_params_online_async.yaml"
 
 
 class Notes:
