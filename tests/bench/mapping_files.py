@@ -67,6 +67,7 @@ def _mapped(arguments: argparse.Namespace, path: Path | None) -> dict[str, Any]:
 
     arguments.params = [] if path is None else [path]
     parameters = gather(arguments)
+    parameters["slam_toolbox"]["debug_logging"] = False
     with closing(LockStep(parameters)) as robot:
         drive = _Drive(robot, for_node(parameters, "slam_toolbox"))
         robot.start(SIM_GROUP, SLAM_GROUP)
