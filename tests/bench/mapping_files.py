@@ -7,6 +7,7 @@ parameters do. The robot wanders: ahead, and round where something stands before
 from __future__ import annotations
 
 import argparse
+import bisect
 import math
 from contextlib import closing
 from pathlib import Path
@@ -107,9 +108,10 @@ class _Drive:
 
         self._robot, self._twist = robot, Twist
         self._way_free, self._ticks, self.maps = True, 0, 0
-        self._origin, self._map = SE2(), None
-        self._truths: dict[float, SE2] = {}
-        self._gaps: list[tuple[float, float]] = []
+        self._origin = SE2()
+        self._map: Any = None
+        self._truths: list[tuple[float, SE2]] = []
+        self._poses: list[tuple[float, SE2]] = []
         client, scans = robot.client, values.get("scan_topic", "scan")
         client.create_subscription(LaserScan, scans, self._on_scan, qos.SENSOR_SUBSCRIPTION)
         client.create_subscription(OccupancyGrid, "map", self._on_map, qos.LATCHED)
@@ -125,12 +127,7 @@ class _Drive:
     def _on_pose(self, message: Any) -> None:
         from arjuna_core.ros.convert import se2_from_pose, seconds
 
-        true = self._truths.get(round(seconds(message.header.stamp), 3))
-        if true is None:
-            return  # of a scan before the drive
-        estimate, truth = se2_from_pose(message.pose.pose), self._origin.inverse() @ true
-        turn = math.degrees(abs(wrap(estimate.theta - truth.theta)))
-        self._gaps.append((estimate.distance(truth), turn))
+        self._poses.append((seconds(message.header.stamp), se2_from_pose(message.pose.pose)))
 
     def _on_scan(self, message: Any) -> None:
         ranges = np.asarray(message.ranges)
@@ -147,7 +144,21 @@ class _Drive:
             command.linear.x = _SPEED if self._way_free else 0.0
             command.angular.z = 0.0 if self._way_free else _TURN
             self._commands.publish(command)
-        self._truths[round(self._robot.now, 3)] = self._robot.sim.last.truth.pose
+        self._truths.append((self._robot.now, self._robot.sim.last.truth.pose))
+
+    def _gaps(self) -> NDArray[np.float64]:
+        """Return how far off each pose of the drive is, `(N, 2) float64` [m, deg]."""
+        stamps = [stamp for stamp, _ in self._truths]
+        found: list[tuple[float, float]] = []
+        for stamp, estimate in self._poses:
+            k = bisect.bisect_left(stamps, stamp)
+            if 0 < k < len(stamps):
+                (before, a), (after, b) = self._truths[k - 1 : k + 1]
+                pose = a.interpolate(b, (stamp - before) / (after - before))
+                truth = self._origin.inverse() @ pose
+                turn = math.degrees(abs(wrap(estimate.theta - truth.theta)))
+                found.append((estimate.distance(truth), turn))
+        return np.array(found).reshape(-1, 2)
 
     def errors(self, surfaces: NDArray[np.float64]) -> dict[str, float | None]:
         """Return errors of map [m] and poses [m, deg]; None where none came.
@@ -155,17 +166,17 @@ class _Drive:
         Args:
             surfaces: The world's true ones, `(N, 2) float64` [m].
         """
-        if not self._gaps or self._map is None:
+        gaps = self._gaps()
+        if not len(gaps) or self._map is None:
             return dict.fromkeys(("walls_m", "mean_m", "last_m", "last_deg"))
         from arjuna_core.ros.convert import grid_from_msg
 
         grid = grid_from_msg(self._map)
         cells = grid.frame.to_points(np.argwhere(grid.occupied()).astype(np.int64))
         far = cKDTree(surfaces).query(self._origin.apply(cells))[0]
-        last_m, last_deg = self._gaps[-1]
         return {
             "walls_m": float(far.mean()),
-            "mean_m": float(np.mean(self._gaps, axis=0)[0]),
-            "last_m": last_m,
-            "last_deg": last_deg,
+            "mean_m": float(gaps[:, 0].mean()),
+            "last_m": float(gaps[-1, 0]),
+            "last_deg": float(gaps[-1, 1]),
         }

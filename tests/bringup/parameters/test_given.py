@@ -50,7 +50,7 @@ def test_they_come_over_files_and_reach_the_nodes_that_have_them() -> None:
 @pytest.mark.parametrize(
     ("word", "problem"),
     [
-        ("slam_toolbox:mod:=mapping", "slam_toolbox: mod: .*did you mean 'mode'"),
+        ("slam_toolbox:mod:=mapping", "slam_toolbox: mod: .*the nearest is 'mode'"),
         ("slam_tolbox:mode:=mapping", "slam_tolbox: no node has this name"),
         ("slam_toolbox:mode:=other", "slam_toolbox: 'mode' is 'other'; valid: mapping"),
         ("nothing_has_this:=1", "nothing_has_this: no node has it"),
