@@ -66,8 +66,8 @@ class BaseFrames:
         """Use the frame that is there in place of the one that is not."""
         self._told = True
         self.node.get_logger().warning(
-            f"{self._parameter} is '{self.base}', a frame that does not exist: '{there}', which"
-            f" moves in '{self.fixed}', is used instead"
+            f"{self._parameter} is '{self.base}', a frame that does not exist: '{there}' moves in"
+            f" '{self.fixed}' and is used; set {self._parameter}: {there}"
         )
         self.base = there
 

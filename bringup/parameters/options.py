@@ -146,7 +146,7 @@ def add_maps_folder(parser: argparse.ArgumentParser) -> None:
         "--maps-folder",
         type=Path,
         metavar="DIR",
-        help="where clients may save and load maps and graphs (the working folder)",
+        help="folder of relative paths that clients save and load maps by (the working folder)",
     )
 
 

@@ -122,8 +122,8 @@ def test_the_base_that_is_there_is_used_and_told_once(bench: RosBench, told: lis
     assert robot.maps
     (warning,) = [text for text in told if "base_frame" in text]
     assert warning == (
-        "base_frame is 'base_footprint', a frame that does not exist: 'base_link', which moves"
-        " in 'odom', is used instead"
+        "base_frame is 'base_footprint', a frame that does not exist: 'base_link' moves in 'odom'"
+        " and is used; set base_frame: base_link"
     )
     first = robot.k - len(robot.poses)
     expected = LOG[first][2].inverse() @ robot.truth
