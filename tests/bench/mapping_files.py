@@ -11,6 +11,7 @@ import bisect
 import math
 from contextlib import closing
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -31,13 +32,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add this benchmark's options."""
     robot_options.add_options(parser)
     options.add_node_options(parser)
+    options.add_robot_names(parser)
     options.add_seed(parser)
+    parser.add_argument(
+        "--localize",
+        action="store_true",
+        help="on the graph that the shipped parameters have made, instead of mapping",
+    )
     parser.add_argument("--seconds", type=float, default=60.0, help="of driving (%(default)s)")
     parser.set_defaults(log_level="fatal", command="slam")
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Map with the shipped parameters, then with each file over them.
+    """Map with the shipped parameters, then map or localize with each file over them.
 
     Returns:
         By file: `first_map_s`, None where none came within 5 s; `maps` in all; `walls_m`, the mean
@@ -48,8 +55,18 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
     set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
     robot_options.extend_search(arguments)
-    files: list[Path | None] = [None, *arguments.params]
-    result = {"shipped" if path is None else path.stem: _mapped(arguments, path) for path in files}
+    files = arguments.params
+    with TemporaryDirectory() as folder:
+        graph = Path(folder) / "graph"
+        result = {"shipped": _mapped(arguments, None, graph if arguments.localize else None)}
+        if arguments.localize:
+            words = (
+                "mode:=localization",
+                f"map_file_name:={graph}",
+                "map_start_pose:=[0., 0., 0.]",
+            )
+            arguments.param = [*arguments.param, *(f"slam_toolbox:{word}" for word in words)]
+        result |= {path.stem: _mapped(arguments, path, None) for path in files}
     width = max(map(len, result))
     for name, row in result.items():
         cells = "  ".join(
@@ -60,7 +77,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return result
 
 
-def _mapped(arguments: argparse.Namespace, path: Path | None) -> dict[str, Any]:
+def _mapped(arguments: argparse.Namespace, path: Path | None, graph: Path | None) -> dict[str, Any]:
+    """Drive with a file's parameters, save the graph if it has a path, and return the errors."""
+    from arjuna_slam.mapping.session_file import save_session
     from bringup.lockstep import LockStep
     from bringup.parameters.files import for_node
     from bringup.parameters.inputs import gather
@@ -77,6 +96,8 @@ def _mapped(arguments: argparse.Namespace, path: Path | None) -> dict[str, Any]:
         first = robot.now - start if came else None
         robot.on_tick = drive.tick
         robot.run(arguments.seconds)
+        if graph is not None:
+            save_session(Path(f"{graph}.posegraph"), robot.nodes["slam_toolbox"].slam.session())
         errors = drive.errors(_points(robot.sim.simulator.surfaces()))
         return {"first_map_s": first, "maps": drive.maps, **errors}
 
