@@ -234,7 +234,7 @@ def test_a_robot_has_one_base_frame(text: str, tmp_path: Path) -> None:
 
 def test_two_base_frames_stay_two(tmp_path: Path) -> None:
     text = "{amcl: {base_frame_id: foot}, global_costmap: {robot_base_frame: body}}"
-    assert {"foot", "body", "base_footprint"} <= _base_frames(text, tmp_path)
+    assert {"foot", "body"} <= _base_frames(text, tmp_path)
 
 
 def test_a_controller_s_accelerations_are_the_velocity_smoother_s(tmp_path: Path) -> None:
