@@ -6,6 +6,7 @@ from collections.abc import Collection
 from typing import Any
 
 from lifecycle_msgs.srv import GetState
+from rclpy.action import get_action_server_names_and_types_by_node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from bringup.client.endpoint import Endpoint
@@ -66,6 +67,20 @@ def lifecycle_states(session: Session, timeout: float) -> dict[str, str]:
         else ""
         for name in services
     }
+
+
+def action_server_state(session: Session, name: str) -> str:
+    """Return the lifecycle state of the node that serves an action; "" where it has none."""
+    client = session.client
+    action = client.resolve_service_name(name)
+    for node, namespace in client.get_node_names_and_namespaces():
+        served = get_action_server_names_and_types_by_node(client, node, namespace)
+        if action in dict(served):
+            service = f"{namespace.rstrip('/')}/{node}{_SERVICE}"
+            if service not in dict(client.get_service_names_and_types()):
+                return ""
+            return str(session.call(GetState, service, GetState.Request()).current_state.label)
+    return ""
 
 
 def endpoints(session: Session) -> tuple[Endpoint, ...]:
