@@ -103,7 +103,8 @@ def bench() -> Iterator[RosBench]:
 
 def _server(bench: RosBench, active: bool = True, **settings: Any) -> Server:
     node = Server(bench.process)
-    vars(node).update(settings)
+    for name, value in settings.items():
+        setattr(node, name, value)
     node.trigger_configure()
     if active:
         node.trigger_activate()
