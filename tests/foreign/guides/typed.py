@@ -1,5 +1,6 @@
 """The guides' own text, typed: each row's command in a shell, beside the robot that it needs.
 
+The rows are facts of the five guides: a command, a name, a value, and the line where it stands.
 `python -m tests.foreign.guides.typed --guides FOLDER` types all rows of all guides, with the
 listings of the guides' own files where the folder has them, and prints a table.
 """
@@ -24,6 +25,7 @@ from pathlib import Path
 import yaml
 
 from arjuna_core.files.shipped import shipped_file
+from bringup.terminal import show
 
 FOLDER = Path(__file__).parent
 ROOT = shipped_file("docs").parent
@@ -44,7 +46,7 @@ BESIDE: Mapping[str, tuple[str, ...]] = {
         f"nav --map {ROOT}/maps/race_track.yaml --params udacity.yaml",
     ),
 }
-"""What runs beside the rows of each kind; a converted file is made by the row before."""
+"""What runs beside the rows of each kind; `udacity.yaml` is made by a row that needs none."""
 
 
 @dataclass(frozen=True)
@@ -207,7 +209,8 @@ def beside(name: str, folder: Path, opened: ExitStack) -> None:
         while _UP not in log.read_text(encoding="utf-8"):
             if time.monotonic() > deadline or process.poll() is not None:
                 raise TimeoutError(f"'{words}' is not up:\n{log.read_text(encoding='utf-8')}")
-            time.sleep(_LOOK)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(_LOOK)
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
@@ -239,10 +242,10 @@ def main(argv: Sequence[str] | None = None) -> int:
                 for row in counted:
                     verdict, printed = _verdict(row, Path(folder), arguments.guides)
                     counts[verdict] = counts.get(verdict, 0) + 1
-                    print(f"{row.name:9}{row.kind:9}{verdict:18}{row.typed[:70]}", flush=True)
+                    show(f"{row.name:9}{row.kind:9}{verdict:18}{row.typed[:70]}")
                     if verdict == "NOT" and not arguments.quiet:
-                        print("    " + printed[-900:].replace("\n", "\n    "))
-    print(dict(sorted(counts.items())))
+                        show("    " + printed[-900:].replace("\n", "\n    "))
+    show(str(dict(sorted(counts.items()))))
     return 1 if counts.get("NOT") else 0
 
 
