@@ -29,7 +29,7 @@ def robot_pose(node: ManagedNode, frame: str, base: str, tolerance: float) -> SE
     age = node.now - stamp
     if stamp and age > tolerance:
         cure = other_clock(age)
-        why = f"over the tolerance of {tolerance:g} s" if not cure else cure
+        why = cure if cure else f"over the tolerance of {tolerance:g} s"
         raise TransformError(f"{frame} -> {base} is {age:.2f} s old, {why}")
     return node.transforms.lookup(frame, base)
 

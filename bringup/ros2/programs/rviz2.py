@@ -21,7 +21,7 @@ def main(words: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(prog="rviz2", description=__doc__)
     parser.add_argument("-d", "--display-config", metavar="FILE", help="an .rviz file")
     parser.add_argument("-f", "--fixed-frame", metavar="FRAME", help="to draw in")
-    given, _ = parser.parse_known_args(ros_arguments(list(words))[0])
+    given, _ = parser.parse_known_args(ros_arguments(list(words)).own)
     options = ["--config", given.display_config] if given.display_config else []
     arjuna("view", [*options, *(["--frame", given.fixed_frame] if given.fixed_frame else [])])
 

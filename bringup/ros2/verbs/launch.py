@@ -19,7 +19,6 @@ _IDLE = {
     "use_composition": ("", "each group of nodes is one process"),
     "container_name": ("", "there are no containers"),
     "use_respawn": ("true", "what dies is started again"),
-    "rviz_config": ("", "the view draws what there is"),
     "log_settings": ("", "log_level:=LEVEL counts"),
 }
 """Arguments without an effect: the value that says what happens anyhow (none: no matter), why."""
@@ -58,7 +57,7 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
     ("nav2_bringup", "localization_launch.py"): Launch(("nav", "--without-navigation"), _MAP),
     ("nav2_bringup", "navigation_launch.py"): Launch(("nav", "--without-localization"), _NAV2),
     ("nav2_bringup", "rviz_launch.py"): Launch(
-        ("view",), {"namespace": "--namespace"}, ("rviz_config",)
+        ("view",), {"namespace": "--namespace", "rviz_config": "--config"}, ()
     ),
     ("nav2_bringup", "slam_launch.py"): Launch(
         ("slam", "--param", "synchronous:=true"), _NAV2, _NAV2_ONLY

@@ -252,8 +252,8 @@ def test_run_becomes_a_command_of_arjuna(
         ),
         (
             "nav2_bringup rviz_launch.py namespace:=a rviz_config:=x.rviz",
-            "view --namespace a",
-            ["no effect: rviz_config:=x.rviz"],
+            "view --namespace a --config x.rviz",
+            [],
         ),
     ],
 )
