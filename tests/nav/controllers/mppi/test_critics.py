@@ -205,8 +205,8 @@ def test_the_angle_counts_where_the_path_leads_away(
     [
         (0.2, 0.0, False),
         (0.2, math.pi, True),
-        (3.0, 0.0, True),
-        (3.0, 3.1, False),
+        (3.0, 0.0, False),
+        (3.0, 3.1, True),
         (1.2, 1.0, True),
     ],
 )
