@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 import types
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, Union, get_args, get_origin
 
-from arjuna_core.errors import ConfigError, nearest
+from arjuna_core.errors import ConfigError, closest, nearest
 from arjuna_core.param import SEED_MAX, ParamInfo, info_of, key_of, param, plugin_names
-from arjuna_core.plugins import shaped
+from arjuna_core.plugins import shaped, type_hints
 
 T = TypeVar("T")
-_hints: Callable[[Any], dict[str, Any]] = functools.lru_cache(maxsize=512)(get_type_hints)
-"""A class's types by field; a node loads its config for each parameter that is set."""
 __all__ = [
     "SEED_MAX",
     "ParamInfo",
@@ -43,7 +40,7 @@ def flatten(config: Any, prefix: str = "") -> dict[str, Any]:
 
 def infos(cls: type[Any], prefix: str = "") -> dict[str, ParamInfo]:
     """Return what is known of each parameter of a config dataclass, by dotted name."""
-    hints = _hints(cls)
+    hints = type_hints(cls)
     result: dict[str, ParamInfo] = {}
     for item in dataclasses.fields(cls):
         hint = hints[item.name]
@@ -54,7 +51,12 @@ def infos(cls: type[Any], prefix: str = "") -> dict[str, ParamInfo]:
     return result
 
 
-def load(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
+def load(
+    cls: type[T],
+    values: Mapping[str, Any],
+    where: str = "",
+    warn: Callable[[str], None] | None = None,
+) -> T:
     """Build a config from a mapping, nested or with dotted names.
 
     Args:
@@ -62,14 +64,20 @@ def load(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
             where it lists plug-ins, the config is of a subclass with a field for each.
         values: The values that differ from the defaults.
         where: What to name in errors, a file or a node.
+        warn: Takes a sentence for each key that is unknown, which then is passed over.
 
     Raises:
-        ConfigError: Keys are unknown, values of the wrong type or outside their bounds; it names
-            all of them.
+        ConfigError: Keys are unknown and nobody is to be warned, or values of the wrong type or
+            outside their bounds; it names all of them.
     """
     problems: list[str] = []
     prefix = f"{where}: " if where else ""
     flat = dict(_flat_mapping(values))
+    if warn is not None:
+        known = infos(shaped(cls, dict(flat), prefix, []))
+        for name in [name for name in flat if name not in known]:
+            warn(f"{prefix}unknown parameter '{name}'{closest(name, known)}")
+            del flat[name]
     config = _build(shaped(cls, flat, prefix, problems), flat, "", prefix, problems)
     if problems:
         raise ConfigError(*problems)
@@ -100,7 +108,7 @@ def _build(
     A config within another has the defaults that the other gives it, which need not be its class's.
     """
     default = cls() if default is None else default
-    hints = _hints(cls)
+    hints = type_hints(cls)
     arguments: dict[str, Any] = {}
     known: list[str] = []
     before = len(problems)

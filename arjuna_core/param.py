@@ -26,7 +26,7 @@ class ParamInfo:
         maximum: Greatest valid value, inclusive.
         choices: The valid values where only some are.
         read_only: Whether it is fixed once the component runs.
-        plugins: Of a list of plug-ins' names: the `PluginTypes` that they may be of.
+        plugins: Of plug-ins' names: the `PluginTypes` or `NamedConfigs` that they are of.
     """
 
     description: str
@@ -71,14 +71,14 @@ def param(
 
 
 def plugin_names(default: tuple[str, ...] | str, description: str, types: Any) -> Any:
-    """Declare a list of plug-ins' names, or one name; the parameters of each stand below its name.
+    """Declare the names of plug-ins, a list or a text; the parameters of each stand below its name.
 
     `arjuna_core.config.load` returns a config that has a field for each of them.
 
     Args:
-        default: The default names, a string for one.
+        default: The default names, in a text with spaces between them.
         description: One sentence.
-        types: The `PluginTypes` that they may be of.
+        types: The `PluginTypes` that they may be of, or the `NamedConfigs` that they have.
     """
     info = ParamInfo(description, read_only=True, plugins=types)
     return dataclasses.field(default=default, metadata={_KEY: info})

@@ -5,14 +5,16 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 from arjuna_core.errors import ConfigError, nearest
-from arjuna_core.param import info_of, param
+from arjuna_core.param import info_of, key_of, param
 
 T = TypeVar("T")
+type_hints: Callable[[Any], dict[str, Any]] = functools.lru_cache(maxsize=512)(get_type_hints)
+"""A class's types by field; a node loads its config for each parameter that is set."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +27,7 @@ class PluginTypes:
     Attributes:
         what: What they are, in a word.
         types: `module:Class` of each of Nav2's class names.
-        default: Nav2's name of the class where none is given.
+        default: Nav2's name of the class where none is given; empty where one must be.
         by_name: The same for plug-ins of certain names.
         key: Which of a plug-in's parameters names its class.
     """
@@ -69,6 +71,19 @@ class PluginTypes:
         return config
 
 
+@dataclass(frozen=True, eq=False)
+class NamedConfigs:
+    """Things that a parameter names, each with the parameters of one dataclass below its name.
+
+    Attributes:
+        config: The dataclass.
+        key: Which of its parameters has the name itself as its default, such as a topic.
+    """
+
+    config: Any
+    key: str
+
+
 def canonical(name: str) -> str:
     """Return a class's name as Nav2 writes it since Iron: `package::Class`."""
     return name if ":" in name else name.replace("/", "::")
@@ -82,8 +97,10 @@ def _imported(path: str) -> Any:
         raise ConfigError(f"plug-in '{path}' cannot be imported: {error}") from error
 
 
-def shaped(cls: type[T], flat: dict[str, Any], where: str, problems: list[str]) -> type[T]:
-    """Return a config class with a field for each plug-in that the values name.
+def shaped(
+    cls: type[T], flat: dict[str, Any], where: str, problems: list[str], prefix: str = ""
+) -> type[T]:
+    """Return a config class with a field for each plug-in that the values name, at any depth.
 
     Args:
         cls: The class.
@@ -91,45 +108,89 @@ def shaped(cls: type[T], flat: dict[str, Any], where: str, problems: list[str]) 
             below a plug-in whose class does not exist is taken out.
         where: Prefix of problems.
         problems: Takes the classes that do not exist; the default takes their place.
+        prefix: What stands before the class's parameters in the values' names.
     """
     fields: dict[str, type[Any]] = {}
+    hints = type_hints(cls)
     for item in dataclasses.fields(cls):  # type: ignore[arg-type]
         kind = info_of(item).plugins if item.metadata else None
+        name = prefix + key_of(item)
         if kind is None:
+            hint = hints[item.name]
+            inner = dataclasses.is_dataclass(hint)
+            made = shaped(hint, flat, where, problems, f"{name}.") if inner else hint
+            fields |= {} if made is hint else {item.name: made}
             continue
-        given = flat.get(item.name, item.default)
-        given = (given,) if isinstance(given, str) else given  # one name, where one is asked for
-        names: Any = given if isinstance(given, (list, tuple)) else item.default
-        for name in map(str, names):
-            if not name.isidentifier():
-                problems.append(f"{where}'{item.name}': '{name}' is no name of a plug-in")
+        for plugin in names_in(flat.get(name, item.default), item.default):
+            if not plugin.isidentifier():
+                problems.append(f"{where}'{name}': '{plugin}' is no name of a plug-in")
                 continue
-            fields[name] = _plugin_class(kind, name, flat, where, problems)
+            config = _plugin_class(kind, plugin, flat, where, problems, prefix)
+            fields[plugin] = shaped(config, flat, where, problems, f"{prefix}{plugin}.")
     base: Any = cls
-    made: type[T] = _with_plugins(base, tuple(fields.items())) if fields else cls
-    return made
+    result: type[T] = _with_plugins(base, tuple(fields.items())) if fields else cls
+    return result
+
+
+def names_in(given: Any, default: Any = ()) -> tuple[str, ...]:
+    """Return the names in a list, or in a text with spaces between them.
+
+    Args:
+        given: The list or the text.
+        default: Which of both it has to be; what it is not has these names.
+    """
+    if isinstance(default, str):
+        return tuple((given if isinstance(given, str) else default).split())
+    return tuple(map(str, given if isinstance(given, (list, tuple)) else default))
 
 
 def _plugin_class(
-    kind: PluginTypes, name: str, flat: dict[str, Any], where: str, problems: list[str]
+    kind: PluginTypes | NamedConfigs,
+    name: str,
+    flat: dict[str, Any],
+    where: str,
+    problems: list[str],
+    outer: str,
 ) -> type[Any]:
     """Return the config class of one plug-in."""
-    key, prefix = f"{name}.{kind.key}", f"{name}."
-    default = kind.by_name.get(name, kind.default)
+    if isinstance(kind, NamedConfigs):
+        return _with_default(kind.config, kind.key, name)
+    prefix = f"{outer}{name}."
+    key = prefix + kind.key
+    default = kind.by_name.get(name, kind.default) or name
     given = canonical(str(flat.get(key, default)))
     below = {k.removeprefix(prefix): v for k, v in flat.items() if k.startswith(prefix)}
     config: Any
     try:
         config = kind.config_of(given, below)
     except ConfigError as error:
-        problems += [f"{where}'{key}': {problem}" for problem in error.problems]
+        if given == name:
+            hint = nearest(name, kind.by_name)
+            problems.append(f"{where}'{key}' must name the class of the {kind.what}; {hint}")
+        else:
+            problems += [f"{where}'{key}': {problem}" for problem in error.problems]
         for k in below:
             del flat[prefix + k]
+        if default == name:
+            return _NoConfig
         given, config = default, kind.config_of(default, {})
     if key in flat:
         flat[key] = given
     made: type[Any] = _with_class_name(config, kind.what, kind.key, given)
     return made
+
+
+@dataclass(frozen=True)
+class _NoConfig:
+    """The parameters of a plug-in whose class does not exist."""
+
+
+@functools.cache
+def _with_default(config: Any, key: str, default: str) -> type[Any]:
+    """Return a config class in which one parameter has another default."""
+    (item,) = (item for item in dataclasses.fields(config) if item.name == key)
+    changed = dataclasses.field(default=default, metadata=item.metadata)
+    return _subclass(config, [(key, str, changed)])
 
 
 @functools.cache

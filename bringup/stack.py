@@ -164,3 +164,12 @@ REAL_STACKS: dict[str, tuple[Group, ...]] = {
     "robot": (DESCRIPTION_GROUP, ODOMETRY_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP),
     "robot --slam": (DESCRIPTION_GROUP, ODOMETRY_GROUP, SLAM_GROUP, NAVIGATION_GROUP),
 }
+DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group in groups))
+"""Every group: the demo runs them all, and a parameter file may name any node of theirs."""
+ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
+"""Those, and the ones that several robots or a real one have in place of the simulator's."""
+
+
+def all_nodes() -> list[NodeSpec]:
+    """Return every node there is."""
+    return [spec for group in DEMO_GROUPS for spec in group.nodes]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from arjuna_core.errors import MapError, nearest
+from arjuna_core.errors import MapError, closest
 from arjuna_core.files.atomic import write_atomically
 from arjuna_core.files.map_image import (
     MAP_SAVER,
@@ -19,6 +19,7 @@ from arjuna_core.files.map_image import (
     occupancy_of,
     read_image,
 )
+from arjuna_core.files.whole_file import head_of
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
@@ -28,11 +29,14 @@ _REQUIRED = ("image", "resolution", "origin")
 _OPTIONAL = ("negate", "occupied_thresh", "free_thresh", "mode")
 
 
-def load_map(path: str | Path) -> OccupancyGrid:
+def load_map(
+    path: str | Path, warn: Callable[[str], None] = lambda sentence: None
+) -> OccupancyGrid:
     """Read a map.
 
     Args:
         path: The YAML file; its `image` is relative to it.
+        warn: Takes a sentence for each key that is unknown, which is passed over.
 
     Returns:
         The grid, row 0 lowest in y.
@@ -41,7 +45,7 @@ def load_map(path: str | Path) -> OccupancyGrid:
         MapError: The YAML or the image is missing, broken or has invalid values.
     """
     path = Path(path)
-    header = _read_header(path)
+    header = _read_header(path, warn)
     options = _options(path, header)
     image = path.parent / _image_name(path, header)
     try:
@@ -54,14 +58,13 @@ def load_map(path: str | Path) -> OccupancyGrid:
     return OccupancyGrid(frame, occupancy_of(shade, alpha, options)[::-1].copy())
 
 
-def _read_header(path: Path) -> dict[str, Any]:
+def _read_header(path: Path, warn: Callable[[str], None]) -> dict[str, Any]:
     header = read_yaml(path, MapError)
     if not isinstance(header, dict):
         raise MapError(path, f"is no map: it must have the keys {', '.join(_REQUIRED)}")
     for key in header:
         if key not in _REQUIRED + _OPTIONAL:
-            hint = nearest(str(key), _REQUIRED + _OPTIONAL)
-            raise MapError(path, f"unknown key '{key}'; {hint}", str(key))
+            warn(f"{path}: unknown key '{key}'{closest(str(key), _REQUIRED + _OPTIONAL)}")
     for key in _REQUIRED:
         if key not in header:
             raise MapError(path, f"lacks the key '{key}'; required: {', '.join(_REQUIRED)}")
@@ -118,7 +121,7 @@ def save_map(
     image_format: str = "pgm",
     options: MapOptions = MAP_SAVER,
 ) -> tuple[Path, Path]:
-    """Write a map atomically as `<stem>.yaml` and `<stem>.<image_format>`.
+    """Write a map atomically as `<stem>.yaml` and `<stem>.<image_format>`, over a map's alone.
 
     Args:
         grid: The map.
@@ -130,7 +133,8 @@ def save_map(
         The YAML's and the image's path.
 
     Raises:
-        MapError: The format or an option is invalid, the map is empty, or it cannot be written.
+        MapError: The format or an option is invalid, the map is empty, a file of that name is no
+            map's, or it cannot be written.
     """
     stem = Path(stem)
     _check_to_write(stem, grid, image_format, options)
@@ -146,6 +150,7 @@ def save_map(
         "free_thresh": options.written_free_thresh,
     }
     try:
+        _check_replaced(yaml_path, image_path)
         _write_pair(yaml_path, header, image_path, encoded(grid.data, options, image_format))
     except OSError as error:
         raise MapError(stem, f"cannot be written: {error.strerror}") from error
@@ -159,13 +164,48 @@ def _write_pair(
 
     While the image changes, the header names a copy of the new one beside it.
     """
-    spare = image_path.with_name(f".{image_path.name}.new")
+    spare = _spare(image_path)
     if yaml_path.exists():
         write_atomically(spare, content)
         write_atomically(yaml_path, _header_text({**header, "image": spare.name}))
     write_atomically(image_path, content)
     write_atomically(yaml_path, _header_text(header))
     spare.unlink(missing_ok=True)
+
+
+def _spare(image_path: Path) -> Path:
+    return image_path.with_name(f".{image_path.name}.new")
+
+
+def unnamed(now: float) -> str:
+    """Return the name that map_saver gives a map without one, of the time [s]."""
+    return f"map_{int(now)}"
+
+
+def _check_replaced(yaml_path: Path, image_path: Path) -> None:
+    """Refuse to write over files that are no map's."""
+    header = _map_in(yaml_path)
+    if header is None and yaml_path.exists():
+        raise MapError(yaml_path, "is there and no map: it is not overwritten; choose another name")
+    named = header is not None and header["image"] in (image_path.name, _spare(image_path).name)
+    if image_path.exists() and not named and not _is_pgm(image_path):
+        problem = "is there and of no map: it is not overwritten; choose another name"
+        raise MapError(image_path, problem)
+
+
+def _map_in(path: Path) -> dict[str, Any] | None:
+    """Return a file's header, or None where it is no map's."""
+    try:
+        header = read_yaml(path, MapError)
+    except MapError:
+        return None
+    is_map = isinstance(header, dict) and all(key in header for key in _REQUIRED)
+    return header if is_map else None
+
+
+def _is_pgm(path: Path) -> bool:
+    """Tell whether a file is an image of maps; a kill may have left it without a header."""
+    return head_of(path, 2) in (b"P2", b"P5")
 
 
 def _header_text(header: Mapping[str, Any]) -> bytes:

@@ -35,6 +35,11 @@ def read_yaml(path: Path, error: type[InputFileError] = InputFileError) -> Any:
         raise error(path, *_described(reason)) from reason
 
 
+def read_nodes(path: Path) -> yaml.Node | None:
+    """Return the nodes of a YAML file that `read_yaml` reads, each with its line."""
+    return yaml.compose(read_bytes(path, _LARGEST, InputFileError).decode("utf-8"), Loader=_LOADER)
+
+
 def plain(text: str) -> Any:
     """Return what a YAML text says, in values of Python's own types.
 

@@ -91,6 +91,7 @@ class Process:
 
     Attributes:
         guard: Where what a callback raises ends.
+        remarks: What of its nodes' parameters has no effect though safety hangs on it.
         on_long_step: Called before a step that may rightly take long, with how long at most [s].
     """
 
@@ -107,6 +108,7 @@ class Process:
         self._steps = 0
         self._beside = beside
         self.guard: Guard = beside.guard if beside else Guard(lambda: self.now, strict)
+        self.remarks: tuple[str, ...] = ()
         self.on_long_step: Callable[[float], None] = lambda patience: None
         if beside is not None:
             self.on_long_step = lambda patience: beside.on_long_step(patience)
@@ -162,8 +164,13 @@ class Process:
         return node.get_fully_qualified_name().removeprefix(self.absolute("/"))
 
     def absolute(self, name: str) -> str:
-        """Return an absolute name below the robot's namespace; a relative one as it is."""
-        return f"/{self.namespace}{name}" if self.namespace and name.startswith("/") else name
+        """Return an absolute name below the robot's namespace; one that is there already as it is.
+
+        Relative names stay: ROS puts them below the node's namespace.
+        """
+        own = f"/{self.namespace}"
+        outside = self.namespace and name.startswith("/") and not name.startswith(f"{own}/")
+        return f"{own}{name}" if outside else name
 
     def _on_clock(self, message: Any) -> None:
         problem = problem_of(message)
@@ -192,7 +199,7 @@ class Process:
         """Run what is due, behind the transforms and scans that were queued with the clock."""
         for node in self.nodes:
             node.run_due(self.now)
-        self._diagnostics.run_due(self.now, [self.node, *self.nodes])
+        self._diagnostics.run_due(self.now, [self.node, *self.nodes], self.remarks)
 
     def spin_once(self, timeout: float = _POLL) -> None:
         """Run at most one waiting callback, waiting up to a timeout for it [s, wall].

@@ -10,9 +10,8 @@ from arjuna_nav.costmap.costmap import (
     Costmap,
 )
 from arjuna_nav.costmap.layered import LayeredCostmap
-from arjuna_nav.costmap.layers import PlacedScan
-from arjuna_nav.costmap.ranges import PlacedRange
-from arjuna_nav.costmap.voxels import PlacedCloud
+from arjuna_nav.costmap.layers.observations import PlacedCloud, PlacedScan
+from arjuna_nav.costmap.layers.range_sensor import PlacedRange
 
 __all__ = [
     "FREE",

@@ -8,7 +8,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_nav.costmap.config import InflationConfig
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, UNKNOWN
 
 
@@ -46,9 +45,12 @@ class Inflation:
     """Spreads cost from lethal cells, exactly by Nav2's formula, at a price that no clutter raises.
 
     Args:
-        config: Radius and decay.
+        radius: Over which cost is spread [m].
+        cost_scaling_factor: Decay [1/m].
         inscribed_radius: The robot's [m].
         resolution: Edge of a cell [m].
+        inflate_unknown: Whether unknown cells take any cost, not only that of a collision.
+        around_unknown: Whether cost spreads from unknown cells too; they become lethal.
 
     Attributes:
         reach: How far cost spreads [cells].
@@ -57,17 +59,26 @@ class Inflation:
         then rows, here by trying each shift up to the reach, which the processor does by vectors.
     """
 
-    def __init__(self, config: InflationConfig, inscribed_radius: float, resolution: float) -> None:
-        self.reach = math.ceil(config.inflation_radius / resolution - 1e-9)  # Nav2 rounds up
-        self._inflate_unknown = config.inflate_unknown
+    def __init__(
+        self,
+        radius: float,
+        cost_scaling_factor: float,
+        inscribed_radius: float,
+        resolution: float,
+        inflate_unknown: bool = False,
+        around_unknown: bool = False,
+    ) -> None:
+        self.reach = math.ceil(radius / resolution - 1e-9)  # Nav2 rounds up
+        self._inflate_unknown, self._around_unknown = inflate_unknown, around_unknown
         squares = range(self.reach**2 + 1)
-        factor = config.cost_scaling_factor
         distances = (math.sqrt(square) * resolution for square in squares)
-        costs = [cost_at_distance(d, inscribed_radius, factor) for d in distances]
+        costs = [cost_at_distance(d, inscribed_radius, cost_scaling_factor) for d in distances]
         self._costs = np.array(costs, dtype=np.uint8)
 
     def apply(self, data: NDArray[np.uint8]) -> None:
         """Inflate a grid `(height, width) uint8` in place; unknown stays so outside 253."""
+        if self._around_unknown:
+            data[data == UNKNOWN] = LETHAL
         _inflate(data, self._costs, self.reach, self._inflate_unknown)
 
 

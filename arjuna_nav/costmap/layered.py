@@ -1,10 +1,11 @@
-"""The costmap of layers: map, then obstacles, cleaned of noise, then inflation."""
+"""The costmap of layers, in the order in which they are listed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +13,14 @@ from numpy.typing import NDArray
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.config import CostmapConfig
-from arjuna_nav.costmap.costmap import FREE, UNKNOWN, Costmap
-from arjuna_nav.costmap.denoise import denoise
+from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.costmap.inflation import Inflation, clearances, cost_at_distance
-from arjuna_nav.costmap.layers import ObstacleLayer, PlacedScan, interpret_map
+from arjuna_nav.costmap.inflation import clearances
+from arjuna_nav.costmap.layers.base import Layer, Master, moved
+from arjuna_nav.costmap.layers.inflation import InflationLayer
+from arjuna_nav.costmap.layers.placement import PlacedMap
+from arjuna_nav.costmap.layers.plugins import LAYERS
 from arjuna_nav.costmap.moving.ways import Patch, ways
-from arjuna_nav.costmap.ranges import PlacedRange, RangeLayer
-from arjuna_nav.costmap.voxels import PlacedCloud, VoxelLayer
 from arjuna_nav.costmap.window import Window, grown, joined, seen_in, whole
 
 
@@ -27,91 +28,108 @@ class LayeredCostmap:
     """Combines the layers into one costmap, fixed to the map or rolling with the robot.
 
     A change costs what its window costs, not what the map does: only there the layers are composed
-    and inflated again, in place.
+    again, in place.
 
     Args:
-        config: Parameters.
+        config: Parameters, as `arjuna_core.config.load` made them.
+        transform: Returns the latest `T_target_source` of two frames; raises a TransformError.
+
+    Attributes:
+        layers: By name, in order.
     """
 
-    def __init__(self, config: CostmapConfig) -> None:
+    def __init__(
+        self, config: CostmapConfig, transform: Callable[[str, str], SE2] | None = None
+    ) -> None:
         self._config = config
-        self.footprint = Footprint.parse(
-            config.footprint, config.robot_radius, config.footprint_padding
-        )
+        outline = Footprint.parse(config.footprint, config.robot_radius, config.footprint_padding)
         frame = _own_frame(config)
-        self._map: NDArray[np.uint8] | None = None
-        self._obstacles = ObstacleLayer(frame, config)
-        uses_clouds = "cloud" in config.obstacle_layer.observation_sources
-        self._voxels = VoxelLayer(frame, config) if uses_clouds else None
-        self._ranges = RangeLayer(frame, config) if "range_layer" in config.plugins else None
-        seen = (self._obstacles, self._voxels, self._ranges)
-        self._seen = [layer for layer in seen if layer is not None]
-        self._inflation = self._make_inflation()
+        self._master = Master(config, frame, outline, np.zeros(frame.shape, np.uint32))
+        if transform is not None:
+            self._master.transform = transform
+        self.layers: dict[str, Layer] = {
+            name: LAYERS.make(getattr(config, name), name, self._master)
+            for name in (*config.plugins, *config.filters)
+        }
         self._stamp = 0.0
         self._changed: Window | None = None
-        self._laid: Patch | None = None
-        self._compose_all()
+        self._laid: list[Patch] = []
+        self.compose_again()
 
     @property
     def costmap(self) -> Costmap:
         """The costs as of now; the next change may be made in the same array."""
         return self._costmap
 
+    @property
+    def footprint(self) -> Footprint:
+        """The robot's outline."""
+        return self._master.footprint
+
     def take_changed(self) -> Window | None:
         """Return what has changed since the last call, None where nothing has."""
         changed, self._changed = self._changed, None
         return changed
 
-    @property
-    def has_map(self) -> bool:
-        """Whether the map came that the static layer needs; True where there is no such layer."""
-        return self._map is not None or not self._uses("static_layer")
+    def missing(self) -> str:
+        """Return what has not come and without which the costmap cannot begin; empty for none."""
+        return next(filter(None, (layer.missing() for layer in self._enabled)), "")
+
+    def problem(self, now: float) -> str:
+        """Return why the costs are not current at a time [s]; empty where they are."""
+        return next(filter(None, (layer.problem(now) for layer in self._enabled)), "")
+
+    def warnings(self) -> list[str]:
+        """Return what is odd about the layers, though the costs are current."""
+        return [f"{layer.name}: {layer.warning()}" for layer in self._enabled if layer.warning()]
+
+    def start(self, now: float) -> None:
+        """Begin at a time [s]: what was received before does not count."""
+        for layer in self.layers.values():
+            layer.start(now)
 
     def set_footprint(self, footprint: Footprint) -> None:
         """Take another outline of the robot from now on."""
-        self.footprint = footprint
-        self._inflation = self._make_inflation()
-        self._compose_all()
+        self._master.footprint = footprint
+        for layer in self.layers.values():
+            layer.on_footprint()
+        self.compose_again()
 
-    def set_map(self, grid: OccupancyGrid) -> None:
-        """Take a map; the costmap takes its size and place, and keeps the obstacles seen."""
-        self._map = interpret_map(grid, self._config)
-        self._move(grid.frame)
-        self._inflation = self._make_inflation()
-        self._compose_all()
+    def set_map(self, grid: OccupancyGrid, frame_id: str = "") -> None:
+        """Give a map to each layer that listens to one."""
+        for name, layer in self.layers.items():
+            for one in layer.inputs():
+                if one.data_type == "OccupancyGrid":
+                    self.receive(name, one.source, PlacedMap(grid, frame_id))
 
-    def update(
-        self,
-        T_global_base: SE2,
-        now: float,
-        scans: Sequence[PlacedScan],
-        clouds: Sequence[PlacedCloud] = (),
-        ranges: Sequence[PlacedRange] = (),
-    ) -> None:
-        """Bring the costmap up to date.
+    def receive(self, layer: str, source: str, value: Any) -> None:
+        """Give what has come from a source to the layer that listens to it.
+
+        What sensors have seen counts from the next update on; of a map, a costmap that does not
+        follow the robot takes size and place at once, and keeps the obstacles seen.
+        """
+        self.layers[layer].receive(source, value)
+        frame = self.layers[layer].frame
+        if isinstance(value, PlacedMap) and frame is not None and not self._config.rolling_window:
+            self._move(frame)
+            self.compose_again()
+
+    def update(self, T_global_base: SE2, now: float) -> None:
+        """Bring the costmap up to date with what was received.
 
         Args:
             T_global_base: Pose of the robot in the costmap's global frame.
             now: Time of the update [s].
-            scans: What came since the last update, oldest first.
-            clouds: The same.
-            ranges: The same.
         """
         self._stamp = now
         self._lift()
-        before, changed = self._obstacles.frame, None
+        before, changed = self._master.frame, None
         if self._config.rolling_window:
             self._move(_rolled(before, T_global_base))
-        if self._uses("obstacle_layer"):
-            changed = self._obstacles.update(T_global_base, self.footprint, scans)
-            if self._voxels is not None and scans:
-                changed = joined(changed, self._voxels.leave(self._obstacles.moving.things))
-        if self._voxels is not None and self._uses("obstacle_layer"):
-            changed = joined(changed, self._voxels.update(T_global_base, self.footprint, clouds))
-        if self._ranges is not None and self._uses("range_layer"):
-            changed = joined(changed, self._ranges.update(T_global_base, self.footprint, ranges))
-        if self._obstacles.frame != before:
-            self._compose_all()
+        for layer in self._enabled:
+            changed = joined(changed, layer.update(T_global_base, now))
+        if self._master.frame != before:
+            self.compose_again()
         else:
             self._compose(changed)
         self._tell_moving()
@@ -119,122 +137,99 @@ class LayeredCostmap:
 
     def clear_entirely(self) -> None:
         """Forget all obstacles seen; the map stays."""
-        for layer in self._seen:
-            layer.clear()
-        self._compose_all()
+        self._clear(None)
 
     def clear_around(self, T_global_base: SE2, reset_distance: float) -> None:
         """Forget the obstacles in a square of edge `reset_distance` [m] round a pose."""
-        for layer in self._seen:
-            layer.clear(self._square(T_global_base, reset_distance))
-        self._compose_all()
+        self._clear(self._square(T_global_base, reset_distance))
 
     def clear_except(self, T_global_base: SE2, reset_distance: float) -> None:
         """Forget the obstacles outside a square of edge `reset_distance` [m] round a pose."""
-        for layer in self._seen:
-            layer.clear(self._square(T_global_base, reset_distance), outside=True)
-        self._compose_all()
+        self._clear(self._square(T_global_base, reset_distance), outside=True)
+
+    @property
+    def _enabled(self) -> list[Layer]:
+        return [layer for layer in self.layers.values() if layer.enabled]
+
+    def _clear(self, window: Window | None, outside: bool = False) -> None:
+        for layer in self.layers.values():
+            layer.clear(window, outside)
+        self.compose_again()
 
     def _move(self, frame: GridFrame) -> None:
-        for layer in self._seen:
+        for layer in self.layers.values():
             layer.move(frame)
+        self._master.hits = moved(self._master.hits, self._master.frame, frame, 0)
+        self._master.frame = frame
 
-    def _compose_all(self) -> None:
-        """Make the whole costmap anew."""
-        frame = self._obstacles.frame
-        data = self._layers(whole(frame.shape))
+    def compose_again(self) -> None:
+        """Make the whole costmap again: a layer has been switched."""
+        frame, inflation = self._master.frame, self._last_inflation()
         self._costmap = Costmap(
             frame,
-            data,
+            self._composed(whole(frame.shape)),
             self._stamp,
-            self._circumscribed_cost(),
-            self._clearances(),
-            self._obstacles.hits,
+            inflation.circumscribed_cost() if inflation and self._enabled[-1] is inflation else 0,
+            inflation.clearances() if inflation else clearances(0.0),
+            self._master.hits,
         )
-        self._changed, self._laid = whole(frame.shape), None
+        self._changed, self._laid = whole(frame.shape), []
 
     def _compose(self, changed: Window | None) -> None:
-        """Compose what is within the inflation's reach of a change."""
+        """Compose what is within the layers' reach of a change."""
         self._costmap = replace(self._costmap, stamp=self._stamp)
         if changed is None:
             return
         shape = self._costmap.data.shape
-        reach = self._inflation.reach if self._uses("inflation_layer") else 0
-        if self._uses("denoise_layer"):  # a group that is small lies wholly within so much
-            reach += self._config.denoise_layer.minimal_group_size
+        reach = sum(layer.reach for layer in self._enabled)
         window = grown(changed, reach, shape)
         source = grown(window, reach, shape)
-        self._costmap.data[window] = self._layers(source)[seen_in(window, source)]
+        self._costmap.data[window] = self._composed(source)[seen_in(window, source)]
         self._changed = joined(self._changed, window)
 
+    def _composed(self, window: Window) -> NDArray[np.uint8]:
+        """Return the costs of a window, as if there were nothing outside it."""
+        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
+        costs = np.full(shape, self._master.untouched, dtype=np.uint8)
+        for layer in self._enabled:
+            layer.write(costs, window)
+        return costs
+
+    def _last_inflation(self) -> InflationLayer | None:
+        """Return the inflation by which costs tell distances, of all but what follows it."""
+        inflations = [one for one in self._enabled if isinstance(one, InflationLayer)]
+        return inflations[-1] if inflations else None
+
     def _tell_moving(self) -> None:
-        """Say in the costmap where things are that move."""
-        things = self._obstacles.moving.things
-        places = self._obstacles.frame.origin.inverse().apply(things[:, :2])
-        self._costmap = replace(self._costmap, moving=np.column_stack((places, things[:, 4])))
+        """Put into the costmap where things are that move."""
+        things = [moving.things for moving in self._master.moving.values()]
+        all_things = np.vstack([np.zeros((0, 5)), *things])
+        places = self._master.frame.origin.inverse().apply(all_things[:, :2])
+        self._costmap = replace(self._costmap, moving=np.column_stack((places, all_things[:, 4])))
 
     def _lay(self) -> None:
-        """Lay the costs of ways over the others; they change by themselves, and are not mixed."""
-        layer, moving = self._config.obstacle_layer, self._obstacles.moving
-        since = self._stamp - moving.stamp
-        if not self._uses("obstacle_layer") or not 0.0 <= since <= layer.moving_time:
-            return
-        radius, frame = self.footprint.inscribed_radius, self._obstacles.frame
-        patch = ways(moving.things, since, layer.moving_time, radius, frame)
-        if patch is not None:
-            below = self._costmap.data[patch.window]
-            self._laid = Patch(patch.window, below.copy())
-            np.maximum(below, patch.costs, out=below)
-            self._changed = joined(self._changed, patch.window)
+        """Lay the costs of paths over the others; they change by themselves, and are not mixed."""
+        radius, frame = self.footprint.inscribed_radius, self._master.frame
+        for key, moving in self._master.moving.items():
+            since, ahead = self._stamp - moving.stamp, self._master.moving_times[key]
+            if not 0.0 <= since <= ahead or not self.layers[key.partition(".")[0]].enabled:
+                continue
+            patch = ways(moving.things, since, ahead, radius, frame)
+            if patch is not None:
+                below = self._costmap.data[patch.window]
+                self._laid.append(Patch(patch.window, below.copy()))
+                np.maximum(below, patch.costs, out=below)
+                self._changed = joined(self._changed, patch.window)
 
     def _lift(self) -> None:
         """Take off what was laid over."""
-        if self._laid is not None:
-            self._costmap.data[self._laid.window] = self._laid.costs
-            self._changed = joined(self._changed, self._laid.window)
-            self._laid = None
-
-    def _layers(self, window: Window) -> NDArray[np.uint8]:
-        """Return the costs of a window, as if there were nothing outside it."""
-        unknown = UNKNOWN if self._config.track_unknown_space else FREE
-        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
-        data = np.full(shape, unknown, dtype=np.uint8)
-        if self._map is not None and self._uses("static_layer"):
-            data[:] = self._map[window]
-        for layer in self._seen:
-            if self._uses("range_layer" if layer is self._ranges else "obstacle_layer"):
-                layer.merge_into(data, window)
-        if self._uses("denoise_layer"):
-            denoise(data, self._config.denoise_layer)
-        if self._uses("inflation_layer"):
-            self._inflation.apply(data)
-        return data
-
-    def _make_inflation(self) -> Inflation:
-        return Inflation(
-            self._config.inflation_layer,
-            self.footprint.inscribed_radius,
-            self._obstacles.frame.resolution,
-        )
-
-    def _circumscribed_cost(self) -> int:
-        """Return the cost below which no heading collides, 0 where inflation does not tell."""
-        inflation, radius = self._config.inflation_layer, self.footprint.circumscribed_radius
-        margin = self._obstacles.frame.resolution  # centres of cells against corners of cells
-        if not self._uses("inflation_layer") or radius + margin > inflation.inflation_radius:
-            return 0
-        inscribed = self.footprint.inscribed_radius
-        return cost_at_distance(radius + margin, inscribed, inflation.cost_scaling_factor)
-
-    def _clearances(self) -> NDArray[np.float64]:
-        uses = self._uses("inflation_layer")
-        return clearances(self._config.inflation_layer.cost_scaling_factor if uses else 0.0)
-
-    def _uses(self, layer: str) -> bool:
-        return layer in self._config.plugins and bool(getattr(self._config, layer).enabled)
+        for patch in reversed(self._laid):
+            self._costmap.data[patch.window] = patch.costs
+            self._changed = joined(self._changed, patch.window)
+        self._laid = []
 
     def _square(self, T_global_base: SE2, edge: float) -> Window:
-        frame = self._obstacles.frame
+        frame = self._master.frame
         row, column = frame.to_cell(T_global_base.x, T_global_base.y)
         half = int(edge / 2.0 / frame.resolution)
         rows = slice(max(row - half, 0), max(row + half + 1, 0))

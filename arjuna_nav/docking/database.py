@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -77,8 +77,12 @@ def dock_places(configs: Mapping[str, Any]) -> dict[str, DockPlace]:
     }
 
 
-def read_docks(path: str | Path) -> dict[str, DockPlace]:
+def read_docks(path: str | Path, warn: Callable[[str], None]) -> dict[str, DockPlace]:
     """Read a file of docks, `docks: {name: {type, frame, pose, id}}`.
+
+    Args:
+        path: The file.
+        warn: Takes a sentence for each key that no dock has.
 
     Raises:
         InputFileError: It is missing, no YAML, or holds no docks as above.
@@ -90,7 +94,9 @@ def read_docks(path: str | Path) -> dict[str, DockPlace]:
     ):
         raise InputFileError(path, "expected 'docks: {name: {type, frame, pose}}'")
     try:
-        return dock_places({str(k): load(DockConfig, v, str(k)) for k, v in entries.items()})
+        return dock_places(
+            {str(k): load(DockConfig, v, f"{path}: {k}", warn) for k, v in entries.items()}
+        )
     except ConfigError as error:
         raise InputFileError(path, "; ".join(error.problems)) from error
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, poses_from_path
+from arjuna_core.ros.convert import header, path_msg, poses_from_path
 from arjuna_core.ros.goal_node import GoalNode, result_timeout
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
@@ -34,6 +34,8 @@ from arjuna_nav.costmap import Costmap
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import robot_pose
 from arjuna_nav.nodes.velocity import VelocityOutput
+
+_AHEAD, _POSES = 1.7, 18  # [s] as far as Nav2's DWB simulates for its local_plan
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,7 @@ class ControllerServerNode(GoalNode):
             self, config.enable_stamped_cmd_vel, topic=config.cmd_vel_topic
         )
         self._carrot_out = self.publisher(PointStamped, "lookahead_point", qos.LATEST)
+        self._local_plan_out = self.publisher(Path, "local_plan", qos.LATEST)
         self._plan_out = self.publisher(Path, "received_global_plan", qos.LATEST)
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.DEFAULT)
         self.subscribe(SpeedLimit, config.speed_limit_topic, self._on_speed_limit, qos.DEFAULT)
@@ -204,6 +207,7 @@ class ControllerServerNode(GoalNode):
             return
         self._output.publish(result.velocity)
         self._publish_carrot(self._follower.carrot)
+        self._publish_local_plan(result.velocity)
         self._server.feedback(
             FollowPath.Feedback(distance_to_goal=result.distance, speed=self._velocity.v)
         )
@@ -215,6 +219,15 @@ class ControllerServerNode(GoalNode):
         stamp = header(self._costmap.config.robot_base_frame, self.now)
         point = Point(x=carrot.x, y=carrot.y)
         self._carrot_out.publish(PointStamped(header=stamp, point=point))
+
+    def _publish_local_plan(self, velocity: Velocity) -> None:
+        """Show what the robot drives if the command holds, whatever controller gave it."""
+        if self._local_plan_out.get_subscription_count() == 0:
+            return
+        times = np.linspace(0.0, _AHEAD, _POSES)
+        poses = [SE2.exp((velocity.v * t, 0.0, velocity.w * t)).array() for t in times]
+        frame = self._costmap.config.robot_base_frame
+        self._local_plan_out.publish(path_msg(np.array(poses), frame, self.now))
 
     def _follow(self, follower: PathFollower) -> FollowResult:
         """Ask the follower; what is not known for a short while is waited for, at rest."""

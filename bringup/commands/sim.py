@@ -20,6 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     robot_options.add_options(parser, fleet_options.Each)
     fleet_options.add_start(parser)
     options.add_seed(parser)
+    parser.set_defaults(use_sim_time=True)
     robot_options.add_check(parser)
     parser.add_argument(
         "--viewer",

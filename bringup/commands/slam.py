@@ -17,6 +17,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add_supervision(parser)
     options.add_resume(parser)
     options.add_maps_folder(parser)
+    options.add_clock(parser)
     group = options.add_log_options(
         parser, "out/slam", "where map, trajectory, report and picture go"
     )

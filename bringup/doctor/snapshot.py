@@ -81,6 +81,7 @@ class Robot:
         deviation: Standard deviation of AMCL's position [m].
         height: Height of the base's true pose [m].
         log: The last warnings and errors, `(node, text)`, oldest first.
+        remarks: What of its parameters has no effect though safety hangs on it.
     """
 
     scan: ScanFacts | None = None
@@ -88,6 +89,7 @@ class Robot:
     deviation: float | None = None
     height: float | None = None
     log: tuple[tuple[str, str], ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,7 @@ class Snapshot:
         states: Lifecycle state of each managed node, "" where it did not answer.
         counts: How many messages came on each topic that was listened to.
         clock: What came on /clock, None for nothing.
+        on_system_time: Nodes that stamp by the system's clock while /clock is published.
         frames: The tree of frames by name.
         robot: What the robot says of itself.
     """
@@ -117,6 +120,7 @@ class Snapshot:
     states: dict[str, str] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
     clock: Clock | None = None
+    on_system_time: tuple[str, ...] = ()
     frames: dict[str, Frame] = field(default_factory=dict)
     robot: Robot = Robot()
 
@@ -150,6 +154,7 @@ class Snapshot:
                 if end.node.startswith(start) and end.topic.startswith(start)
             ),
             states=cut(self.states),
+            on_system_time=tuple(cut(dict.fromkeys(self.on_system_time))),
             counts=cut(self.counts),
         )
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
-from bringup.parameters.files import Parameters, for_node, unknown_nodes
+from bringup.parameters.files import Parameters, for_node
 from bringup.stack import MESSAGES, Group, NodeSpec
 
 
@@ -56,9 +56,9 @@ def _nothing() -> int:
     return 0
 
 
-def problems_of(parameters: Parameters, specs: Iterable[NodeSpec], known: list[str]) -> list[str]:
-    """Return what these nodes would refuse: nodes or keys unknown, values not valid."""
-    problems = unknown_nodes(parameters, known)
+def problems_of(parameters: Parameters, specs: Iterable[NodeSpec]) -> list[str]:
+    """Return what these nodes would refuse: keys unknown, values not valid."""
+    problems: list[str] = []
     for spec in specs:
         try:
             load(node_class(spec).Config, for_node(parameters, spec.name), spec.name)
@@ -67,12 +67,12 @@ def problems_of(parameters: Parameters, specs: Iterable[NodeSpec], known: list[s
     return problems
 
 
-def check_parameters(parameters: Parameters, groups: tuple[Group, ...], known: list[str]) -> None:
+def check_parameters(parameters: Parameters, groups: tuple[Group, ...]) -> None:
     """Refuse parameters that some node of these groups would refuse, before anything starts.
 
     Raises:
-        ConfigError: Nodes or keys are unknown, or values of the wrong type or out of bounds.
+        ConfigError: Keys are unknown, or values of the wrong type or out of bounds.
     """
-    problems = problems_of(parameters, [s for group in groups for s in group.nodes], known)
+    problems = problems_of(parameters, [s for group in groups for s in group.nodes])
     if problems:
         raise ConfigError(*problems)

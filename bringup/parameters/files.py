@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from arjuna_core.errors import InputFileError, nearest
+import yaml
+
+from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
-from arjuna_core.files.yaml_file import read_yaml
+from arjuna_core.files.yaml_file import read_nodes, read_yaml
 
 Parameters = dict[str, dict[str, Any]]
 _KEY = "ros__parameters"
 _ROS1 = "a file of ROS 1: 'python -m bringup params convert FILE'"
 EVERY_NODE = "/**"
+SIM_TIME = "use_sim_time"
+SAFETY = ""
+"""Stands for no node: by group, the lines on what keeps a robot from harm and has no effect."""
 _CLASS = (".plugin", ".action_type")  # what a plug-in is of
+_ANY_NAMESPACE = re.compile(r"\*+|<\w+>")
 
 
 def load_parameters(paths: Iterable[str | Path]) -> Parameters:
@@ -48,11 +55,37 @@ def _collect(path: Path, item: Any, name: str, found: Parameters) -> None:
         raise InputFileError(path, problem, name or None)
     for key, value in item.items():
         if key != _KEY:
-            _collect(path, value, f"{name}/{key}".strip("/") if key != EVERY_NODE else key, found)
+            _collect(path, value, _below(name, key), found)
             continue
         if not isinstance(value, Mapping):
             raise InputFileError(path, f"must map names to values, got {value!r}", f"{name}.{_KEY}")
         found.setdefault(name, {}).update(_dotted(value))
+
+
+def _below(name: str, key: str) -> str:
+    """Return the name of a section within another."""
+    return key if key == EVERY_NODE else f"{name}/{key}".strip("/")
+
+
+def lines_of(path: Path) -> dict[tuple[str, str], int]:
+    """Return the line of each name of a file that `load_parameters` has read, by node and key."""
+    found: dict[tuple[str, str], int] = {}
+
+    def walk(item: yaml.Node | None, node: str, key: str, inside: bool) -> None:
+        for name, value in item.value if isinstance(item, yaml.MappingNode) else ():
+            if inside:
+                below = f"{key}.{name.value}" if key else str(name.value)
+                found[node, below] = name.start_mark.line + 1
+                walk(value, node, below, inside)
+            elif name.value == _KEY:
+                walk(value, node, "", True)
+            else:
+                below = _below(node, name.value)
+                found[below, ""] = name.start_mark.line + 1
+                walk(value, below, "", False)
+
+    walk(read_nodes(path), "", "", False)
+    return found
 
 
 def _dotted(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -68,25 +101,42 @@ def _dotted(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 def for_node(parameters: Parameters, name: str) -> dict[str, Any]:
     """Return one node's values, those of `/**` under its own; use_sim_time is the process's."""
     values = {**parameters.get(EVERY_NODE, {}), **parameters.get(name, {})}
-    values.pop("use_sim_time", None)
+    values.pop(SIM_TIME, None)
     return values
 
 
-def in_namespace(parameters: Parameters, namespace: str) -> Parameters:
-    """Return parameters in which nodes below the robot's namespace have their plain names."""
-    if not namespace:
-        return parameters
-    return {node.removeprefix(f"{namespace}/"): values for node, values in parameters.items()}
+def sim_time_of(parameters: Parameters, names: Iterable[str]) -> bool:
+    """Return whether nodes of one process take their time from /clock.
+
+    Args:
+        parameters: Of all nodes.
+        names: The process's nodes; most of those that say so decide, else `/**`. Simulated if none.
+    """
+    said = [values[SIM_TIME] for name in names if SIM_TIME in (values := parameters.get(name, {}))]
+    said = said or [parameters.get(EVERY_NODE, {}).get(SIM_TIME, True)]
+    return 2 * sum(map(bool, said)) >= len(said)
 
 
-def unknown_nodes(given: Iterable[str], known: Iterable[str]) -> list[str]:
-    """Return a sentence for each node that does not exist, with the nearest that does."""
-    names = [*known, EVERY_NODE]
-    return [
-        f"parameters for unknown node '{name}'; {nearest(name, names)}"
-        for name in given
-        if name not in names
-    ]
+def node_of(name: str, known: Collection[str], namespace: str = "") -> str | None:
+    """Return the node that a section of a file is of; None where there is none of the name.
+
+    ROS' wildcards stand for any namespace, and so does a `<placeholder>` that a launch file fills.
+    Where the robot has no namespace, a section of any one is taken.
+
+    Args:
+        name: As the file has it, namespaces separated by slashes.
+        known: The nodes that there are.
+        namespace: The robot's.
+    """
+    tokens = name.strip("/").split("/")
+    for node in known:
+        own = node.split("/")
+        if tokens[-len(own) :] == own:
+            before = tokens[: -len(own)]
+            free = all(_ANY_NAMESPACE.fullmatch(token) for token in before)
+            if free or not namespace or before == namespace.split("/"):
+                return node
+    return None
 
 
 def merged(*layers: Parameters) -> Parameters:

@@ -4,44 +4,33 @@ from __future__ import annotations
 
 import argparse
 import shlex
-import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from arjuna_core.errors import ArjunaError, ConfigError, InputFileError
-from arjuna_core.files.maps import load_map
-from bringup.parameters.composition import check_parameters, node_class, problems_of
-from bringup.parameters.files import (
-    EVERY_NODE,
-    Parameters,
-    for_node,
-    in_namespace,
-    load_parameters,
-    merged,
-    shipped_parameters,
-)
+from arjuna_core.errors import ArjunaError
+from bringup.parameters.composition import check_parameters, node_class
+from bringup.parameters.files import SAFETY, Parameters, for_node, merged
 from bringup.parameters.fleet_options import is_fleet, of_starts
-from bringup.parameters.foreign.stock import understand
-from bringup.parameters.robot_names import NO_SIM_TIME, of_names
+from bringup.parameters.given import with_words
+from bringup.parameters.reading import read_files, read_named_files, write_remarks
+from bringup.parameters.remarks import Remark
+from bringup.parameters.robot_names import of_names
+from bringup.parameters.running import robot_of_simulator, with_clock
 from bringup.parameters.simulated_robot import of_simulated_robot
 from bringup.stack import (
+    DEMO_GROUPS,
     DESCRIPTION_GROUP,
+    LOCALIZATION_GROUP,
+    NAVIGATION_GROUP,
     ODOMETRY_GROUP,
     REAL_STACKS,
+    SLAM_GROUP,
     STACKS,
-    VELOCITY_CHAIN,
     WORLD_GROUP,
     Group,
-    NodeSpec,
 )
 
-DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group in groups))
-"""Every group: the demo runs them all, and a parameter file may name any node of theirs."""
-ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
-"""Those, and the ones that several robots or a real one have in place of the simulator's."""
-
-_STAMPED = "enable_stamped_cmd_vel"
 _OF_SIMULATED_ROBOT = ("demo", "slam", "nav")
 """The commands that take topics, frames and outline from a robot's file."""
 _MAPS_FIRST: Parameters = {"map_server": {"yaml_filename": ""}}
@@ -51,7 +40,11 @@ _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
 
 
 def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
-    """Return the groups of nodes that a command runs."""
+    """Return the groups of nodes that a command runs.
+
+    Raises:
+        ArjunaError: None is left.
+    """
     command = arguments.command
     if command == "demo":
         return DEMO_GROUPS
@@ -59,128 +52,66 @@ def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
         return (WORLD_GROUP,)
     if vars(arguments).get("slam"):
         command += " --slam"
-    if command in STACKS:
-        return STACKS[command]
-    without = {DESCRIPTION_GROUP} if arguments.robot is None else set()
-    without |= {ODOMETRY_GROUP} if arguments.imu is None else set()
-    return tuple(group for group in REAL_STACKS[command] if group not in without)
+    without: set[Group] = set()
+    if vars(arguments).get("without_localization"):
+        without |= {LOCALIZATION_GROUP, SLAM_GROUP}
+    if vars(arguments).get("without_navigation"):
+        without |= {NAVIGATION_GROUP}
+    if command in REAL_STACKS:
+        without |= {DESCRIPTION_GROUP} if arguments.robot is None else set()
+        without |= {ODOMETRY_GROUP} if arguments.imu is None else set()
+    stacks = {**STACKS, **REAL_STACKS}
+    groups = tuple(group for group in stacks[command] if group not in without)
+    if not groups:
+        raise ArjunaError("nothing is left to run: leave out localization or navigation, not both")
+    return groups
 
 
-def gather(arguments: argparse.Namespace) -> Parameters:
+def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     """Return the parameters of all nodes, the command line's over the files' over the shipped.
 
     Args:
         arguments: What `cli_parser.parse` returned.
+        ask: Whether what runs already is asked for its clock and its robot.
 
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
     groups = groups_of(arguments)
-    parameters = over_shipped(arguments.params, vars(arguments).get("namespace", ""))
+    given = vars(arguments)
+    read = read_files(arguments.params, given.get("namespace", ""), given.get("strict", False))
+    supervised = arguments.command != "demo"
+    write_remarks(one for one in read.remarks if not (supervised and one.safety))
+    named = with_words(read.parameters, given.get("param") or [], given.get("namespace", ""))
+    parameters = named if supervised else merged(named, _MAPS_FIRST)
     options = _of_options(arguments, groups)
-    options = merged(options, of_names(vars(arguments), groups))
-    if arguments.command == "robot":
-        parameters = merged(parameters, NO_SIM_TIME)
-    if arguments.command == "demo":
-        parameters = merged(parameters, _MAPS_FIRST)
+    options = merged(options, of_names(vars(arguments), groups, parameters))
+    for spec in (spec for group in groups for spec in group.nodes):
+        read_named_files(spec, for_node(merged(parameters, options), spec.name))
+    if supervised:
+        parameters = with_clock(parameters, groups, given.get("use_sim_time"), ask)
     if arguments.command in _OF_SIMULATED_ROBOT:
-        parameters = merged(parameters, of_simulated_robot(parameters, options, groups))
+        robot = {**for_node(parameters, "sim"), **options.get("sim", {})}
+        if not robot.get("robot") and ask:
+            robot = robot_of_simulator(given.get("namespace", ""))
+        parameters = merged(parameters, of_simulated_robot(parameters, robot, groups))
     parameters = merged(parameters, options)
     if {key for values in options.values() for key in values} - _PATHS:
-        check_parameters(parameters, groups, _known())
-    for group in groups:
-        for spec in group.nodes:
-            _read_files(spec, for_node(parameters, spec.name))
+        check_parameters(parameters, groups)
+    if supervised:
+        parameters[SAFETY] = _safety_lines(read.remarks, groups)
     return parameters
 
 
-def over_shipped(paths: Iterable[Path], namespace: str = "") -> Parameters:
-    """Return the shipped parameters under those of files; tell what of each is not used.
-
-    Args:
-        paths: The files; what a later one says wins.
-        namespace: Of the robot, which the files' nodes may stand below.
-
-    Raises:
-        ArjunaError: A file cannot be used.
-    """
-    parameters = shipped_parameters()
-    for path in paths:
-        named = in_namespace(load_parameters([path]), namespace)
-        parameters = _understood(path, named, parameters)
-    return _of_one_type(parameters)
-
-
-def _of_one_type(parameters: Parameters) -> Parameters:
-    """Return parameters in which the whole chain of velocities is stamped if one of it is."""
-    if not any(parameters.get(name, {}).get(_STAMPED) for name in VELOCITY_CHAIN):
-        return parameters
-    return merged({name: {_STAMPED: True} for name in VELOCITY_CHAIN}, parameters)
-
-
-def _understood(path: Path, named: Parameters, below: Parameters) -> Parameters:
-    """Return parameters with those of a file over them; tell once what of it is not used.
-
-    Raises:
-        ConfigError: Nodes or keys are unknown, or values not valid, all of the file at once.
-    """
-    understood = understand(named, below, all_nodes())
-    problems = [*understood.problems, *_problems_of(named, understood.parameters)]
-    if problems:
-        raise ConfigError(*(f"{path}: {problem}" for problem in problems))
-    if understood.notes:
-        lines = "\n  ".join(understood.notes)
-        sys.stderr.write(f"{path}: known to others, not used here:\n  {lines}\n")
-    return understood.parameters
-
-
-def _problems_of(named: Parameters, parameters: Parameters) -> list[str]:
-    """Return what the nodes that a file names would refuse."""
-    specs = [spec for spec in all_nodes() if spec.name in named or EVERY_NODE in named]
-    return problems_of(parameters, specs, _known())
-
-
-def all_nodes() -> list[NodeSpec]:
-    """Return every node there is."""
-    return [spec for group in DEMO_GROUPS for spec in group.nodes]
-
-
-def _known() -> list[str]:
-    """Return the names of all nodes."""
-    return [spec.name for spec in all_nodes()]
-
-
-def problems_in(path: Path) -> list[str]:
-    """Return everything that is wrong with a parameter file; nothing where it loads."""
-    try:
-        understood = understand(load_parameters([path]), shipped_parameters(), all_nodes())
-    except InputFileError as error:
-        return [str(error)]
-    parameters = understood.parameters
-    problems = [*understood.problems, *problems_of(parameters, all_nodes(), _known())]
-    for spec in all_nodes():
-        values = for_node(parameters, spec.name)
-        if spec.name == "map_server" and _lacking_map(values):
-            continue
-        try:
-            _read_files(spec, values)
-        except ArjunaError as error:
-            problems.append(f"{spec.name}: {error}")
-    return problems
-
-
-def notes_in(path: Path) -> list[str]:
-    """Return what of a file that loads is not used here, and the map that it names in vain."""
-    understood = understand(load_parameters([path]), shipped_parameters(), all_nodes())
-    lacking = _lacking_map(understood.parameters.get("map_server", {}))
-    note = f"map_server: there is no {lacking}; 'nav --map FILE' takes its place"
-    return [*understood.notes, *([note] if lacking else [])]
-
-
-def _lacking_map(values: Mapping[str, Any]) -> str:
-    """Return the map that stock files name and nobody has, or nothing."""
-    name = str(values.get("yaml_filename") or "")
-    return "" if Path(name).exists() else name
+def _safety_lines(remarks: Iterable[Remark], groups: Sequence[Group]) -> dict[str, Any]:
+    """Return the lines that each group logs at its start; the first has those of no node."""
+    found: dict[str, Any] = {}
+    for remark in remarks:
+        node = remark.where.partition(": ")[0]
+        of = [group for group in groups for spec in group.nodes if spec.name == node]
+        if remark.safety:
+            found.setdefault((of or groups)[0].name, []).append(str(remark))
+    return found
 
 
 def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Parameters:
@@ -212,26 +143,3 @@ def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Par
 
 def _absolute(path: Path | None) -> str | None:
     return None if path is None else str(path.resolve())
-
-
-def _read_files(spec: NodeSpec, values: dict[str, Any]) -> None:
-    """Read the files that a node's parameters name: a bad one is refused before anything starts."""
-    if spec.name in ("sim", "robot_state_publisher") and values.get("robot"):
-        from arjuna_sim.inputs import named_robot
-
-        named_robot(values["robot"], values.get("robot_arguments", ""))
-    if spec.name == "sim" and values.get("robots"):
-        from arjuna_sim.inputs import named_robot
-
-        for path in values["robots"]:
-            named_robot(path, values.get("robot_arguments", ""))
-    if spec.name == "sim" and values.get("viewer"):
-        from arjuna_sim.physics.viewer import need_screen
-
-        need_screen()
-    if spec.name == "sim" and values.get("world"):
-        from arjuna_sim.inputs import named_world
-
-        named_world(values["world"])
-    if spec.name == "map_server" and values.get("yaml_filename"):
-        load_map(values["yaml_filename"])

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from arjuna_core.files.shipped import shipped_file
-from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
+from bringup.parameters.files import Parameters, merged, shipped_parameters
 from bringup.parameters.robot_names import of_names
 from bringup.stack import Group
 
@@ -21,13 +21,13 @@ _SHAPE = ("footprint", "robot_radius")
 
 
 def of_simulated_robot(
-    parameters: Parameters, options: Parameters, groups: Iterable[Group]
+    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
 ) -> Parameters:
     """Return a robot's names and its outline, but for those that parameter files say otherwise.
 
     Args:
         parameters: The files' over the shipped ones.
-        options: The command line's, which may name the robot.
+        sim: The simulator's, which may name the robot.
         groups: The groups that run.
 
     Raises:
@@ -35,7 +35,6 @@ def of_simulated_robot(
     """
     from arjuna_sim.inputs import footprint_of, named_robot, names_of
 
-    sim = {**for_node(parameters, "sim"), **options.get("sim", {})}
     if not sim.get("robot") or Path(sim["robot"]) == shipped_file("urdf/arjuna.urdf"):
         return {}  # the shipped parameters are of that one
     robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
@@ -43,7 +42,7 @@ def of_simulated_robot(
     if sim.get("standard_topics"):
         names = {key: name for key, name in names.items() if key == "base_frame"}
     shipped = shipped_parameters()
-    own = _unsaid(of_names(names, groups), parameters, shipped)
+    own = _unsaid(of_names(names, groups, parameters), parameters, shipped)
     for node, prefix in _COSTMAPS.items():
         frame = _value(merged(parameters, own), node, f"{prefix}robot_base_frame") or "base_link"
         if not any(_said(parameters, shipped, node, f"{prefix}{key}") for key in _SHAPE):

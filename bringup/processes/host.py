@@ -13,13 +13,12 @@ from collections.abc import Callable, Sequence
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process
 from bringup.parameters.composition import create_node
-from bringup.parameters.files import EVERY_NODE, Parameters
-from bringup.parameters.inputs import ALL_GROUPS
+from bringup.parameters.files import SAFETY, Parameters, sim_time_of
 from bringup.processes.lifecycle.manager import LifecycleManager
 from bringup.processes.reporter import Reporter
 from bringup.processes.supervisor import QUIT_EXIT
 from bringup.processes.twins import Twins
-from bringup.stack import Group
+from bringup.stack import ALL_GROUPS, Group
 from bringup.terminal import show
 
 _LINGER = 1.0  # [s] after a client asked to quit
@@ -49,10 +48,13 @@ class Host:
         namespace: str = "",
         write: Callable[[str], None] = lambda line: None,
     ) -> None:
-        use_sim_time = bool(parameters.get(EVERY_NODE, {}).get("use_sim_time", True))
+        use_sim_time = sim_time_of(parameters, [spec.name for spec in group.nodes])
         self.process = Process(f"{group.name}_host", use_sim_time, namespace=namespace)
         self.nodes = [create_node(self.process, spec, parameters) for spec in group.nodes]
         self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
+        self.process.remarks = tuple(parameters.get(SAFETY, {}).get(group.name, ()))
+        for line in self.process.remarks:
+            self.process.node.get_logger().warning(line)
         self._start_at = time.monotonic() + _CLOCK_PATIENCE
         self._reporter = Reporter(self.process, self.nodes, write)
         names = [node.get_fully_qualified_name() for node in self.nodes]

@@ -38,7 +38,8 @@ def supervise(arguments: argparse.Namespace) -> int:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
     with TemporaryDirectory(prefix="arjuna-resume-") as folder:
-        parameters = in_fork(lambda: gather(arguments))  # it may import rclpy and its threads
+        # In a fork: it may import rclpy, which starts threads.
+        parameters = in_fork(lambda: gather(arguments, ask=True))
         if vars(arguments).get("resume"):
             parameters = merged(parameters, _resuming(Path(folder)))
         groups = groups_of(arguments)

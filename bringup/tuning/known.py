@@ -8,7 +8,8 @@ from pathlib import Path
 from arjuna_core.config import flatten, infos, load
 from bringup.parameters.composition import node_class
 from bringup.parameters.files import for_node
-from bringup.parameters.inputs import all_nodes, over_shipped
+from bringup.parameters.reading import over_shipped
+from bringup.stack import all_nodes
 from bringup.tuning.space import Known
 
 

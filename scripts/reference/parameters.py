@@ -8,9 +8,8 @@ from typing import Any
 from arjuna_core.plugins import canonical
 from bringup.parameters.composition import node_class
 from bringup.parameters.files import for_node, shipped_parameters
-from bringup.parameters.inputs import ALL_GROUPS
 from bringup.parameters.listing import bounds, described, scalar
-from bringup.stack import NodeSpec
+from bringup.stack import ALL_GROUPS, NodeSpec
 from scripts.reference import NOTE, cell, code
 
 _INTRO = f"""# Parameters

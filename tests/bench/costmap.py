@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import CostmapConfig, LayeredCostmap, PlacedScan
-from arjuna_nav.costmap.config import InflationConfig
+from arjuna_nav.costmap import LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.inflation import Inflation
+from tests.helpers.nav.layers import costmap_config, see
 
 _RESOLUTION = 0.05
 _BEAMS = 720
@@ -58,11 +58,11 @@ def walls(height: int, width: int, seed: int = 0) -> NDArray[np.bool_]:
 
 
 def _fixed(edge: int) -> LayeredCostmap:
-    config = CostmapConfig(
+    config = costmap_config(
         resolution=_RESOLUTION,
         track_unknown_space=True,
         robot_radius=0.25,
-        inflation_layer=InflationConfig(inflation_radius=0.6, cost_scaling_factor=5.0),
+        inflation_layer={"inflation_radius": 0.6, "cost_scaling_factor": 5.0},
     )
     half = edge * _RESOLUTION / 2.0
     data = np.where(walls(edge, edge), 100, 0).astype(np.int8)
@@ -74,14 +74,14 @@ def _fixed(edge: int) -> LayeredCostmap:
 
 def _rolling() -> LayeredCostmap:
     return LayeredCostmap(
-        CostmapConfig(
+        costmap_config(
             rolling_window=True,
             resolution=_RESOLUTION,
             width=5,
             height=5,
             robot_radius=0.25,
             plugins=("obstacle_layer", "inflation_layer"),
-            inflation_layer=InflationConfig(inflation_radius=0.6, cost_scaling_factor=5.0),
+            inflation_layer={"inflation_radius": 0.6, "cost_scaling_factor": 5.0},
         )
     )
 
@@ -95,14 +95,14 @@ def _scans(layered: LayeredCostmap, repeats: int) -> float:
         ranges = smooth + rng.normal(0.0, 0.02, _BEAMS)
         pose = SE2(0.02 * k, 0.013 * k, 0.01 * k)
         scan = Scan(ranges, -math.pi, 2.0 * math.pi / _BEAMS, 0.1, 12.0)
-        layered.update(pose, 0.1 * k, [PlacedScan(scan, pose)])
+        see(layered, pose, 0.1 * k, [PlacedScan(scan, pose)])
 
     return _median(update, repeats)
 
 
 def _inflation(repeats: int) -> float:
     data = np.where(walls(600, 800), 254, 0).astype(np.uint8)
-    inflation = Inflation(InflationConfig(inflation_radius=0.6), 0.28, _RESOLUTION)
+    inflation = Inflation(0.6, 10.0, 0.28, _RESOLUTION)
     return _median(lambda k: inflation.apply(data.copy()), repeats)
 
 

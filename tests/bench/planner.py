@@ -18,7 +18,6 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
-from arjuna_nav.costmap.config import InflationConfig
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import Inflation
 from arjuna_nav.planners import NavFn, NavFnConfig, Planner, PlanStatus
@@ -92,9 +91,7 @@ def large_map(size: int, seed: int) -> Costmap:
     for row, column in rng.integers(0, size - 20, (size * size // 6000, 2)):
         data[row : row + rng.integers(2, 16), column : column + rng.integers(2, 16)] = 254
     data[:60, :60] = data[-60:, -60:] = 0
-    Inflation(
-        InflationConfig(inflation_radius=0.6, cost_scaling_factor=5.0), _ROBOT_RADIUS, _RESOLUTION
-    ).apply(data)
+    Inflation(0.6, 5.0, _ROBOT_RADIUS, _RESOLUTION).apply(data)
     return Costmap(GridFrame(_RESOLUTION, size, size), data)
 
 

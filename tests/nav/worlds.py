@@ -16,8 +16,8 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers import Controller, ControlResult
-from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap
-from arjuna_nav.costmap.config import InflationConfig
+from arjuna_nav.costmap import Costmap, LayeredCostmap
+from tests.helpers.nav.layers import costmap_config
 
 RESOLUTION = 0.05
 RADIUS = 0.25
@@ -62,14 +62,14 @@ def costmap_of(
     footprint: str = "[]",
 ) -> Costmap:
     """Return the inflated costmap of a map."""
-    config = CostmapConfig(
+    config = costmap_config(
         resolution=grid.frame.resolution,
         robot_radius=radius,
         footprint=footprint,
         footprint_padding=0.0,
         track_unknown_space=track_unknown,
         plugins=("static_layer", "inflation_layer"),
-        inflation_layer=InflationConfig(inflation_radius=inflation_radius, cost_scaling_factor=5.0),
+        inflation_layer={"inflation_radius": inflation_radius, "cost_scaling_factor": 5.0},
     )
     layered = LayeredCostmap(config)
     layered.set_map(grid)

@@ -30,16 +30,27 @@ class Diagnostics:
         self._publisher = node.create_publisher(DiagnosticArray, "diagnostics", qos.DEFAULT)
         self._period = Periodic(1.0)
 
-    def run_due(self, now: float, nodes: Iterable[Any]) -> None:
+    def run_due(self, now: float, nodes: Iterable[Any], remarks: Iterable[str] = ()) -> None:
         """Publish what is due at a time [s].
 
         Args:
             now: The process's time [s].
             nodes: The nodes of the process.
+            remarks: What of the nodes' parameters has no effect though safety hangs on it.
         """
         if self._period.due(now) and self._publisher.get_subscription_count():
             array = DiagnosticArray(header=header("", now))
             array.status = [self._status(node, now) for node in nodes]
+            name = self._node.get_name()
+            array.status += [
+                DiagnosticStatus(
+                    name=f"{name}: parameters",
+                    level=DiagnosticStatus.WARN,
+                    message=remark,
+                    hardware_id=name,
+                )
+                for remark in remarks
+            ]
             self._publisher.publish(array)
 
     def _status(self, node: Any, now: float) -> DiagnosticStatus:

@@ -6,10 +6,10 @@ import array
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Point32, Polygon, PolygonStamped
+from geometry_msgs.msg import Point32, Polygon, PolygonStamped, Vector3
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
-from nav2_msgs.msg import CostmapMetaData, CostmapUpdate
+from nav2_msgs.msg import CostmapMetaData, CostmapUpdate, VoxelGrid
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from numpy.typing import NDArray
 
@@ -17,6 +17,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros.convert import grid_msg, header, pose_msg, time_msg
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.costmap import occupancy_of
+from arjuna_nav.costmap.layers.voxel import VoxelLayer
 from arjuna_nav.costmap.window import Window
 
 
@@ -34,10 +35,14 @@ def costmap_raw_msg(costmap: Costmap, frame_id: str, now: float) -> CostmapMsg:
     return CostmapMsg(header=header(frame_id, now), metadata=metadata, data=data)
 
 
-def costmap_grid_msg(costmap: Costmap, frame_id: str, now: float) -> OccupancyGridMsg:
-    """Return a costmap as the OccupancyGrid that RViz shows."""
+def costmap_grid_msg(
+    costmap: Costmap, frame_id: str, now: float, height: float = 0.0
+) -> OccupancyGridMsg:
+    """Return a costmap as the OccupancyGrid that RViz shows, at a height [m]."""
     grid = OccupancyGrid(costmap.frame, occupancy_of(costmap.data), costmap.stamp)
-    return grid_msg(grid, frame_id, now)
+    message = grid_msg(grid, frame_id, now)
+    message.info.origin.position.z = height
+    return message
 
 
 def costmap_raw_update_msg(
@@ -67,6 +72,21 @@ def costmap_grid_update_msg(
         width=data.shape[1],
         height=data.shape[0],
         data=array.array("b", data.tobytes()),
+    )
+
+
+def voxel_grid_msg(layer: VoxelLayer, frame_id: str, now: float) -> VoxelGrid:
+    """Return the voxels of a layer."""
+    frame, config = layer.master.frame, layer.config
+    corner = frame.origin.apply(np.zeros((1, 2)))[0]
+    return VoxelGrid(
+        header=header(frame_id, now),
+        data=array.array("I", layer.columns().tobytes()),
+        origin=Point32(x=float(corner[0]), y=float(corner[1]), z=config.origin_z),
+        resolutions=Vector3(x=frame.resolution, y=frame.resolution, z=config.z_resolution),
+        size_x=frame.width,
+        size_y=frame.height,
+        size_z=config.z_voxels,
     )
 
 

@@ -6,19 +6,21 @@ import numpy as np
 from geometry_msgs.msg import PolygonStamped
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
-from nav2_msgs.msg import CostmapUpdate
+from nav2_msgs.msg import CostmapUpdate, VoxelGrid
 from nav_msgs.msg import OccupancyGrid
 
 from arjuna_core.grid import GridFrame
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.costmap import Costmap, LayeredCostmap
+from arjuna_nav.costmap.layers.voxel import VoxelLayer
 from arjuna_nav.nodes.costmap.messages import (
     costmap_grid_msg,
     costmap_grid_update_msg,
     costmap_raw_msg,
     costmap_raw_update_msg,
     polygon_msg,
+    voxel_grid_msg,
 )
 
 
@@ -27,14 +29,20 @@ class CostmapOutput:
 
     Args:
         node: The node of the costmap; in its `configure`.
+        layered: The costmap.
     """
 
-    def __init__(self, node: ManagedNode) -> None:
+    def __init__(self, node: ManagedNode, layered: LayeredCostmap) -> None:
         self._node = node
         self._grid = node.publisher(OccupancyGrid, "costmap", qos.LATCHED)
         self._raw = node.publisher(CostmapMsg, "costmap_raw", qos.LATCHED)
         self._grid_update = node.publisher(OccupancyGridUpdate, "costmap_updates", qos.LATCHED)
         self._raw_update = node.publisher(CostmapUpdate, "costmap_raw_updates", qos.LATCHED)
+        self._voxels = {
+            name: node.publisher(VoxelGrid, "voxel_grid", qos.LATCHED)
+            for name, layer in layered.layers.items()
+            if isinstance(layer, VoxelLayer) and layer.config.publish_voxel_map
+        }
         self._footprint = node.publisher(PolygonStamped, "published_footprint", qos.DEFAULT)
         self._readers = 0
         self._frame: GridFrame | None = None
@@ -57,11 +65,16 @@ class CostmapOutput:
         costmap, frame_id, now = layered.costmap, self._node.config.global_frame, self._node.now
         changed = layered.take_changed()
         if self._wants_all(costmap):
-            self._grid.publish(costmap_grid_msg(costmap, frame_id, now))
+            height = self._node.config.map_vis_z
+            self._grid.publish(costmap_grid_msg(costmap, frame_id, now, height))
             self._raw.publish(costmap_raw_msg(costmap, frame_id, now))
         if changed is not None:
             self._grid_update.publish(costmap_grid_update_msg(costmap, changed, frame_id, now))
             self._raw_update.publish(costmap_raw_update_msg(costmap, changed, frame_id, now))
+        for name, publisher in self._voxels.items():
+            layer = layered.layers[name]
+            if isinstance(layer, VoxelLayer) and layer.enabled:
+                publisher.publish(voxel_grid_msg(layer, frame_id, now))
         pose = self._node.transforms.try_lookup(frame_id, self._node.config.robot_base_frame)
         if pose is not None and self._footprint.get_subscription_count() > 0:
             self._footprint.publish(polygon_msg(layered.footprint.at(pose), frame_id, now))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from arjuna_core.errors import ArjunaError, ConfigError
@@ -31,16 +32,18 @@ class DockBook:
 
     Args:
         config: Parameters of the docking server.
+        warn: Takes what is odd about a file of docks.
 
     Raises:
         ArjunaError: A dock has no pose or is of no kind there is, or the file cannot be read.
     """
 
-    def __init__(self, config: DockingServerConfig) -> None:
+    def __init__(self, config: DockingServerConfig, warn: Callable[[str], None]) -> None:
+        self._warn = warn
         self.types: dict[str, DockType] = {}
         self.judge_by(config)
         if config.dock_database:
-            self._docks = self._checked(read_docks(config.dock_database))
+            self._docks = self._checked(read_docks(config.dock_database, warn))
         else:
             named = {name: getattr(config, name) for name in config.docks}
             self._docks = self._checked(dock_places(named))
@@ -55,7 +58,7 @@ class DockBook:
         Raises:
             ArjunaError: The file cannot be used.
         """
-        self._docks = self._checked(read_docks(path_in_folder(folder, filepath)))
+        self._docks = self._checked(read_docks(path_in_folder(folder, filepath), self._warn))
 
     def _checked(self, docks: dict[str, DockPlace]) -> dict[str, DockPlace]:
         problems = unknown_types(docks, self.types)

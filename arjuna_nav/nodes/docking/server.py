@@ -48,7 +48,7 @@ class DockingServerNode(GoalNode):
     def configure(self) -> None:
         """Read the docks and create the interfaces."""
         config: DockingServerConfig = self.config
-        self._book = DockBook(config)
+        self._book = DockBook(config, self.get_logger().warning)
         self._order: Order | None = None
         self._last: tuple[str, SE2] | None = None
         self._docked_at: SE2 | None = None

@@ -24,6 +24,6 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.stack import EXPLORER_GROUP
     from bringup.terminal import show
 
-    done = run_until_done(EXPLORER_GROUP, gather(arguments), arguments)
+    done = run_until_done(EXPLORER_GROUP, gather(arguments, ask=True), arguments)
     show("explored" if done else "ended before all was seen")
     return 0 if done else 1

@@ -22,6 +22,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     check = actions.add_parser("check", help="everything that is wrong with a file")
     check.add_argument("file", type=Path, metavar="FILE")
+    check.add_argument("--strict", action="store_true", help="an unknown name is a problem")
+    check.add_argument(
+        "-v", "--verbose", action="store_true", help="list the names that are not needed here"
+    )
     convert = actions.add_parser(
         "convert", help="a ROS 1 or Nav2 file, or a ROS 1 launch file, by the names used here"
     )
@@ -41,8 +45,9 @@ def _dump(arguments: argparse.Namespace) -> int:
     from arjuna_core.errors import ConfigError, nearest
     from bringup.parameters.composition import node_class
     from bringup.parameters.files import for_node
-    from bringup.parameters.inputs import all_nodes, over_shipped
     from bringup.parameters.listing import dump
+    from bringup.parameters.reading import over_shipped
+    from bringup.stack import all_nodes
     from bringup.terminal import show
 
     specs = {spec.name: spec for spec in all_nodes()}
@@ -56,12 +61,15 @@ def _dump(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from bringup.parameters.inputs import notes_in, problems_in
+    from bringup.parameters.reading import check_file
+    from bringup.parameters.remarks import Kind, lines
     from bringup.terminal import show
 
-    problems = problems_in(arguments.file)
-    lines = problems or [f"not used here: {note}" for note in notes_in(arguments.file)]
-    for line in lines:
+    read = check_file(arguments.file)
+    problems = read.refused_by(arguments.strict)
+    counted = () if arguments.verbose else (Kind.NOT_NEEDED,)
+    remarks = lines(read.remarks, counted, f"'params check -v {arguments.file}'")
+    for line in [*problems, *(() if problems else remarks)]:
         show(line)
     count = f"{len(problems)} problem{'s'[: len(problems) != 1]}"
     show(f"{arguments.file}: {count if problems else 'loads'}")
@@ -73,7 +81,8 @@ def _convert(arguments: argparse.Namespace) -> int:
     from bringup.terminal import show
 
     result = converted(arguments.file)
-    for heading, lines in (("# without meaning here:", result.notes), ("", result.problems)):
+    problems = [*result.unknown, *result.problems]
+    for heading, lines in (("# without meaning here:", result.notes), ("", problems)):
         for line in [heading, *lines] if lines else []:
             sys.stderr.write(f"{line}\n" if line else "")
     show(result.text)
@@ -99,8 +108,9 @@ def _every_value(paths: Sequence[Path]) -> Parameters:
     """
     from bringup.parameters.composition import node_class
     from bringup.parameters.files import for_node
-    from bringup.parameters.inputs import all_nodes, over_shipped
     from bringup.parameters.listing import values_of
+    from bringup.parameters.reading import over_shipped
+    from bringup.stack import all_nodes
 
     parameters, specs = over_shipped(paths), all_nodes()
     return {

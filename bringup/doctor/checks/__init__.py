@@ -13,6 +13,7 @@ from bringup.doctor.checks import (
     lidar,
     lifecycle,
     localization,
+    parameters,
     qos,
     rates,
     resources,
@@ -36,5 +37,6 @@ CHECKS: dict[str, Callable[[Snapshot], list[Finding]]] = {
     "localization": localization.check,
     "velocity": velocity.check,
     "body": body.check,
+    "parameters": parameters.check,
 }
 """Every check by its name, in the order in which causes come before what follows from them."""

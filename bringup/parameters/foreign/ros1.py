@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from arjuna_core.errors import nearest
 from bringup.parameters.files import Parameters
 from bringup.parameters.foreign.ros1_names import CLASSES, NODES, SECTIONS, TABLES, targets
-from bringup.parameters.foreign.ros1_others import CURES, WITHOUT
+from bringup.parameters.foreign.ros1_others import CURES, REASONS, WITHOUT
 from bringup.parameters.foreign.ros1_sections import (
     COSTMAPS,
     holds_sections,
@@ -21,21 +21,33 @@ from bringup.parameters.foreign.ros1_sections import (
 )
 
 _SAME = """
-topic data_type marking clearing inf_is_valid expected_update_rate
-min_obstacle_height max_obstacle_height
+topic sensor_frame data_type marking clearing inf_is_valid expected_update_rate
+observation_persistence min_obstacle_height max_obstacle_height
 """
 _SOURCE = {
     **{name: name for name in _SAME.split()},
     "obstacle_range": "obstacle_max_range",
     "raytrace_range": "raytrace_max_range",
 }
-_SOURCE_WITHOUT = ("sensor_frame", "observation_persistence")
+_LEAST_TURNS = (
+    "min_vel_theta",
+    "min_rot_vel",
+    "min_in_place_vel_theta",
+    "min_in_place_rotational_vel",
+)
+_WEIGHTS = [f"FollowPath.{of}{what}.scale" for of in ("Path", "Goal") for what in ("Dist", "Align")]
+_CELL = 0.05  # [m] costmap_2d's resolution where a file gives none
 _LAYERS = {
     "StaticLayer": "static_layer",
     "ObstacleLayer": "obstacle_layer",
     "VoxelLayer": "obstacle_layer",
     "InflationLayer": "inflation_layer",
 }
+
+
+_LAYER = "obstacle_layer."
+_HIGHEST = 2.0  # point that a source of ROS 1 takes, where it says nothing [m]
+_OF_VOXELS = "origin_z z_resolution z_voxels mark_threshold unknown_threshold publish_voxel_map"
 
 
 class Converted(NamedTuple):
@@ -72,6 +84,7 @@ class _Conversion:
         self._without: dict[str, None] = {}
         self._unknown: dict[str, None] = {}
         self._misspelt: dict[str, dict[str, None]] = {}
+        self._weighs_metres: bool | None = None
 
     def take(self, document: Mapping[str, Any]) -> None:
         """Take a file, or a section that holds sections."""
@@ -108,13 +121,30 @@ class _Conversion:
             limit = follow.get(f"FollowPath.acc_lim_{axis}")
             if isinstance(limit, int | float):
                 follow[f"FollowPath.decel_lim_{axis}"] = -float(limit)
+        for node in map(NODES.__getitem__, COSTMAPS):
+            _complete_sources(self._parameters.get(node, {}))
+        if self._weighs_metres is not None:
+            self._weigh(follow)
         amcl = self._parameters.get("amcl", {})
         if any(key.startswith("initial_pose.") for key in amcl):
             amcl["set_initial_pose"] = True
         unknown = [line for item in self._misspelt.items() for line in _told(*item)]
         return Converted(self._parameters, list(self._without), [*unknown, *self._unknown])
 
+    def _weigh(self, follow: dict[str, Any]) -> None:
+        """Write TrajectoryPlanner's weights, of a metre or a cell, as DWB's, of half a metre.
+
+        Source: base_local_planner, trajectory_planner.cpp; dwb_critics, map_grid.cpp.
+        """
+        costmap = self._parameters.get(NODES["local_costmap"], {})
+        unit = 1.0 if self._weighs_metres else costmap.get("resolution", _CELL)
+        for key in _WEIGHTS:
+            if isinstance(follow.get(key), int | float):
+                follow[key] = round(2.0 * follow[key] / unit, 3)
+
     def _section(self, section: str, values: Mapping[str, Any]) -> None:
+        if section == "TrajectoryPlannerROS":
+            self._weighs_metres = bool(values.get("meter_scoring"))
         if section in ("DWAPlannerROS", "TrajectoryPlannerROS"):
             self._put("controller_server", "FollowPath.plugin", "dwb_core::DWBLocalPlanner")
         table, recoveries = targets(section), _recoveries(values)
@@ -123,13 +153,13 @@ class _Conversion:
                 self._section(SECTIONS[key], value)
             elif section in COSTMAPS and (isinstance(value, Mapping) or key == "plugins"):
                 self._part(section, key, value)
-            elif key in table and _has_meaning(key, value):
+            elif key in table and _has_meaning(key, value, values):
                 for node, name in table[key]:
                     self._put(node, name, _ours(name, value))
                 if not table[key]:
-                    self._without[f"{section}: {key}"] = None
+                    self._leave(f"{section}: {key}", key)
             elif key in table:
-                self._without[f"{section}: {key}: {value}"] = None
+                self._leave(f"{section}: {key}: {_plain(value)}", key)
             elif key in WITHOUT | recoveries or any(key in targets(other) for other in TABLES):
                 self._without[f"{section}: {key}"] = None  # another's: not read there in ROS 1
             else:
@@ -152,7 +182,7 @@ class _Conversion:
                 if name in _SOURCE:
                     place = f"obstacle_layer.{key}.{_SOURCE[name]}"
                     self._put(NODES[section], place, item)
-                elif name in (*_SOURCE_WITHOUT, *targets(section)):
+                elif name in targets(section):
                     self._without[f"{section}: {key}.{name}"] = None
                 else:
                     hint = nearest(name, _SOURCE)
@@ -164,8 +194,28 @@ class _Conversion:
                 self._put(NODES[section], f"{layer}.enabled", item)
             self._section(section, {k: v for k, v in value.items() if k not in enabled})
 
+    def _leave(self, what: str, key: str) -> None:
+        """Note what has no meaning here, and why where that is known."""
+        self._without[f"{what} ({REASONS[key]})" if key in REASONS else what] = None
+
     def _put(self, node: str, name: str, value: Any) -> None:
         self._parameters.setdefault(node, {})[name] = value
+
+
+def _complete_sources(values: dict[str, Any]) -> None:
+    """Give each source of a costmap what ROS 1 says for all of them, and voxels their class."""
+    sources = str(values.get(f"{_LAYER}observation_sources", "")).split()
+    every = f"{_LAYER}scan."  # where the tables put the ranges of all
+    ranges = {name: value for name, value in values.items() if name.startswith(every)}
+    for name in ranges if sources and "scan" not in sources else ():
+        del values[name]
+    for source in sources:
+        values.setdefault(f"{_LAYER}{source}.max_obstacle_height", _HIGHEST)
+        for name, value in ranges.items():
+            if name.endswith("_range"):
+                values.setdefault(f"{_LAYER}{source}.{name.removeprefix(every)}", value)
+    if any(f"{_LAYER}{name}" in values for name in _OF_VOXELS.split()):
+        values[f"{_LAYER}plugin"] = "nav2_costmap_2d::VoxelLayer"
 
 
 def _told(section: str, names: Iterable[str]) -> list[str]:
@@ -196,18 +246,43 @@ def _layer_of(name: str, values: Mapping[str, Any]) -> str:
     return "static_layer" if is_static else "obstacle_layer"
 
 
-def _has_meaning(key: str, value: Any) -> bool:
-    """Tell whether a value means anything here: a class that we have, an interval that is one."""
+def _has_meaning(key: str, value: Any, beside: Mapping[str, Any]) -> bool:
+    """Return whether a value means anything here: a class that we have, an interval that is one.
+
+    Args:
+        key: Its name.
+        value: The value.
+        beside: All values of its section.
+    """
     if key in ("base_local_planner", "base_global_planner", "odom_model_type"):
         return value in CLASSES
-    is_interval = key in ("temporalUpdate", "planner_frequency")
-    return not (is_interval and isinstance(value, int | float) and value <= 0.0)
+    if key in ("recovery_behavior_enabled", "clearing_rotation_allowed"):
+        return value is False
+    if key == "maxRange":
+        return "maxUrange" not in beside
+    if key == "max_planning_retries" and beside.get("recovery_behavior_enabled") is False:
+        return False
+    if not isinstance(value, int | float):
+        return True
+    if key == "escape_vel":
+        return value < 0.0
+    above = ("temporalUpdate", "planner_frequency", *_LEAST_TURNS)
+    return not (key in above and value <= 0.0)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as YAML has it."""
+    return str(value).lower() if isinstance(value, bool) else value
 
 
 def _ours(name: str, value: Any) -> Any:
     """Return a value as our parameter takes it."""
     if name.endswith(".use_astar"):
         return not value
+    if name in ("number_of_retries", "spin_dist") and value is False:
+        return 0 if name == "number_of_retries" else 0.0
+    if name == "backup_speed":
+        return abs(value)
     if name in ("width", "height") and isinstance(value, float):
         return math.ceil(value)
     if name == "footprint" and not isinstance(value, str):

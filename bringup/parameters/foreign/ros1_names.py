@@ -11,7 +11,14 @@ _STAY, _END = "=", "-"  # what begins a line of names that stay, or that mean no
 _COSTMAP = """
 = update_frequency publish_frequency global_frame robot_base_frame width height origin_x origin_y
 = resolution rolling_window footprint robot_radius footprint_padding transform_tolerance
-= track_unknown_space lethal_cost_threshold map_topic trinary_costmap
+= track_unknown_space lethal_cost_threshold map_topic trinary_costmap unknown_cost_value
+= always_send_full_costmap use_maximum
+subscribe_to_updates static_layer.subscribe_to_updates
+combination_method obstacle_layer.combination_method
+max_obstacle_height obstacle_layer.max_obstacle_height
+min_obstacle_height obstacle_layer.min_obstacle_height
+unknown_threshold obstacle_layer.unknown_threshold
+publish_voxel_map obstacle_layer.publish_voxel_map
 mark_threshold obstacle_layer.mark_threshold
 origin_z obstacle_layer.origin_z
 z_resolution obstacle_layer.z_resolution
@@ -23,9 +30,7 @@ cost_scaling_factor inflation_layer.cost_scaling_factor
 obstacle_range obstacle_layer.scan.obstacle_max_range
 raytrace_range obstacle_layer.scan.raytrace_max_range
 observation_sources obstacle_layer.observation_sources
-- static_map map_type max_obstacle_height min_obstacle_height unknown_cost_value unknown_threshold
-- always_send_full_costmap publish_voxel_map combination_method use_maximum subscribe_to_updates
-- first_map_only
+- static_map map_type first_map_only
 """
 TABLES = {
     "amcl": """
@@ -64,7 +69,8 @@ linearUpdate minimum_travel_distance
 angularUpdate minimum_travel_heading
 temporalUpdate minimum_time_interval
 delta resolution
-- maxRange minimumScore particles sigma kernelSize lstep astep iterations lsigma ogain lskip srr srt
+maxRange max_laser_range
+- minimumScore particles sigma kernelSize lstep astep iterations lsigma ogain lskip srr srt
 - str stt resampleThreshold xmin ymin xmax ymax llsamplerange llsamplestep lasamplerange
 - lasamplestep occ_thresh tf_delay inverted_laser
 """,
@@ -77,9 +83,10 @@ oscillation_distance {_MOVES}.required_movement_radius
 base_local_planner {_FOLLOW}.plugin
 base_global_planner planner_server:GridBased.plugin
 max_planning_retries bt_navigator:number_of_retries
-- planner_patience recovery_behavior_enabled recovery_behaviors clearing_rotation_allowed
-- conservative_reset_dist shutdown_costmaps make_plan_clear_costmap make_plan_add_unreachable_goal
-- restore_defaults
+recovery_behavior_enabled bt_navigator:number_of_retries
+clearing_rotation_allowed bt_navigator:spin_dist
+- planner_patience recovery_behaviors conservative_reset_dist shutdown_costmaps
+- make_plan_clear_costmap make_plan_add_unreachable_goal restore_defaults
 """,
     **PLANNERS,
     "global_costmap": _COSTMAP,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import InputFileError
-from bringup.parameters.files import for_node, load_parameters, unknown_nodes
+from bringup.parameters.files import for_node, lines_of, load_parameters, node_of, sim_time_of
 
 
 def write(folder: Path, text: str, name: str = "params.yaml") -> Path:
@@ -57,6 +57,39 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         load_parameters([tmp_path / "none.yaml"])
 
 
-def test_an_unknown_node_names_the_nearest() -> None:
-    (problem,) = unknown_nodes({"amlc": {}, "sim": {}, "/**": {}}, ["amcl", "sim"])
-    assert problem == "parameters for unknown node 'amlc'; did you mean 'amcl'?"
+NODES = ("amcl", "local_costmap/local_costmap")
+
+
+@pytest.mark.parametrize(
+    ("name", "namespace", "node"),
+    [
+        ("amcl", "", "amcl"),
+        ("/amcl", "", "amcl"),
+        ("**/amcl", "", "amcl"),
+        ("/*/amcl", "robot1", "amcl"),
+        ("/**/local_costmap/local_costmap", "", "local_costmap/local_costmap"),
+        ("<robot_namespace>/amcl", "robot1", "amcl"),
+        ("robot1/amcl", "robot1", "amcl"),
+        ("/robot1/amcl", "", "amcl"),
+        ("robot2/amcl", "robot1", None),
+        ("amlc", "", None),
+        ("local_costmap", "", None),
+    ],
+)
+def test_a_section_is_of_a_node_as_ros_matches_it(
+    name: str, namespace: str, node: str | None
+) -> None:
+    assert node_of(name, NODES, namespace) == node
+
+
+def test_every_name_has_its_line(tmp_path: Path) -> None:
+    text = "a:\n  ros__parameters:\n    x: 1\n    y:\n      z: 2\n/**: {ros__parameters: {k: 1}}\n"
+    lines = lines_of(write(tmp_path, text))
+    assert (lines["a", ""], lines["a", "x"], lines["a", "y.z"], lines["/**", "k"]) == (1, 3, 5, 6)
+
+
+def test_a_process_has_the_clock_that_its_nodes_name() -> None:
+    parameters = {"/**": {"use_sim_time": True}, "b": {"use_sim_time": False}}
+    assert sim_time_of({}, ["a"])
+    assert sim_time_of(parameters, ["a"])
+    assert not sim_time_of(parameters, ["a", "b"])

@@ -13,10 +13,11 @@ from arjuna_core.config import flatten, load
 from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
 from bringup.parameters.composition import check_parameters, node_class
-from bringup.parameters.files import for_node
-from bringup.parameters.inputs import DEMO_GROUPS, all_nodes, gather, groups_of, over_shipped
+from bringup.parameters.files import for_node, merged, shipped_parameters
+from bringup.parameters.inputs import gather, groups_of
+from bringup.parameters.reading import over_shipped
 from bringup.parameters.robot_names import KEYS, of_names
-from bringup.stack import REAL_STACKS, VELOCITY_CHAIN
+from bringup.stack import DEMO_GROUPS, REAL_STACKS, VELOCITY_CHAIN
 
 pytestmark = pytest.mark.ros
 OPTIONS = {name: f"--{name.replace('_', '-')}" for name in KEYS}
@@ -27,9 +28,9 @@ def test_every_option_is_a_parameter_of_the_nodes_that_run(where: list[str]) -> 
     given = [word for option in OPTIONS.values() for word in (option, "other")]
     arguments = parse(["robot", *where, *given, "--robot", "urdf/arjuna.urdf"])
     groups = groups_of(arguments)
-    found = of_names(vars(arguments), groups)
-    known = [spec.name for spec in all_nodes()]
-    check_parameters(found, groups, known)
+    shipped = shipped_parameters()
+    found = of_names(vars(arguments), groups, shipped)
+    check_parameters(merged(shipped, found), groups)
     assert set(found) <= {spec.name for group in groups for spec in group.nodes}
     assert found["collision_monitor"]["base_frame_id"] == "other"
     assert found["collision_monitor"]["cmd_vel_out_topic"] == "other"

@@ -13,7 +13,7 @@ SOURCE = """
 import os, sys
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 from bringup.parameters.composition import warm_up
-from bringup.parameters.inputs import ALL_GROUPS
+from bringup.stack import ALL_GROUPS
 from bringup.processes.fork import can_fork
 from bringup.stack import MESSAGES
 

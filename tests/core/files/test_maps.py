@@ -126,7 +126,6 @@ Edit = Callable[[dict[str, Any]], Any]
         (lambda h: h.update(image=""), "image: must be a file name, got ''"),
         (lambda h: h.update(image="no.pgm"), "no.pgm does not exist"),
         (lambda h: h.update(image="map.yaml"), "is no readable PGM or PNG image"),
-        (lambda h: h.update(modes="raw"), "modes: unknown key 'modes'; did you mean 'mode'?"),
         (lambda h: h.pop("origin"), "lacks the key 'origin'; required: image, resolution, origin"),
     ],
 )
@@ -156,6 +155,14 @@ def test_a_file_that_is_no_map_is_refused(tmp_path: Path, content: bytes, messag
         load_map(tmp_path / "map.yaml")
 
 
+def test_an_unknown_key_of_a_map_is_passed_over_with_a_warning(tmp_path: Path) -> None:
+    path, _ = save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "map")
+    path.write_text(f"{path.read_text()}\nmodes: raw\n")
+    warned: list[str] = []
+    assert load_map(path, warned.append).frame == FRAME
+    assert warned == [f"{path}: unknown key 'modes'; the nearest is 'mode'"]
+
+
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(MapError, match=r"none\.yaml: cannot be read: No such file"):
         load_map(tmp_path / "none.yaml")
@@ -176,3 +183,24 @@ def test_colours_are_averaged_to_shades(tmp_path: Path) -> None:
     header = {"image": "m.png", "resolution": 0.05, "origin": [0, 0, 0]}
     (tmp_path / "m.yaml").write_text(yaml.safe_dump(header))
     assert load_map(tmp_path / "m.yaml").data.tolist() == [[100, 0]]
+
+
+@pytest.mark.parametrize("ending", ["yaml", "png"])
+def test_a_file_of_something_else_is_not_overwritten(tmp_path: Path, ending: str) -> None:
+    foreign = tmp_path / f"notes.{ending}"
+    foreign.write_bytes(b"name: mine")
+    with pytest.raises(MapError, match="it is not overwritten; choose another name"):
+        save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "notes", "png")
+    assert foreign.read_bytes() == b"name: mine"
+    assert list(tmp_path.iterdir()) == [foreign]
+
+
+@pytest.mark.parametrize("image_format", ["pgm", "png"])
+def test_a_map_is_overwritten_and_one_without_its_image_too(
+    tmp_path: Path, image_format: str
+) -> None:
+    for _ in range(2):
+        _, image = save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "room", image_format)
+    image.unlink()
+    save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "room", image_format)
+    np.testing.assert_array_equal(load_map(tmp_path / "room.yaml").data, TRINARY)

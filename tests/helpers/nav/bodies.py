@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_nav.costmap import CostmapConfig
-from arjuna_nav.costmap.config import InflationConfig, ObstacleConfig, SourceConfig
 from arjuna_nav.costmap.footprint import Footprint
+from tests.helpers.nav.layers import costmap_config, scans
 
-_INFLATION = InflationConfig(inflation_radius=0.6, cost_scaling_factor=5.0)
+_INFLATION = {"inflation_radius": 0.6, "cost_scaling_factor": 5.0}
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Body:
 
 def window(edge: int, reach: float, body: Body) -> CostmapConfig:
     """Return a window of some metres that goes with the robot and sees as far as `reach` [m]."""
-    return CostmapConfig(
+    return costmap_config(
         global_frame="odom",
         rolling_window=True,
         width=edge,
@@ -65,7 +65,7 @@ def window(edge: int, reach: float, body: Body) -> CostmapConfig:
 
 def whole_map(body: Body) -> CostmapConfig:
     """Return the costmap of a map."""
-    return CostmapConfig(
+    return costmap_config(
         resolution=0.05,
         track_unknown_space=True,
         obstacle_layer=_obstacles(3.0),
@@ -74,6 +74,5 @@ def whole_map(body: Body) -> CostmapConfig:
     )
 
 
-def _obstacles(reach: float) -> ObstacleConfig:
-    source = SourceConfig(obstacle_max_range=reach, raytrace_max_range=reach + 1.0)
-    return ObstacleConfig(scan=source)
+def _obstacles(reach: float) -> dict[str, Any]:
+    return scans({"obstacle_max_range": reach, "raytrace_max_range": reach + 1.0})

@@ -25,6 +25,7 @@ from arjuna_nav.planners.navfn import NavFn, NavFnConfig
 from arjuna_nav.planners.through import plan_through
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from tests.helpers.nav.bodies import Body, whole_map, window
+from tests.helpers.nav.layers import see
 from tests.helpers.nav.meetings import AWAY, PUSHED, Meetings
 from tests.helpers.nav.pushes import Pushes
 from tests.nav.worlds import Unicycle
@@ -177,10 +178,10 @@ class Play:
         edges = np.vstack([self._walls, *people])
         scan = scan_of(edges, self.robot.pose, self._rng, self._errors.scan, self.time)
         self._moving = self._tracker.update(scan, self._in_odom)
-        self._near.update(self._in_odom, self.time, [PlacedScan(scan, self._in_odom)])
+        see(self._near, self._in_odom, self.time, [PlacedScan(scan, self._in_odom)])
         self._unmapped.append(PlacedScan(scan, self._in_map))
         if tick % _MAPS == 0:
-            self._far.update(self._in_map, self.time, self._unmapped)
+            see(self._far, self._in_map, self.time, self._unmapped)
             self._unmapped = []
 
     def _command(self, tick: int) -> Velocity:

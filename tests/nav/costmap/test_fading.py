@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from arjuna_core.grid import GridFrame
 from arjuna_core.readings import Cloud
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap import LETHAL, CostmapConfig, LayeredCostmap, PlacedCloud, PlacedScan
-from arjuna_nav.costmap.config import ObstacleConfig, SourceConfig
+from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedCloud, PlacedScan
 from arjuna_nav.costmap.moving.ways import ways
+from tests.helpers.nav.layers import clouds, costmap_config, scans, see
 from tests.helpers.nav.played import scan_of
 
 ROOM = np.array([[-4.0, -4, 4, -4], [4, -4, 4, 4], [4, 4, -4, 4], [-4, 4, -4, -4]])
@@ -30,9 +30,9 @@ class Watched:
     """A costmap of a robot that stands in a room where somebody walks."""
 
     def __init__(self, moving_time: float = 1.5, rolling: bool = False) -> None:
-        source = SourceConfig(obstacle_max_range=3.0, raytrace_max_range=4.0)
+        source = {"obstacle_max_range": 3.0, "raytrace_max_range": 4.0}
         self.layered = LayeredCostmap(
-            CostmapConfig(
+            costmap_config(
                 rolling_window=rolling,
                 width=8,
                 height=8,
@@ -40,10 +40,9 @@ class Watched:
                 origin_y=-4.0,
                 resolution=0.05,
                 robot_radius=0.25,
-                plugins=("obstacle_layer", "inflation_layer"),
-                obstacle_layer=ObstacleConfig(
-                    observation_sources="scan cloud", moving_time=moving_time, scan=source
-                ),
+                plugins=("obstacle_layer", "voxel_layer", "inflation_layer"),
+                obstacle_layer=scans(source, moving_time=moving_time),
+                voxel_layer=clouds(),
             )
         )
         self.time, self.pose = 0.0, SE2()
@@ -56,13 +55,13 @@ class Watched:
         if blind:
             ranges = np.where(np.abs(scan.angles) < 1.3, np.nan, scan.ranges)
             scan = replace(scan, ranges=ranges)
-        self.layered.update(self.pose, self.time, [PlacedScan(scan, self.pose)])
+        see(self.layered, self.pose, self.time, [PlacedScan(scan, self.pose)])
         self.time += 0.1
 
     def see_depth(self, x: float, y: float) -> None:
         """See one point high above the lidar."""
         cloud = Cloud(np.array([[x, y, 1.0]]), np.array([0.0, 0.0, 0.4]), self.time)
-        self.layered.update(self.pose, self.time, [], [PlacedCloud(cloud, self.pose)])
+        see(self.layered, self.pose, self.time, [PlacedCloud(cloud, self.pose)])
 
     def cost(self, x: float, y: float) -> int:
         cost = self.layered.costmap.cost_at(x, y)

@@ -10,20 +10,16 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import (
     Costmap,
-    CostmapConfig,
     LayeredCostmap,
     PlacedScan,
 )
-from arjuna_nav.costmap.config import ObstacleConfig, SourceConfig
-from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.costmap.layers import ObstacleLayer
 from arjuna_nav.exploration.frontiers import ExplorationConfig, frontiers, next_goal
 from arjuna_nav.planners import NavFn, NavFnConfig, PlanStatus
+from tests.helpers.nav.layers import costmap_config, scans, see
 from tests.nav.worlds import block, costmap_of, empty_grid, room, scan_from
 
-LONG_SIGHTED = ObstacleConfig(
-    footprint_clearing_enabled=False,
-    scan=SourceConfig(obstacle_max_range=12.0, raytrace_max_range=12.0),
+LONG_SIGHTED = scans(
+    {"obstacle_max_range": 12.0, "raytrace_max_range": 12.0}, footprint_clearing_enabled=False
 )
 
 
@@ -33,17 +29,23 @@ class Explorer:
     def __init__(self, truth: OccupancyGrid, start: SE2) -> None:
         self.truth = truth
         self.pose = start
-        config = CostmapConfig(track_unknown_space=True, obstacle_layer=LONG_SIGHTED)
-        self._seen = ObstacleLayer(truth.frame, config)
+        config = costmap_config(
+            track_unknown_space=True,
+            plugins=("static_layer", "obstacle_layer"),
+            obstacle_layer=LONG_SIGHTED,
+        )
+        self._seen = LayeredCostmap(config)
+        nothing = np.full(truth.frame.shape, -1, np.int8)
+        self._seen.set_map(OccupancyGrid(truth.frame, nothing))
         self.look()
 
     def look(self) -> None:
         scan = scan_from(self.truth, self.pose)
-        self._seen.update(self.pose, Footprint.circle(0.25), [PlacedScan(scan, self.pose)])
+        see(self._seen, self.pose, 0.0, [PlacedScan(scan, self.pose)])
 
     @property
     def grid(self) -> OccupancyGrid:
-        seen = self._seen.data
+        seen = self._seen.costmap.data
         data = np.select([seen == 255, seen == 254], [-1, 100], 0).astype(np.int8)
         return OccupancyGrid(self.truth.frame, data)
 
@@ -130,7 +132,7 @@ def test_nothing_is_left_in_a_known_world() -> None:
 
 
 def test_refuses_a_costmap_of_another_place() -> None:
-    layered = LayeredCostmap(CostmapConfig())
+    layered = LayeredCostmap(costmap_config())
     with pytest.raises(ValueError, match="must be one frame"):
         next_goal(empty_grid(4.0, 4.0), layered.costmap, SE2(), [])
 

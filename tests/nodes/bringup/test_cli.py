@@ -131,14 +131,18 @@ def test_a_domain_is_that_of_the_processes(monkeypatch: pytest.MonkeyPatch) -> N
         ({"r": "<sdf/>"}, ["--robot", "r"], "r: "),
         ({}, ["--params", "no.yaml"], "no.yaml: cannot be read"),
         ({"p": "a: [1"}, ["--params", "p"], "p: "),
-        ({"p": _sim("sed", 1)}, ["--params", "p"], "unknown parameter 'sed'; did you mean 'seed'?"),
+        (
+            {"p": _sim("sed", 1)},
+            ["--params", "p", "--strict"],
+            "p:3: unknown: sim: sed: no such parameter; the nearest is 'seed'",
+        ),
         ({"p": _sim("seed", "one")}, ["--params", "p"], "'seed' must be int, got 'one' (str)"),
         ({"p": _sim("tick", 0.03)}, ["--params", "p"], "'tick' 0.03 s must be a whole number of"),
         ({"p": _sim("real_time_factor", -1.0)}, ["--params", "p"], "the least valid is 0"),
         (
             {"p": _sim("seed", 1, "sym")},
-            ["--params", "p"],
-            "unknown node 'sym'; did you mean 'sim'",
+            ["--params", "p", "--strict"],
+            "p:1: unknown: sym: no node has this name; the nearest is 'sim'",
         ),
     ],
 )
@@ -164,7 +168,7 @@ def test_a_bad_input_is_refused_in_one_line_and_starts_nothing(
     ("text", "problem"),
     [
         (None, "cannot be read"),
-        ("imag: m.pgm\n", "unknown key 'imag'; did you mean 'image'?"),
+        ("imag: m.pgm\n", "lacks the key 'image'; required: image, resolution, origin"),
         ("image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n", "m.pgm does not exist"),
     ],
 )

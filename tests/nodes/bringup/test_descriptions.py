@@ -8,9 +8,8 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from bringup.parameters.inputs import DEMO_GROUPS
 from bringup.processes.host import Host
-from bringup.stack import Group
+from bringup.stack import DEMO_GROUPS, Group
 
 pytestmark = pytest.mark.ros
 MEASURES = re.compile(

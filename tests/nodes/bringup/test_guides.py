@@ -11,8 +11,9 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup.parameters.composition import node_class
 from bringup.parameters.files import Parameters, for_node, shipped_parameters
-from bringup.parameters.inputs import all_nodes, over_shipped, problems_in
 from bringup.parameters.listing import values_of
+from bringup.parameters.reading import check_file, over_shipped
+from bringup.stack import all_nodes
 from scripts.guides_page import ORDER, ROOT, read, table_of
 
 pytestmark = pytest.mark.ros
@@ -27,7 +28,7 @@ _NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?!\w)")
 
 @pytest.mark.parametrize("guide", ORDER)
 def test_a_guides_parameters_load(guide: str) -> None:
-    assert problems_in(ROOT / "guides" / guide / "params.yaml") == []
+    assert check_file(ROOT / "guides" / guide / "params.yaml").refused_by(strict=True) == []
 
 
 @pytest.mark.parametrize("guide", ORDER)

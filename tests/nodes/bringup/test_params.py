@@ -10,7 +10,8 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
 from bringup.cli_parser import parse
-from bringup.parameters.inputs import all_nodes, problems_in
+from bringup.parameters.reading import check_file
+from bringup.stack import all_nodes
 
 pytestmark = pytest.mark.ros
 
@@ -22,7 +23,7 @@ def test_all_parameters_dumped_load_again_and_change_nothing(
     path = tmp_path / "all.yaml"
     path.write_text(capsys.readouterr().out, encoding="utf-8")
     assert all(f"/{spec.name}:\n" in path.read_text() for spec in all_nodes())
-    assert problems_in(path) == []
+    assert check_file(path).refused_by(strict=True) == []
     assert cli.run(parse(["params", "diff", str(path)])) == 0
 
 
@@ -33,13 +34,13 @@ def test_a_file_s_mistakes_are_all_named(tmp_path: Path) -> None:
         "amlc: {ros__parameters: {x: 1}}\n"
         f"map_server: {{ros__parameters: {{yaml_filename: {path}}}}}\n"
     )
-    *told, of_map = problems_in(path)
-    assert told == [
-        "parameters for unknown node 'amlc'; did you mean 'amcl'?",
-        "amcl: 'alpha1' is -3.0; the least valid is 0.0",
-        "amcl: unknown parameter 'alpah2'; did you mean 'alpha2'?",
+    bound, of_map = check_file(path).problems
+    assert bound == f"{path}:1: amcl: 'alpha1' is -3.0; the least valid is 0.0"
+    assert of_map.startswith(f"{path}: map_server: {path}")
+    assert check_file(path).refused_by(strict=True)[2:] == [
+        f"{path}:2: unknown: amlc: no node has this name; the nearest is 'amcl'",
+        f"{path}:1: unknown: amcl: alpah2: no such parameter; the nearest is 'alpha2'",
     ]
-    assert of_map.startswith(f"map_server: {path}")
 
 
 def test_a_difference_is_shown_with_both_values(

@@ -18,7 +18,7 @@ from arjuna_nav.nodes.waypoints.tasks import TASKS
 from arjuna_nav.planners.plugins import PLANNERS
 from arjuna_nav.safety.zones import ZONES
 from arjuna_nav.smoothers.plugins import SMOOTHERS
-from bringup.parameters.inputs import problems_in
+from bringup.parameters.reading import check_file
 
 pytestmark = pytest.mark.ros
 PAGE = (Path(__file__).parents[3] / "docs" / "plugins.md").read_text(encoding="utf-8")
@@ -56,5 +56,5 @@ def test_its_files_load_and_its_planner_is_found(
     for k, text in enumerate(blocks("yaml")):
         path = tmp_path / f"{k}.yaml"
         path.write_text(text, encoding="utf-8")
-        assert problems_in(path) == []
+        assert check_file(path).refused_by(strict=True) == []
     sys.modules.pop("my_planners")

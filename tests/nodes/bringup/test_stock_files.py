@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,15 @@ import yaml
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
+from arjuna_core.config import load
+from arjuna_nav.costmap import CostmapConfig
 from bringup.cli_parser import parse
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
-from bringup.parameters.foreign.stock import Understood, understand
-from bringup.parameters.inputs import all_nodes, gather, notes_in, problems_in
+from bringup.parameters.foreign.understanding import Understood, understand
+from bringup.parameters.inputs import gather
+from bringup.parameters.reading import check_file
+from bringup.parameters.remarks import lines
+from bringup.stack import all_nodes
 from tests.helpers.nav.stock_files import FILES, humble_file, nav2_file
 
 pytestmark = pytest.mark.ros
@@ -32,18 +38,22 @@ def understood(folder: Path, text: str) -> Understood:
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_stock_file_loads_unchanged(name: str, tmp_path: Path) -> None:
-    assert problems_in(written(tmp_path, FILES[name])) == []
+    assert check_file(written(tmp_path, FILES[name])).problems == []
 
 
-def test_a_note_is_one_line_a_node(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_start_counts_what_has_no_effect(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = written(tmp_path, nav2_file())
-    gather(parse(["nav", "--slam", "--params", str(path)]))
-    head, *lines = capsys.readouterr().err.splitlines()
-    nodes = [line.split(":")[0].strip() for line in lines]
-    assert head == f"{path}: known to others, not used here:"
-    assert len(set(nodes)) == len(nodes)
-    assert "  loopback_simulator: there is no such node here" in lines
-    assert any("expected_planner_frequency" in line for line in lines)
+    gather(parse(["demo", "--params", str(path)]))
+    *safety, no_effect, not_needed = capsys.readouterr().err.splitlines()
+    assert all(re.match(rf"{path}:\d+: no effect yet \(SAFETY\): ", line) for line in safety)
+    listing = "names; 'params check -v FILE' lists them"
+    assert re.fullmatch(rf"no effect yet: \d+ {listing}", no_effect)
+    assert not_needed.startswith("not needed here: ")
+    listed = "\n".join(lines(check_file(path).remarks))
+    assert "not needed here: loopback_simulator: there is no such node here: the simu" in listed
+    assert "expected_planner_frequency: plans come as they are asked for" in listed
 
 
 def test_what_has_another_name_here_is_used(tmp_path: Path) -> None:
@@ -51,8 +61,8 @@ def test_what_has_another_name_here_is_used(tmp_path: Path) -> None:
     controller, local = parameters["controller_server"], parameters["local_costmap/local_costmap"]
     assert controller["progress_checker_plugins"] == ["moves"]
     assert controller["moves.plugin"] == "nav2_controller::SimpleProgressChecker"
-    assert local["plugins"] == ["obstacle_layer", "inflation_layer"]
-    assert local["obstacle_layer.scan.obstacle_max_range"] == 2.5
+    assert local["plugins"] == ["voxel_layer", "inflation_layer"]
+    assert local["voxel_layer.scan.obstacle_max_range"] == 2.5
     assert parameters["collision_monitor"]["scan_topic"] == "scan"
 
 
@@ -68,7 +78,7 @@ def test_the_recoveries_of_galactic_are_the_behaviors(tmp_path: Path) -> None:
     """
     found = understood(tmp_path, text)
     behaviors = found.parameters["behavior_server"]
-    assert (found.notes, found.problems) == ([], [])
+    assert (found.remarks, found.problems) == ([], [])
     assert behaviors["behavior_plugins"] == ["turn", "wait"]
     assert behaviors["turn.plugin"] == "nav2_behaviors::Spin"
     assert (behaviors["cycle_frequency"], behaviors["max_rotational_vel"]) == (5.0, 0.7)
@@ -87,25 +97,26 @@ local_costmap: {local_costmap: {ros__parameters: {plugins: [sonars, specks, infl
   sonars: {plugin: "nav2_costmap_2d::RangeSensorLayer", topics: [/a, /b], phi: 2.0},
   specks: {plugin: "nav2_costmap_2d::DenoiseLayer", minimal_group_size: 3}}}}
 """
-    assert problems_in(written(tmp_path, text)) == []
+    assert check_file(written(tmp_path, text)).problems == []
     values = understood(tmp_path, text).parameters["local_costmap/local_costmap"]
-    assert values["plugins"] == ["range_layer", "denoise_layer", "inflation_layer"]
-    assert values["range_layer.topics"] == ["/a", "/b"]
-    assert values["range_layer.phi"] == 2.0
-    assert values["denoise_layer.minimal_group_size"] == 3
+    assert values["plugins"] == ["sonars", "specks", "inflation_layer"]
+    assert values["sonars.topics"] == ["/a", "/b"]
+    assert values["sonars.phi"] == 2.0
+    assert values["specks.minimal_group_size"] == 3
 
 
 def test_a_layer_of_no_class_is_told(tmp_path: Path) -> None:
     text = "local_costmap: {local_costmap: {ros__parameters: {plugins: [obstacle_layr]}}}"
-    (problem,) = problems_in(written(tmp_path, text))
-    assert "'plugins' is 'obstacle_layr'; valid: static_layer, obstacle_layer" in problem
+    (problem,) = check_file(written(tmp_path, text)).problems
+    assert "'obstacle_layr.plugin' must name the class of the layer; did you mean" in problem
 
 
 def test_a_map_that_nobody_has_is_a_note(tmp_path: Path) -> None:
     path = written(tmp_path, "map_server: {ros__parameters: {yaml_filename: /no/map.yaml}}")
-    assert problems_in(path) == []
-    assert notes_in(path) == [
-        "map_server: there is no /no/map.yaml; 'nav --map FILE' takes its place"
+    assert check_file(path).problems == []
+    assert [str(remark) for remark in check_file(path).remarks] == [
+        "no effect yet: map_server: yaml_filename: there is no /no/map.yaml; 'nav --map FILE' takes"
+        " its place"
     ]
 
 
@@ -115,7 +126,7 @@ def test_the_demo_makes_its_own_map(tmp_path: Path) -> None:
 
 
 def test_a_file_of_ros1_is_told_apart(tmp_path: Path) -> None:
-    (problem,) = problems_in(written(tmp_path, "maxUrange: 3.0"))
+    (problem,) = check_file(written(tmp_path, "maxUrange: 3.0")).problems
     assert "params convert FILE" in problem
 
 
@@ -126,12 +137,12 @@ local_costmap: {local_costmap: {ros__parameters: {plugins: [seen, grown],
     cloud: {topic: /points, data_type: PointCloud2}, front: {topic: /front, data_type: LaserScan}},
   grown: {plugin: "nav2_costmap_2d/InflationLayer", inflation_radius: 0.4}}}}
 """
-    assert problems_in(written(tmp_path, text)) == []
+    assert check_file(written(tmp_path, text)).problems == []
     values = understood(tmp_path, text).parameters["local_costmap/local_costmap"]
-    assert values["obstacle_layer.scan.topic"] == "/front"
-    assert values["obstacle_layer.cloud.topic"] == "/points"
-    assert values["obstacle_layer.observation_sources"] == "scan cloud"
-    assert values["inflation_layer.inflation_radius"] == 0.4
+    assert values["seen.front.topic"] == "/front"
+    assert values["seen.cloud.topic"] == "/points"
+    assert values["seen.observation_sources"] == "cloud front"
+    assert values["grown.inflation_radius"] == 0.4
 
 
 TWO_LAYERS = """
@@ -160,32 +171,31 @@ def test_a_value_that_works_here_is_used(
     node: str, name: str, theirs: object, ours: object
 ) -> None:
     found = understand({node: {name: theirs}}, shipped_parameters(), all_nodes())
-    assert (found.notes, found.problems) == ([], [])
+    assert (found.remarks, found.problems) == ([], [])
     assert found.parameters[node][name] == ours
 
 
-def test_a_second_layer_of_obstacles_gives_its_sources_to_the_first(tmp_path: Path) -> None:
-    assert problems_in(written(tmp_path, TWO_LAYERS)) == []
+def test_two_layers_of_a_kind_keep_their_sources(tmp_path: Path) -> None:
+    assert check_file(written(tmp_path, TWO_LAYERS)).problems == []
     values = understood(tmp_path, TWO_LAYERS).parameters["local_costmap/local_costmap"]
-    assert values["plugins"] == ["obstacle_layer", "inflation_layer"]
-    assert values["obstacle_layer.observation_sources"] == "scan cloud"
-    assert values["obstacle_layer.scan.topic"] == "/front"
-    assert values["obstacle_layer.cloud.topic"] == "/left/points"
-    assert values["obstacle_layer.cloud.max_obstacle_height"] == 1.2
+    config = load(CostmapConfig, values)
+    assert config.plugins == ("flat", "deep", "grown")
+    assert config.scan_topics == {"flat.scan.topic": "/front", "flat.rear.topic": "/rear"}
+    assert values["deep.left.topic"] == "/left/points"
+    assert values["deep.left.max_obstacle_height"] == 1.2
 
 
-@pytest.mark.parametrize(
-    "theirs",
-    ["spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer", "nav2_costmap_2d::KeepoutFilter"],
-)
-def test_a_layer_of_others_is_one_note(theirs: str, tmp_path: Path) -> None:
+def test_a_layer_of_others_is_one_note(tmp_path: Path) -> None:
+    theirs = "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer"
     text = f"""
 local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_layer],
   mine: {{plugin: "{theirs}", enabled: true, depth: {{topic: /points, fov: 0.8}}}}}}}}}}
 """
     found = understood(tmp_path, text)
-    assert found.problems == problems_in(written(tmp_path, text)) == []
-    assert found.notes == [f"local_costmap/local_costmap: layer mine ({theirs.replace('/', '::')})"]
+    assert found.problems == check_file(written(tmp_path, text)).problems == []
+    (remark,) = found.remarks
+    assert remark.safety
+    assert f"'{theirs.replace('/', '::')}' is someone's C++" in remark.reason
     assert found.parameters["local_costmap/local_costmap"]["plugins"] == ["inflation_layer"]
 
 
@@ -195,9 +205,9 @@ def test_a_layer_of_a_class_that_nobody_knows_is_told(wrong: str, tmp_path: Path
 local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_layer],
   mine: {{plugin: "{wrong}", observation_sources: scan}}}}}}}}
 """
-    (problem,) = problems_in(written(tmp_path, text))
-    assert "layer 'mine': no class '" in problem
-    assert problem.endswith("did you mean 'nav2_costmap_2d::ObstacleLayer'?")
+    (problem,) = check_file(written(tmp_path, text)).problems
+    assert "'mine.plugin': no layer '" in problem
+    assert "did you mean 'nav2_costmap_2d::ObstacleLayer'?" in problem
 
 
 def test_older_zones_are_taken_for_what_they_were(tmp_path: Path) -> None:
@@ -208,7 +218,7 @@ collision_monitor: {ros__parameters: {polygons: [Stop, Approach], observation_so
   Approach: {type: polygon, action_type: approach, time_before_collision: 2.0, max_points: 5,
     footprint_topic: /local_costmap/published_footprint}, scan: {type: scan, topic: /front}}}
 """
-    assert problems_in(written(tmp_path, text)) == []
+    assert check_file(written(tmp_path, text)).problems == []
     values = understood(tmp_path, text).parameters["collision_monitor"]
     assert values["Stop.points"] == "[[0.3, 0.3], [0.3, -0.3], [0.0, -0.3], [0.0, 0.3]]"
     assert (values["Stop.min_points"], values["Approach.min_points"]) == (4, 6)
@@ -236,10 +246,10 @@ def test_all_mistakes_of_all_nodes_are_told_at_once(tmp_path: Path) -> None:
     document, wrong = misspelt(
         {name: document[name] for name in ("amcl", "bt_navigator", "controller_server")}
     )
-    problems = problems_in(written(tmp_path, yaml.safe_dump(document)))
+    problems = check_file(written(tmp_path, yaml.safe_dump(document))).refused_by(strict=True)
     assert len(wrong) >= 3
     for key in wrong:
-        assert any(f"'{key}'; did you mean" in problem for problem in problems), problems
+        assert any(f"{key}: no such parameter; the nearest" in one for one in problems), problems
 
 
 EVERYWHERE: list[tuple[str, Parameters | str]] = [
@@ -256,11 +266,11 @@ def test_what_is_for_every_node_goes_to_those_that_have_it(
     changed = {n for n, v in found.parameters.items() if v != shipped_parameters().get(n, {})}
     assert found.problems == []
     assert (taker in changed) == bool(taker)
-    assert bool(found.notes) == (not taker)
+    assert bool(found.remarks) == (not taker)
 
 
 def test_a_name_for_every_node_that_none_has_is_told(tmp_path: Path) -> None:
     found = understood(tmp_path, "/**: {ros__parameters: {transform_tolerence: 0.4}}")
-    assert found.problems == [
-        "/**: no node has 'transform_tolerence'; did you mean 'transform_tolerance'?"
+    assert [str(remark) for remark in found.remarks] == [
+        "unknown: /**: transform_tolerence: no node has it; the nearest is 'transform_tolerance'"
     ]

@@ -16,7 +16,7 @@ from nav2_msgs.action import FollowPath
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import Path
 
-from arjuna_core.ros.convert import path_msg
+from arjuna_core.ros.convert import path_msg, poses_from_path
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import CONTROLLER_SERVER, LOCAL_COSTMAP
@@ -277,6 +277,22 @@ def test_the_lookahead_point_is_shown(robot: PlayedRobot) -> None:
     assert abs(shown[-1].point.y) < 0.05
     robot.run_until_done(goal, 20.0)
     assert len(shown) < 20.0 * robot.now
+
+
+def test_the_local_plan_is_what_the_robot_drives_next(robot: PlayedRobot) -> None:
+    plans = robot.bench.collect(Path, "/local_plan")
+    goal = follow(robot, path((3.0, 0.0)))
+    robot.run(2.0)
+    assert {plan.header.frame_id for plan in plans} == {"base_link"}
+    before, plan = robot.pose, poses_from_path(plans[-1])
+    assert plan[0] == pytest.approx((0.0, 0.0, 0.0))
+    robot.run(1.7)
+    end = before @ SE2.from_array(plan[-1])
+    assert robot.pose.distance(end) < 0.1
+    robot.run_until_done(goal, 30.0)
+    count = len(plans)
+    robot.run(1.0)
+    assert len(plans) == count  # nothing is driven
 
 
 def test_the_end_s_heading_is_turned_to(robot: PlayedRobot) -> None:

@@ -10,9 +10,8 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.se2 import SE2
 from bringup.parameters.files import load_parameters, shipped_parameters
-from bringup.parameters.foreign.stock import understand
-from bringup.parameters.inputs import all_nodes
-from bringup.stack import NAVIGATION_GROUP
+from bringup.parameters.foreign.understanding import understand
+from bringup.stack import NAVIGATION_GROUP, all_nodes
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 from tests.helpers.nav.navigator_goals import go
 from tests.helpers.nav.stock_files import FILES

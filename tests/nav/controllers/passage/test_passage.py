@@ -15,10 +15,11 @@ from arjuna_core.twist import STILL
 from arjuna_nav.controllers.manoeuvre.manoeuvre import ManoeuvreConfig
 from arjuna_nav.controllers.passage.passage import Passage, PassageConfig
 from arjuna_nav.controllers.passage.strip import follow_line, widest_strip
-from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedScan
+from arjuna_nav.costmap import Costmap, LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.footprint import Footprint
 from tests.helpers.nav.bodies import Body
 from tests.helpers.nav.doors import Door
+from tests.helpers.nav.layers import costmap_config, see
 from tests.helpers.nav.played import Play
 from tests.nav.worlds import block, costmap_of, empty_grid, polyline
 
@@ -57,13 +58,13 @@ def test_a_motion_ends_where_the_outline_meets_a_point() -> None:
 
 
 def test_obstacles_lie_where_scans_hit_and_in_the_middle_of_a_maps_cells() -> None:
-    config = CostmapConfig(
+    config = costmap_config(
         width=4, height=4, resolution=0.1, plugins=("obstacle_layer", "inflation_layer")
     )
     layered = LayeredCostmap(config)
     for noise in (0.01, -0.01, 0.01, -0.01, 0.01, -0.01):
         scan = Scan(np.array([1.03 + noise]), 0.0, 0.1, 0.1, 10.0)
-        layered.update(SE2(1.0, 2.02), 0.0, [PlacedScan(scan, SE2(1.0, 2.02))])
+        see(layered, SE2(1.0, 2.02), 0.0, [PlacedScan(scan, SE2(1.0, 2.02))])
     (point,) = layered.costmap.obstacles(2.0, 2.0, 0.3)
     assert point == pytest.approx((2.03, 2.02), abs=0.005)
     grid = empty_grid(4.0, 4.0, SE2(1.0, 0.0, math.pi / 2.0), 0.1)

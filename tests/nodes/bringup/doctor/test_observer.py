@@ -72,16 +72,19 @@ def test_what_is_broken_in_a_running_robot_is_named(stack: Callable[..., LockSte
     statics = other.create_publisher(TFMessage, "/tf_static", qos.TF_STATIC)
     statics.publish(TFMessage(transforms=[twin]))
     other.get_logger().warning("I am in the way")
+    robot.process.remarks = ("no effect yet (SAFETY): zones: they are not kept",)
     robot.nodes["amcl"].trigger_deactivate()
     observer = Observer(robot)
     snapshot = observer.snapshot(2.0)
     found = {name: "\n".join(map(str, each)) for name, each in diagnose(snapshot).items()}
     other.destroy_node()
     assert "/meddler hears nothing of /sim on /scan: it asks for transient local" in found["qos"]
+    assert "/sim publishes /clock, and /meddler stamp by the system's clock" in found["clock"]
     assert "frame lidar_link has 2 parents" in found["transforms"]
     assert "no transform map -> odom" in found["transforms"]
     assert "/amcl is inactive, not active" in found["lifecycle"]
     assert ("meddler", "I am in the way") in snapshot.robot.log
+    assert "zones: they are not kept" in found["parameters"]
 
 
 def test_a_robot_put_elsewhere_does_not_fit_the_map(stack: Callable[..., LockStep]) -> None:

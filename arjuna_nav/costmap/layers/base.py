@@ -1,0 +1,223 @@
+"""What a layer of a costmap is, and what the layers of one costmap share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.grid import GridFrame
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.transforms import TransformError
+from arjuna_nav.costmap.config import CostmapConfig
+from arjuna_nav.costmap.costmap import FREE, UNKNOWN
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.costmap.moving.tracker import Moving
+from arjuna_nav.costmap.window import Window
+
+C = TypeVar("C", np.uint8, np.uint32)
+
+
+@dataclass(frozen=True)
+class Input:
+    """A topic that a layer listens to.
+
+    Attributes:
+        source: The layer's name for it, as `receive` has it.
+        topic: Its name; a relative one lies outside the costmap's own namespace, as in Nav2.
+        data_type: `LaserScan`, `PointCloud2`, `Range`, `OccupancyGrid`, `OccupancyGridUpdate` or
+            `CostmapFilterInfo`.
+        sensor_frame: Where its rays start; empty for the frame of its messages.
+        latched: Whether its publisher keeps the last message for those who come late.
+    """
+
+    source: str
+    topic: str
+    data_type: str
+    sensor_frame: str = ""
+    latched: bool = False
+
+
+def _no_transform(target: str, source: str) -> SE2:
+    raise TransformError(f"no transform connects '{target}' and '{source}'")
+
+
+@dataclass
+class Master:
+    """What the layers of a costmap share.
+
+    Attributes:
+        config: The costmap's parameters.
+        frame: Where the grid lies.
+        footprint: The robot's outline.
+        hits: `(height, width) uint32` where in its cell each mark lies, as `hit_points` reads it.
+        moving: What moves, by who follows it: a layer and its source.
+        moving_times: How far ahead the paths of what moves count, likewise [s].
+        transform: Returns the latest `T_target_source` of two frames; raises a TransformError.
+    """
+
+    config: CostmapConfig
+    frame: GridFrame
+    footprint: Footprint
+    hits: NDArray[np.uint32]
+    moving: dict[str, Moving] = field(default_factory=dict)
+    moving_times: dict[str, float] = field(default_factory=dict)
+    transform: Callable[[str, str], SE2] = _no_transform
+
+    @property
+    def untouched(self) -> int:
+        """Cost of a cell of which nothing is known."""
+        return UNKNOWN if self.config.track_unknown_space else FREE
+
+    def locate(self, frame_id: str) -> SE2:
+        """Return where a frame lies in the costmap's; empty for the costmap's own.
+
+        Raises:
+            TransformError: Nobody knows.
+        """
+        own = self.config.global_frame
+        return IDENTITY if frame_id in ("", own) else self.transform(own, frame_id)
+
+
+class Layer(Protocol):
+    """A layer of a costmap; one of a user's own derives from it and writes what differs.
+
+    Attributes:
+        Config: The frozen dataclass of its parameters, which has a field `enabled`.
+        config: Its parameters.
+        name: Its name in the costmap's `plugins`.
+        master: What it shares with the others.
+    """
+
+    Config: ClassVar[type[Any]]
+    config: Any
+    name: str
+    master: Master
+
+    def __init__(self, config: Any, name: str, master: Master) -> None:
+        self.config, self.name, self.master = config, name, master
+
+    @property
+    def enabled(self) -> bool:
+        """Whether the layer takes part."""
+        return bool(self.config.enabled)
+
+    @property
+    def reach(self) -> int:
+        """How far a changed cell below changes cells of this layer [cells]."""
+        return 0
+
+    @property
+    def frame(self) -> GridFrame | None:
+        """Where the costmap has to lie for it, if it does not follow the robot; None for any."""
+        return None
+
+    def inputs(self) -> tuple[Input, ...]:
+        """Return what it listens to."""
+        return ()
+
+    def receive(self, source: str, value: Any) -> None:
+        """Take what has come from a source; it counts from the next update on."""
+
+    def start(self, now: float) -> None:
+        """Begin at a time [s]: what was received before does not count."""
+
+    def missing(self) -> str:
+        """Return what has not come and without which the costmap cannot begin; empty for none."""
+        return ""
+
+    def problem(self, now: float) -> str:
+        """Return why what it holds is not current at a time [s]; empty where it is."""
+        return ""
+
+    def warning(self) -> str:
+        """Return what is odd about it, though the costs are current; empty for nothing."""
+        return ""
+
+    def update(self, T_global_base: SE2, now: float) -> Window | None:
+        """Enter what was received.
+
+        Args:
+            T_global_base: Pose of the robot in the costmap's global frame.
+            now: Time of the update [s].
+
+        Returns:
+            The cells that have changed, at least; None where none has.
+        """
+        return None
+
+    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+        """Write its costs over those of the layers before it, in place.
+
+        Args:
+            costs: Of the window's cells, `(rows, columns) uint8`.
+            window: Where they lie in the costmap.
+        """
+
+    def move(self, frame: GridFrame) -> None:
+        """Go on in another grid of the same resolution; `master.frame` is still the one before."""
+
+    def on_footprint(self) -> None:
+        """Take another outline of the robot: `master.footprint`."""
+
+    def clear(self, window: Window | None = None, outside: bool = False) -> None:
+        """Forget what sensors have seen: everywhere, in a window, or outside that window."""
+
+
+def absolute(topic: str) -> str:
+    """Return a topic outside the costmap's own namespace, as Nav2 resolves it."""
+    return topic if topic.startswith("/") else f"/{topic}"
+
+
+def combine(costs: NDArray[np.uint8], own: NDArray[np.uint8], method: int) -> None:
+    """Write a layer's costs over others, in place; where a layer knows nothing, the others stay.
+
+    Args:
+        costs: The others.
+        own: The layer's, of the same shape.
+        method: Nav2's `combination_method`: 0 the layer's, 1 the greater, 2 the greater where the
+            others know something.
+    """
+    known = own != UNKNOWN
+    if method == 0:
+        take = known
+    elif method == 1:
+        take = known & ((costs == UNKNOWN) | (own > costs))
+    else:
+        take = known & (costs != UNKNOWN) & (own > costs)
+    costs[take] = own[take]
+
+
+def moved(data: NDArray[C], old: GridFrame, new: GridFrame, fill: int) -> NDArray[C]:
+    """Return what a grid holds on another of the same resolution, where both cover it.
+
+    Args:
+        data: `(height, width)`; returned itself where the grids are the same.
+        old: Where it lies.
+        new: Where the result lies.
+        fill: What else the result holds.
+    """
+    if new == old:
+        return data
+    result = np.full(new.shape, fill, dtype=data.dtype)
+    shift = old.origin.inverse() @ new.origin
+    row, column = (round(v / new.resolution) for v in (shift.y, shift.x))
+    turned = abs(shift.theta) * max(new.width, new.height) > 0.5
+    if new.resolution == old.resolution and not turned:
+        _copy_overlap(data, result, row, column)
+    return result
+
+
+def _copy_overlap(old: NDArray[C], new: NDArray[C], row: int, column: int) -> None:
+    """Copy what lies in both, where `new[0, 0]` lies at `old[row, column]`."""
+    rows = slice(max(row, 0), min(row + new.shape[0], old.shape[0]))
+    columns = slice(max(column, 0), min(column + new.shape[1], old.shape[1]))
+    if rows.start < rows.stop and columns.start < columns.stop:
+        target = (
+            slice(rows.start - row, rows.stop - row),
+            slice(columns.start - column, columns.stop - column),
+        )
+        new[target] = old[rows, columns]

@@ -1,0 +1,86 @@
+"""The layer that spreads cost round lethal cells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.grid import GridFrame
+from arjuna_nav.costmap.inflation import Inflation, clearances, cost_at_distance
+from arjuna_nav.costmap.layers.base import Layer, Master
+from arjuna_nav.costmap.window import Window
+
+
+@dataclass(frozen=True)
+class InflationConfig:
+    """Parameters of the inflation layer."""
+
+    enabled: bool = param(True, "Whether the layer takes part.")
+    inflation_radius: float = param(
+        0.55, "Distance over which cost is spread.", unit="m", minimum=0.0, maximum=20.0
+    )
+    cost_scaling_factor: float = param(
+        10.0, "Decay of the cost beyond the inscribed radius.", unit="1/m", minimum=0.0
+    )
+    inflate_unknown: bool = param(False, "Whether unknown cells take inflated cost.")
+    inflate_around_unknown: bool = param(
+        False, "Whether cost spreads from unknown cells too, which become lethal."
+    )
+
+
+class InflationLayer(Layer):
+    """Spreads cost from what the layers before it marked; what later ones mark is not inflated.
+
+    Source: nav2_costmap_2d, inflation layer.
+    """
+
+    Config: ClassVar[type[Any]] = InflationConfig
+
+    def __init__(self, config: InflationConfig, name: str, master: Master) -> None:
+        super().__init__(config, name, master)
+        self._inflation = self._make(master.frame.resolution)
+
+    @property
+    def reach(self) -> int:
+        """How far cost spreads [cells]."""
+        return self._inflation.reach
+
+    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+        """Inflate a window as if there were nothing outside it."""
+        self._inflation.apply(costs)
+
+    def move(self, frame: GridFrame) -> None:
+        """Take the resolution of another grid."""
+        if frame.resolution != self.master.frame.resolution:
+            self._inflation = self._make(frame.resolution)
+
+    def on_footprint(self) -> None:
+        """Take another inscribed radius."""
+        self._inflation = self._make(self.master.frame.resolution)
+
+    def circumscribed_cost(self) -> int:
+        """Return the cost below which no heading collides, 0 where the inflation does not tell."""
+        outline, cell = self.master.footprint, self.master.frame.resolution
+        radius = outline.circumscribed_radius + cell  # centres of cells against corners of cells
+        if radius > self.config.inflation_radius:
+            return 0
+        return cost_at_distance(radius, outline.inscribed_radius, self.config.cost_scaling_factor)
+
+    def clearances(self) -> NDArray[np.float64]:
+        """Return how far from an obstacle a robot is by the cost, as `clearances` does."""
+        return clearances(self.config.cost_scaling_factor)
+
+    def _make(self, resolution: float) -> Inflation:
+        config = self.config
+        return Inflation(
+            config.inflation_radius,
+            config.cost_scaling_factor,
+            self.master.footprint.inscribed_radius,
+            resolution,
+            config.inflate_unknown,
+            config.inflate_around_unknown,
+        )

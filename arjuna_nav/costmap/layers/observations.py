@@ -1,0 +1,156 @@
+"""What the sources of an obstacle layer are, and what they see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.plugins import NamedConfigs
+from arjuna_core.pose3 import Pose3
+from arjuna_core.readings import Cloud
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import SE2
+
+
+@dataclass(frozen=True)
+class SourceConfig:
+    """Parameters of one source of an obstacle layer."""
+
+    topic: str = param("", "Topic of the data; by default the source's name.", read_only=True)
+    sensor_frame: str = param(
+        "", "Where its rays start; empty for the frame of its messages.", read_only=True
+    )
+    data_type: str = param(
+        "LaserScan", "Type of the data.", choices=("LaserScan", "PointCloud2"), read_only=True
+    )
+    marking: bool = param(True, "Whether returns mark obstacles.")
+    clearing: bool = param(False, "Whether rays clear obstacles.")
+    observation_persistence: float = param(
+        0.0, "How long what is seen counts again; 0 for the latest alone.", unit="s", minimum=0.0
+    )
+    expected_update_rate: float = param(
+        0.0, "Longest silence allowed, as Nav2 names it; 0 allows any.", unit="s", minimum=0.0
+    )
+    inf_is_valid: bool = param(False, "Whether a beam without return clears its ray.")
+    min_obstacle_height: float = param(0.0, "Lowest point that is used.", unit="m")
+    max_obstacle_height: float = param(0.0, "Highest point that is used.", unit="m")
+    obstacle_max_range: float = param(2.5, "Longest range that marks.", unit="m", minimum=0.0)
+    obstacle_min_range: float = param(0.0, "Shortest range that marks.", unit="m", minimum=0.0)
+    raytrace_max_range: float = param(3.0, "Longest range cleared.", unit="m", minimum=0.0)
+    raytrace_min_range: float = param(0.0, "Shortest range cleared.", unit="m", minimum=0.0)
+
+    @property
+    def reach(self) -> float:
+        """How far from its sensor it changes cells [m]."""
+        return max(self.raytrace_max_range, self.obstacle_max_range)
+
+
+SOURCES = NamedConfigs(SourceConfig, "topic")
+
+
+@dataclass(frozen=True)
+class PlacedScan:
+    """A scan and where the robot was when it was taken.
+
+    Attributes:
+        scan: The scan.
+        T_global_base: Pose of the base in the costmap's global frame at the scan's stamp.
+        height: Of the sensor above that frame's ground [m].
+        mount: Pose of a sensor that is not level, from the ground below the base; else None.
+        start: Where the rays start that do not at the sensor, likewise [m]; else None.
+    """
+
+    scan: Scan
+    T_global_base: SE2
+    height: float = 0.0
+    mount: Pose3 | None = None
+    start: tuple[float, float, float] | None = None
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether its beams are rays at one height from the sensor."""
+        return self.mount is None and self.start is None
+
+    @property
+    def stamp(self) -> float:
+        """When it was taken [s]."""
+        return self.scan.stamp
+
+    @property
+    def T_global_sensor(self) -> SE2:
+        """Pose of the sensor in the costmap's global frame."""
+        return self.T_global_base @ self.scan.T_base_sensor
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedCloud:
+    """A cloud and where the robot was when it was seen.
+
+    Attributes:
+        cloud: The cloud.
+        T_global_base: Pose of the base in the costmap's global frame at the cloud's stamp.
+    """
+
+    cloud: Cloud
+    T_global_base: SE2
+
+    @property
+    def stamp(self) -> float:
+        """When it was seen [s]."""
+        return self.cloud.stamp
+
+    @property
+    def T_global_sensor(self) -> SE2:
+        """Pose of the sensor in the costmap's global frame; its heading is the base's."""
+        return self.T_global_base @ SE2(*self.cloud.sensor[:2].tolist())
+
+
+Observation = PlacedScan | PlacedCloud
+
+
+def used_points(seen: PlacedCloud, source: SourceConfig) -> NDArray[np.float64]:
+    """Return a cloud's points between the source's heights, from the base, `(N, 3)` [m]."""
+    points = seen.cloud.points
+    low, high = source.min_obstacle_height, source.max_obstacle_height
+    used: NDArray[np.float64] = points[(points[:, 2] >= low) & (points[:, 2] <= high)]
+    return used
+
+
+def as_cloud(seen: PlacedScan, source: SourceConfig, clearing: bool) -> PlacedCloud:
+    """Return the ends of a scan's beams as points; of those without return only where they clear.
+
+    Args:
+        seen: The scan.
+        source: Its parameters.
+        clearing: Whether the points are for clearing.
+    """
+    scan = seen.scan
+    mount = seen.mount or Pose3.from_se2(scan.T_base_sensor, seen.height)
+    ranges = np.where(scan.valid, scan.ranges, np.nan)
+    if clearing and source.inf_is_valid:
+        free = min(scan.range_max, source.raytrace_max_range + 1.0)
+        ranges = np.where(scan.ranges >= scan.range_max, free, ranges)
+    ends = ranges[:, None] * np.column_stack((np.cos(scan.angles), np.sin(scan.angles)))
+    ends = np.column_stack((ends, np.zeros(len(ends))))[np.isfinite(ranges)]
+    start = np.array(seen.start or mount.position)
+    return PlacedCloud(Cloud(mount.apply(ends), start, scan.stamp), seen.T_global_base)
+
+
+def ranges_of(scan: Scan, source: SourceConfig) -> tuple[float, ...]:
+    """Return the ranges [m] that bound a scan's validity, clearing and marking.
+
+    They are range_min, range_max, raytrace_min, raytrace_max of beams without return (negative for
+    none), raytrace_max, obstacle_min and obstacle_max.
+    """
+    return (
+        scan.range_min,
+        scan.range_max,
+        source.raytrace_min_range,
+        min(source.raytrace_max_range, scan.range_max) if source.inf_is_valid else -1.0,
+        source.raytrace_max_range,
+        source.obstacle_min_range,
+        source.obstacle_max_range,
+    )

@@ -1,0 +1,257 @@
+"""The layer that marks what scans and clouds hit, and clears what their rays cross."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param, plugin_names
+from arjuna_core.plugins import names_in
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import FREE, LETHAL
+from arjuna_nav.costmap.layers.base import Input, Master, absolute, combine
+from arjuna_nav.costmap.layers.observations import (
+    SOURCES,
+    Observation,
+    PlacedCloud,
+    PlacedScan,
+    SourceConfig,
+    as_cloud,
+    ranges_of,
+    used_points,
+)
+from arjuna_nav.costmap.layers.raytrace import enter_points, enter_scan, fill_polygon
+from arjuna_nav.costmap.layers.sensed import SensedLayer
+from arjuna_nav.costmap.moving.tracker import Moving, Tracker
+from arjuna_nav.costmap.moving.ways import free_trails
+from arjuna_nav.costmap.window import Window, joined, within
+
+_NEAR = 0.35  # beyond the outline: where what moves may yet be when the robot comes [m]
+
+Seen = tuple[str, Observation, bool]
+"""A source's name, what it saw, and whether that is new."""
+
+
+@dataclass(frozen=True)
+class ObstacleConfig:
+    """Parameters of the obstacle layer; those of each source stand below its name."""
+
+    enabled: bool = param(True, "Whether the layer takes part.")
+    footprint_clearing_enabled: bool = param(True, "Whether the robot's own place is set free.")
+    min_obstacle_height: float = param(0.0, "Lowest point that marks.", unit="m")
+    max_obstacle_height: float = param(2.0, "Highest point that marks.", unit="m")
+    combination_method: int = param(
+        1,
+        "How its costs and those of the layers before it combine: 0 its own, 1 the greater,"
+        " 2 the greater where theirs are known.",
+        choices=(0, 1, 2),
+    )
+    moving_time: float = param(
+        1.5,
+        "How far ahead the paths of what moves cost, and its old marks fade; 0 takes all for"
+        " standing, and of each source the latest alone, as Nav2.",
+        unit="s",
+        minimum=0.0,
+    )
+    observation_sources: str = plugin_names("", "The sources, in a text.", SOURCES)
+
+
+class ObstacleLayer(SensedLayer):
+    """Marks what its sources hit and clears what their rays cross; marks stay until a ray clears.
+
+    Of what has come since the last update, the latest of each source clears, then marks, all
+    sources together; what came before it counts too, one by one, for what moves is followed from
+    scan to scan. What is known to move is marked near the robot alone, for where it is far it will
+    have gone before the robot comes; and where it has been is free, seen or not. On a grid that
+    does not follow the robot it is not marked at all: plans are made for long.
+
+    Source: nav2_costmap_2d, obstacle layer.
+    """
+
+    Config: ClassVar[type[Any]] = ObstacleConfig
+
+    def __init__(self, config: Any, name: str, master: Master) -> None:
+        names = names_in(config.observation_sources, "")
+        self.sources: dict[str, SourceConfig] = {one: getattr(config, one) for one in names}
+        super().__init__(config, name, master, master.untouched)
+        self._kept: dict[str, list[Observation]] = {one: [] for one in names}
+        self._trackers: dict[str, Tracker] = {}
+        self._freed: dict[str, Moving] = {}  # by whose trails cells were freed
+        self._left: Window | None = None  # by what moves, in this update
+
+    def inputs(self) -> tuple[Input, ...]:
+        """Return its sources."""
+        return tuple(
+            Input(name, source.topic, source.data_type, source.sensor_frame)
+            for name, source in self.sources.items()
+        )
+
+    def problem(self, now: float) -> str:
+        """Return which source has been silent for longer than is allowed; empty for none."""
+        for name, source in self.sources.items():
+            silent = now - self._heard[name]
+            if 0.0 < source.expected_update_rate < silent:
+                what = "scan" if source.data_type == "LaserScan" else "cloud"
+                return f"no {what} on {absolute(source.topic)} for {silent:.2f} s"
+        return ""
+
+    def start(self, now: float) -> None:
+        """Begin at a time [s]: what is kept of earlier observations counts no more."""
+        super().start(now)
+        self._kept = {source: [] for source in self._kept}
+
+    def update(self, T_global_base: SE2, now: float) -> Window | None:
+        """Enter what was seen, then set the robot's own place free."""
+        outline, self._left = self.master.footprint, None
+        batches = self._batches(now)
+        self._free_trails_of_others()
+        boxes = [(T_global_base, outline.circumscribed_radius)]
+        for source, seen, _ in (one for batch in batches for one in batch):
+            boxes.append((seen.T_global_sensor, self.sources[source].reach))
+        touched = self._window(boxes)
+        before = self.data[touched].copy()
+        for batch in batches:
+            self._enter(batch)
+        if self.config.footprint_clearing_enabled:
+            corners = self.master.frame.origin.inverse().apply(outline.at(T_global_base))
+            self._free(corners / self.master.frame.resolution)
+        return joined(self._left, within(touched, self.data[touched] != before))
+
+    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+        """Combine its costs with those of the layers before it."""
+        combine(costs, self.data[window], self.config.combination_method)
+
+    def _batches(self, now: float) -> list[list[Seen]]:
+        """Return what clears and then marks together: older ones by themselves, then the latest."""
+        older: list[Seen] = []
+        latest: list[Seen] = []
+        for name, values in self._take(now).items():
+            kept_for = self.sources[name].observation_persistence
+            kept = [(one, False) for one in self._kept[name]] + [(one, True) for one in values]
+            kept = [(one, new) for one, new in kept if kept_for and one.stamp >= now - kept_for]
+            self._kept[name] = [one for one, _ in kept]
+            latest += [(name, *one) for one in kept or [(one, True) for one in values[-1:]]]
+            if self.config.moving_time > 0.0 and not kept:
+                older += [(name, one, True) for one in values[:-1]]
+        batches = [[one] for one in sorted(older, key=lambda one: one[1].stamp)]
+        return [*batches, latest] if latest else batches
+
+    def _enter(self, batch: Sequence[Seen]) -> None:
+        """Clear along all rays, then mark all ends but those of what moves far from the robot."""
+        used = [one for one in batch if self._is_used(one[1], self.sources[one[0]])]
+        passing = [self._follow(source, seen) for source, seen, new in used if new]
+        for clearing in (True, False):
+            for source, seen, _ in used:
+                config = self.sources[source]
+                if config.clearing if clearing else config.marking:
+                    self._enter_one(seen, config, clearing)
+        for rows, columns in passing:
+            self._set_free(rows, columns)
+
+    @staticmethod
+    def _is_used(seen: Observation, source: SourceConfig) -> bool:
+        """Return whether a scan lies between its source's heights; of clouds, points count."""
+        low, high = source.min_obstacle_height, source.max_obstacle_height
+        if isinstance(seen, PlacedCloud) or not seen.is_planar:
+            return True
+        return low <= seen.height <= high
+
+    def _follow(
+        self, source: str, seen: Observation
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Follow what moves in a scan; return the free cells in which it is, far from the robot."""
+        none = np.zeros(0, np.int64)
+        if isinstance(seen, PlacedCloud) or self.config.moving_time <= 0.0:
+            return none, none
+        tracker = self._trackers.setdefault(source, Tracker())
+        key, moving = f"{self.name}.{source}", tracker.update(seen.scan, seen.T_global_base)
+        self.master.moving[key] = self._freed[key] = moving
+        self.master.moving_times[key] = self.config.moving_time
+        self._left = joined(self._left, self._free_trails(moving.things))
+        ends = moving.points[moving.velocities.any(axis=1)]
+        cells = self.master.frame.to_cells(ends)
+        inside = self.master.frame.inside(cells)
+        rows, columns = cells[inside].T
+        near = self.master.footprint.circumscribed_radius + _NEAR
+        near = near if self.master.config.rolling_window else 0.0
+        at, ends = seen.T_global_base, ends[inside]
+        passing = np.hypot(ends[:, 0] - at.x, ends[:, 1] - at.y) > near
+        passing &= self.data[rows, columns] != LETHAL
+        return rows[passing], columns[passing]
+
+    def _free_trails_of_others(self) -> None:
+        """Free the cells where things have been that another layer follows."""
+        for key, moving in self.master.moving.items():
+            if self._freed.get(key) is not moving:
+                self._freed[key] = moving
+                self._left = joined(self._left, self._free_trails(moving.things))
+
+    def _free_trails(self, things: NDArray[np.float64]) -> Window | None:
+        return free_trails(self.data, things, self.master.frame, FREE)
+
+    def _set_free(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> None:
+        self.data[rows, columns] = FREE
+
+    def _free(self, corners: NDArray[np.float64]) -> None:
+        """Set the cells within a polygon free, `(N, 2)` x, y in cells."""
+        fill_polygon(self.data, corners, FREE)
+
+    def _enter_one(self, seen: Observation, source: SourceConfig, clearing: bool) -> None:
+        """Clear along the rays of an observation, or mark their ends."""
+        config, frame = self.config, self.master.frame
+        if isinstance(seen, PlacedScan) and not seen.is_planar:
+            seen = as_cloud(seen, source, clearing)
+        if isinstance(seen, PlacedCloud):
+            edges = frame.resolution, frame.resolution, 1.0
+            places = self._in_grid(seen, source, edges, 0.0)
+            limits = self._limits(source, edges, 0.0)
+            enter_points(self.data, places[0], places[1:], limits, clearing)
+        elif clearing or config.min_obstacle_height <= seen.height <= config.max_obstacle_height:
+            T_grid_sensor = frame.origin.inverse() @ seen.T_global_sensor
+            enter_scan(
+                self.data,
+                self.master.hits,
+                T_grid_sensor.array() / (frame.resolution, frame.resolution, 1.0),
+                seen.scan.ranges / frame.resolution,
+                seen.scan.angles,
+                np.array(ranges_of(seen.scan, source)) / frame.resolution,
+                clearing,
+                not clearing,
+            )
+
+    def _in_grid(
+        self, seen: PlacedCloud, source: SourceConfig, edges: tuple[float, ...], bottom: float
+    ) -> NDArray[np.float64]:
+        """Return the sensor and the points between its source's heights, `(1 + N, 3)` in cells.
+
+        Args:
+            seen: The cloud.
+            source: Its parameters.
+            edges: Of a cell [m].
+            bottom: Height of the lowest cell [m].
+        """
+        T_grid_base = self.master.frame.origin.inverse() @ seen.T_global_base
+        places: NDArray[np.float64]
+        places = np.vstack((seen.cloud.sensor, used_points(seen, source)))
+        places[:, :2] = T_grid_base.apply(places[:, :2])
+        places[:, 2] -= bottom
+        places /= np.array(edges)
+        return places
+
+    def _limits(
+        self, source: SourceConfig, edges: tuple[float, ...], bottom: float
+    ) -> NDArray[np.float64]:
+        """Return what bounds clearing and marking, in cells as `enter_points` takes it."""
+        ranges = (
+            source.raytrace_min_range,
+            source.raytrace_max_range,
+            source.obstacle_min_range,
+            source.obstacle_max_range,
+        )
+        heights = self.config.min_obstacle_height, self.config.max_obstacle_height
+        levels = [(height - bottom) / edges[2] for height in heights]
+        return np.array([*(one / edges[0] for one in ranges), *levels])

@@ -1,0 +1,38 @@
+"""Which layers there are, by Nav2's class names."""
+
+from __future__ import annotations
+
+from arjuna_core.plugins import PluginTypes
+
+_HERE = "arjuna_nav.costmap.layers"
+_STATIC = "nav2_costmap_2d::StaticLayer"
+_OBSTACLE = "nav2_costmap_2d::ObstacleLayer"
+_VOXEL = "nav2_costmap_2d::VoxelLayer"
+_RANGE = "nav2_costmap_2d::RangeSensorLayer"
+_DENOISE = "nav2_costmap_2d::DenoiseLayer"
+_INFLATION = "nav2_costmap_2d::InflationLayer"
+
+LAYERS = PluginTypes(
+    "layer",
+    {
+        _STATIC: f"{_HERE}.static:StaticLayer",
+        _OBSTACLE: f"{_HERE}.obstacle:ObstacleLayer",
+        _VOXEL: f"{_HERE}.voxel:VoxelLayer",
+        _RANGE: f"{_HERE}.range_sensor:RangeSensorLayer",
+        _DENOISE: f"{_HERE}.denoise:DenoiseLayer",
+        _INFLATION: f"{_HERE}.inflation:InflationLayer",
+        "nav2_costmap_2d::PluginContainerLayer": f"{_HERE}.container:PluginContainerLayer",
+        "nav2_costmap_2d::KeepoutFilter": f"{_HERE}.filters.keepout:KeepoutFilter",
+        "nav2_costmap_2d::SpeedFilter": f"{_HERE}.filters.speed:SpeedFilter",
+        "nav2_costmap_2d::BinaryFilter": f"{_HERE}.filters.binary:BinaryFilter",
+    },
+    "",
+    {
+        "static_layer": _STATIC,
+        "obstacle_layer": _OBSTACLE,
+        "voxel_layer": _VOXEL,
+        "range_layer": _RANGE,
+        "denoise_layer": _DENOISE,
+        "inflation_layer": _INFLATION,
+    },
+)

@@ -1,0 +1,167 @@
+"""Inner loops of the obstacle layer: rays that clear, ends that mark, polygons that fill."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.raycast import line_cells
+from arjuna_nav.costmap.costmap import FREE, LETHAL
+from arjuna_nav.costmap.hits import blended
+
+
+@njit(cache=True)
+def enter_scan(
+    data: NDArray[np.uint8],
+    hits: NDArray[np.uint32],
+    sensor: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    bearings: NDArray[np.float64],
+    limits: NDArray[np.float64],
+    clearing: bool,
+    marking: bool,
+) -> None:
+    """Clear along all beams of a scan, then mark their ends, in place.
+
+    Lengths are in cells, so that a point's cell is its coordinates' floor.
+
+    Args:
+        data: `(height, width) uint8`.
+        hits: `(height, width) uint32` where in its cell each mark lies; see `hit_points`.
+        sensor: `(3,)` x, y, heading of the sensor in the grid.
+        ranges: `(N,)`; inf is no return, NaN invalid.
+        bearings: `(N,)` in the sensor frame [rad].
+        limits: `(7,)` range_min, range_max, raytrace_min, raytrace_max for beams without return
+            (negative for none), raytrace_max, obstacle_min, obstacle_max.
+        clearing: Whether rays clear.
+        marking: Whether ends mark.
+    """
+    range_min, range_max, trace_min, trace_inf, trace_max, _, _ = limits
+    if clearing:
+        for i in range(len(ranges)):
+            hit = range_min <= ranges[i] < range_max
+            if not hit and not ranges[i] >= range_max:
+                continue
+            length = min(ranges[i], trace_max) if hit else trace_inf
+            angle = sensor[2] + bearings[i]
+            keep_end = hit and ranges[i] <= trace_max
+            _clear_ray(data, sensor, math.cos(angle), math.sin(angle), trace_min, length, keep_end)
+    if marking:
+        _mark_ends(data, hits, sensor, ranges, bearings, limits)
+
+
+@njit(cache=True)
+def _mark_ends(
+    data: NDArray[np.uint8],
+    hits: NDArray[np.uint32],
+    sensor: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    bearings: NDArray[np.float64],
+    limits: NDArray[np.float64],
+) -> None:
+    """Mark the ends of a scan's beams, and where in their cells they lie; see `enter_scan`."""
+    range_min, range_max, _, _, _, mark_min, mark_max = limits
+    height, width = data.shape
+    for i in range(len(ranges)):
+        hit = range_min <= ranges[i] < range_max
+        if hit and mark_min <= ranges[i] <= mark_max:
+            angle = sensor[2] + bearings[i]
+            x = sensor[0] + ranges[i] * math.cos(angle)
+            y = sensor[1] + ranges[i] * math.sin(angle)
+            row, column = math.floor(y), math.floor(x)
+            if 0 <= row < height and 0 <= column < width:
+                data[row, column] = LETHAL
+                hits[row, column] = blended(hits[row, column], x - column, y - row)
+
+
+@njit(cache=True)
+def enter_points(
+    data: NDArray[np.uint8],
+    sensor: NDArray[np.float64],
+    points: NDArray[np.float64],
+    limits: NDArray[np.float64],
+    clearing: bool,
+) -> None:
+    """Clear along the rays to points, or mark the points, in place; lengths are in cells.
+
+    Args:
+        data: `(height, width) uint8`.
+        sensor: `(3,)` where the points were seen from, in the grid.
+        points: `(N, 3)` in the grid.
+        limits: `(6,)` raytrace_min, raytrace_max, obstacle_min, obstacle_max, and the lowest and
+            highest place that marks.
+        clearing: Whether to clear; else the points mark.
+    """
+    trace_min, trace_max, mark_min, mark_max, low, high = limits
+    height, width = data.shape
+    ends = np.zeros(data.shape, np.bool_)  # one ray to each cell will do
+    for i in range(len(points)):
+        x, y, z = points[i]
+        row, column = math.floor(y), math.floor(x)
+        far = math.hypot(x - sensor[0], y - sensor[1])
+        inside = 0 <= row < height and 0 <= column < width
+        if not clearing:
+            if inside and low <= z <= high and mark_min <= far <= mark_max:
+                data[row, column] = LETHAL
+            continue
+        if far == 0.0 or (inside and ends[row, column]):
+            continue
+        if inside:
+            ends[row, column] = True
+        c, s = (x - sensor[0]) / far, (y - sensor[1]) / far
+        _clear_ray(data, sensor, c, s, trace_min, min(far, trace_max), far <= trace_max)
+
+
+@njit(cache=True)
+def _clear_ray(
+    data: NDArray[np.uint8],
+    sensor: NDArray[np.float64],
+    c: float,
+    s: float,
+    start: float,
+    length: float,
+    keep_end: bool,
+) -> None:
+    """Set cells along a ray free; `keep_end` spares the cell of its end."""
+    if length <= start:
+        return
+    height, width = data.shape
+    row, column = math.floor(sensor[1] + start * s), math.floor(sensor[0] + start * c)
+    row1, column1 = math.floor(sensor[1] + length * s), math.floor(sensor[0] + length * c)
+    for r, c in line_cells(row, column, row1, column1):
+        if keep_end and r == row1 and c == column1:
+            break
+        if 0 <= r < height and 0 <= c < width:
+            data[r, c] = FREE
+
+
+@njit(cache=True)
+def fill_polygon(data: NDArray[Any], corners: NDArray[np.float64], value: int) -> None:
+    """Set the cells whose centres lie in a polygon, in place.
+
+    Args:
+        data: `(height, width)`, of any whole numbers.
+        corners: `(N, 2)` x, y in cells.
+        value: What to write.
+
+    Source: even-odd rule, row by row.
+    """
+    height, width = data.shape
+    row0 = max(math.floor(corners[:, 1].min()), 0)
+    row1 = min(math.floor(corners[:, 1].max()) + 1, height)
+    column0 = max(math.floor(corners[:, 0].min()), 0)
+    column1 = min(math.floor(corners[:, 0].max()) + 1, width)
+    for row in range(row0, row1):
+        for column in range(column0, column1):
+            x, y, inside = column + 0.5, row + 0.5, False
+            for i in range(len(corners)):
+                xa, ya = corners[i, 0], corners[i, 1]
+                xb, yb = corners[i - 1, 0], corners[i - 1, 1]
+                if (ya > y) != (yb > y) and x < (xb - xa) * (y - ya) / (yb - ya) + xa:
+                    inside = not inside
+            if inside:
+                data[row, column] = value

@@ -1,0 +1,185 @@
+"""The layer that holds a map, wherever its frame lies in the costmap's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.grid import GridFrame
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.transforms import TransformError
+from arjuna_nav.costmap.config import CostmapConfig
+from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
+from arjuna_nav.costmap.layers.base import Input, Layer, Master, absolute, combine
+from arjuna_nav.costmap.layers.placement import MapUpdate, PlacedMap, Placement
+from arjuna_nav.costmap.layers.raytrace import fill_polygon
+from arjuna_nav.costmap.window import Window, clipped, joined, whole, within
+
+
+@dataclass(frozen=True)
+class StaticConfig:
+    """Parameters of the static layer."""
+
+    enabled: bool = param(True, "Whether the layer takes part.")
+    map_topic: str = param("", "Topic of the map; empty takes the costmap's own.", read_only=True)
+    map_subscribe_transient_local: bool = param(
+        True, "Whether the map's publisher latches.", read_only=True
+    )
+    subscribe_to_updates: bool = param(
+        False, "Whether to take parts of the map from its topic with '_updates'.", read_only=True
+    )
+    transform_tolerance: float = param(
+        0.0, "Unused: the latest transform is taken, and nothing waits for it.", unit="s"
+    )
+    footprint_clearing_enabled: bool = param(
+        False, "Whether the map is free where the robot stands."
+    )
+    restore_cleared_footprint: bool = param(
+        True, "Whether the map is as before where the robot has left."
+    )
+
+
+def interpret_map(data: NDArray[np.int8], config: CostmapConfig) -> NDArray[np.uint8]:
+    """Return the costs that a map's cells have by themselves, `(height, width) uint8`.
+
+    Source: nav2_costmap_2d, static layer: unknown, lethal from the threshold, else free or scaled.
+    """
+    threshold = config.lethal_cost_threshold
+    occupancy = data.astype(np.uint8)  # as there: -1 is 255
+    between = np.zeros(data.shape)
+    if not config.trinary_costmap:
+        between = np.floor(occupancy.astype(np.float64) / threshold * LETHAL)
+    unknown = UNKNOWN if config.track_unknown_space else FREE
+    states = [occupancy == config.unknown_cost_value, occupancy >= threshold]
+    return np.select(states, [unknown, LETHAL], between).astype(np.uint8)
+
+
+class StaticLayer(Layer):
+    """Holds a map. A costmap that stays takes its place and size, one that rolls a part of it.
+
+    Source: nav2_costmap_2d, static layer.
+    """
+
+    Config: ClassVar[type[Any]] = StaticConfig
+
+    def __init__(self, config: StaticConfig, name: str, master: Master) -> None:
+        super().__init__(config, name, master)
+        self._map: PlacedMap | None = None
+        self._costs: NDArray[np.uint8] = np.zeros((0, 0), np.uint8)  # of the map's cells
+        self._T_global_map = None if master.config.rolling_window else IDENTITY
+        self._placement: Placement | None = None
+        self._shown: NDArray[np.uint8] = self._costs  # of the costmap's cells
+        self._before: tuple[Window, NDArray[np.uint8]] | None = None  # where it is cleared
+        self._problem = ""
+
+    @property
+    def frame(self) -> GridFrame | None:
+        """The map's place and size."""
+        return self._map.grid.frame if self._map is not None else None
+
+    def inputs(self) -> tuple[Input, ...]:
+        """Return the map and, where asked for, its updates."""
+        config = self.config
+        topic = config.map_topic or self.master.config.map_topic
+        latched = config.map_subscribe_transient_local
+        updates = Input("updates", f"{topic}_updates", "OccupancyGridUpdate")
+        taken = (updates,) if config.subscribe_to_updates else ()
+        return (Input("map", topic, "OccupancyGrid", latched=latched), *taken)
+
+    def receive(self, source: str, value: PlacedMap | MapUpdate) -> None:
+        """Take a map, or a part of it; a part that does not lie in the map is left out."""
+        if isinstance(value, PlacedMap):
+            self._map, self._before, self._placement = value, None, None
+            self._costs = interpret_map(value.grid.data, self.master.config)
+            return
+        rows, columns = (
+            slice(start, start + size)
+            for start, size in zip((value.row, value.column), value.data.shape, strict=True)
+        )
+        height, width = self._costs.shape
+        if rows.start >= 0 and rows.stop <= height and columns.start >= 0 and columns.stop <= width:
+            self._restore()
+            self._costs[rows, columns] = interpret_map(value.data, self.master.config)
+            self._placement = None
+
+    def missing(self) -> str:
+        """Return that no map has come, where none has."""
+        topic = self.inputs()[0].topic
+        return "" if self._map is not None else f"no map has come on {absolute(topic)}"
+
+    def problem(self, now: float) -> str:
+        """Return why the map cannot be placed."""
+        return self._problem
+
+    def update(self, T_global_base: SE2, now: float) -> Window | None:
+        """Place the map by the latest transform, free where the robot stands if that is asked."""
+        if self._map is None:
+            return None
+        self._locate(self._map.frame_id)
+        before, changed = self._placement, None
+        if self._T_global_map is not None and self.config.footprint_clearing_enabled:
+            changed = self._clear_footprint(self._T_global_map.inverse() @ T_global_base)
+            if before is not None and before.covered is not None and changed is not None:
+                self._placement = None
+        self._place()
+        return changed if self._placement is before else whole(self.master.frame.shape)
+
+    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+        """Write the map, unknown cells too, unless the greater cost counts."""
+        self._place()
+        if self._placement is None:
+            return
+        own, covered = self._shown[window], self._placement.covered
+        if self.master.config.use_maximum:
+            combine(costs, own, 1)
+        elif covered is None:
+            costs[:] = own
+        else:
+            np.copyto(costs, own, where=covered[window])
+
+    def _locate(self, frame_id: str) -> None:
+        """Look up where the map lies in the frame of a costmap that follows the robot."""
+        if not self.master.config.rolling_window:
+            return
+        try:
+            self._T_global_map, self._problem = self.master.locate(frame_id), ""
+        except TransformError as error:
+            self._T_global_map, self._problem = None, str(error)
+
+    def _place(self) -> None:
+        """Read the map's costs at the costmap's cells, where either has moved."""
+        frame, T_global_map, placement = self.master.frame, self._T_global_map, self._placement
+        if self._map is None or T_global_map is None:
+            self._placement = None
+        elif placement is None or (placement.frame, placement.T_global_map) != (
+            frame,
+            T_global_map,
+        ):
+            self._placement = Placement(frame, T_global_map, self._map.grid.frame)
+            self._shown = self._placement.read(self._costs, UNKNOWN)
+
+    def _clear_footprint(self, T_map_base: SE2) -> Window | None:
+        """Free the map's cells under the robot; return which of them have changed."""
+        assert self._map is not None
+        restored = self._before[0] if self._before is not None else None
+        self._restore()
+        frame = self._map.grid.frame
+        corners = frame.origin.inverse().apply(self.master.footprint.at(T_map_base))
+        corners /= frame.resolution
+        (x0, y0), (x1, y1) = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0))
+        window = clipped(int(y0), int(y1), int(x0), int(x1), frame.shape)
+        before = self._costs[window].copy()
+        fill_polygon(self._costs, corners, FREE)
+        if self.config.restore_cleared_footprint:
+            self._before = window, before
+        return joined(restored, within(window, self._costs[window] != before))
+
+    def _restore(self) -> None:
+        """Undo the clearing under the robot."""
+        if self._before is not None:
+            window, costs = self._before
+            self._costs[window], self._before = costs, None

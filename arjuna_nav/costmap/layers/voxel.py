@@ -1,0 +1,122 @@
+"""The layer of what clouds and scans show in space: table tops that no planar scan sees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.grid import GridFrame
+from arjuna_nav.costmap.layers.base import Master, moved
+from arjuna_nav.costmap.layers.observations import (
+    Observation,
+    PlacedScan,
+    SourceConfig,
+    as_cloud,
+)
+from arjuna_nav.costmap.layers.obstacle import ObstacleConfig, ObstacleLayer
+from arjuna_nav.costmap.layers.raytrace import fill_polygon
+from arjuna_nav.costmap.layers.voxel_rays import clear_cloud, mark_cloud
+from arjuna_nav.costmap.moving.ways import free_trails
+from arjuna_nav.costmap.window import Window
+
+_ALL = 15  # Nav2's unknown_threshold from which on a free cell is never unknown
+_BITS = 16  # of a column's number in a VoxelGrid message
+
+
+@dataclass(frozen=True)
+class VoxelConfig(ObstacleConfig):
+    """Parameters of the voxel layer; those of each source stand below its name."""
+
+    origin_z: float = param(0.0, "Height of the lowest voxel.", unit="m")
+    z_resolution: float = param(0.2, "Height of a voxel.", unit="m", minimum=0.01)
+    z_voxels: int = param(10, "Voxels one above the other.", minimum=1, maximum=32)
+    unknown_threshold: int = param(
+        _ALL, "Unknown voxels above a cell that is yet free.", minimum=0, maximum=32
+    )
+    mark_threshold: int = param(
+        0, "Marked voxels above a cell that is yet free.", minimum=0, maximum=32
+    )
+    publish_voxel_map: bool = param(False, "Whether the voxels are published.", read_only=True)
+
+
+class VoxelLayer(ObstacleLayer):
+    """Marks the voxels that points are in and clears those that the rays to them cross.
+
+    Args:
+        config: Parameters.
+        name: Its name.
+        master: What it shares with the others.
+
+    Attributes:
+        voxels: `(height, width) uint32` which are marked, the lowest voxel the lowest bit.
+        known: Likewise which were ever seen.
+
+    Source: nav2_costmap_2d, voxel layer.
+    """
+
+    Config: ClassVar[type[Any]] = VoxelConfig
+
+    def __init__(self, config: Any, name: str, master: Master) -> None:
+        super().__init__(config, name, master)
+        self.voxels: NDArray[np.uint32] = np.zeros(master.frame.shape, np.uint32)
+        self.known: NDArray[np.uint32] = np.zeros(master.frame.shape, np.uint32)
+        unknown = config.unknown_threshold
+        self._column = (
+            config.z_voxels,
+            config.mark_threshold,
+            config.z_voxels if unknown >= _ALL else unknown,
+        )
+
+    def move(self, frame: GridFrame) -> None:
+        """Go on in another grid of the same resolution; what both cover is kept."""
+        self.voxels = moved(self.voxels, self.master.frame, frame, 0)
+        self.known = moved(self.known, self.master.frame, frame, 0)
+        super().move(frame)
+
+    def clear(self, window: Window | None = None, outside: bool = False) -> None:
+        """Forget what was seen: everywhere, in a window of cells, or outside that window."""
+        super().clear(window, outside)
+        forgotten = self.data == self._untouched
+        self.voxels[forgotten] = self.known[forgotten] = 0
+
+    def columns(self) -> NDArray[np.uint32]:
+        """Return the voxels as nav2_msgs/VoxelGrid has them, `(height, width) uint32`.
+
+        The upper half of a number says which voxels are marked, the lower which are marked or
+        unknown; there is room for 16.
+        """
+        low = np.uint32((1 << _BITS) - 1)
+        unclear: NDArray[np.uint32] = (self.voxels | ~self.known) & low
+        columns: NDArray[np.uint32] = (self.voxels & low) << np.uint32(_BITS) | unclear
+        return columns
+
+    def _free_trails(self, things: NDArray[np.float64]) -> Window | None:
+        free_trails(self.voxels, things, self.master.frame, 0)
+        return super()._free_trails(things)
+
+    def _set_free(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> None:
+        super()._set_free(rows, columns)
+        self.voxels[rows, columns] = 0
+
+    def _free(self, corners: NDArray[np.float64]) -> None:
+        super()._free(corners)
+        fill_polygon(self.voxels, corners, 0)
+
+    def _enter_one(self, seen: Observation, source: SourceConfig, clearing: bool) -> None:
+        """Clear along the rays of an observation, or mark their ends."""
+        config, cell = self.config, self.master.frame.resolution
+        is_scan = isinstance(seen, PlacedScan)
+        cloud = as_cloud(seen, source, clearing) if isinstance(seen, PlacedScan) else seen
+        edges = cell, cell, config.z_resolution
+        places = self._in_grid(cloud, source, edges, config.origin_z)
+        limits = self._limits(source, edges, config.origin_z)
+        ground, sensor, points = (self.voxels, self.known, self.data), places[0], places[1:]
+        if clearing:
+            clear_cloud(*ground, sensor, points, limits, self._column)
+        else:
+            hits = self.master.hits
+            mark_cloud(*ground, hits, sensor, points, limits, self._column, is_scan)

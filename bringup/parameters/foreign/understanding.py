@@ -1,0 +1,287 @@
+"""Parameter files that others wrote for Nav2, slam_toolbox and AMCL, as our nodes' parameters."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+from arjuna_core.config import flatten, info_of, infos
+from arjuna_core.errors import ConfigError, closest
+from arjuna_core.plugins import PluginTypes, canonical, shaped
+from bringup.parameters.composition import node_class
+from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, merged, node_of
+from bringup.parameters.foreign import without_effect
+from bringup.parameters.foreign.older import as_today, section_as_today
+from bringup.parameters.remarks import Kind, Remark
+from bringup.parameters.robot_names import keys_of_robot
+from bringup.stack import NodeSpec
+
+_NAMESPACE = "<robot_namespace>"
+_PLACEHOLDER = re.compile(r".*(<\w+>|\$\{.+\}|\$\((?!find-pkg-share).+\)).*")
+_KEYWORD = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+")
+_FILLED = "a launch file fills '{}'; the default holds"
+_MISSPELT = 0.85  # likeness from which on a class is taken for one of Nav2's, misspelt
+_CLASS_KEYS = ("plugin", "robot_model_type")
+
+
+class Understood(NamedTuple):
+    """What a file means here.
+
+    Attributes:
+        parameters: Those below, with the file's over them.
+        remarks: The names without effect.
+        problems: What refuses the file, a sentence each.
+    """
+
+    parameters: Parameters
+    remarks: list[Remark]
+    problems: list[str]
+
+
+def understand(
+    given: Parameters, below: Parameters, specs: Iterable[NodeSpec], namespace: str = ""
+) -> Understood:
+    """Return what a file's parameters mean here, over those that hold already.
+
+    A section that names a class of Nav2's is whole: what it leaves out takes Nav2's default, but
+    for what is the robot's own. Any other section changes values of what is below it.
+
+    Args:
+        given: The file's parameters; those of `/**` go to each node that has them.
+        below: What holds already; of plug-ins that the file replaces nothing is kept.
+        specs: All nodes there are.
+        namespace: The robot's.
+    """
+    nodes = {spec.name: spec for spec in specs}
+    sections, remarks = _sections(given, nodes, namespace)
+    everywhere = given.get(EVERY_NODE, {})
+    shared = {key: value for key, value in everywhere.items() if key != SIM_TIME}
+    result, problems, taken = merged(below), list[str](), set[str]()
+    for name in nodes if shared else sections:
+        section = _Section(nodes[name], sections.get(name, {}), result.get(name, {}), shared)
+        result[name] = section.values
+        remarks += section.remarks
+        problems += section.problems
+        taken.update(section.taken)
+    if SIM_TIME in everywhere:
+        result.setdefault(EVERY_NODE, {})[SIM_TIME] = everywhere[SIM_TIME]
+    remarks += [_of_nobody(key, nodes.values()) for key in shared if key not in taken]
+    return Understood(result, remarks, problems)
+
+
+def _sections(
+    given: Parameters, nodes: Mapping[str, NodeSpec], namespace: str
+) -> tuple[Parameters, list[Remark]]:
+    """Return a file's values by our nodes, placeholders filled, and remarks on other nodes."""
+    found: Parameters = {}
+    remarks: list[Remark] = []
+    for name, values in given.items():
+        if name == EVERY_NODE:
+            continue
+        today = section_as_today(name)
+        node = node_of(today, nodes, namespace)
+        if node is None:
+            remarks.append(_of_other_node(name, today, nodes))
+            continue
+        kept = found.setdefault(node, {})
+        for key, value in values.items():
+            filled = _filled(value, namespace)
+            if isinstance(filled, str) and _is_placeholder(key, filled):
+                remarks.append(Remark(Kind.NO_EFFECT, f"{node}: {key}", _FILLED.format(value)))
+            else:
+                kept[key] = filled
+    return found, remarks
+
+
+def _filled(value: Any, namespace: str) -> Any:
+    """Return a value with the placeholder of Nav2's launch files for the robot's namespace filled.
+
+    Nav2's `bringup_launch.py` puts `/` and the namespace in its place.
+    """
+    if not isinstance(value, str):
+        return value
+    return value.replace(_NAMESPACE, f"/{namespace}" if namespace else "")
+
+
+def _is_placeholder(key: str, value: str) -> bool:
+    """Return whether a launch file is to fill a value: `<name>`, `$(...)`, corners' names."""
+    named = key.rpartition(".")[2] == "footprint" and re.search("[A-Za-z]{2}", value)
+    return bool(named or _PLACEHOLDER.fullmatch(value))
+
+
+def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Remark:
+    """Return the remark on a section of no node that runs here."""
+    if (node := node_of(today, nodes)) is not None:
+        return Remark(Kind.NOT_NEEDED, name, f"'{node}' of another namespace")
+    known = without_effect.of_node(name)
+    if known is not None:
+        kind, reason, safety = known
+        return Remark(kind, name, f"there is no such node here: {reason}", safety)
+    return Remark(Kind.UNKNOWN, name, f"no node has this name{closest(name, nodes)}")
+
+
+def _of_nobody(key: str, specs: Iterable[NodeSpec]) -> Remark:
+    """Return the remark on a name for every node that no node has."""
+    for spec in specs:
+        if (known := without_effect.of_key(spec.name, key)) is not None:
+            return Remark(known[0], f"{EVERY_NODE}: {key}", known[1])
+    valid = {name for spec in specs for name in _own_keys(spec, {})}
+    return Remark(Kind.UNKNOWN, f"{EVERY_NODE}: {key}", f"no node has it{closest(key, valid)}")
+
+
+class _Section:
+    """One node's section of a file, as that node's parameters.
+
+    Args:
+        spec: The node.
+        given: The section, by dotted name.
+        below: What holds already.
+        shared: The values that are for every node.
+
+    Attributes:
+        values: The node's parameters.
+        remarks: The names without effect.
+        problems: What refuses the section.
+        taken: The names of `shared` that the node has.
+    """
+
+    def __init__(
+        self,
+        spec: NodeSpec,
+        given: Mapping[str, Any],
+        below: dict[str, Any],
+        shared: Mapping[str, Any],
+    ) -> None:
+        self._spec = spec
+        self.remarks: list[Remark] = []
+        self.problems: list[str] = []
+        self._left_out: set[str] = set()
+        if _is_whole(given):
+            robot = keys_of_robot(spec.name)
+            below = {key: value for key, value in below.items() if key in robot}
+        values = as_today(spec.name, given)
+        sim_time = values.pop(SIM_TIME, below.get(SIM_TIME))
+        whole = merged({"": below}, {"": {**shared, **values}})[""]
+        values |= self._without_foreign_plugins(whole)
+        own = _own_keys(spec, {**whole, **values})
+        self.taken = [key for key in shared if key in own]
+        kept = {key: value for key, value in values.items() if self._has_effect(key, value, own)}
+        mine = {key: shared[key] for key in self.taken}
+        whole = merged({"": below}, {"": {**mine, **kept}})[""]
+        self.values = {key: v for key, v in whole.items() if key in own or key in kept}
+        if sim_time is not None:
+            self.values[SIM_TIME] = sim_time
+
+    def _without_foreign_plugins(self, values: dict[str, Any]) -> dict[str, Any]:
+        """Return the lists of plug-ins that lose a class of somebody's C++; others stay with it."""
+        changed: dict[str, Any] = {}
+        for name, default, kind in _plugin_lists(node_class(self._spec).Config):
+            names = values.get(name, default)
+            if not isinstance(names, (list, tuple)):
+                continue
+            classes = {str(each): _class_of(str(each), kind, values) for each in names}
+            foreign = {each for each, cls in classes.items() if _is_foreign(cls, kind)}
+            self._left_out |= foreign
+            if foreign and len(foreign) == len(classes):
+                changed[name] = list(default)
+                problem = (
+                    f"'{name}' lists only classes of someone's C++ ({classes[min(foreign)]}, ...)"
+                )
+                self.problems.append(
+                    f"{self._spec.name}: {problem}; valid: {', '.join(kind.types)}"
+                )
+            elif foreign:
+                changed[name] = [each for each in classes if each not in foreign]
+                self.remarks += [
+                    Remark(
+                        Kind.NO_EFFECT,
+                        f"{self._spec.name}: {each}",
+                        f"'{classes[each]}' is someone's C++; in Python: docs/plugins.md",
+                        self._spec.name in without_effect.COSTMAPS,
+                    )
+                    for each in sorted(foreign)
+                ]
+        return changed
+
+    def _has_effect(self, key: str, value: Any, own: Mapping[str, Any]) -> bool:
+        """Return whether a name and its value have an effect here; remark on it if not."""
+        node = self._spec.name
+        known = without_effect.of_value(node, key, value)
+        of_text = isinstance(own.get(key, ""), (str, type(None)))
+        if isinstance(value, str) and not of_text and _KEYWORD.fullmatch(value):
+            known = Kind.NO_EFFECT, _FILLED.format(value)
+        if known is None and key in own:
+            return True
+        known = known or without_effect.of_key(node, key) or self._of_another_plugin(key, own)
+        kind, reason = known or (Kind.UNKNOWN, f"no such parameter{closest(key, own)}")
+        safety = kind is Kind.NO_EFFECT and without_effect.is_safety(node, key)
+        if key.partition(".")[0] not in self._left_out:
+            self.remarks.append(Remark(kind, f"{node}: {key}", reason, safety))
+        return False
+
+    def _of_another_plugin(self, key: str, own: Mapping[str, Any]) -> tuple[Kind, str] | None:
+        """Return why a name has no effect that is left over of another plug-in."""
+        plugin, dot, rest = key.partition(".")
+        if not dot:
+            return None
+        if not any(name.startswith(f"{plugin}.") for name in own):
+            return Kind.NOT_NEEDED, f"'{plugin}' is in no list of plug-ins"
+        for _, _, kind in _plugin_lists(node_class(self._spec).Config):
+            for cls in kind.types:
+                if rest in _keys_of(kind, cls):
+                    return Kind.NOT_NEEDED, f"a parameter of {cls}, which '{plugin}' is not"
+        return None
+
+
+def _is_whole(given: Mapping[str, Any]) -> bool:
+    """Return whether a section names a class of Nav2's, as whole configurations do."""
+    return any(
+        key.endswith(_CLASS_KEYS) and isinstance(value, str) and "::" in canonical(value)
+        for key, value in given.items()
+    )
+
+
+def _plugin_lists(config: type[Any]) -> Iterator[tuple[str, tuple[str, ...], PluginTypes]]:
+    """Return name, default and kind of each list of plug-ins that a node has."""
+    for item in dataclasses.fields(config):
+        kind = info_of(item).plugins if item.metadata else None
+        if kind is not None:
+            yield item.name, item.default, kind  # type: ignore[misc]
+
+
+@cache
+def _keys_of(kind: PluginTypes, cls: str) -> frozenset[str]:
+    """Return the parameters of a class of plug-ins; one that wraps another has the other's too."""
+    return frozenset(infos(kind.config_of(cls, {"primary_controller": kind.default})))
+
+
+def _class_of(name: str, kind: PluginTypes, values: Mapping[str, Any]) -> str:
+    """Return the class of a plug-in as its section says, or its name."""
+    default = kind.by_name.get(name, kind.default)
+    return canonical(str(values.get(f"{name}.{kind.key}", default)))
+
+
+def _is_foreign(cls: str, kind: PluginTypes) -> bool:
+    """Return whether a class is of a package that is not Nav2's, and cannot be loaded."""
+    package = cls.rpartition("::")[0]
+    if not package or package in {known.rpartition("::")[0] for known in kind.types}:
+        return False
+    try:
+        kind.resolve(cls)
+    except ConfigError:
+        return not difflib.get_close_matches(cls, kind.types, 1, _MISSPELT)
+    return False
+
+
+def _own_keys(spec: NodeSpec, values: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys that a node has, given its values, each with its default.
+
+    Those below a plug-in of no known class count: the node's own check speaks of the class.
+    """
+    left = dict(values)
+    config = shaped(node_class(spec).Config, left, "", [])
+    return {**flatten(config()), **dict.fromkeys(values.keys() - left.keys())}

@@ -1,0 +1,66 @@
+"""Remarks on a parameter file that starts: each name that has no effect, with the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from enum import Enum
+from typing import NamedTuple
+
+
+class Kind(Enum):
+    """Why a name has no effect; the value is the word that the log and `params check` use."""
+
+    UNKNOWN = "unknown"
+    NO_EFFECT = "no effect yet"
+    NOT_NEEDED = "not needed here"
+
+
+class Remark(NamedTuple):
+    """One name without effect.
+
+    Attributes:
+        kind: Why.
+        where: The node, or the node and the key.
+        reason: The nearest valid name, what Nav2 would do, or why nothing is missed.
+        safety: Whether the name keeps a robot from harm elsewhere.
+        place: File and line; empty where not known.
+    """
+
+    kind: Kind
+    where: str
+    reason: str
+    safety: bool = False
+    place: str = ""
+
+    def __str__(self) -> str:
+        """Return the remark as one line."""
+        word = f"{self.kind.value}{' (SAFETY)' if self.safety else ''}"
+        place = f"{self.place}: " if self.place else ""
+        return f"{place}{word}: {self.where}: {self.reason}"
+
+
+def lines(
+    remarks: Iterable[Remark], counted: Collection[Kind] = (), where: str = "'params check FILE'"
+) -> Iterator[str]:
+    """Return a log's lines: what keeps a robot from harm first, then what is unknown, then others.
+
+    Keys of one node with one reason share a line, but for those of safety.
+
+    Args:
+        remarks: All of one file.
+        counted: The kinds of which a count stands for the lines, but for those of safety.
+        where: What lists them.
+    """
+    ordered = sorted(remarks, key=lambda one: (not one.safety, list(Kind).index(one.kind)))
+    grouped: dict[tuple[str, ...], list[Remark]] = {}
+    for one in ordered:
+        node, _, key = one.where.partition(": ")
+        own = one.where + one.place if one.safety or not key else ""
+        grouped.setdefault((one.kind.value, node, one.reason, own), []).append(one)
+    for (_, node, *_), group in grouped.items():
+        if group[0].safety or group[0].kind not in counted:
+            keys = ", ".join(one.where.partition(": ")[2] for one in group)
+            yield str(group[0]._replace(where=f"{node}: {keys}" if keys else node))
+    for kind in counted:
+        if count := sum(one.kind is kind and not one.safety for one in ordered):
+            yield f"{kind.value}: {count} names; {where} lists them"

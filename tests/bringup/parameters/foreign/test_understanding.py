@@ -1,0 +1,176 @@
+"""The rule of files: what starts, what is remarked on, what refuses a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from arjuna_core.config import flatten, load
+from arjuna_core.errors import ConfigError
+from bringup.cli_parser import parse
+from bringup.parameters.composition import node_class
+from bringup.parameters.files import Parameters, for_node, shipped_parameters
+from bringup.parameters.foreign.understanding import Understood, understand
+from bringup.parameters.inputs import gather
+from bringup.parameters.reading import check_file
+from bringup.parameters.remarks import Kind
+from bringup.stack import all_nodes
+
+pytestmark = pytest.mark.ros
+NODES = {spec.name: spec for spec in all_nodes()}
+RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+
+
+def understood(given: Parameters, namespace: str = "") -> Understood:
+    return understand(given, shipped_parameters(), NODES.values(), namespace)
+
+
+def only(found: Understood, kind: Kind) -> str:
+    (remark,) = found.remarks
+    assert remark.kind is kind
+    return str(remark)
+
+
+def value(found: Understood, node: str, key: str) -> Any:
+    config = load(node_class(NODES[node]).Config, for_node(found.parameters, node))
+    return flatten(config)[key]
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_a_misspelt_name_is_a_remark_that_names_the_right_one(node: str) -> None:
+    rng = np.random.default_rng([11, len(node)])
+    shipped = for_node(shipped_parameters(), node)
+    keys = sorted(flatten(load(node_class(NODES[node]).Config, shipped)))
+    plain = [key for key in keys if "." not in key and len(key) > 5]
+    for key in rng.choice(plain, 3, replace=len(plain) < 3) if plain else []:
+        at = int(rng.integers(1, len(key) - 1))
+        wrong = key[:at] + key[at + 1] + key[at] + key[at + 2 :]
+        if wrong in keys:
+            continue
+        found = understood({node: {wrong: 1}})
+        assert found.problems == []
+        assert found.parameters.get(node, {}) == shipped_parameters().get(node, {})
+        if not (told := str(found.remarks[0])).startswith("no"):
+            assert told.startswith(f"unknown: {node}: {wrong}: no such parameter; the nearest is '")
+
+
+def test_a_section_that_names_a_class_is_whole() -> None:
+    section = {"plugins": ["inflation_layer"], "inflation_layer.inflation_radius": 0.4}
+    whole = {**section, "inflation_layer.plugin": "nav2_costmap_2d::InflationLayer"}
+    node, key = "global_costmap/global_costmap", "inflation_layer.cost_scaling_factor"
+    shipped = shipped_parameters()[node]
+    assert value(understood({node: section}), node, key) == shipped[key] != 10.0
+    found = understood({node: whole})
+    assert value(found, node, key) == 10.0
+    assert value(found, node, "robot_radius") == shipped["robot_radius"]
+
+
+def test_a_section_of_one_s_own_class_changes_what_is_below() -> None:
+    mine = {"FollowPath.plugin": "docs.tutorial.none:Mine", "controller_frequency": 10.0}
+    found = understood({"controller_server": mine}).parameters["controller_server"]
+    kept = "general_goal_checker.xy_goal_tolerance"
+    assert found[kept] == shipped_parameters()["controller_server"][kept]
+
+
+def test_what_is_left_over_of_another_plugin_is_not_needed() -> None:
+    given = {
+        "controller_plugins": ["FollowPath"],
+        "FollowPath.plugin": RPP,
+        "FollowPath.max_vel_theta": 1.0,
+    }
+    told = only(understood({"controller_server": given}), Kind.NOT_NEEDED)
+    assert "FollowPath.max_vel_theta: a parameter of dwb_core::DWBLocalPlanner" in told
+
+
+def test_a_section_of_a_plugin_that_no_list_names_is_not_needed() -> None:
+    given = {"planner_plugins": ["GridBased"], "Straight.step": 0.1}
+    told = only(understood({"planner_server": given}), Kind.NOT_NEEDED)
+    assert "'Straight' is in no list of plug-ins" in told
+
+
+def test_someone_s_class_in_c_is_left_out_beside_one_that_loads() -> None:
+    given = {
+        "controller_plugins": ["FollowPath", "Vector"],
+        "FollowPath.plugin": RPP,
+        "Vector.plugin": "vector_pursuit_controller::VectorPursuitController",
+        "Vector.k": 5.0,
+    }
+    found = understood({"controller_server": given})
+    assert "someone's C++" in only(found, Kind.NO_EFFECT)
+    assert found.parameters["controller_server"]["controller_plugins"] == ["FollowPath"]
+
+
+def test_a_list_of_nothing_but_classes_in_c_refuses_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "params.yaml"
+    path.write_text(
+        "controller_server:\n  ros__parameters:\n    controller_plugins: [Vector]\n"
+        "    Vector: {plugin: vector_pursuit_controller::VectorPursuitController}\n"
+    )
+    (problem,) = check_file(path).problems
+    assert problem.startswith(f"{path}:3: controller_server: 'controller_plugins' lists only")
+    assert RPP in problem
+
+
+def test_a_class_of_nav2_that_is_misspelt_refuses_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "params.yaml"
+    text = "planner_server: {ros__parameters: {GridBased: {plugin: nav2_navfn_planner::Navfn}}}"
+    path.write_text(text)
+    (problem,) = check_file(path).problems
+    assert "did you mean 'nav2_navfn_planner::NavfnPlanner'" in problem
+
+
+@pytest.mark.parametrize(("namespace", "topic"), [("", "/scan"), ("robot1", "/robot1/scan")])
+def test_the_robot_s_namespace_fills_its_placeholder(namespace: str, topic: str) -> None:
+    given = {"<robot_namespace>/amcl": {"scan_topic": "<robot_namespace>/scan"}}
+    assert understood(given, namespace).parameters["amcl"]["scan_topic"] == topic
+
+
+@pytest.mark.parametrize(
+    ("key", "text"), [("scan_topic", "<robot_name>/scan"), ("do_beamskip", "BEAM_SKIP_ENABLED")]
+)
+def test_what_a_launch_file_fills_keeps_its_default(key: str, text: str) -> None:
+    found = understood({"amcl": {key: text}})
+    assert f"amcl: {key}: a launch file fills '{text}'" in only(found, Kind.NO_EFFECT)
+    assert key not in found.parameters["amcl"]
+
+
+def test_an_outline_of_corners_names_is_filled_by_a_launch_file() -> None:
+    node = "local_costmap/local_costmap"
+    found = understood({node: {"footprint": "[[front_left], [front_right], [rear]]"}})
+    assert "footprint: a launch file fills" in only(found, Kind.NO_EFFECT)
+    assert value(found, node, "robot_radius") == shipped_parameters()[node]["robot_radius"]
+
+
+def test_a_word_in_capitals_is_a_value_where_texts_are() -> None:
+    assert understood({"velocity_smoother": {"feedback": "OPEN_LOOP"}}).remarks == []
+
+
+def test_another_robot_s_section_is_not_needed() -> None:
+    found = understood({"robot2/amcl": {"max_beams": 30}}, "robot1")
+    assert "'amcl' of another namespace" in only(found, Kind.NOT_NEEDED)
+
+
+def test_a_zone_that_is_not_kept_is_a_line_of_its_own(tmp_path: Path) -> None:
+    path = tmp_path / "params.yaml"
+    path.write_text("filter_mask_server: {ros__parameters: {yaml_filename: a.yaml}}")
+    (remark,) = check_file(path).remarks
+    assert str(remark).startswith(f"{path}:1: no effect yet (SAFETY): filter_mask_server: ")
+
+
+def test_a_strict_command_refuses_what_is_unknown(tmp_path: Path) -> None:
+    path = tmp_path / "params.yaml"
+    path.write_text("amcl: {ros__parameters: {alpah2: 0.2}}")
+    words = ["nav", "--slam", "--params", str(path)]
+    assert gather(parse(words))
+    with pytest.raises(ConfigError, match="alpah2: no such parameter; the nearest is 'alpha2'"):
+        gather(parse([*words, "--strict"]))
+
+
+def test_a_node_s_word_on_its_clock_is_kept() -> None:
+    found = understood({"slam_toolbox": {"use_sim_time": False}})
+    assert (found.remarks, found.parameters["slam_toolbox"]["use_sim_time"]) == ([], False)
