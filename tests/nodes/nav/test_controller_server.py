@@ -302,3 +302,22 @@ def test_the_end_s_heading_is_turned_to(robot: PlayedRobot) -> None:
     assert goal.status == SUCCEEDED
     assert abs(abs(robot.pose.theta) - math.pi) < 0.15
     assert robot.pose.distance(SE2(1.0, 0.0)) < 0.15
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_zero_is_commanded_at_the_end_unless_it_is_not_to_be(stops: bool) -> None:
+    robot = made(publish_zero_velocity=stops, **{"arrival.enabled": False})
+    goal = follow(robot, path((1.0, 0.0)))
+    robot.run_until_done(goal, 10.0)
+    assert goal.status == SUCCEEDED
+    assert (robot.commands[-1] == STILL) is stops
+    robot.close()
+
+
+def test_slow_measurements_count_as_standing() -> None:
+    robot = made(min_x_velocity_threshold=1.0, min_theta_velocity_threshold=9.0)
+    goal = follow(robot, path((1.0, 0.0)))
+    robot.run(2.0)
+    assert robot.command.v > 0.1
+    assert {each.speed for each in goal.feedback} == {0.0}
+    robot.close()
