@@ -223,9 +223,15 @@ def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[st
         f"    turns as a track of {drive.effective_track:.4g} m, rolls as a radius of"
         f" {drive.effective_radius:.4g} m"
     )
-    acceleration = _or_none(drive.max_acceleration)
-    yield f"    torque {drive.torque:.4g} N m, acceleration {acceleration} m/s^2"
-    yield f"    speed {_or_none(drive.max_velocity)} m/s, rate {_or_none(drive.rate)} Hz"
+    acceleration, turning = map(_or_none, (drive.max_acceleration, drive.max_turn_acceleration))
+    yield f"    torque {drive.torque:.4g} N m, acceleration {acceleration} m/s^2, {turning} rad/s^2"
+    back = f" (back {drive.max_reverse:.4g} m/s)" if drive.max_reverse else ""
+    yield (
+        f"    speed {_or_none(drive.max_velocity)} m/s{back}, {_or_none(drive.max_turn)} rad/s,"
+        f" rate {_or_none(drive.rate)} Hz"
+    )
+    if drive.command_timeout is not None:
+        yield f"    a command holds for {_forever(drive.command_timeout)}"
     stamped = " (TwistStamped)" if drive.stamped else ""
     yield f"    commands on {drive.command_topic}{stamped}, odometry on {drive.odometry_topic}"
     source = "the world" if drive.from_world else "the encoders"
@@ -237,6 +243,10 @@ def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[st
 
 def _or_none(value: float) -> str:
     return f"{value:.4g}" if value > 0.0 else "unlimited"
+
+
+def _forever(seconds: float) -> str:
+    return f"{seconds:.4g} s" if seconds > 0.0 else "ever"
 
 
 def _sensor_lines(settings: GazeboSettings) -> Iterator[str]:

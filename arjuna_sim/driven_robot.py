@@ -9,12 +9,16 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.camera import Camera, CameraError, Shot
-from arjuna_sim.devices.drive import Drive, DriveConfig, Velocity, limited
-from arjuna_sim.devices.driving.bases import base_of
+from arjuna_sim.devices.drive import Velocity
+from arjuna_sim.devices.driving.bases import WheelSpeeds, base_of
+from arjuna_sim.devices.driving.controller import Drive
+from arjuna_sim.devices.driving.limits import Limits, limited
 from arjuna_sim.devices.further_sensors import FurtherSensors, Reading
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry
 from arjuna_sim.devices.sensors import Sensors, mounted
+from arjuna_sim.model.footprint import inscribed_radius
+from arjuna_sim.model.geometry.enclosure import enclosure_of
 from arjuna_sim.model.geometry.surfaces import surfaces
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import CameraSettings, SensorSettings
@@ -59,7 +63,7 @@ class DrivenRobot:
         self._motion = RobotMotion(stage, name, robot.moving_joints)
         self._placer = Placer(stage, name)
         self._base = base_of(robot, config.drive)
-        self._drive = Drive(self._limits())
+        self._drive, self._wheels = Drive(self._limits()), WheelSpeeds(robot, self._base)
         self.told = Velocity()
         self._cameras: dict[str, Camera] = {}
         self._spawn_notes: tuple[str, ...] = ()
@@ -91,10 +95,10 @@ class DrivenRobot:
     def adjust(self, config: SimulatorConfig) -> None:
         """Take new limits of the drive and noises of the odometry, while it runs."""
         self._config = config
-        self._drive.config = self._limits()
+        self._drive.limits = self._limits()
         self._odometry.config = config.odometry
 
-    def _limits(self) -> DriveConfig:
+    def _limits(self) -> Limits:
         steady = self._stage.scene.robots[self.name].steady
         return limited(self._config.drive, self.robot.drive, steady)
 
@@ -103,8 +107,13 @@ class DrivenRobot:
         elapsed, tick = self._stage.elapsed, self._config.tick
         if command is not None:
             self._drive.command(command, elapsed)
-        self.told = self._base.reachable(self._drive.velocity(elapsed, tick))
+        wanted = self._base.reachable(self._drive.velocity(elapsed, tick))
+        self.told = self._wheels.slowed(wanted)
         self._motion.turn_wheels(self._base.speeds(self.told), self._base.angles(self.told))
+
+    def take_cuts(self) -> tuple[str, ...]:
+        """Return which limits have cut its commands, each once."""
+        return self._drive.take_cuts() + self._wheels.take_cuts()
 
     def feel(self, now: float) -> None:
         """Read its IMU at a time [s] on the way, if it is due."""
@@ -219,6 +228,21 @@ class DrivenRobot:
                 f"the start ({wanted.x:.4g}, {wanted.y:.4g}) is inside {names}: the robot starts"
                 f" at ({self.spawn.x:.4g}, {self.spawn.y:.4g})",
             )
+        self._spawn_notes += self._if_outside()
+
+    def _if_outside(self) -> tuple[str, ...]:
+        """Return what to note of a start that is outside the world's walls."""
+        spawn = self.spawn
+        enclosure = enclosure_of(self.surfaces(), inscribed_radius(self.robot))
+        if enclosure is None or not enclosure.is_outside(spawn.x, spawn.y):
+            return ()
+        inside = enclosure.nearest_inside(spawn.x, spawn.y).tolist()
+        fine = ((x, y) for x, y in inside if not self._placer.touched(SE2(x, y, spawn.theta)))
+        place = next((f"; inside is ({x:.2f}, {y:.2f})" for x, y in fine), "")
+        return (
+            f"the start ({spawn.x:.4g}, {spawn.y:.4g}) is outside the world's walls: nothing inside"
+            f" can be reached from there{place}",
+        )
 
     def close(self) -> None:
         """Free what the cameras hold."""

@@ -56,7 +56,7 @@ class AssistedTeleop(TimedBehavior):
     def _safe_part(self, pose: SE2, costmap: Costmap, now: float) -> float:
         """Return the part of the time looked ahead that is free of collisions."""
         config = self._config
-        if now - self._commanded_at > config.projection_time:
+        if self._command == STILL or now - self._commanded_at > config.projection_time:
             return 0.0
         arc = rollout(pose, self._command, config.projection_time, costmap.frame.resolution)
         hit = first_collision(costmap, self._footprint, arc)

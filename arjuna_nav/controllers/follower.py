@@ -43,10 +43,10 @@ class FollowerConfig:
         ("general_goal_checker",), "The goal checkers.", GOAL_CHECKERS
     )
     controller_frequency: float = param(
-        20.0, "Commands a second.", unit="Hz", minimum=1.0, read_only=True
+        20.0, "Commands a second.", unit="Hz", minimum=0.1, read_only=True
     )
     failure_tolerance: float = param(
-        0.3, "How long a controller may fail before following does; below 0 for ever.", unit="s"
+        0.0, "How long a controller may fail before following does; below 0 for ever.", unit="s"
     )
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ArrivalConfig = field(default_factory=ArrivalConfig)

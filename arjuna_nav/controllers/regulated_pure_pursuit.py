@@ -33,9 +33,9 @@ class RegulatedPurePursuitConfig:
     """Parameters of regulated pure pursuit, by Nav2's names."""
 
     desired_linear_vel: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
-    lookahead_dist: float = param(0.6, "Fixed lookahead.", unit="m", minimum=0.05)
-    min_lookahead_dist: float = param(0.3, "Least scaled lookahead.", unit="m", minimum=0.05)
-    max_lookahead_dist: float = param(0.9, "Greatest scaled lookahead.", unit="m", minimum=0.05)
+    lookahead_dist: float = param(0.6, "Fixed lookahead.", unit="m", minimum=0.0)
+    min_lookahead_dist: float = param(0.3, "Least scaled lookahead.", unit="m", minimum=0.0)
+    max_lookahead_dist: float = param(0.9, "Greatest scaled lookahead.", unit="m", minimum=0.0)
     lookahead_time: float = param(1.5, "Scaled lookahead per speed.", unit="s", minimum=0.0)
     use_velocity_scaled_lookahead_dist: bool = param(False, "Whether lookahead grows with speed.")
     min_approach_linear_velocity: float = param(
@@ -51,14 +51,17 @@ class RegulatedPurePursuitConfig:
     use_regulated_linear_velocity_scaling: bool = param(True, "Whether bends slow down.")
     use_cost_regulated_linear_velocity_scaling: bool = param(True, "Whether obstacles slow down.")
     cost_scaling_dist: float = param(
-        0.6, "Distance to obstacles that slows down.", unit="m", minimum=0.01
+        0.6, "Distance to obstacles that slows down.", unit="m", minimum=0.0
     )
-    cost_scaling_gain: float = param(1.0, "Speed left per distance.", minimum=0.0, maximum=1.0)
+    cost_scaling_gain: float = param(1.0, "Speed left per distance.", minimum=0.0)
     inflation_cost_scaling_factor: float = param(
-        3.0, "The costmap's cost_scaling_factor, where it tells none.", unit="1/m", minimum=0.01
+        3.0,
+        "The costmap's cost_scaling_factor, where it tells none; 0: obstacles slow nothing down.",
+        unit="1/m",
+        minimum=0.0,
     )
     regulated_linear_scaling_min_radius: float = param(
-        0.90, "Radius of bends that slow down.", unit="m", minimum=0.01
+        0.90, "Radius of bends that slow down.", unit="m", minimum=0.0
     )
     regulated_linear_scaling_min_speed: float = param(
         0.25, "Least regulated speed.", unit="m/s", minimum=0.0
@@ -68,7 +71,7 @@ class RegulatedPurePursuitConfig:
         0.785, "Heading error that starts a turn on the spot.", unit="rad", minimum=0.0
     )
     rotate_to_heading_angular_vel: float = param(
-        1.8, "Yaw rate on the spot and greatest in bends.", unit="rad/s", minimum=0.05
+        1.8, "Yaw rate on the spot and greatest in bends.", unit="rad/s", minimum=0.0
     )
     rotate_to_heading_gain: float = param(
         1.5, "Yaw rate per angle left; stable with 0.25 s to motion.", unit="1/s", minimum=0.1
@@ -84,7 +87,7 @@ class RegulatedPurePursuitConfig:
     )
     max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
     max_robot_pose_search_dist: float = param(
-        2.5, "How far along the path the robot is looked for.", unit="m", minimum=0.1
+        2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
     )
 
 
@@ -252,13 +255,15 @@ class RegulatedPurePursuit:
 
     def _in_bend(self, speed: float, curvature: float) -> float:
         radius_min = self._config.regulated_linear_scaling_min_radius
-        if not self._config.use_regulated_linear_velocity_scaling or curvature == 0.0:
+        straight = curvature == 0.0 or radius_min == 0.0
+        if not self._config.use_regulated_linear_velocity_scaling or straight:
             return speed
         return speed * min(1.0 / abs(curvature) / radius_min, 1.0)
 
     def _near_obstacles(self, speed: float, pose: SE2, costmap: Costmap) -> float:
         config, cost = self._config, costmap.cost_at(pose.x, pose.y)
-        if not config.use_cost_regulated_linear_velocity_scaling or cost is None:
+        used = config.cost_scaling_dist > 0.0 and config.inflation_cost_scaling_factor > 0.0
+        if not (config.use_cost_regulated_linear_velocity_scaling and used) or cost is None:
             return speed
         if not FREE < cost <= INSCRIBED:
             return speed

@@ -43,7 +43,7 @@ class RotationShimConfig:
     forward_sampling_distance: float = param(
         0.5, "How far ahead the path's direction is taken.", unit="m", minimum=0.0
     )
-    rotate_to_heading_angular_vel: float = param(1.8, "Yaw rate.", unit="rad/s", minimum=0.05)
+    rotate_to_heading_angular_vel: float = param(1.8, "Yaw rate.", unit="rad/s", minimum=0.0)
     max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
     simulate_ahead_time: float = param(
         1.0, "How far ahead collisions are looked for.", unit="s", minimum=0.0

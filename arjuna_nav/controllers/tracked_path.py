@@ -16,12 +16,12 @@ class TrackedPath:
     """A path and how far along it the robot is.
 
     Args:
-        search: How far along the path the robot is looked for [m].
+        search: How far along the path the robot is looked for; below 0 all along [m].
         same_goal: Distance between the ends of two paths to the same goal [m].
     """
 
     def __init__(self, search: float, same_goal: float = 0.1) -> None:
-        self._search = search
+        self._search = math.inf if search < 0.0 else search
         self._same_goal = same_goal
         self._path = np.empty((0, 3))
         self._index = 0

@@ -13,6 +13,7 @@ from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 
 _CLEARANCE_EPSILON_CELLS = 1e-6  # rounding where the robot stands
+_RIPPLE_CELLS = 0.5  # by which distances between cells' centres fall on a straight line outward
 
 
 def collides(costmap: Costmap, footprint: Footprint, pose: SE2) -> bool:
@@ -32,7 +33,8 @@ def first_collision(
     `circumscribed_cost` nothing does. Between them a polygon's edges are traced. Where the first
     pose already collides, as after a sensor's error, poses that lie no nearer to the nearest lethal
     cell than the first are let pass until the motion is free, so that a robot can leave a place but
-    never press on.
+    never press on. Where the centre itself lies on a lethal cell, or outside the grid, the motion
+    must lead out, to the nearest cell that is free for a centre: a turn on the spot does not.
 
     Args:
         costmap: Inflated costs.
@@ -65,26 +67,50 @@ def _first_collision(
     reach: float,
 ) -> int:
     """Return the first colliding index, or the number of poses where none collides."""
-    allowed = math.inf
-    for i in range(len(poses)):
+    count, allowed, first, last = len(poses), math.inf, 0.0, 0.0
+    for i in range(count):
+        if allowed < 0.0:
+            last = -_depth_in_cells(data, poses[i], 1.0 - allowed)
+            if last < allowed:
+                return i
+            allowed = max(allowed, last - _RIPPLE_CELLS)
         if not collides_in_cells(data, poses[i], points, circular, safe_cost):
             allowed = math.inf
-            continue
-        if i == 0:
-            allowed = clearance_in_cells(data, poses[0], reach) - _CLEARANCE_EPSILON_CELLS
-        elif comes_nearer(data, poses[i], allowed):
+        elif i == 0:
+            allowed = first = last = clearance_to_keep(data, poses[0], reach)
+        elif allowed >= 0.0 and comes_nearer(data, poses[i], allowed):
             return i
-    if len(poses) == 1 and allowed < math.inf:
-        return 0
-    return len(poses)
+    if allowed == math.inf:
+        return count
+    leads_out = first >= 0.0 or last > first + 2.0 * _CLEARANCE_EPSILON_CELLS
+    return count if count > 1 and leads_out else min(count - 1, 1)
+
+
+@njit(cache=True)
+def clearance_to_keep(data: NDArray[np.uint8], pose: NDArray[np.float64], reach: float) -> float:
+    """Return what `comes_nearer` allows on a motion that begins at a pose that collides [cells].
+
+    That is its clearance; or where its centre is on a lethal cell or outside the grid, below 0,
+    its depth: the distance to the nearest cell that is free for a centre, at most twice `reach`.
+    """
+    height, width = data.shape
+    row, column = math.floor(pose[1]), math.floor(pose[0])
+    if 0 <= row < height and 0 <= column < width and data[row, column] != LETHAL:
+        return clearance_in_cells(data, pose, reach) - _CLEARANCE_EPSILON_CELLS
+    return -_depth_in_cells(data, pose, 2.0 * reach) - _CLEARANCE_EPSILON_CELLS
 
 
 @njit(cache=True)
 def comes_nearer(data: NDArray[np.uint8], pose: NDArray[np.float64], allowed: float) -> bool:
-    """Tell whether a pose that collides is nearer to a lethal cell than allowed [cells].
+    """Return whether a pose that collides is nearer to a lethal cell, or deeper, than allowed.
 
-    Infinity allows none.
+    Args:
+        data: Costs.
+        pose: In cells.
+        allowed: Clearance, or below 0 depth, by `clearance_to_keep` [cells]; infinity allows none.
     """
+    if allowed < 0.0:
+        return _depth_in_cells(data, pose, 1.0 - allowed) > -allowed
     return allowed == math.inf or clearance_in_cells(data, pose, allowed) < allowed
 
 
@@ -145,5 +171,25 @@ def clearance_in_cells(data: NDArray[np.uint8], pose: NDArray[np.float64], reach
     for r in range(max(row - span, 0), min(row + span + 1, height)):
         for c in range(max(column - span, 0), min(column + span + 1, width)):
             if data[r, c] == LETHAL:
+                best = min(best, math.hypot(r + 0.5 - pose[1], c + 0.5 - pose[0]))
+    return best
+
+
+@njit(cache=True)
+def _depth_in_cells(data: NDArray[np.uint8], pose: NDArray[np.float64], most: float) -> float:
+    """Return the distance [cells] to the nearest cell that is known and free for a centre.
+
+    At most `most`; more than that outside the grid and where it is not known.
+    """
+    height, width = data.shape
+    row, column = math.floor(pose[1]), math.floor(pose[0])
+    if not (0 <= row < height and 0 <= column < width) or data[row, column] == UNKNOWN:
+        return most + 1.0
+    if data[row, column] < INSCRIBED:
+        return 0.0
+    span, best = int(most) + 1, most
+    for r in range(max(row - span, 0), min(row + span + 1, height)):
+        for c in range(max(column - span, 0), min(column + span + 1, width)):
+            if data[r, c] < INSCRIBED:
                 best = min(best, math.hypot(r + 0.5 - pose[1], c + 0.5 - pose[0]))
     return best

@@ -56,7 +56,7 @@ class SimpleDockConfig:
     """Parameters of a simple dock, by Nav2's names."""
 
     docking_threshold: float = param(
-        0.05, "Distance to the dock's pose that counts as docked.", unit="m", minimum=0.001
+        0.05, "Distance to the dock's pose that counts as docked.", unit="m", minimum=0.0
     )
     staging_x_offset: float = param(-0.7, "Staging pose ahead of the dock's pose.", unit="m")
     staging_yaw_offset: float = param(0.0, "Heading of the staging pose against it.", unit="rad")
@@ -76,7 +76,10 @@ class SimpleDockConfig:
     external_detection_rotation_pitch: float = param(1.57, "Turn of the detection.", unit="rad")
     external_detection_rotation_yaw: float = param(0.0, "Turn of the detection.", unit="rad")
     filter_coef: float = param(
-        0.1, "Share of a new detection in the pose believed.", minimum=0.01, maximum=1.0
+        0.1,
+        "Share of a new detection in the pose believed; 0: all of it.",
+        minimum=0.0,
+        maximum=1.0,
     )
     use_stall_detection: bool = param(
         False, "Whether joints that push without moving show contact; else the distance."

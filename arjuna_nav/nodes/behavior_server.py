@@ -37,7 +37,7 @@ class BehaviorServerConfig(BehaviorConfig):
         DEFAULT_BEHAVIORS, "The behaviours; the names are those of their actions.", BEHAVIORS
     )
     cycle_frequency: float = param(
-        10.0, "Commands a second.", unit="Hz", minimum=1.0, read_only=True
+        10.0, "Commands a second.", unit="Hz", minimum=0.1, read_only=True
     )
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
     cmd_vel_topic: str = param(

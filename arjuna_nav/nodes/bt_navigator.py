@@ -49,7 +49,7 @@ class BtNavigatorConfig(NavigatorConfig):
     global_frame: str = param("map", "Frame to navigate in.", read_only=True)
     robot_base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
     odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
-    transform_tolerance: float = param(0.3, "Age of the transform borne.", unit="s", minimum=0.0)
+    transform_tolerance: float = param(0.1, "Age of the transform borne.", unit="s", minimum=0.0)
     start_patience: float = param(
         10.0, "How long a new goal waits for the robot's place.", unit="s", minimum=0.0
     )

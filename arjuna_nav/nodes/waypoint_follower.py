@@ -9,7 +9,7 @@ from typing import Any
 from nav2_msgs.action import FollowGPSWaypoints, FollowWaypoints, NavigateToPose
 from nav2_msgs.msg import MissedWaypoint
 
-from arjuna_core.config import param
+from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
@@ -17,10 +17,11 @@ from arjuna_core.ros.goal_server import GoalServer
 from arjuna_nav.nodes.goals.memory import GoalMemory
 from arjuna_nav.nodes.goals.resuming_node import ResumingNode
 from arjuna_nav.nodes.gps.anchor import GpsAnchor, GpsConfig, GpsError
+from arjuna_nav.nodes.waypoints.tasks import TASKS, WaypointTask
 
-_PLUGIN = "nav2_waypoint_follower::WaitAtWaypoint"
 _RESULT_TIMEOUT = 900.0  # as waypoint_follower's action_server_result_timeout [s]
 _UNKNOWN = FollowWaypoints.Result.UNKNOWN
+_TASK_FAILED = FollowWaypoints.Result.TASK_EXECUTOR_FAILED
 _GPS = "follow_gps_waypoints"
 _ACTIONS = {"follow_waypoints": FollowWaypoints, _GPS: FollowGPSWaypoints}
 
@@ -30,24 +31,14 @@ class WaypointError(ArjunaError):
 
 
 @dataclass(frozen=True)
-class WaitConfig:
-    """The task at each waypoint: to wait."""
-
-    plugin: str = param(_PLUGIN, "Nav2's name of what is used.", choices=(_PLUGIN,))
-    enabled: bool = param(True, "Whether to wait.")
-    waypoint_pause_duration: int = param(0, "How long to wait.", unit="ms", minimum=0)
-
-
-@dataclass(frozen=True)
 class WaypointFollowerConfig:
     """Parameters of the node `waypoint_follower`, by Nav2's names."""
 
     loop_rate: int = param(20, "Feedbacks a second.", unit="Hz", minimum=1, read_only=True)
     stop_on_failure: bool = param(True, "Whether a waypoint that is not reached ends it all.")
-    waypoint_task_executor_plugin: str = param(
-        "wait_at_waypoint", "The task.", choices=("wait_at_waypoint",), read_only=True
+    waypoint_task_executor_plugin: str = plugin_names(
+        "wait_at_waypoint", "Name of what is done at each waypoint.", TASKS
     )
-    wait_at_waypoint: WaitConfig = field(default_factory=WaitConfig)
     global_frame_id: str = param("map", "Frame of GPS waypoints' poses.", read_only=True)
     gps: GpsConfig = field(default_factory=GpsConfig)
     resume_file: str = param(
@@ -67,7 +58,8 @@ class WaypointFollowerNode(ResumingNode):
         self._loops_left = 0
         self._poses: list[Any] = []
         self._missed: list[MissedWaypoint] = []
-        self._go_on_at: float | None = None
+        self._arrived = self._at_task = False
+        self._task: WaypointTask = self._make_task()
         self._gps = GpsAnchor(self, self.config.gps, self.config.global_frame_id)
         self._navigator = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         self._kind = "follow_waypoints"
@@ -75,10 +67,18 @@ class WaypointFollowerNode(ResumingNode):
         self.memory = GoalMemory(self, self.config.resume_file, _ACTIONS)
         self.every(1.0 / self.config.loop_rate, self._tick)
 
+    def _make_task(self) -> WaypointTask:
+        made: WaypointTask = TASKS.make(getattr(self.config, self._task_name), self)
+        return made
+
+    @property
+    def _task_name(self) -> str:
+        return str(self.config.waypoint_task_executor_plugin)
+
     def go_on(self) -> None:
-        """Let the navigator go on; a pause ends."""
-        if self._go_on_at is not None:
-            self._go_on_at = self.now
+        """Let the navigator go on; a task that runs at a waypoint ends."""
+        if self._at_task:
+            self._at_task, self._arrived = False, True
 
     def _offer(self, kind: str) -> GoalServer:
         on_goal, on_cancel = partial(self._on_goal, kind), self._check_cancelled
@@ -122,7 +122,7 @@ class WaypointFollowerNode(ResumingNode):
         if server.preempt_requested:
             server.accept_pending()
         self._poses, self._index, self._loops_left = poses, goal.goal_index, goal.number_of_loops
-        self._missed, self._go_on_at = [], None
+        self._missed, self._arrived, self._at_task = [], False, False
         self._drive()
 
     def _refuse(self, server: GoalServer, message: str) -> None:
@@ -174,9 +174,8 @@ class WaypointFollowerNode(ResumingNode):
             return
         self._navigator.cancel_replaced()
         if outcome.succeeded:
-            task = self.config.wait_at_waypoint
-            pause = task.waypoint_pause_duration / 1000.0 if task.enabled else 0.0
-            self._go_on_at = self.now + pause
+            self._task.start(self._poses[self._index], self._index, self.now)
+            self._at_task = True
         elif outcome.result is None:
             self._miss(_UNKNOWN, "navigate_to_pose refused the goal")
         else:
@@ -186,24 +185,38 @@ class WaypointFollowerNode(ResumingNode):
         """Note a waypoint that was not reached; go on with the next or end."""
         pose = self._poses[self._index]
         self._missed.append(MissedWaypoint(index=self._index, goal=pose, error_code=code))
-        message = f"waypoint {self._index} of {len(self._poses)} was not reached: {reason}"
+        failed = "was not served" if code == _TASK_FAILED else "was not reached"
+        message = f"waypoint {self._index} of {len(self._poses)} {failed}: {reason}"
         if self.config.stop_on_failure:
-            self._fail(message)
+            self._fail(message, _TASK_FAILED if code == _TASK_FAILED else _UNKNOWN)
             return
         self.get_logger().warning(message)
-        self._go_on_at = self.now
+        self._arrived = True
 
     def _tick(self) -> None:
         self._check_cancelled()
         if self._server.goal is None:
             self.memory.resume()
             return
-        if self._go_on_at is None:
+        if self._at_task:
+            self._run_task()
+        elif not self._arrived:
             self._tell_waypoint()
             self._notice_a_lost_navigator()
-        elif self.now >= self._go_on_at:
-            self._go_on_at = None
+        if self._arrived and self._server.goal is not None:
+            self._arrived = False
             self._go_on()
+
+    def _run_task(self) -> None:
+        """Go on with the task of the waypoint that is reached."""
+        done = self._task.tick(self.now)
+        if done is None:
+            return
+        self._at_task = False
+        if done:
+            self._arrived = True
+        else:
+            self._miss(_TASK_FAILED, f"{self._task_name}: {self._task.problem}")
 
     def _notice_a_lost_navigator(self) -> None:
         if not self._navigator.ready:
@@ -231,7 +244,8 @@ class WaypointFollowerNode(ResumingNode):
     def _result(self, **fields: Any) -> Any:
         return _ACTIONS[self._kind].Result(missed_waypoints=self._missed, **fields)
 
-    def _fail(self, message: str) -> None:
+    def _fail(self, message: str, code: int = _UNKNOWN) -> None:
+        self._at_task = False
         self.get_logger().error(f"{self._kind} failed: {message}")
-        self._server.abort(self._result(error_code=_UNKNOWN, error_msg=message))
+        self._server.abort(self._result(error_code=code, error_msg=message))
         self.memory.forget()

@@ -30,7 +30,7 @@ class ThetaStarConfig:
 
     how_many_corners: int = param(8, "Neighbours of a cell.", choices=(4, 8))
     allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
-    w_euc_cost: float = param(1.0, "Weight of length.", minimum=0.01)
+    w_euc_cost: float = param(1.0, "Weight of length.", minimum=0.0)
     w_traversal_cost: float = param(2.0, "Weight of the costs crossed.", minimum=0.0)
     w_heuristic_cost: float = param(
         1.0, "Weight of the distance left; above 1 is faster, not shortest.", minimum=0.0

@@ -1,10 +1,9 @@
-"""The footprint's own zone: keeps a time before any collision, with what moves as well."""
+"""Keeping a time before any collision, as Nav2 does or so that a robot can leave; and of movers."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.safety.base import Action
+from arjuna_nav.safety.base import inside, parts
 
 _SCALES = (1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)
 """Of the outline, until what touches the robot lies outside."""
@@ -27,15 +26,17 @@ _AT_ONCE = 1e-3  # a robot that is at rest so soon stands [s]
 
 @dataclass(frozen=True)
 class ApproachConfig:
-    """How far ahead it looks."""
+    """How far ahead a zone that approaches looks; the last four are ours."""
 
-    enabled: bool = param(True, "Whether the zone counts.")
-    min_points: int = param(6, "Points within that make it count.", minimum=1)
-    time_before_collision: float = param(0.5, "Time kept.", unit="s", minimum=0.01)
-    simulation_time_step: float = param(0.1, "Step of looking ahead.", unit="s", minimum=0.01)
+    time_before_collision: float = param(2.0, "Time kept.", unit="s", minimum=0.01)
+    simulation_time_step: float = param(0.1, "Step of looking ahead.", unit="s", minimum=0.001)
+    leave_obstacles: bool = param(
+        False,
+        "Whether a robot that touches something may move away; as Nav2 does, it is held there.",
+    )
     moving_time: float = param(
-        1.5,
-        "How far ahead the ways of what moves are looked at; 0 takes all for standing.",
+        0.0,
+        "How far ahead the paths of what moves are looked at; 0 takes all for standing, as Nav2.",
         unit="s",
         minimum=0.0,
     )
@@ -45,14 +46,17 @@ class ApproachConfig:
     angular_deceleration: float = param(3.2, "The same of its turns.", unit="rad/s^2", minimum=0.01)
 
 
-class ApproachZone:
-    """Slows the robot down so that a collision stays a time away."""
+class Approach:
+    """Slows the robot down so that a collision stays a time away.
 
-    Config: ClassVar[type[Any]] = ApproachConfig
-    action = Action.APPROACH
+    Args:
+        config: How far ahead it looks.
+        least: Points within the outline that are a collision.
+    """
 
-    def __init__(self, config: ApproachConfig) -> None:
+    def __init__(self, config: ApproachConfig, least: int) -> None:
         self._config = config
+        self._least = least
 
     def allowed(
         self,
@@ -64,13 +68,20 @@ class ApproachZone:
     ) -> float:
         """Return how long nothing is met, as a part of the time to be kept.
 
-        The time is that of the last free step, where Nav2 takes the first that collides: so the
-        robot stands before an obstacle rather than creep into it. It may always move away.
+        Args:
+            velocity: What is asked for.
+            points: What is seen, `(N, 2)` in the base frame [m].
+            footprint: The zone's outline.
+            motions: Their velocities over ground, `(N, 2)` in the base frame [m/s].
+            speeds: At which each may turn to the robot, `(N,)` [m/s]; its motion's if None.
         """
         zone = self._config
         if velocity == Velocity():
             return 1.0
-        allowed = self._before_what_stands(velocity, points, footprint)
+        if zone.leave_obstacles:
+            allowed = self._before_what_stands(velocity, points, footprint)
+        else:
+            allowed = self._time_to_collision(velocity, points, footprint)
         if motions is not None and zone.moving_time > 0.0:
             speeds = np.hypot(*motions.T) if speeds is None else speeds
             moves = speeds > 0.0
@@ -79,20 +90,49 @@ class ApproachZone:
             allowed = min(allowed, ahead)
         return allowed
 
+    def _time_to_collision(
+        self, velocity: Velocity, points: NDArray[np.float64], outline: Footprint
+    ) -> float:
+        """Return Nav2's time before a collision, as a part of that to be kept; 1 for none.
+
+        Source: nav2_collision_monitor, Polygon::getCollisionTime and projectState.
+        """
+        kept, step = self._config.time_before_collision, self._config.simulation_time_step
+        if inside(outline, points) >= self._least:
+            return 0.0
+        (vx, vy, w), x, y, time = parts(velocity), 0.0, 0.0, 0.0
+        reach = outline.circumscribed_radius + math.hypot(vx, vy) * (kept + step)
+        points = points[np.hypot(*points.T) <= reach + 1e-9]
+        turn, theta = w * step, 0.0
+        while time <= kept and len(points) >= self._least:
+            x, y, theta = x + vx * step, y + vy * step, theta + turn
+            vx, vy = (
+                vx * math.cos(turn) - vy * math.sin(turn),
+                vx * math.sin(turn) + vy * math.cos(turn),
+            )
+            if inside(outline, SE2(x, y, theta).inverse().apply(points)) >= self._least:
+                return min(time / kept, 1.0)
+            time += step
+        return 1.0
+
     def _before_what_stands(
         self, velocity: Velocity, points: NDArray[np.float64], footprint: Footprint
     ) -> float:
+        """Return the time of the last step that is free, as a part of that to be kept.
+
+        So the robot stands before an obstacle rather than creep into it. It may always move away.
+        """
         zone = self._config
         duration, step = zone.time_before_collision, zone.simulation_time_step
         reach = footprint.circumscribed_radius + abs(velocity.v) * duration
         near = points[np.hypot(*points.T) <= reach]
-        if len(near) < zone.min_points:
+        if len(near) < self._least:
             return 1.0
         near, outline = self._free(near, footprint)
         twist = np.array([velocity.v, 0.0, velocity.w])
         for k in range(1, math.ceil(duration / step)):
             seen = SE2.exp(twist * (k * step)).inverse().apply(near)
-            if _count(seen, outline) >= zone.min_points:
+            if inside(outline, seen) >= self._least:
                 return (k - 1) * step / duration
         return 1.0
 
@@ -191,7 +231,7 @@ class ApproachZone:
         """
         for scale in _SCALES:
             outline = footprint.scaled(scale)
-            if _count(points, outline) < self._config.min_points:
+            if inside(outline, points) < self._least:
                 return points, outline
         return points[~footprint.holds(points)], footprint
 
@@ -202,8 +242,3 @@ def _turned_here(
     """Return how fast things may come, wherever they turn to; less only of what goes away."""
     nears: NDArray[np.float64] = 2.0 * (speeds - (away * motions).sum(axis=1))
     return nears.clip(_TURNS * speeds, speeds)
-
-
-def _count(points: NDArray[np.float64], outline: Footprint) -> int:
-    """Return how many points lie within an outline."""
-    return int(outline.holds(points).sum())

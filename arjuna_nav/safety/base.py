@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from typing import ClassVar, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,14 +22,30 @@ class Action(enum.IntEnum):
     LIMIT = 4
 
 
+ACTIONS = {
+    "stop": Action.STOP,
+    "slowdown": Action.SLOWDOWN,
+    "limit": Action.LIMIT,
+    "approach": Action.APPROACH,
+    "none": Action.DO_NOTHING,
+}
+"""By Nav2's `action_type`."""
+
+
 class Zone(Protocol):
-    """A zone, made of its `Config`.
+    """A zone, made of its `Config`, which has the fields of `ZoneConfig`.
 
     Attributes:
         action: What it does.
+        shape: Its outline as a message brought it; None where none has come.
     """
 
-    action: ClassVar[Action]
+    action: Action
+    shape: Footprint | None
+
+    def outline(self, velocity: Velocity, footprint: Footprint) -> Footprint | None:
+        """Return its outline in the base frame at a velocity; None while it has none."""
+        ...
 
     def allowed(
         self,
@@ -49,3 +65,13 @@ class Zone(Protocol):
             speeds: At which each may turn to the robot, `(N,)` [m/s]; its motion's if None.
         """
         ...
+
+
+def inside(outline: Footprint | None, points: NDArray[np.float64]) -> int:
+    """Return how many points `(N, 2)` of the base frame [m] lie within an outline."""
+    return 0 if outline is None else int(outline.holds(points).sum())
+
+
+def parts(velocity: Any) -> tuple[float, float, float]:
+    """Return a velocity's forward, sideways [m/s] and turning part [rad/s]."""
+    return velocity.v, float(getattr(velocity, "y", 0.0)), velocity.w

@@ -9,7 +9,6 @@ from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import STILL, Velocity
 
-_UNLIMITED, _UNLIMITED_BACK = (1e3, 0.0, 1e3), (-1e3, 0.0, -1e3)
 _ROUNDING = 1e-6  # of sums of ticks [s]
 _AXES = (0, 2)  # of [x, y, theta]: no robot of ours moves sideways
 
@@ -18,15 +17,12 @@ _AXES = (0, 2)  # of [x, y, theta]: no robot of ours moves sideways
 class SmoothingConfig:
     """Parameters of the velocity smoother, by Nav2's names; lists are [x, y, theta].
 
-    By default nothing is limited: the controllers know how fast they may drive, and a limit that
-    nobody asked for would hold back a fast robot without a word.
-
     Raises:
         ConfigError: A list is not of three, or a limit has the wrong sign.
     """
 
     smoothing_frequency: float = param(
-        20.0, "Commands a second where none come.", unit="Hz", minimum=1.0, read_only=True
+        20.0, "Commands a second where none come.", unit="Hz", minimum=0.1, read_only=True
     )
     scale_velocities: bool = param(False, "Whether to keep the arc where one axis is limited.")
     feedback: str = param(
@@ -34,15 +30,15 @@ class SmoothingConfig:
         "What is driven now, as commanded or measured.",
         choices=("OPEN_LOOP", "CLOSED_LOOP"),
     )
-    max_velocity: tuple[float, ...] = param(_UNLIMITED, "Greatest speeds.", unit="m/s, rad/s")
+    max_velocity: tuple[float, ...] = param((0.5, 0.0, 2.5), "Greatest speeds.", unit="m/s, rad/s")
     min_velocity: tuple[float, ...] = param(
-        _UNLIMITED_BACK, "Greatest speeds backwards, below 0.", unit="m/s, rad/s"
+        (-0.5, 0.0, -2.5), "Greatest speeds backwards, below 0.", unit="m/s, rad/s"
     )
     max_accel: tuple[float, ...] = param(
-        _UNLIMITED, "Greatest accelerations.", unit="m/s^2, rad/s^2"
+        (2.5, 0.0, 3.2), "Greatest accelerations.", unit="m/s^2, rad/s^2"
     )
     max_decel: tuple[float, ...] = param(
-        _UNLIMITED_BACK, "Greatest decelerations, below 0.", unit="m/s^2, rad/s^2"
+        (-2.5, 0.0, -3.2), "Greatest decelerations, below 0.", unit="m/s^2, rad/s^2"
     )
     deadband_velocity: tuple[float, ...] = param(
         (0.0, 0.0, 0.0), "Speeds below which the robot stands.", unit="m/s, rad/s"

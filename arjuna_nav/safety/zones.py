@@ -2,52 +2,132 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.config import param
+from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ConfigError
-from arjuna_core.plugins import PluginTypes
+from arjuna_core.plugins import PluginTypes, shaped
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.safety.base import Action
+from arjuna_nav.safety.approach import Approach, ApproachConfig
+from arjuna_nav.safety.base import ACTIONS, Action, inside, parts
 
 
 @dataclass(frozen=True)
-class ZoneConfig:
-    """One zone round the robot, by Nav2's names.
-
-    Raises:
-        ConfigError: Its points are no corners, or a polygon has none.
-    """
+class ZoneConfig(ApproachConfig):
+    """One zone round the robot, by Nav2's names."""
 
     enabled: bool = param(True, "Whether the zone counts.")
-    type: str = param(
-        "", "Its form; empty for what points or radius say.", choices=("", "polygon", "circle")
-    )
-    points: str = param("[]", "Corners [[x, y], ...]; empty for a circle.", unit="m")
-    radius: float = param(0.5, "Radius of the circle.", unit="m", minimum=0.01)
+    action_type: str = param("stop", "What it does.", choices=tuple(ACTIONS))
     min_points: int = param(4, "Points within that make it count.", minimum=1)
+    max_points: int = param(
+        -1, "Points within that do not yet make it count; below 0: by min_points.", minimum=-1
+    )
+    slowdown_ratio: float = param(0.5, "Part of the speed left.", minimum=0.0, maximum=1.0)
+    linear_limit: float = param(0.5, "Greatest speed.", unit="m/s", minimum=0.0)
+    angular_limit: float = param(0.5, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
+    sources_names: tuple[str, ...] = param(
+        (), "The sources that count; none: all of observation_sources."
+    )
+    visualize: bool = param(False, "Whether to publish its outline.", read_only=True)
+    polygon_pub_topic: str = param("", "Topic of its outline; empty: its name.", read_only=True)
+    polygon_sub_topic: str = param(
+        "", "Topic that its shape comes from, where no parameter says it.", read_only=True
+    )
+    polygon_subscribe_transient_local: bool = param(
+        False, "Whether that topic is latched.", read_only=True
+    )
 
-    def __post_init__(self) -> None:
-        if self.outline().circular and self.type == "polygon":
-            raise ConfigError("a zone of type polygon needs points [[x, y], ...]")
+    @property
+    def least(self) -> int:
+        """How many points within make the zone count."""
+        return self.min_points if self.max_points < 0 else self.max_points + 1
 
-    def outline(self) -> Footprint:
-        """Return the zone's outline in the base frame."""
-        points = "[]" if self.type == "circle" else self.points
-        return Footprint.parse(points, self.radius, 0.0)
+    def problem(self) -> str:
+        """Return what its values lack; empty where nothing."""
+        return ""
 
 
-class _Entered:
-    """A zone that counts once enough points lie within it."""
+@dataclass(frozen=True)
+class PolygonConfig(ZoneConfig):
+    """A polygon, or the robot's outline."""
+
+    points: str = param("", "Corners '[[x, y], [x, y], [x, y], ...]'.", unit="m")
+    footprint_topic: str = param(
+        "local_costmap/published_footprint",
+        "Where a zone that approaches and has no points gets the robot's outline; empty: that of "
+        "the local costmap without its padding.",
+        read_only=True,
+    )
+
+    def problem(self) -> str:
+        """Return what its values lack; empty where nothing."""
+        try:
+            known = self.fixed() is not None
+        except ConfigError as error:
+            return str(error)
+        if known or self.polygon_sub_topic or self.action_type == "approach":
+            return ""
+        return "a zone of type polygon needs points [[x, y], ...] or polygon_sub_topic"
+
+    def fixed(self) -> Footprint | None:
+        """Return its shape, None where the parameters name none."""
+        empty = self.points.strip() in ("", "[]")
+        return None if empty else Footprint.parse(self.points, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class CircleConfig(ZoneConfig):
+    """A circle."""
+
+    radius: float = param(
+        0.0, "Its radius; 0: polygon_sub_topic, a Float32, says it.", unit="m", minimum=0.0
+    )
+
+    def problem(self) -> str:
+        """Return what its values lack; empty where nothing."""
+        known = self.radius > 0.0 or self.polygon_sub_topic
+        return "" if known else "a zone of type circle needs a radius or polygon_sub_topic"
+
+    def fixed(self) -> Footprint | None:
+        """Return its shape, None where the parameters name none."""
+        return Footprint.circle(self.radius) if self.radius > 0.0 else None
+
+
+class PolygonZone:
+    """A zone of one shape: a polygon, a circle, or the robot's outline.
+
+    Args:
+        config: Its parameters.
+
+    Attributes:
+        action: What it does.
+        shape: Its outline as a message brought it; None where none has come.
+
+    Source: nav2_collision_monitor, Polygon and CollisionMonitor::processStopSlowdownLimit.
+    """
+
+    Config: ClassVar[type[Any]] = PolygonConfig
 
     def __init__(self, config: Any) -> None:
         self._config = config
-        self._outline = config.outline()
+        self.action = ACTIONS[config.action_type]
+        self.shape: Footprint | None = None
+        self._approach = Approach(config, config.least)
+
+    def outline(self, velocity: Velocity, footprint: Footprint) -> Footprint | None:
+        """Return its outline in the base frame at a velocity; None while it has none."""
+        fixed: Footprint | None = self._config.fixed()
+        if fixed is not None or self.shape is not None:
+            return fixed or self.shape
+        own = self.action is Action.APPROACH and not getattr(self._config, "footprint_topic", "")
+        return footprint if own else None
 
     def allowed(
         self,
@@ -58,76 +138,145 @@ class _Entered:
         speeds: NDArray[np.float64] | None = None,
     ) -> float:
         """Return the part of a velocity that is allowed."""
-        entered = self._outline.holds(points).sum() >= self._config.min_points
-        return self._left(velocity) if entered else 1.0
+        outline = self.outline(velocity, footprint)
+        if outline is None or self.action is Action.DO_NOTHING:
+            return 1.0
+        if self.action is Action.APPROACH:
+            return self._approach.allowed(velocity, points, outline, motions, speeds)
+        return self._left(velocity) if inside(outline, points) >= self._config.least else 1.0
 
     def _left(self, velocity: Velocity) -> float:
         """Return the part that is left once it counts."""
-        raise NotImplementedError
+        config, (vx, vy, w) = self._config, parts(velocity)
+        if self.action is Action.STOP:
+            return 0.0
+        if self.action is Action.SLOWDOWN:
+            return float(config.slowdown_ratio)
+        linear, angular = math.hypot(vx, vy), abs(w)
+        return min(_ratio(config.linear_limit, linear), _ratio(config.angular_limit, angular))
 
 
-class StopZone(_Entered):
-    """Stops the robot."""
+class CircleZone(PolygonZone):
+    """A circle round the robot."""
 
-    Config: ClassVar[type[Any]] = ZoneConfig
-    action = Action.STOP
-
-    def _left(self, velocity: Velocity) -> float:
-        return 0.0
-
-
-@dataclass(frozen=True)
-class SlowConfig(ZoneConfig):
-    """A zone that slows down."""
-
-    slowdown_ratio: float = param(0.5, "Part of the speed left.", minimum=0.0, maximum=1.0)
-
-
-class SlowZone(_Entered):
-    """Slows the robot down by a part."""
-
-    Config: ClassVar[type[Any]] = SlowConfig
-    action = Action.SLOWDOWN
-
-    def _left(self, velocity: Velocity) -> float:
-        return float(self._config.slowdown_ratio)
+    Config: ClassVar[type[Any]] = CircleConfig
 
 
 @dataclass(frozen=True)
-class LimitConfig(ZoneConfig):
-    """A zone that limits the speed."""
+class VelocityPartConfig:
+    """The shape of a velocity polygon at some velocities."""
 
-    linear_limit: float = param(0.5, "Greatest speed.", unit="m/s", minimum=0.0)
-    angular_limit: float = param(0.5, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
+    points: str = param("", "Corners '[[x, y], [x, y], [x, y], ...]'.", unit="m")
+    linear_min: float = param(0.0, "Least forward speed; of a holonomic robot any.", unit="m/s")
+    linear_max: float = param(0.0, "Greatest of it.", unit="m/s")
+    theta_min: float = param(0.0, "Least yaw rate.", unit="rad/s")
+    theta_max: float = param(0.0, "Greatest yaw rate.", unit="rad/s")
+    direction_start_angle: float = param(
+        -math.pi, "Of a holonomic robot, where its directions begin.", unit="rad"
+    )
+    direction_end_angle: float = param(math.pi, "Where they end, to the left.", unit="rad")
+
+    def holds(self, velocity: Velocity, holonomic: bool) -> bool:
+        """Return whether a velocity is one of its.
+
+        Source: nav2_collision_monitor, VelocityPolygon::isInRange.
+        """
+        vx, vy, w = parts(velocity)
+        fits = self.linear_min <= vx <= self.linear_max and self.theta_min <= w <= self.theta_max
+        if not (fits and holonomic):
+            return fits
+        way, start, end = math.atan2(vy, vx), self.direction_start_angle, self.direction_end_angle
+        return start <= way <= end if start <= end else way >= start or way <= end
 
 
-class LimitZone(_Entered):
-    """Slows the robot down to its limits."""
+class VelocityPart:
+    """One shape of a velocity polygon, as an entry of its list.
 
-    Config: ClassVar[type[Any]] = LimitConfig
-    action = Action.LIMIT
+    Args:
+        config: Its parameters.
+    """
 
-    def _left(self, velocity: Velocity) -> float:
-        return min(
-            _ratio(self._config.linear_limit, velocity.v),
-            _ratio(self._config.angular_limit, velocity.w),
-        )
+    Config: ClassVar[type[Any]] = VelocityPartConfig
+
+    def __init__(self, config: Any) -> None:
+        self.config = config
+
+
+PARTS = PluginTypes(
+    "part of a velocity polygon", {"part": f"{__name__}:VelocityPart"}, "part", key="type"
+)
+
+
+@dataclass(frozen=True)
+class VelocityPolygonConfig(ZoneConfig):
+    """A zone whose shape is chosen by the velocity."""
+
+    velocity_polygons: tuple[str, ...] = plugin_names(
+        (), "Its shapes; the first that holds the velocity counts.", PARTS
+    )
+    holonomic: bool = param(False, "Whether the direction of the motion counts too.")
+
+    def problem(self) -> str:
+        """Return what its values lack; empty where nothing."""
+        if not self.velocity_polygons:
+            return "a zone of type velocity_polygon needs velocity_polygons, a list of names"
+        for name in self.velocity_polygons:
+            try:
+                Footprint.parse(getattr(self, name).points or "[[0]]", 0.0, 0.0)
+            except ConfigError as error:
+                return f"'{name}.points': {error}"
+        return ""
+
+
+class VelocityPolygonZone(PolygonZone):
+    """A zone whose shape is chosen by the velocity; the last one stays where none holds it.
+
+    Args:
+        config: Its parameters.
+
+    Source: nav2_collision_monitor, VelocityPolygon::updatePolygon.
+    """
+
+    Config: ClassVar[type[Any]] = VelocityPolygonConfig
+
+    @staticmethod
+    def config_for(values: Mapping[str, Any]) -> type[Any]:
+        """Return the parameters with those of the shapes that the values name.
+
+        Raises:
+            ConfigError: One is of a class that does not exist.
+        """
+        problems: list[str] = []
+        made = shaped(VelocityPolygonConfig, dict(values), "", problems)
+        if problems:
+            raise ConfigError(*problems)
+        return made
+
+    def __init__(self, config: Any) -> None:
+        super().__init__(config)
+        shapes = {name: getattr(config, name) for name in config.velocity_polygons}
+        self._shapes = [(s, Footprint.parse(s.points, 0.0, 0.0)) for s in shapes.values()]
+
+    def outline(self, velocity: Velocity, footprint: Footprint) -> Footprint | None:
+        """Return its outline in the base frame at a velocity; None while it has none."""
+        holonomic = self._config.holonomic
+        found = (each for part, each in self._shapes if part.holds(velocity, holonomic))
+        self.shape = next(found, self.shape)
+        return self.shape
 
 
 ZONES = PluginTypes(
     "zone",
     {
-        "stop": f"{__name__}:StopZone",
-        "slowdown": f"{__name__}:SlowZone",
-        "limit": f"{__name__}:LimitZone",
-        "approach": "arjuna_nav.safety.approach:ApproachZone",
+        "polygon": f"{__name__}:PolygonZone",
+        "circle": f"{__name__}:CircleZone",
+        "velocity_polygon": f"{__name__}:VelocityPolygonZone",
     },
-    "stop",
-    {"PolygonSlow": "slowdown", "PolygonLimit": "limit", "FootprintApproach": "approach"},
-    "action_type",
+    "polygon",
+    key="type",
 )
-"""Zones by what they do, Nav2's `action_type`; Nav2's usual names need not say it."""
+"""Zones by their shape, Nav2's `type`."""
 
 
 def _ratio(limit: float, value: float) -> float:
-    return limit / abs(value) if abs(value) > limit else 1.0
+    return limit / value if value > limit else 1.0

@@ -1,9 +1,9 @@
-"""From a velocity command to wheel speeds: limits, time-out and skid-steer kinematics."""
+"""Velocities of a base, its parameters, and skid-steer kinematics."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_sim.model.settings import DriveSettings
-
-_TOLERANCE = 1e-9
-_BRAKES = 0.4  # of the time-out, at most: a client at 4 Hz is not braked between commands
 
 
 class CommandError(ArjunaError, ValueError):
@@ -43,25 +40,45 @@ class Velocity:
             raise CommandError(f"velocity ({values}) must be finite")
 
 
-_STILL = Velocity()
-
-
 @dataclass(frozen=True)
 class DriveConfig:
-    """Limits of the base, and the kinematics that calibration found."""
+    """Limits of the base in place of those of the robot's file, and what calibration found."""
 
-    max_linear_velocity: float = param(1.0, "Greatest speed.", unit="m/s", minimum=0.0)
-    max_angular_velocity: float = param(2.0, "Greatest turn rate.", unit="rad/s", minimum=0.0)
-    max_linear_acceleration: float = param(
-        2.5, "Greatest change of speed.", unit="m/s^2", minimum=0.01
+    max_linear_velocity: float | None = param(
+        None,
+        "Greatest speed; none takes what the robot's file says, if anything.",
+        unit="m/s",
+        minimum=0.0,
     )
-    max_angular_acceleration: float = param(
-        3.2, "Greatest change of turn rate.", unit="rad/s^2", minimum=0.01
+    max_angular_velocity: float | None = param(
+        None,
+        "Greatest turn rate; none takes what the robot's file says, if anything.",
+        unit="rad/s",
+        minimum=0.0,
     )
-    command_timeout: float = param(
-        0.5,
-        "The robot stands so long after the last command, where it can brake within two fifths of"
-        " that; else it begins then.",
+    max_linear_acceleration: float | None = param(
+        None,
+        "Greatest change of speed, as far as the wheels hold; none takes what the file says.",
+        unit="m/s^2",
+        minimum=0.01,
+    )
+    max_angular_acceleration: float | None = param(
+        None,
+        "Greatest change of turn rate, as far as the wheels hold; none takes what the file says.",
+        unit="rad/s^2",
+        minimum=0.01,
+    )
+    command_timeout: float | None = param(
+        None,
+        "A command holds so long at least, and for one and a half periods of whoever sends them;"
+        " 0 holds for ever; none takes the cmd_vel_timeout of the robot's controllers, which holds"
+        " for just that, else 0.5 s.",
+        unit="s",
+        minimum=0.0,
+    )
+    command_timeout_max: float = param(
+        3.0,
+        "A slow sender's command ends at the latest after so long, if command_timeout is less.",
         unit="s",
         minimum=0.02,
     )
@@ -126,78 +143,3 @@ def kinematics_of(settings: DriveSettings, config: DriveConfig) -> Kinematics:
         config.effective_track_width or settings.effective_track,
         config.effective_wheel_radius or settings.effective_radius,
     )
-
-
-def limited(config: DriveConfig, settings: DriveSettings, steady: float = math.inf) -> DriveConfig:
-    """Return the limits, lowered to those that the robot's file names.
-
-    What the wheels can do at the ground bounds the turning: twice that over the track.
-
-    Args:
-        config: The limits.
-        settings: What the robot's file says.
-        steady: Greatest acceleration at which the robot neither slips nor tips [m/s^2].
-    """
-    turn = 2.0 / settings.separation if settings.separation > 0.0 else math.inf
-    speed = settings.max_velocity or math.inf
-    acceleration = min(settings.max_acceleration or math.inf, steady)
-    return replace(
-        config,
-        max_linear_velocity=min(config.max_linear_velocity, speed),
-        max_linear_acceleration=min(config.max_linear_acceleration, acceleration),
-        max_angular_acceleration=min(config.max_angular_acceleration, acceleration * turn),
-    )
-
-
-class Drive:
-    """The base's controller: holds the last command and ramps towards it.
-
-    Args:
-        config: Limits and time-out.
-    """
-
-    def __init__(self, config: DriveConfig) -> None:
-        self.config = config
-        self.reset()
-
-    def reset(self) -> None:
-        """Stand still, with no command."""
-        self._target = Velocity()
-        self._current = Velocity()
-        self._expires = -math.inf
-
-    def command(self, velocity: Velocity, now: float) -> None:
-        """Take a command at time `now` [s]; it is clipped to the limits."""
-        limit_v, limit_w = self.config.max_linear_velocity, self.config.max_angular_velocity
-        fastest = max(abs(velocity.v), abs(velocity.side))
-        if fastest > limit_v or abs(velocity.w) > limit_w:
-            velocity = Velocity(
-                max(-limit_v, min(limit_v, velocity.v)),
-                max(-limit_w, min(limit_w, velocity.w)),
-                max(-limit_v, min(limit_v, velocity.side)),
-            )
-        self._target = velocity
-        self._expires = now + self.config.command_timeout
-
-    def velocity(self, now: float, dt: float) -> Velocity:
-        """Return the velocity to hold from `now` for `dt` [s]."""
-        expired = now >= self._expires - self._braking() - _TOLERANCE
-        target = _STILL if expired else self._target
-        self._current = Velocity(
-            _ramp(self._current.v, target.v, self.config.max_linear_acceleration * dt),
-            _ramp(self._current.w, target.w, self.config.max_angular_acceleration * dt),
-            _ramp(self._current.side, target.side, self.config.max_linear_acceleration * dt),
-        )
-        return self._current
-
-    def _braking(self) -> float:
-        """Return how long before a command's end the robot must brake to stand by then [s]."""
-        config, now = self.config, self._current
-        speed = max(abs(now.v), abs(now.side)) / config.max_linear_acceleration
-        turn = abs(now.w) / config.max_angular_acceleration
-        return min(max(speed, turn), _BRAKES * config.command_timeout)
-
-
-def _ramp(current: float, target: float, step: float) -> float:
-    """Move towards a target by at most a step."""
-    return current + max(-step, min(step, target - current))

@@ -38,6 +38,12 @@ def footprint(robot: Robot, frame: str) -> NDArray[np.float64]:
     return np.round(_without_fine_corners(outline), 3)
 
 
+def inscribed_radius(robot: Robot) -> float:
+    """Return half the width of the narrowest gap that a robot passes ahead or sideways [m]."""
+    outline = footprint(robot, robot.urdf.root)
+    return float(np.ptp(outline, axis=0).min()) / 2.0 if len(outline) else 0.0
+
+
 def _without_fine_corners(outline: NDArray[np.float64]) -> NDArray[np.float64]:
     """Take out corners, the finest first, that stand out less than counts."""
     while len(outline) > 3:

@@ -35,6 +35,7 @@ class Joint:
         mimic: What it follows, if anything.
         damping: Per speed [N m s/rad or N s/m].
         friction: Dry friction [N m or N].
+        max_speed: Greatest speed, 0 for none [rad/s or m/s].
     """
 
     name: str
@@ -47,6 +48,7 @@ class Joint:
     mimic: Mimic | None = None
     damping: float = 0.0
     friction: float = 0.0
+    max_speed: float = 0.0
 
     @property
     def has_position(self) -> bool:

@@ -37,6 +37,10 @@ class DriveSettings:
         plugin: Name of the plugin that was read; "" for a guess.
         max_acceleration: Greatest change of the wheels' speed at the ground, 0 for none [m/s^2].
         max_velocity: Greatest speed, 0 for none [m/s].
+        max_reverse: Greatest speed backwards, 0 for `max_velocity` [m/s].
+        max_turn: Greatest turn rate, 0 for none [rad/s].
+        max_turn_acceleration: Greatest change of the turn rate, 0 for none [rad/s^2].
+        command_timeout: A command holds so long, 0 for ever; None where the file says none [s].
         rate: Rate of the odometry, 0 for each tick [Hz].
         command_topic: Where commands come from.
         odometry_topic: Where odometry goes.
@@ -63,6 +67,10 @@ class DriveSettings:
     plugin: str = ""
     max_acceleration: float = 0.0
     max_velocity: float = 0.0
+    max_reverse: float = 0.0
+    max_turn: float = 0.0
+    max_turn_acceleration: float = 0.0
+    command_timeout: float | None = None
     rate: float = 0.0
     command_topic: str = "cmd_vel"
     odometry_topic: str = "odom"

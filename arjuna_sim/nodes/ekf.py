@@ -10,6 +10,7 @@ from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, transform_msg
 from arjuna_core.ros.node import ManagedNode
@@ -22,6 +23,7 @@ WHEEL_ODOMETRY = "wheel_odom"
 _UNIT = 0.01  # how far off a quaternion's length may be
 _Vector = tuple[float, float, float]
 _YAW_RATE = 8  # place of its variance in an IMU's covariance
+_PATIENCE = 5.0  # after which it is said, at the latest, that no wheels come [s]
 
 
 @dataclass(frozen=True)
@@ -52,8 +54,13 @@ class EkfNode(ManagedNode):
     DEFAULT_NAME = "ekf_filter_node"
 
     def configure(self) -> None:
-        """Build the filter and create the topics."""
+        """Build the filter and create the topics.
+
+        Raises:
+            ConfigError: Its input is its own output.
+        """
         config: EkfConfig = self.config
+        self._check_inputs()
         self._begin()
         self._odom: Odometry | None = None  # filled anew each time, as is `_moved`
         self._moved = TFMessage()
@@ -61,6 +68,33 @@ class EkfNode(ManagedNode):
         self._odom_out = self.publisher(Odometry, config.odom_topic, qos.DEFAULT)
         self.subscribe(Odometry, config.odom0, self._on_wheels, qos.DEFAULT)
         self.subscribe(Imu, config.imu0, self._on_imu, qos.SENSOR_SUBSCRIPTION)
+        self._silent = 0  # looks that found no wheels
+        self.every(_PATIENCE / 2, self._check_wheels)
+
+    def _resolved(self, topic: str) -> str:
+        """Return a topic with its namespace and remappings."""
+        return str(self.resolve_topic_name(self.process.absolute(topic)))
+
+    def _check_inputs(self) -> None:
+        """Refuse a filter that would listen to itself, as `odom0: odom` here."""
+        config, output = self.config, self._resolved(self.config.odom_topic)
+        if self._resolved(config.odom0) == output:
+            raise ConfigError(
+                f"odom0 '{config.odom0}' is {output}, which this filter publishes: it would listen"
+                f" to itself\nvalid: the wheels' own topic, here odom0: {WHEEL_ODOMETRY}, or"
+                " another output, as odom_topic: odometry/filtered"
+            )
+
+    def _check_wheels(self) -> None:
+        """Say once where no odometry of wheels comes."""
+        self._silent += self._wheels is None
+        if self._wheels is None and self._silent == 2:
+            topic = self._resolved(self.config.odom0)
+            count = self.count_publishers(topic)
+            self.get_logger().warning(
+                f"no odometry of the wheels has come on {topic} (odom0), which {count} publish:"
+                f" there is none of this filter; the simulator's wheels publish {WHEEL_ODOMETRY}"
+            )
 
     def on_time_jump(self) -> None:
         """Start anew at the origin, as the wheels' odometry does."""

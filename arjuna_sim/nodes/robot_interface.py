@@ -40,7 +40,7 @@ class RobotInterface:
     def __init__(
         self, node: ManagedNode, robot: DrivenRobot, stage: Stage, config: SimConfig
     ) -> None:
-        self._node = node
+        self._node, self._robot = node, robot
         self._command: Velocity | None = None
         self._warned = False
         self._truth = config.publish_ground_truth
@@ -77,6 +77,8 @@ class RobotInterface:
             interactive: Whether time is real, so that drawing pictures must not take any.
         """
         now = observation.time
+        for cut in self._robot.take_cuts():
+            self._node.get_logger().warning(f"{self._topic}: {cut}")
         self.topics.publish(observation)
         self._further.publish(now)
         for camera in self._cameras:

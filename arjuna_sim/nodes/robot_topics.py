@@ -118,16 +118,7 @@ class RobotTopics:
         self._truth = config.publish_ground_truth
         _check_topics(robot.urdf.path, self.drive, self.settings)
         _check_rates(node, self.settings, config)
-        self._tf_out = node.publisher(TFMessage, "/tf", qos.TF)
-        self._odom_out = node.publisher(Odometry, self.drive.odometry_topic, qos.DEFAULT)
-        self._joints_out = node.publisher(JointState, "joint_states", qos.DEFAULT)
-        sensors = self.settings
-        imu = sensors.imu and sensors.imu.topic
-        lidar = sensors.lidar and sensors.lidar.topic
-        self._imu_out = node.publisher(Imu, imu or TOPICS["imu"], qos.SENSOR_PUBLISHER)
-        self._scan_out = node.publisher(LaserScan, lidar or TOPICS["lidar"], qos.SENSOR_PUBLISHER)
-        self._truth_out = node.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
-        self._static_out = node.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
+        self._create_publishers(node)
         self._odom_due = _slower(self.drive.rate, config.tick)
         # what comes each tick is filled anew: making an Odometry costs five times as much
         self._odom: Odometry | None = None
@@ -135,6 +126,21 @@ class RobotTopics:
         self._joints: JointState | None = None
         self._imu: Imu | None = None
         self._moved = TFMessage()
+
+    def _create_publishers(self, node: ManagedNode) -> None:
+        """Advertise what the robot has: who looks for a topic finds no empty one."""
+        self._tf_out = node.publisher(TFMessage, "/tf", qos.TF)
+        if self.drive.wheels and "odom" in self.drive.publishes:
+            self._odom_out = node.publisher(Odometry, self.drive.odometry_topic, qos.DEFAULT)
+        self._joints_out = node.publisher(JointState, "joint_states", qos.DEFAULT)
+        imu, lidar = self.settings.imu, self.settings.lidar
+        if imu is not None:
+            self._imu_out = node.publisher(Imu, imu.topic, qos.SENSOR_PUBLISHER)
+        if lidar is not None:
+            self._scan_out = node.publisher(LaserScan, lidar.topic, qos.SENSOR_PUBLISHER)
+        if self._truth:
+            self._truth_out = node.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
+            self._static_out = node.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
 
     def publish_static(self, now: float) -> None:
         """Publish where the world is at a time [s]: a map has the world's coordinates."""

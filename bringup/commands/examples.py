@@ -6,7 +6,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "lesson": ("lesson 1", "lesson 3 --list", "lesson 4 --part 2"),
     "sim": (
         "sim",
-        "sim --robot urdf/burger.urdf --world worlds/pillar_arena.world",
+        "sim --robot urdf/burger.urdf --world worlds/pillar_arena.world --at -2 -0.5",
         "sim --at -2 0.5 --yaw 1.57",
         "sim --check my.urdf",
         "sim --viewer",

@@ -15,8 +15,9 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_sim.calibrate import SimulatedVehicle
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.calibration import calibrate
-from arjuna_sim.devices.drive import Kinematics, Velocity, limited
+from arjuna_sim.devices.drive import Kinematics, Velocity
 from arjuna_sim.devices.driving.bases import base_of
+from arjuna_sim.devices.driving.limits import limited
 from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
@@ -133,8 +134,8 @@ def _legs(
     robot: Robot, config: SimulatorConfig, sideways: bool
 ) -> Iterator[tuple[Velocity, float]]:
     limits, stop = limited(config.drive, robot.drive), (Velocity(), _REST)
-    speed = min(_SPEED, limits.max_linear_velocity)
-    turn = Velocity(0.0, min(_TURN, limits.max_angular_velocity))
+    speed = min(_SPEED, limits.forward.value)
+    turn = Velocity(0.0, min(_TURN, limits.turn.value))
     if robot.drive.kind is DriveKind.STEERED:
         bend = base_of(robot, config.drive).reachable(Velocity(speed, turn.w))
         turn = Velocity(speed, _BEND * bend.w)

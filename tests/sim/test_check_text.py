@@ -88,8 +88,8 @@ _TOLD = """  drive: plugin 'diff'
     left: left_joint; right: right_joint
     wheel separation 0.3 m, diameter 0.16 m
     turns as a track of 0.3 m, rolls as a radius of 0.08 m
-    torque 5 N m, acceleration 1.5 m/s^2
-    speed 0.75 m/s, rate 25 Hz
+    torque 5 N m, acceleration 1.5 m/s^2, unlimited rad/s^2
+    speed 0.75 m/s, unlimited rad/s, rate 25 Hz
     commands on drive, odometry on wheel_odom
     odometry of the encoders, odo -> base (its root link; the file says footprint)
     publishes: odom, odom_tf"""
@@ -97,8 +97,8 @@ _GUESSED = """  drive: guessed (--save-guess FILE keeps it)
     left: left_joint; right: right_joint
     wheel separation 0.3 m, diameter 0.16 m
     turns as a track of 0.3 m, rolls as a radius of 0.08 m
-    torque 5 N m, acceleration unlimited m/s^2
-    speed unlimited m/s, rate unlimited Hz
+    torque 5 N m, acceleration unlimited m/s^2, unlimited rad/s^2
+    speed unlimited m/s, unlimited rad/s, rate unlimited Hz
     commands on cmd_vel, odometry on odom
     odometry of the encoders, odom -> base
     publishes: odom, odom_tf"""

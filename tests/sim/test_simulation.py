@@ -23,7 +23,7 @@ from arjuna_sim.model.settings import CloudSettings
 from arjuna_sim.observation import Observation
 from arjuna_sim.physics.robot_body import ROBOTS_MAX
 from arjuna_sim.simulation import Simulation, Start
-from tests.sim.builders import EMPTY, ROBOT, ROOT, simulator
+from tests.sim.builders import EMPTY, ROBOT, ROOM, ROOT, simulator
 
 ARJUNA = load_robot(ROBOT)
 BURGER = load_robot(ROOT / "urdf" / "burger.urdf")
@@ -222,3 +222,19 @@ def test_more_robots_than_there_are_bits_are_refused() -> None:
     starts = {f"r{i}": Start(BURGER, SE2(i)) for i in range(ROBOTS_MAX + 1)}
     with pytest.raises(RobotError, match=f"at most {ROBOTS_MAX} can be in one world"):
         together(starts)
+
+
+@pytest.mark.parametrize(
+    ("at", "is_said"), [((-8.0, 0.5), True), ((5.4, -5.4), True), ((0.0, 0.0), False)]
+)
+def test_a_start_outside_the_walls_is_said_with_a_place_inside(
+    at: tuple[float, float], is_said: bool
+) -> None:
+    sim = simulator(ROOM, spawn=SE2(*at))
+    assert sim.spawn == SE2(*at)
+    said = [note for note in sim.notes if "outside the world's walls" in note]
+    assert len(said) == is_said
+    for note in said:
+        assert f"the start ({at[0]:g}, {at[1]:g})" in note
+        x, y = map(float, note.rpartition("inside is (")[2].rstrip(")").split(","))
+        assert simulator(ROOM, spawn=SE2(x, y)).notes == simulator(ROOM).notes

@@ -92,26 +92,26 @@ class DwbConfig:
     max_vel_theta: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
     min_speed_xy: float = param(0.0, "Least speed while driving.", unit="m/s", minimum=0.0)
     max_speed_xy: float = param(0.5, "Greatest speed.", unit="m/s", minimum=0.0)
-    acc_lim_x: float = param(2.5, "Acceleration.", unit="m/s^2", minimum=0.01)
-    acc_lim_theta: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
-    decel_lim_x: float = param(-2.5, "Deceleration.", unit="m/s^2", maximum=-0.01)
+    acc_lim_x: float = param(2.5, "Acceleration.", unit="m/s^2", minimum=0.0)
+    acc_lim_theta: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.0)
+    decel_lim_x: float = param(-2.5, "Deceleration.", unit="m/s^2", maximum=0.0)
     decel_lim_theta: float = param(
-        -3.2, "Change of the yaw rate to zero.", unit="rad/s^2", maximum=-0.01
+        -3.2, "Change of the yaw rate to zero.", unit="rad/s^2", maximum=0.0
     )
-    vx_samples: int = param(20, "Speeds tried.", minimum=1, maximum=200)
-    vtheta_samples: int = param(20, "Yaw rates tried.", minimum=1, maximum=200)
-    sim_time: float = param(1.7, "Time simulated.", unit="s", minimum=0.1)
+    vx_samples: int = param(20, "Speeds tried.", minimum=1, maximum=10_000)
+    vtheta_samples: int = param(20, "Yaw rates tried.", minimum=1, maximum=10_000)
+    sim_time: float = param(1.7, "Time simulated.", unit="s", minimum=0.01)
     linear_granularity: float = param(
-        0.05, "Greatest way between two poses.", unit="m", minimum=0.005
+        0.5, "Greatest way between two poses.", unit="m", minimum=0.001
     )
     angular_granularity: float = param(
-        0.025, "Greatest angle between two poses.", unit="rad", minimum=0.005
+        0.025, "Greatest angle between two poses.", unit="rad", minimum=0.001
     )
     prune_distance: float = param(
-        2.0, "How far along the path the robot is looked for.", unit="m", minimum=0.1
+        2.0, "How far along the path the robot is looked for.", unit="m", minimum=0.0
     )
     forward_prune_distance: float = param(
-        2.0, "How much of the path counts.", unit="m", minimum=0.1
+        2.0, "How much of the path counts.", unit="m", minimum=0.0
     )
     xy_goal_tolerance: float | None = param(
         None, "Distance that RotateToGoal takes as arrived; the goal checker's if none.", unit="m"

@@ -29,9 +29,9 @@ class GracefulConfig:
     """Parameters of the graceful controller, by Nav2's names."""
 
     min_lookahead: float = param(0.25, "Least distance of the pose aimed at.", unit="m", minimum=0)
-    max_lookahead: float = param(1.0, "Greatest distance of it.", unit="m", minimum=0.05)
+    max_lookahead: float = param(1.0, "Greatest distance of it.", unit="m", minimum=0.0)
     max_robot_pose_search_dist: float = param(
-        2.5, "How far along the path the robot is looked for.", unit="m", minimum=0.1
+        2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
     )
     k_phi: float = param(2.0, "Ratio of the rates of turning and of coming near.", minimum=0.0)
     k_delta: float = param(1.0, "Gain on the heading.", minimum=0.0)
@@ -39,7 +39,7 @@ class GracefulConfig:
     lambda_: float = param(2.0, "How sharply bends slow down.", minimum=0.0)
     v_linear_min: float = param(0.1, "Least forward speed.", unit="m/s", minimum=0.0)
     v_linear_max: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.01)
-    v_angular_max: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.05)
+    v_angular_max: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
     v_angular_min_in_place: float = param(
         0.25, "Least yaw rate on the spot.", unit="rad/s", minimum=0.0
     )
@@ -49,7 +49,7 @@ class GracefulConfig:
     )
     initial_rotation: bool = param(True, "Whether to turn on the spot towards the path.")
     initial_rotation_tolerance: float = param(
-        0.75, "Heading error borne before that turn.", unit="rad", minimum=0.05
+        0.75, "Heading error borne before that turn.", unit="rad", minimum=0.0
     )
     prefer_final_rotation: bool = param(
         True, "Whether to come straight to the goal and turn there, not in a bow."

@@ -22,7 +22,7 @@ class CriticConfig:
     """What every critic has."""
 
     enabled: bool = param(True, "Whether the critic counts.")
-    cost_power: int = param(1, "Power of its cost.", minimum=1, maximum=4)
+    cost_power: int = param(1, "Power of its cost.", minimum=0, maximum=100)
     cost_weight: float = param(1.0, "Weight.", minimum=0.0)
 
 
@@ -50,10 +50,10 @@ class CostConfig(CriticConfig):
     critical_cost: float = param(300.0, "Cost of a pose near a collision.", minimum=0.0)
     collision_cost: float = param(1e6, "Cost of a collision.", minimum=0.0, maximum=1e12)
     near_collision_cost: int = param(
-        253, "Costmap's cost from which a pose is near one.", minimum=1, maximum=254
+        253, "Costmap's cost from which a pose is near one.", minimum=0, maximum=255
     )
     near_goal_distance: float = param(
-        1.0,
+        0.5,
         "Distance from the goal within which only what is critical counts.",
         unit="m",
         minimum=0,
@@ -109,7 +109,12 @@ class PathAngleConfig(NearGoalConfig):
     max_angle_to_furthest: float = param(
         0.785398, "Angle from which it counts.", unit="rad", minimum=0.0
     )
-    mode: int = param(0, "0: forwards, 1: whichever is nearer.", choices=(0, 1))
+    mode: int = param(
+        0,
+        "0: forwards; 1: whichever is nearer; 2: as the path's poses look. Forwards where vx_min is"
+        " not below 0.",
+        choices=(0, 1, 2),
+    )
 
 
 @dataclass(frozen=True)
@@ -125,17 +130,17 @@ class DeadbandConfig(CriticConfig):
 class MppiConfig:
     """Parameters of MPPI."""
 
-    time_steps: int = param(56, "Steps of a rollout.", minimum=2, maximum=500)
-    model_dt: float = param(0.05, "Time of a step.", unit="s", minimum=0.005, maximum=1.0)
-    batch_size: int = param(1000, "Rollouts.", minimum=10, maximum=20000)
-    iteration_count: int = param(1, "Rounds a command.", minimum=1, maximum=20)
+    time_steps: int = param(56, "Steps of a rollout.", minimum=2, maximum=2000)
+    model_dt: float = param(0.05, "Time of a step.", unit="s", minimum=0.001, maximum=10.0)
+    batch_size: int = param(1000, "Rollouts.", minimum=1, maximum=100_000)
+    iteration_count: int = param(1, "Rounds a command.", minimum=1, maximum=1000)
     temperature: float = param(0.3, "How little the costs decide.", minimum=1e-3)
     gamma: float = param(0.015, "Weight of smoothness against the costs.", minimum=0.0)
-    vx_max: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.01)
+    vx_max: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
     vx_min: float = param(-0.35, "Least forward speed; negative drives back.", unit="m/s")
-    wz_max: float = param(1.9, "Greatest yaw rate.", unit="rad/s", minimum=0.01)
+    wz_max: float = param(1.9, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
     ax_max: float = param(3.0, "Acceleration.", unit="m/s^2", minimum=0.01)
-    ax_min: float = param(-3.0, "Deceleration.", unit="m/s^2", maximum=-0.01)
+    ax_min: float = param(-3.0, "Deceleration, below 0; of either sign.", unit="m/s^2")
     az_max: float = param(3.5, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
     vx_std: float = param(0.2, "Deviation of the speeds tried.", unit="m/s", minimum=1e-3)
     wz_std: float = param(0.4, "Deviation of the yaw rates tried.", unit="rad/s", minimum=1e-3)
@@ -147,10 +152,10 @@ class MppiConfig:
         1.5,
         "How much of the path counts; as much as the rollouts can reach at the least.",
         unit="m",
-        minimum=0.1,
+        minimum=0.0,
     )
     max_robot_pose_search_dist: float = param(
-        2.5, "How far along the path the robot is looked for.", unit="m", minimum=0.1
+        2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
     )
     retry_attempt_limit: int = param(1, "Tries anew where every rollout collides.", minimum=0)
     regenerate_noises: bool = param(False, "Whether each command has its own noise.")

@@ -104,7 +104,7 @@ class Mppi:
             min(config.vx_max, self.speed_limit),
             config.wz_max,
             config.ax_max,
-            -config.ax_min,
+            abs(config.ax_min),
             config.az_max,
         )
 
@@ -159,5 +159,7 @@ _CRITICS: dict[str, Any] = {
     "VelocityDeadbandCritic": lambda own, r, scene, limits, dt: motion.deadband(own, r, dt),
     "PathAlignCritic": lambda own, r, scene, limits, dt: along.path_align(own, r, scene),
     "PathFollowCritic": lambda own, r, scene, limits, dt: along.path_follow(own, r, scene),
-    "PathAngleCritic": lambda own, r, scene, limits, dt: along.path_angle(own, r, scene),
+    "PathAngleCritic": lambda own, r, scene, limits, dt: along.path_angle(
+        own, r, scene, limits.v_min < 0.0
+    ),
 }

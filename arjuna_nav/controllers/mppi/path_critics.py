@@ -54,24 +54,49 @@ def path_follow(config: PathFollowConfig, rollouts: Rollouts, scene: Scene) -> A
     return _weighed(distances, config.cost_weight)
 
 
-def path_angle(config: PathAngleConfig, rollouts: Rollouts, scene: Scene) -> Array | None:
+def path_angle(
+    config: PathAngleConfig, rollouts: Rollouts, scene: Scene, reverses: bool = True
+) -> Array | None:
     """Return the angle between each rollout's end and a pose ahead; None where that is ahead.
 
-    Source: nav2_mppi_controller, PathAngleCritic.
+    Args:
+        config: Its parameters.
+        rollouts: What is tried.
+        scene: Where.
+        reverses: Whether the robot may drive back; else only its front counts.
+
+    Source: nav2_mppi_controller, PathAngleCritic and utils::posePointAngle.
     """
     if scene.goal_distance < config.threshold_to_consider:
         return None
     index = min(scene.furthest + config.offset_from_furthest, len(scene.path) - 1)
-    x, y = scene.path[index, :2]
-    now = abs(math.atan2(float(y), float(x)))
-    if min(now, math.pi - now if config.mode else now) < config.max_angle_to_furthest:
+    x, y, yaw = (float(each) for each in scene.path[index])
+    mode = config.mode if reverses else 0
+    if _now_off(x, y, yaw, mode) < config.max_angle_to_furthest:
         return None
-    sight = np.arctan2(y - rollouts.y[-1], x - rollouts.x[-1])
-    off = np.abs(
-        np.remainder(sight - rollouts.yaw[-1] + _F(math.pi), _F(2 * math.pi)) - _F(math.pi)
-    )
-    angles: Array = np.minimum(off, _F(math.pi) - off) if config.mode else off
+    sight = np.arctan2(_F(y) - rollouts.y[-1], _F(x) - rollouts.x[-1])
+    if mode == 2:
+        sight = np.where(_between(sight, _F(yaw)) > _F(0.5 * math.pi), sight + _F(math.pi), sight)
+    off = _between(sight, rollouts.yaw[-1])
+    angles: Array = np.minimum(off, _F(math.pi) - off) if mode == 1 else off
     return _weighed(angles, config.cost_weight)
+
+
+def _now_off(x: float, y: float, yaw: float, mode: int) -> float:
+    """Return by which angle the robot looks off a pose of the path now [rad]."""
+    bearing = math.atan2(y, x)
+    if mode == 0:
+        return abs(bearing)
+    if mode == 1:
+        return min(abs(bearing), math.pi - abs(bearing))
+    against = abs(math.remainder(bearing - yaw, 2.0 * math.pi)) > 0.5 * math.pi
+    return abs(math.remainder(bearing + (math.pi if against else 0.0), 2.0 * math.pi))
+
+
+def _between(a: Array, b: Array) -> Array:
+    """Return the angles between directions, 0 to pi."""
+    off: Array = np.abs(np.remainder(a - b + _F(math.pi), _F(2 * math.pi)) - _F(math.pi))
+    return off
 
 
 def _weighed(values: Array, weight: float) -> Array:

@@ -77,7 +77,7 @@ class DockSensors:
         pose = T @ _level(message.pose, config)
         before = self._believed
         if before is not None and stamp - before[0] <= config.external_detection_timeout:
-            pose = before[1].interpolate(pose, config.filter_coef)
+            pose = before[1].interpolate(pose, config.filter_coef or 1.0)
         self._believed = stamp, pose
 
     def senses(self, distance: float | None, joints: Sequence[str]) -> DockSenses:

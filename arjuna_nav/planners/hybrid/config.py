@@ -19,21 +19,21 @@ class PoseSearchConfig:
         1000000, "Most poses looked at; below 1 any number.", maximum=SEED_MAX
     )
     minimum_turning_radius: float = param(
-        0.4, "Radius of the tightest bend.", unit="m", minimum=0.05
+        0.4, "Radius of the tightest bend; a cell at the least.", unit="m", minimum=0.0
     )
     reverse_penalty: float = param(2.0, "Factor on driving backwards.", minimum=1.0)
     change_penalty: float = param(0.0, "Added to it where the bend changes sides.", minimum=0.0)
     non_straight_penalty: float = param(1.2, "Factor on bends.", minimum=1.0)
-    cost_penalty: float = param(2.0, "Weight of the costs crossed.", minimum=0.0, maximum=4.0)
+    cost_penalty: float = param(2.0, "Weight of the costs crossed.", minimum=0.0)
     retrospective_penalty: float = param(
         0.015, "How much later bends are preferred.", minimum=0.0, maximum=0.9
     )
     analytic_expansion_ratio: float = param(
-        3.5, "How often the direct way is tried; higher is oftener.", minimum=0.1
+        3.5, "How often the direct way is tried; higher is oftener.", minimum=0.01
     )
     analytic_expansion_max_length: float = param(3.0, "Longest direct way.", unit="m", minimum=0.0)
     analytic_expansion_max_cost: float = param(
-        200.0, "Greatest cost that a direct way may cross.", minimum=0.0, maximum=252.0
+        200.0, "Greatest cost that a direct way may cross.", minimum=0.0, maximum=255.0
     )
     escape_radius: float = param(
         3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
@@ -60,7 +60,7 @@ class SmacLatticeConfig(PoseSearchConfig):
         " that bend by minimum_turning_radius.",
     )
     minimum_turning_radius: float = param(
-        0.5, "Radius of the tightest bend where no file is given.", unit="m", minimum=0.05
+        0.5, "Radius of the tightest bend where no file is given.", unit="m", minimum=0.0
     )
     allow_reverse_expansion: bool = param(False, "Whether pieces are driven back, too.")
     rotation_penalty: float = param(

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_nav.costmap.collision import clearance_in_cells, collides_in_cells, comes_nearer
+from arjuna_nav.costmap.collision import clearance_to_keep, collides_in_cells, comes_nearer
 from arjuna_nav.planners.pose_table import PoseTable, begun, rows_to, with_room
 
 _TURN = 2.0 * math.pi / 32  # between two headings that are told apart
@@ -19,7 +19,6 @@ _STRIDES = (_STRIDE, _STRIDE, _STRIDE, -_STRIDE, 0.0, 0.0)
 _BENDS = (0, 1, -1, 0, 1, -1)
 _BEND = 1.1  # price of a bend against straight on
 _LOOKS = 2  # at each move, for collisions
-_EPSILON = 1e-6  # by which rounding may not close the start [cells]
 _DEAREST = 252  # of the costs that a centre may have
 
 
@@ -80,7 +79,8 @@ def search(
     """Return the poses of the cheapest way, `(N, 3)` [cells, rad], the start first; else none.
 
     Between two poses lies a stride ahead, straight or in a bend, a straight stride back, or a turn
-    on the spot. A start that collides may be left over poses that lie no nearer to the obstacle.
+    on the spot. A start that collides may be left over poses that lie no nearer to the obstacle;
+    one whose centre is on a lethal cell by moves that each lead out of it.
 
     Args:
         start: `(x, y, theta)` [cells, rad].
@@ -126,6 +126,8 @@ def _expand(
     """Add the poses that one move leads to from a row; return how many rows there are."""
     if allowed < np.inf and not _touches(nodes.poses[row], ground):
         allowed = np.inf  # it has left the place
+    elif allowed < 0.0:
+        allowed = _allowed(nodes.poses[row], ground)
     for kind in range(len(_STRIDES)):
         reached = nodes.poses[row].copy()
         value = nodes.values[row] + _move(reached, kind, allowed, ground, prices)
@@ -147,11 +149,11 @@ def _expand(
 
 @njit(cache=True)
 def _allowed(start: NDArray[np.float64], ground: Ground) -> float:
-    """Return the clearance [cells] that a colliding pose must have, inf where none may collide."""
+    """Return what `comes_nearer` allows from a pose on, inf where none may collide."""
     if not _touches(start, ground):
         return np.inf
-    clearance: float = clearance_in_cells(ground.data, start, ground.reach) - _EPSILON
-    return clearance
+    kept: float = clearance_to_keep(ground.data, start, ground.reach)
+    return kept
 
 
 @njit(cache=True)
@@ -168,11 +170,15 @@ def _move(
 ) -> float:
     """Move a pose, and return the price; inf where it collides."""
     stride, turn = _STRIDES[kind], _TURN * _BENDS[kind]
+    if allowed < 0.0 and stride == 0.0:
+        return np.inf  # a turn does not lead out of what the centre is on
     for _ in range(_LOOKS):
         pose[2] += 0.5 * turn / _LOOKS
         pose[0] += stride / _LOOKS * math.cos(pose[2])
         pose[1] += stride / _LOOKS * math.sin(pose[2])
         pose[2] += 0.5 * turn / _LOOKS
+        if allowed < 0.0 and comes_nearer(ground.data, pose, allowed):
+            return np.inf
         if not _touches(pose, ground):
             allowed = np.inf
         elif comes_nearer(ground.data, pose, allowed):

@@ -17,6 +17,7 @@ from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.wheels import wheel_sign
 
 _NONE = np.zeros(0)
+_ROUNDING = 1e-9
 
 
 class Base(Motion, Protocol):
@@ -103,3 +104,40 @@ def base_of(robot: Robot, config: DriveConfig) -> Base:
     if drive.kind is DriveKind.STEERED:
         return SteeredBase.of(robot.urdf, drive)
     return SidesBase.of(robot, config)
+
+
+class WheelSpeeds:
+    """Slows a base down to what its wheels' joints may turn, along the same curve.
+
+    Args:
+        robot: The robot, whose file may bound the speeds of its joints.
+        base: Its base.
+    """
+
+    def __init__(self, robot: Robot, base: Base) -> None:
+        self._names, self._base = robot.drive.wheels, base
+        most = [robot.urdf.joints[name].max_speed or np.inf for name in self._names]
+        self._most = np.array(most)
+        self._bounded = bool(np.isfinite(self._most).any())
+        self._cuts: list[str] = []
+        self._is_said = False
+
+    def slowed(self, velocity: Velocity) -> Velocity:
+        """Return a velocity that the base can do, slower where a wheel would turn too fast."""
+        if not self._bounded:
+            return velocity
+        shares = np.abs(self._base.speeds(velocity)) / self._most
+        worst = int(shares.argmax())
+        over = float(shares[worst])
+        if over <= 1.0 + _ROUNDING:
+            return velocity
+        if not self._is_said:
+            self._is_said, limit = True, f"{self._most[worst]:.4g} rad/s"
+            cause = f"the velocity {limit} in the <limit> of joint '{self._names[worst]}'"
+            self._cuts.append(f"a command is slowed to {1 / over:.3g} of its speed, by {cause}")
+        return Velocity(velocity.v / over, velocity.w / over, velocity.side / over)
+
+    def take_cuts(self) -> tuple[str, ...]:
+        """Return whether that has slowed a command, once."""
+        cuts, self._cuts = tuple(self._cuts), []
+        return cuts

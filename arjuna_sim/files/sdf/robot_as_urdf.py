@@ -207,10 +207,12 @@ def _moving(xml: XmlFile, element: Element, joint: Element, where: tuple[Pose3, 
     SubElement(joint, "axis", xyz=numbers_text(T_child.rotation().T @ turned))
     low = xml.number(axis, "limit/lower", -_UNLIMITED, place)
     high = xml.number(axis, "limit/upper", _UNLIMITED, place)
+    limit = {"velocity": axis.findtext("limit/velocity", "0").strip()}
     if joint.get("type") == "revolute" and low <= -_UNLIMITED and high >= _UNLIMITED:
         joint.set("type", "continuous")
     elif joint.get("type") != "continuous":
-        SubElement(joint, "limit", lower=repr(low), upper=repr(high), effort="0", velocity="0")
+        limit |= {"lower": repr(low), "upper": repr(high), "effort": "0"}
+    SubElement(joint, "limit", limit)
     keys = ("damping", "friction")
     values = {key: max(0.0, xml.number(axis, f"dynamics/{key}", 0.0, place)) for key in keys}
     SubElement(joint, "dynamics", {key: repr(value) for key, value in values.items()})

@@ -5,6 +5,7 @@ A controller's parameters are put into the form of a drive plugin, which `plugin
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,11 @@ from xml.etree.ElementTree import Element, SubElement  # nothing is parsed here
 
 from arjuna_core.errors import InputFileError, RobotError
 from arjuna_core.files.yaml_file import read_yaml
-from arjuna_sim.files.urdf.gazebo_text import plain, texts
+from arjuna_sim.files.urdf.gazebo_text import texts
+from arjuna_sim.files.urdf.plugin_types import controller_kind
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.settings import DriveKind
 
 _SIDES = {
     side: (
@@ -27,12 +30,7 @@ _WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_
 _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
 _SECTIONS_MAX = 1000
 _BYTES_MAX = 1_000_000
-
-
-def is_control(plugin: Element) -> bool:
-    """Tell whether a plugin runs ros2_control's or ros_control's controllers."""
-    name = plain(plugin.get("filename", "") + plugin.get("name", ""))
-    return "ros2control" in name or "roscontrol" in name
+_DEPTH_MAX = 50
 
 
 def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
@@ -51,16 +49,24 @@ def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
         except InputFileError as error:
             xml.note(f"controllers of '{path.name}' are left out: {error.problem}", NoteKind.BROKEN)
             continue
-        for name, values in _sections(content):
-            sides = {side: _names(values, keys) for side, keys in _SIDES.items()}
-            if all(sides.values()):
-                return _as_plugin(plugin, name, values, sides)
-            lists = {"wheel": _names(values, _WHEELS), "steering": _names(values, _STEERING)}
-            if values.get("front_steering") is False and "rear_wheels_names" in values:
-                lists = {"wheel": lists["steering"], "steering": lists["wheel"]}
-            if lists["wheel"] and (lists["steering"] or "wheel_names" in values):
-                return _as_plugin(plugin, name, values, lists)
+        sections = list(_sections(content))
+        types = {name: str(v["type"]) for name, v in sections if isinstance(v.get("type"), str)}
+        for name, values in sections:
+            lists = _joints(values)
+            if lists:
+                return _as_plugin(plugin, name, types, values, lists)
     return None
+
+
+def _joints(values: dict[str, Any]) -> dict[str, list[str]]:
+    """Return the wheels that a controller drives, by side or with those it steers by."""
+    sides = {side: _names(values, keys) for side, keys in _SIDES.items()}
+    if all(sides.values()):
+        return sides
+    lists = {"wheel": _names(values, _WHEELS), "steering": _names(values, _STEERING)}
+    if values.get("front_steering") is False and "rear_wheels_names" in values:
+        lists = {"wheel": lists["steering"], "steering": lists["wheel"]}
+    return lists if lists["wheel"] and (lists["steering"] or "wheel_names" in values) else {}
 
 
 def _files(xml: XmlFile, plugin: Element) -> Iterator[Path]:
@@ -74,8 +80,11 @@ def _files(xml: XmlFile, plugin: Element) -> Iterator[Path]:
 
 
 def _sections(content: Any) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the named parameters of each node, however deep namespaces hold them."""
-    queue: list[tuple[str, Any]] = [("", content)]
+    """Yield the parameters of each node, by its name, however deep namespaces hold them.
+
+    Dotted keys are as nested ones; the name is "" where it is a wildcard's.
+    """
+    queue: list[tuple[str, Any]] = [("", _nested(content))]
     for _ in range(_SECTIONS_MAX):
         if not queue:
             return
@@ -83,9 +92,33 @@ def _sections(content: Any) -> Iterator[tuple[str, dict[str, Any]]]:
         if isinstance(values, dict):
             yield name, values
             queue += [
-                (name if key == "ros__parameters" else str(key), inner)
+                (name if key == "ros__parameters" else _node(str(key)), inner)
                 for key, inner in values.items()
             ]
+
+
+def _node(key: str) -> str:
+    """Return a section's node without wildcards: `/**/base` is `base`, and `/**` is ""."""
+    return "/".join(part for part in key.split("/") if part.strip("*"))
+
+
+def _nested(content: Any, depth: int = 0) -> Any:
+    """Return values with `a.b` as `b` in `a`."""
+    if not isinstance(content, dict) or depth > _DEPTH_MAX:
+        return content
+    made: dict[str, Any] = {}
+    for key, value in content.items():
+        *above, last = str(key).split(".") if "/" not in str(key) else [str(key)]
+        inside = made
+        for part in above:
+            inner = inside.get(part)
+            inside[part] = inside = dict(inner) if isinstance(inner, dict) else {}
+        value = _nested(value, depth + 1)
+        held = inside.get(last)
+        if isinstance(held, dict) and isinstance(value, dict):
+            value = {**held, **value}
+        inside[last] = value
+    return made
 
 
 def _names(values: dict[str, Any], keys: tuple[str, ...]) -> list[str]:
@@ -96,26 +129,29 @@ def _names(values: dict[str, Any], keys: tuple[str, ...]) -> list[str]:
 
 
 def _as_plugin(
-    plugin: Element, name: str, values: dict[str, Any], sides: dict[str, list[str]]
+    plugin: Element,
+    name: str,
+    types: dict[str, str],
+    values: dict[str, Any],
+    lists: dict[str, list[str]],
 ) -> Element:
     """Return a controller as a drive plugin, with the topics that it has below its own name.
 
     Source: ros2_controllers, diff_drive_controller, parameters of Humble and Jazzy.
     """
-    kind, command, odometry = _kind(sides, values)
+    kind, command, odometry = _kind(lists, values, types.get(name, ""))
+    if not name:  # all nodes have these parameters: the one that needs them has a type of its own
+        drives = (key for key, each in types.items() if key and controller_kind(each))
+        name = next(drives, kind)
     made = Element("plugin", name=name, filename=kind)
-    for side, joints in sides.items():
+    for side, joints in lists.items():
         for joint in joints:
             SubElement(made, f"{side}_joint").text = joint
-    limits = values.get("linear", {})
-    limit = limits.get("x", {}) if isinstance(limits, dict) else {}
     stamped = values.get("use_stamped_vel", True) is not False
     command = f"/{name}/{command}" + ("" if stamped else "_unstamped")
     told = {
         "wheel_separation": _product(values, "wheel_separation"),
         "wheel_radius": _product(values, "wheel_radius"),
-        "max_linear_velocity": _number(limit, "max_velocity"),
-        "max_linear_acceleration": _number(limit, "max_acceleration"),
         "update_rate": _number(values, "publish_rate"),
         "odometry_frame": values.get("odom_frame_id"),
         "robot_base_frame": values.get("base_frame_id"),
@@ -123,6 +159,7 @@ def _as_plugin(
         "command_topic": _remapped(plugin, command),
         "odometry_topic": _remapped(plugin, f"/{name}/{odometry}"),
         "stamped": str(stamped).lower(),
+        **_limits(values, kind),
     }
     for tag, value in told.items():
         if value is not None:
@@ -130,28 +167,77 @@ def _as_plugin(
     return made
 
 
-def _kind(sides: dict[str, list[str]], values: dict[str, Any]) -> tuple[str, str, str]:
+def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
+    """Return a controller's limits and time-out, by the tags of a drive plugin.
+
+    One whose `has_velocity_limits` or `has_acceleration_limits` is false counts for nothing. Those
+    of a tricycle are of its wheel [rad/s], and its time-out is in whole ms.
+    """
+    linear, angular = _below(values, "linear", "x"), _below(values, "angular", "z")
+    back = _number(linear, "min_velocity", -1.0) if _has(linear, "velocity") else None
+    limits = {
+        "max_linear_velocity": _limit(linear, "velocity"),
+        "min_linear_velocity": None if back is None else -back,
+        "max_linear_acceleration": _limit(linear, "acceleration"),
+        "max_angular_velocity": _limit(angular, "velocity"),
+        "max_angular_acceleration": _limit(angular, "acceleration"),
+    }
+    timeout = values.get("cmd_vel_timeout", values.get("reference_timeout"))
+    if isinstance(timeout, int | float) and not isinstance(timeout, bool) and timeout >= 0:
+        is_in_ms = kind == "tricycle_controller" and isinstance(timeout, int)
+        limits["cmd_vel_timeout"] = 1e-3 * timeout if is_in_ms else float(timeout)
+    radius, turning = _number(values, "wheel_radius"), _below(values, "traction")
+    if kind == "tricycle_controller" and radius:
+        for tag in ("velocity", "acceleration"):
+            most = _number(turning, f"max_{tag}")
+            limits[f"max_linear_{tag}"] = None if most is None else radius * most
+    return limits
+
+
+def _below(values: dict[str, Any], *keys: str) -> dict[str, Any]:
+    for key in keys:
+        inner = values.get(key)
+        values = inner if isinstance(inner, dict) else {}
+    return values
+
+
+def _has(values: dict[str, Any], kind: str) -> bool:
+    return values.get(f"has_{kind}_limits", True) is not False
+
+
+def _limit(values: dict[str, Any], kind: str) -> float | None:
+    return _number(values, f"max_{kind}") if _has(values, kind) else None
+
+
+def _kind(lists: dict[str, list[str]], values: dict[str, Any], named: str) -> tuple[str, str, str]:
     """Return what a controller is, and its topics of commands and of odometry.
+
+    By its type where that is a drive's, else by what it has.
 
     Source: ros2_controllers of Jazzy: diff_drive, tricycle and omni_wheel_drive_controller have
     `cmd_vel` and `odom`, mecanum_drive and the steering controllers `reference` and `odometry`.
     """
-    if "wheel" not in sides:
-        if any(key.startswith("front_left_wheel") for key in values):
-            return "mecanum_drive_controller", "reference", "odometry"
+    told = controller_kind(named)
+    has_sides = "wheel" not in lists
+    if told is DriveKind.MECANUM or (
+        has_sides and told is None and any(key.startswith("front_left_wheel") for key in values)
+    ):
+        return "mecanum_drive_controller", "reference", "odometry"
+    if told is DriveKind.SIDES or (has_sides and told is None):
         return "diff_drive_controller", "cmd_vel", "odom"
-    if not sides["steering"]:
+    if told is DriveKind.OMNI or (not has_sides and not lists["steering"]):
         return "omni_wheel_drive_controller", "cmd_vel", "odom"
     if "traction_joint_name" in values:
         return "tricycle_controller", "cmd_vel", "odom"
     return "steering_controllers_library", "reference", "odometry"
 
 
-def _number(values: Any, key: str) -> float | None:
-    """Return a positive number; None where there is none."""
-    value = values.get(key) if isinstance(values, dict) else None
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return float(value) if is_number and value > 0.0 else None  # type: ignore[arg-type,operator]
+def _number(values: dict[str, Any], key: str, sign: float = 1.0) -> float | None:
+    """Return a finite number above 0, by its sign; None where there is none."""
+    value = values.get(key)
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return None
+    return sign * value if 0.0 < sign * value < math.inf else None
 
 
 def _product(values: dict[str, Any], key: str) -> float | None:

@@ -4,37 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.drives.rollers import axes_spread, with_mecanum, with_omni
 from arjuna_sim.files.drives.steering import steering_joints, with_steering
-from arjuna_sim.files.urdf.gazebo_text import plain
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Urdf
 
-_PLUGINS = {
-    "mecanum": DriveKind.MECANUM,
-    "omni": DriveKind.OMNI,
-    "planarmove": DriveKind.PLANAR,
-    "velocitycontrol": DriveKind.PLANAR,
-    "ackermann": DriveKind.STEERED,
-    "tricycle": DriveKind.STEERED,
-    "bicycle": DriveKind.STEERED,
-    "steering": DriveKind.STEERED,
-}
 _OTHERWISE = {
     DriveKind.MECANUM: "it has no four mecanum wheels at four corners",
     DriveKind.OMNI: "its wheels' axes are parallel",
     DriveKind.PLANAR: "its wheels are no mecanum or omni ones",
     DriveKind.STEERED: "no joint steers a wheel",
 }
-
-
-def plugin_kind(plugin: Element) -> DriveKind | None:
-    """Return the kind of drive that a plugin is; None for one of two sides, or another."""
-    named = plain(plugin.get("filename", "") + plugin.get("name", "")).replace("-", "")
-    return next((kind for text, kind in _PLUGINS.items() if text in named), None)
 
 
 def arranged(
@@ -53,7 +35,7 @@ def arranged(
         asked: The kind that its plugin names; None to find it by names and joints.
         grips: By link, the directions of friction that the file names.
     """
-    if not drive.wheels or drive.kind is not DriveKind.SIDES:
+    if not drive.wheels or drive.kind is not DriveKind.SIDES or asked is DriveKind.SIDES:
         return drive
     kind = asked or _seen(urdf, drive)
     found: DriveSettings | None = drive
@@ -78,6 +60,10 @@ def told_by(told: DriveSettings, drive: DriveSettings) -> DriveSettings:
         plugin=told.plugin,
         max_acceleration=told.max_acceleration,
         max_velocity=told.max_velocity,
+        max_reverse=told.max_reverse,
+        max_turn=told.max_turn,
+        max_turn_acceleration=told.max_turn_acceleration,
+        command_timeout=told.command_timeout,
         rate=told.rate,
         command_topic=told.command_topic,
         odometry_topic=told.odometry_topic,

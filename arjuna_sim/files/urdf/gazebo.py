@@ -9,9 +9,9 @@ from arjuna_core.errors import nearest
 from arjuna_sim.files.material_colours import gazebo_colour
 from arjuna_sim.files.sensors.sensor_kinds import KINDS, settle
 from arjuna_sim.files.sensors.sensor_tags import imu_plugin, place_of
-from arjuna_sim.files.urdf.controllers import drive_of_controllers, is_control
-from arjuna_sim.files.urdf.drive_kinds import plugin_kind
+from arjuna_sim.files.urdf.controllers import drive_of_controllers
 from arjuna_sim.files.urdf.gazebo_text import plain, text_of
+from arjuna_sim.files.urdf.plugin_types import drive_kind, is_control, sensor_type
 from arjuna_sim.files.urdf.plugins import read_drive, read_told
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
@@ -25,6 +25,8 @@ from arjuna_sim.model.urdf import Urdf
 
 _CONTACT = ("kp", "kd")
 _TRUE = ("true", "1")
+_BELOW_SENSOR = {"ray": "ray", "lidar": "gpu_lidar", "camera": "camera", "imu": "imu"}
+"""Tags that describe a sensor, and its type."""
 _READ = ("fdir1", "sensor", "plugin", "mu1", "mu", "material", "visual", "mu2", *_CONTACT)
 
 
@@ -69,12 +71,19 @@ class _Reader:
             self._xml.note(f"gazebo {problem}; what it says is left out", NoteKind.MISSING)
             return
         for plugin in gazebo.findall("plugin"):
-            self._plugin(plugin)
+            self._plugin(plugin, link)
         for sensor in gazebo.findall("sensor"):
             self._sensor(sensor, link or self._urdf.root)
         if link is not None:
             self._surface(gazebo, link)
         for child in gazebo:
+            if child.tag in _BELOW_SENSOR:
+                cure = self._cure(_BELOW_SENSOR[child.tag], link or "")
+                self._xml.note(
+                    f"gazebo <{child.tag}>: stands outside <sensor>, so that there is none: {cure}",
+                    NoteKind.BROKEN,
+                )
+                continue
             is_default = plain(child.tag) == "gravity" and (child.text or "").strip() in _TRUE
             if plain(child.tag) not in _READ and not is_default:
                 self._left_out.setdefault(child.tag, []).append(link or "")
@@ -115,11 +124,11 @@ class _Reader:
             if length > abs(z):
                 self._grips[link] = (x / length, y / length)
 
-    def _plugin(self, plugin: Element) -> None:
+    def _plugin(self, plugin: Element, link: str | None) -> None:
         controlled = drive_of_controllers(self._xml, plugin) if is_control(plugin) else None
         drive = read_drive(self._xml, plugin if controlled is None else controlled, self._urdf)
         name = plugin.get("name") or plugin.get("filename") or "?"
-        kind = plugin_kind(plugin if controlled is None else controlled)
+        kind = drive_kind(plugin if controlled is None else controlled)
         if drive is not None and self._drive is not None:
             self._xml.note(f"plugin '{name}': a second drive is not simulated", NoteKind.IGNORED)
         elif drive is not None:
@@ -129,12 +138,18 @@ class _Reader:
         elif text_of(plugin, "bodyname", "bodyid") in self._urdf.links and "imu" in _kind(plugin):
             self._sensors.append(imu_plugin(self._xml, plugin))
         else:
-            self._other_plugin(plugin, name)
+            self._other_plugin(plugin, name, link)
 
-    def _other_plugin(self, plugin: Element, name: str) -> None:
+    def _other_plugin(self, plugin: Element, name: str, link: str | None) -> None:
         """Say what stands in for a plugin, or that nothing does."""
-        kind = _kind(plugin)
-        if "jointstate" in kind:
+        kind, sensor = _kind(plugin), sensor_type(plugin)
+        if sensor:
+            self._xml.note(
+                f"plugin '{name}': stands outside <sensor>, so that it makes none, as in Gazebo:"
+                f" {self._cure(sensor, link or text_of(plugin, 'framename'))}",
+                NoteKind.BROKEN,
+            )
+        elif "jointstate" in kind:
             self._xml.note(f"plugin '{name}': all moving joints are published, each tick")
         elif is_control(plugin):
             self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
@@ -142,6 +157,11 @@ class _Reader:
             self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
         else:
             self._xml.note(f"plugin '{name}': not simulated", NoteKind.IGNORED)
+
+    def _cure(self, sensor: str, link: str) -> str:
+        """Return where what belongs into a sensor goes."""
+        named = link if link in self._urdf.links else "LINK"
+        return f'put it into <gazebo reference="{named}"><sensor type="{sensor}" name="NAME">'
 
     def _sensor(self, sensor: Element, link: str) -> None:
         """Read a sensor, of which there may be any number of each kind."""

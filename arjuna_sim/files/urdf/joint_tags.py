@@ -72,7 +72,8 @@ def read_joint(xml: XmlFile, element: Element, links: Collection[str]) -> Joint:
         for key in ("damping", "friction")
     )
     axis, mimic = _axis(xml, element, place), _mimic(xml, element, place)
-    return Joint(name, kind, ends[0], ends[1], pose, axis, limits, mimic, damping, friction)
+    speed = _max_speed(element)
+    return Joint(name, kind, ends[0], ends[1], pose, axis, limits, mimic, damping, friction, speed)
 
 
 def check_mimics(xml: XmlFile, joints: dict[str, Joint]) -> dict[str, Joint]:
@@ -120,6 +121,16 @@ def _limits(xml: XmlFile, element: Element, place: str) -> tuple[float, float]:
     if lower > upper:
         raise xml.fail(place, f"limit lower {lower} is above upper {upper}")
     return lower, upper
+
+
+def _max_speed(element: Element) -> float:
+    """Return a joint's greatest speed; what is no number above 0, as exporters write, is none."""
+    limit = element.find("limit")
+    try:
+        speed = 0.0 if limit is None else float(limit.get("velocity", "0"))
+    except ValueError:
+        return 0.0
+    return speed if 0.0 < speed < math.inf else 0.0
 
 
 def _mimic(xml: XmlFile, element: Element, place: str) -> Mimic | None:

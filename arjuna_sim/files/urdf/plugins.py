@@ -25,6 +25,10 @@ _ACCELERATION = (
     *("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration", "maxacceleration"),
 )
 _SPEED = ("maxlinearvelocity", "maxvelocity", "maxspeed")
+_BACK = ("minlinearvelocity", "minvelocity")
+_TURN = ("maxangularvelocity", "maxvelocity")
+_TURN_ACCELERATION = ("maxangularacceleration", "maxacceleration")
+_TIMEOUT = ("cmdveltimeout", "commandtimeout")
 _LIMIT = ("steeringlimit", "maxsteer")
 _DIFFERENT = 0.05  # share from which the file and the wheels' shapes contradict each other
 _OUTPUTS = {
@@ -38,7 +42,7 @@ _READ = {
     *RIGHT,
     *(name for _, names in _OUTPUTS.values() for name in names),
     *("wheelseparation", "wheeldiameter", "wheelradius", "effectivetrackwidth"),
-    *_ACCELERATION,
+    *(*_ACCELERATION, *_BACK, *_TURN, *_TURN_ACCELERATION, *_TIMEOUT),
     *("effectivewheelradius", "torque", "wheeltorque", "maxwheeltorque"),
     *(*WHEEL, *STEERING, *_LIMIT, "kingpinwidth", "wheelbase", "minsteer", "steeringwheeljoint"),
     *(*_SPEED, "updaterate", "odometryrate", "tricyclejoint"),
@@ -113,6 +117,10 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
         plugin=_name(plugin),
         max_acceleration=number(*_ACCELERATION),
         max_velocity=number(*_SPEED),
+        max_reverse=_reverse(xml, plugin, place),
+        max_turn=number(*_TURN),
+        max_turn_acceleration=number(*_TURN_ACCELERATION),
+        command_timeout=_timeout(xml, plugin, place),
         rate=number("updaterate", "odompublishfrequency", "odometryrate"),
         command_topic=topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
         odometry_topic=topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
@@ -122,6 +130,19 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
         stamped=flag(plugin, False, "stamped"),
         publishes=tuple(key for key, (on, names) in _OUTPUTS.items() if flag(plugin, on, *names)),
     )
+
+
+def _reverse(xml: XmlFile, plugin: Element, place: str) -> float:
+    """Return the greatest speed backwards, which files write as a least speed below 0 [m/s]."""
+    text = text_of(plugin, *_BACK)
+    return max(0.0, -xml.numbers(text, 1, f"{place} <{_BACK[0]}>")[0]) if text else 0.0
+
+
+def _timeout(xml: XmlFile, plugin: Element, place: str) -> float | None:
+    """Return how long a command holds [s], 0 for ever; None where nothing says so."""
+    if not text_of(plugin, *_TIMEOUT):
+        return None
+    return value(xml, plugin, place, 0.0, *_TIMEOUT)
 
 
 def read_told(xml: XmlFile, plugin: Element, kind: DriveKind) -> DriveSettings:

@@ -43,6 +43,7 @@ OWN: dict[str, dict[str, Any]] = {
         "decel_lim_x": -1.0,
         "acc_lim_theta": 1.5,
         "decel_lim_theta": -1.5,
+        "linear_granularity": 0.05,
     },
 }
 

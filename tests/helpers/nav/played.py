@@ -89,7 +89,10 @@ class Play:
     ) -> None:
         self._walls, self._goal, self._body, self._rng = walls, goal, body, rng
         self._errors, self._people = errors or Errors(), people or (lambda time: [])
-        self._monitor, self._tracker = CollisionMonitor(load(MonitorConfig, {})), Tracker(REACH)
+        self._monitor, self._tracker = (
+            CollisionMonitor(load(MonitorConfig, shipped_zones())),
+            Tracker(REACH),
+        )
         self._moving = Moving.nothing()
         self._near = LayeredCostmap(window(3, 2.5, body))
         self._far = LayeredCostmap(window(14, 3.0, body) if grid is None else whole_map(body))
@@ -97,7 +100,7 @@ class Play:
             self._far.set_map(grid)
         self._has_map = grid is not None
         self._unmapped: list[PlacedScan] = []
-        self._config = load(FollowerConfig, _shipped_controller())
+        self._config = load(FollowerConfig, _shipped("controller_server"))
         self._follower: PathFollower | None = None
         self._stands = _LOOKS if people else -math.inf
         self._T_true_map = self._T_true_odom = SE2()
@@ -213,10 +216,16 @@ class Play:
         self.why, self._stands, self._follower = why, self.time + _STANDS, None
 
 
-def _shipped_controller() -> dict[str, Any]:
-    """Return the parameters that Arjuna follows paths with."""
+def shipped_zones() -> dict[str, Any]:
+    """Return the zones of Arjuna's collision monitor."""
+    values = _shipped("collision_monitor")
+    return {name: values[name] for name in ("polygons", *values["polygons"])}
+
+
+def _shipped(node: str) -> dict[str, Any]:
+    """Return the parameters that Arjuna's node has."""
     file = read_yaml(shipped_file("params/arjuna_nav.yaml"))
-    parameters: dict[str, Any] = file["controller_server"]["ros__parameters"]
+    parameters: dict[str, Any] = file[node]["ros__parameters"]
     return parameters
 
 

@@ -235,7 +235,8 @@ def test_drives_the_velocity_within_reach_that_scores_least(seed: int) -> None:
 
 
 def test_says_that_every_trajectory_collides_and_from_where() -> None:
-    dwb = Dwb(DwbConfig(vx_samples=3, vtheta_samples=4), Footprint.circle(0.1), TOLERANCE, PERIOD)
+    config = DwbConfig(vx_samples=3, vtheta_samples=4, linear_granularity=0.05)
+    dwb = Dwb(config, Footprint.circle(0.1), TOLERANCE, PERIOD)
     dwb.set_path(made_path())
     result = dwb.compute(ORIGIN @ SE2(1.65, 2.55), STILL, COSTMAP, 0.0)
     assert result.status is ControlStatus.NO_VALID_CONTROL

@@ -91,6 +91,21 @@ def test_a_way_through_a_large_map_is_as_good_as_any() -> None:
     assert first_collision(costmap, Footprint.circle(0.25), result.path) is None
 
 
+def test_the_dearer_costs_are_the_farther_it_keeps_away() -> None:
+    grid = empty_grid(8.0, 6.0)
+    block(grid, 3.5, 2.0, 1.0, 1.2)
+    costmap = costmap_of(grid, inflation_radius=1.2)
+    away = []
+    for penalty in (0.0, 2.0, 5.0, 50.0):
+        planner = make("smac hybrid", motion_model_for_search="DUBIN", cost_penalty=penalty)
+        result = planner.plan(costmap, SE2(1.0, 2.6), SE2(7.0, 2.6))
+        assert result.status is PlanStatus.SUCCEEDED, result.message
+        cells = [costmap.cost_at(float(x), float(y)) or 0 for x, y in result.path[:, :2]]
+        away.append(max(cells))
+    assert away == sorted(away, reverse=True)
+    assert away[2] < away[0]
+
+
 def hybrid(
     grid_or_text: str, start: SE2, goal: SE2, model: str = "DUBIN", origin: SE2 | None = None
 ) -> tuple[PlanResult, int | None]:

@@ -15,6 +15,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.safety.approach import ApproachConfig
 from arjuna_nav.safety.base import Action
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig, Verdict
+from tests.helpers.nav.played import shipped_zones
 
 ROBOT = Footprint.circle(0.25)
 BOX = "[[0.5, 0.3], [0.5, -0.3], [-0.3, -0.3], [-0.3, 0.3]]"
@@ -30,8 +31,18 @@ def cluster(x: float, y: float, count: int = 8) -> NDArray[np.float64]:
 LATER = {"FootprintApproach.time_before_collision": 1.2}
 
 
+OURS = shipped_zones()
+SLOW = {"type": "circle", "action_type": "slowdown", "radius": 0.5}
+
+
+def made(parameters: dict[str, Any]) -> CollisionMonitor:
+    """Return a monitor of the shipped zones, or of those that the parameters list."""
+    below = {} if "polygons" in parameters else OURS
+    return CollisionMonitor(load(MonitorConfig, {**below, **parameters}))
+
+
 def judge(velocity: Velocity, points: Any, **parameters: Any) -> Verdict:
-    return CollisionMonitor(load(MonitorConfig, parameters)).judge(velocity, points, ROBOT)
+    return made(parameters).judge(velocity, points, ROBOT)
 
 
 def test_free_space_leaves_a_velocity_as_it_is() -> None:
@@ -59,7 +70,7 @@ def test_nobody_is_made_faster_and_who_comes_nearer_is_no_faster_than_before(gap
 
 def test_a_turn_is_slowed_where_a_corner_would_hit() -> None:
     long = Footprint.polygon(np.array([[0.4, 0.1], [0.4, -0.1], [-0.4, -0.1], [-0.4, 0.1]]))
-    monitor = CollisionMonitor(load(MonitorConfig, LATER))
+    monitor = made(LATER)
     beside = cluster(0.25, 0.25)
     assert monitor.judge(Velocity(0.0, 1.0), beside, long).action is Action.APPROACH
     assert monitor.judge(Velocity(0.0, -0.1), beside, long).action is Action.DO_NOTHING
@@ -77,7 +88,7 @@ def test_by_default_a_robot_that_can_still_stop_is_not_slowed() -> None:
 def test_a_robot_that_touches_something_may_go_where_it_gets_no_nearer(
     footprint: Footprint,
 ) -> None:
-    monitor = CollisionMonitor(load(MonitorConfig, {}))
+    monitor = made({})
     touched = cluster(0.23, 0.0)
     assert monitor.judge(FORWARD, touched, footprint).velocity == Velocity()
     back = Velocity(-0.3, 0.0)
@@ -98,7 +109,7 @@ def test_few_points_are_noise() -> None:
 
 
 def test_a_stop_zone_stops_whatever_the_direction() -> None:
-    zone = {"polygons": ("PolygonStop",), "PolygonStop.points": BOX}
+    zone = {"polygons": ("PolygonStop",), "PolygonStop": {"action_type": "stop", "points": BOX}}
     for velocity in (FORWARD, Velocity(-0.4, 0.0), Velocity(0.0, 1.0)):
         verdict = judge(velocity, cluster(0.4, 0.0), **zone)
         assert verdict == Verdict(Velocity(0.0, 0.0), Action.STOP, "PolygonStop")
@@ -108,14 +119,17 @@ def test_a_stop_zone_stops_whatever_the_direction() -> None:
 
 
 def test_a_slow_zone_leaves_a_part() -> None:
-    zone = {"polygons": ("PolygonSlow",), "PolygonSlow.radius": 1.0}
+    zone = {"polygons": ("PolygonSlow",), "PolygonSlow": {**SLOW, "radius": 1.0}}
     verdict = judge(Velocity(0.4, 0.2), cluster(0.0, 0.9), **zone)
     assert verdict.velocity == Velocity(pytest.approx(0.2), pytest.approx(0.1))  # type: ignore[arg-type]
     assert verdict.action is Action.SLOWDOWN
 
 
 def test_a_limit_zone_keeps_the_arc() -> None:
-    zone = {"polygons": ("PolygonLimit",), "PolygonLimit.linear_limit": 0.1}
+    zone = {
+        "polygons": ("PolygonLimit",),
+        "PolygonLimit": {**SLOW, "action_type": "limit", "linear_limit": 0.1},
+    }
     verdict = judge(Velocity(0.4, 0.2), cluster(0.0, 0.4), **zone)
     assert verdict.velocity == Velocity(pytest.approx(0.1), pytest.approx(0.05))  # type: ignore[arg-type]
     slow = Velocity(0.05, 0.2)
@@ -123,7 +137,11 @@ def test_a_limit_zone_keeps_the_arc() -> None:
 
 
 def test_the_strictest_zone_decides() -> None:
-    zones = {"polygons": ("PolygonSlow", "PolygonStop"), "PolygonStop.radius": 0.3}
+    zones = {
+        "polygons": ("PolygonSlow", "PolygonStop"),
+        "PolygonSlow": SLOW,
+        "PolygonStop": {**SLOW, "action_type": "stop", "radius": 0.3},
+    }
     assert judge(FORWARD, cluster(0.4, 0.0), **zones).action is Action.SLOWDOWN
     assert judge(FORWARD, cluster(0.2, 0.0), **zones).action is Action.STOP
     assert judge(FORWARD, cluster(0.2, 0.0), **zones, **{"PolygonStop.enabled": False}).zone == (
@@ -148,7 +166,7 @@ def test_zones_have_any_names_and_several_may_do_the_same() -> None:
         "polygons": ["Near", "Far", "PolygonSlow"],
         "Near": {"action_type": "stop", "type": "circle", "radius": 0.4},
         "Far": {"action_type": "slowdown", "type": "polygon", "points": BOX, "slowdown_ratio": 0.3},
-        "PolygonSlow": {"radius": 1.0, "slowdown_ratio": 0.6},
+        "PolygonSlow": {**SLOW, "radius": 1.0, "slowdown_ratio": 0.6},
     }
     for x, zone, left in ((0.35, "Near", 0.0), (0.45, "Far", 0.12), (0.9, "PolygonSlow", 0.24)):
         verdict = judge(FORWARD, cluster(x, 0.0), **zones)
@@ -159,9 +177,12 @@ def test_zones_have_any_names_and_several_may_do_the_same() -> None:
 @pytest.mark.parametrize(
     ("zone", "message"),
     [
-        ({"action_type": "halt"}, "no zone 'halt'; valid: approach, limit, slowdown, stop"),
-        ({"type": "velocity_polygon"}, "'Near.type' is 'velocity_polygon'; valid: , polygon, circ"),
-        ({"type": "polygon"}, "a zone of type polygon needs points"),
+        ({"type": "square"}, "no zone 'square'; valid: circle, polygon, velocity_polygon"),
+        ({"action_type": "halt"}, "'Near.action_type' is 'halt'; valid: stop, slowdown, limit"),
+        ({"type": "polygon"}, "'Near': a zone of type polygon needs points"),
+        ({"type": "circle"}, "'Near': a zone of type circle needs a radius or polygon_sub_topic"),
+        ({"type": "velocity_polygon"}, "'Near': a zone of type velocity_polygon needs velocity_p"),
+        ({"type": "velocity_polygon", "velocity_polygons": ["ahead"]}, "'ahead.points': "),
     ],
 )
 def test_a_zone_that_does_not_exist_is_refused_not_left_out(
@@ -175,8 +196,7 @@ CROSSING = np.full((8, 2), (0.0, 0.8))  # velocities of what comes from the righ
 
 
 def judge_moving(velocity: Velocity, points: Any, motions: Any, **parameters: Any) -> Verdict:
-    monitor = CollisionMonitor(load(MonitorConfig, parameters))
-    return monitor.judge(velocity, points, ROBOT, motions)
+    return made(parameters).judge(velocity, points, ROBOT, motions)
 
 
 def test_it_slows_down_for_what_will_cross_its_way() -> None:
@@ -201,7 +221,7 @@ def test_it_drives_away_from_what_comes_after_it_and_stands_before_what_comes_at
 @pytest.mark.parametrize(("v", "x", "y"), [(0.0, 0.3, 0.6), (0.3, 0.7, 0.5)])
 def test_a_long_nose_turns_away_from_who_comes_and_not_to_him(v: float, x: float, y: float) -> None:
     nose = Footprint.polygon(np.array([[0.6, 0.1], [0.6, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
-    monitor, coming = CollisionMonitor(load(MonitorConfig, {})), np.full((8, 2), (0.0, -0.3))
+    monitor, coming = made({}), np.full((8, 2), (0.0, -0.3))
     to_him, away = Velocity(v, 0.8), Velocity(v, -0.8)
     assert monitor.judge(to_him, cluster(x, y), nose, coming).velocity == Velocity()
     assert monitor.judge(away, cluster(x, y), nose, coming) == Verdict(away)
@@ -212,7 +232,7 @@ def test_a_long_nose_is_not_swung_into_who_strolls_beside_it(w: float) -> None:
     nose = Footprint.polygon(np.array([[0.9, 0.1], [0.9, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
     beside = cluster(0.6, 0.7 if w > 0.0 else -0.7)
     strolling = np.full((8, 2), (0.2, 0.0))
-    monitor, turning = CollisionMonitor(load(MonitorConfig, {})), Velocity(0.0, w)
+    monitor, turning = made({}), Velocity(0.0, w)
     assert abs(monitor.judge(turning, beside, nose, strolling).velocity.w) < abs(w)
     assert monitor.judge(turning, 2.0 * beside, nose, strolling) == Verdict(turning)
 
@@ -224,7 +244,7 @@ def test_what_moves_counts_as_standing_where_it_is_not_to_be_looked_ahead() -> N
     assert judge_moving(FORWARD, cluster(0.5, -0.6), CROSSING, **near) != Verdict(FORWARD)
 
 
-BRAKES = ApproachConfig()
+BRAKES = ApproachConfig()  # as the shipped zone brakes
 STRAY = np.full((8, 2), (0.0, 1.0))  # who walks past, and may turn
 
 
@@ -237,7 +257,7 @@ def test_it_can_be_at_rest_before_who_walks_past_turns_to_it(gap: float) -> None
 
 
 def test_who_turns_about_is_reckoned_with_as_fast_as_before() -> None:
-    monitor, turning = CollisionMonitor(load(MonitorConfig, {})), Velocity(0.0, 1.0)
+    monitor, turning = made({}), Velocity(0.0, 1.0)
     points, slow = cluster(0.0, 0.55), np.full((8, 2), (0.0, 0.1))
     allowed = [
         monitor.judge(turning, points, ROBOT, slow, np.full(8, speed)).velocity.w
@@ -282,7 +302,7 @@ def test_it_turns_slowly_beside_what_has_come_though_its_motion_is_not_known(
     speed: float, held: bool
 ) -> None:
     turning, someone = Velocity(0.0, 1.6), cluster(0.0, 0.6)
-    monitor = CollisionMonitor(load(MonitorConfig, {}))
+    monitor = made({})
     unknown = np.zeros((8, 2))
     verdict = monitor.judge(turning, someone, ROBOT, unknown, np.full(8, speed))
     assert (verdict.velocity.w < 0.8) is held

@@ -11,6 +11,7 @@ from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import Velocity
 from arjuna_nav.safety.velocity_smoother import SmoothingConfig, VelocitySmoother
+from bringup.parameters.files import for_node, shipped_parameters
 
 PERIOD = 0.05
 LIMITS = {
@@ -94,8 +95,10 @@ def test_a_command_that_ceases_brings_the_robot_to_rest_and_then_silence() -> No
     assert velocities[len(speeds) :] == [None] * (40 - len(speeds))
 
 
-def test_by_default_nothing_is_limited() -> None:
-    smoother = VelocitySmoother(SmoothingConfig())
+def test_by_default_it_limits_as_nav2_and_the_shipped_robot_by_nothing() -> None:
+    assert SmoothingConfig() == load(SmoothingConfig, LIMITS)
+    shipped = for_node(shipped_parameters(), "velocity_smoother")
+    smoother = VelocitySmoother(load(SmoothingConfig, {key: shipped[key] for key in LIMITS}))
     for k, v in enumerate((3.0, -3.0, 0.0)):
         smoother.take(Velocity(v, 2.0 * v), k * PERIOD)
         assert smoother.tick(STILL, k * PERIOD) == Velocity(v, 2.0 * v)

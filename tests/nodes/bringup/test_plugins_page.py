@@ -13,6 +13,8 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.plugins import PluginTypes
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS
+from arjuna_nav.nodes.safety.sources import SOURCES
+from arjuna_nav.nodes.waypoints.tasks import TASKS
 from arjuna_nav.planners.plugins import PLANNERS
 from arjuna_nav.safety.zones import ZONES
 from arjuna_nav.smoothers.plugins import SMOOTHERS
@@ -27,7 +29,9 @@ LISTS = {
     "planner_plugins": PLANNERS,
     "smoother_plugins": SMOOTHERS,
     "behavior_plugins": BEHAVIORS,
+    "waypoint_task_executor_plugin": TASKS,
     "polygons": ZONES,
+    "observation_sources": SOURCES,
 }
 
 

@@ -13,10 +13,12 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
+from arjuna_core.errors import ConfigError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
@@ -147,6 +149,34 @@ def test_a_gyro_faster_than_the_wheels_is_used_in_between(bench: RosBench) -> No
     assert len(odometry) == 100
     theta = se2_from_pose(odometry[-1].pose.pose).theta
     assert theta == pytest.approx(0.8, abs=0.1)  # 0.5 rad/s in four of five, not 0.3 or 0
+
+
+@pytest.mark.parametrize(
+    ("odom0", "odom_topic"),
+    [
+        ("odom", "odom"),
+        ("/odom", "odom"),
+        ("wheel_odom", "wheel_odom"),
+        ("odometry/filtered", "/odometry/filtered"),
+    ],
+)
+def test_a_filter_that_would_listen_to_itself_is_refused(
+    bench: RosBench, odom0: str, odom_topic: str
+) -> None:
+    """As `odom0: odom` of public files makes it, whose filter publishes odometry/filtered."""
+    node = EkfNode(bench.process, {"odom0": odom0, "odom_topic": odom_topic})
+    with pytest.raises(ConfigError, match=f"odom0 '{odom0}' is /.*\\n.*odom0: wheel_odom, or"):
+        node.configure()
+    assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
+
+
+def test_inputs_are_those_of_the_file_below_the_namespace(bench: RosBench) -> None:
+    given = {"odom0": "odom", "imu0": "imu", "odom_topic": "odometry/filtered"}
+    start(bench, EkfNode(bench.process, given))
+    odometry = bench.collect(Odometry, "odometry/filtered")
+    bench.publish(Odometry, "odom", _wheels(TICK, 0.5, 0.0))
+    bench.publish(Imu, "imu", _imu(TICK, 0.1))
+    assert len(odometry) == 1
 
 
 def test_a_clock_that_is_set_back_starts_at_the_origin(bench: RosBench) -> None:

@@ -156,3 +156,45 @@ def test_sensor_faster_than_the_simulation_is_said_so(
     said = capfd.readouterr().err
     assert "the imu has 1000 Hz, but comes at 250 Hz at most" in said
     assert "the lidar has 80 Hz, but comes at 50 Hz at most" in said
+
+
+_SENSORS = {
+    "imu": {"/imu/data"},
+    "lidar": {"/scan"},
+    "camera": {"/camera/image_raw", "/camera/camera_info"},
+}
+
+
+@pytest.mark.parametrize("lacking", [(), *((kind,) for kind in _SENSORS), tuple(_SENSORS)])
+def test_only_topics_of_sensors_that_are_there_are_advertised(
+    bench: RosBench, tmp_path: Path, lacking: tuple[str, ...]
+) -> None:
+    """So that `ros2 topic list` without /scan tells who looks for it that the lidar failed."""
+    text = shipped_file("urdf/arjuna.urdf").read_text(encoding="utf-8")
+    for kind in lacking:
+        type_ = "ray" if kind == "lidar" else kind  # the depth camera's points too, else a scan
+        assert f'type="{type_}"' in text
+        text = text.replace(f'type="{type_}"', 'type="none"')
+    path = tmp_path / "lacking.urdf"
+    path.write_text(text, encoding="utf-8")
+    node = start_sim(bench, robot=str(path))
+    names = {name for name, _ in node.get_topic_names_and_types()}
+    there = {kind for kind, topics in _SENSORS.items() if topics <= names}
+    assert there == _SENSORS.keys() - set(lacking)
+    for kind in lacking:
+        assert names.isdisjoint(_SENSORS[kind])
+
+
+def test_a_thing_without_wheels_or_truth_has_no_topics_of_them(
+    bench: RosBench, tmp_path: Path
+) -> None:
+    path = tmp_path / "box.urdf"
+    path.write_text(
+        "<robot name='box'><link name='base'><inertial><mass value='1'/><inertia ixx='.1' iyy='.1'"
+        " izz='.1' ixy='0' ixz='0' iyz='0'/></inertial><collision><geometry><box size='.2 .2 .2'/>"
+        "</geometry></collision></link></robot>",
+        encoding="utf-8",
+    )
+    node = start_sim(bench, robot=str(path), publish_ground_truth=False)
+    names = {name for name, _ in node.get_topic_names_and_types()}
+    assert names.isdisjoint({"/odom", "/scan", "/imu/data", "/ground_truth/odom"})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,14 +10,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.devices.drive import (
-    Drive,
-    DriveConfig,
-    Kinematics,
-    Velocity,
-    kinematics_of,
-    limited,
-)
+from arjuna_sim.devices.drive import DriveConfig, Kinematics, Velocity, kinematics_of
 from arjuna_sim.devices.odometry import Odometry, OdometryConfig
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.physics.pacing import Pacer
@@ -107,85 +99,6 @@ def test_noise_of_the_encoders_jitters_and_does_not_add_up() -> None:
     assert np.abs(x).max() < 12.0
 
 
-def test_limits_of_the_robots_file_lower_the_configured_ones() -> None:
-    wheels = DriveSettings(("l",), ("r",), 0.5, 0.05, 1.0, 0.5, 0.05)
-    config = DriveConfig()
-    assert limited(config, wheels) == config
-    weak = replace(wheels, max_velocity=0.4, max_acceleration=0.2)
-    lowered = limited(config, weak)
-    assert lowered.max_linear_velocity == 0.4
-    assert lowered.max_linear_acceleration == 0.2
-    assert lowered.max_angular_acceleration == pytest.approx(0.8)
-    assert limited(config, replace(wheels, max_velocity=9.0)) == config
-
-
-def test_ramp_stays_within_the_accelerations_and_ends_at_the_command() -> None:
-    drive = Drive(DriveConfig(max_linear_acceleration=1.0))
-    drive.command(Velocity(0.05, 0.0), now=0.0)
-    speeds = [drive.velocity(0.02 * i, 0.02).v for i in range(4)]
-    assert speeds == pytest.approx([0.02, 0.04, 0.05, 0.05])
-
-
-def test_a_command_is_clipped_to_the_limits_and_holds_until_its_time_is_out() -> None:
-    config = DriveConfig(
-        max_linear_velocity=1.0,
-        max_angular_velocity=2.0,
-        max_linear_acceleration=1e3,
-        max_angular_acceleration=1e3,
-        command_timeout=0.5,
-    )
-    drive = Drive(config)
-    for asked, held in (
-        (Velocity(1.0, 2.0, 1.0), Velocity(1.0, 2.0, 1.0)),
-        (Velocity(5.0, 0.5, 0.25), Velocity(1.0, 0.5, 0.25)),
-        (Velocity(0.5, -9.0, 0.25), Velocity(0.5, -2.0, 0.25)),
-        (Velocity(-0.5, 9.0, 7.0), Velocity(-0.5, 2.0, 1.0)),
-        (Velocity(-7.0, 0.0, -7.0), Velocity(-1.0, 0.0, -1.0)),
-    ):
-        drive.command(asked, now=3.0)
-        assert drive.velocity(3.48, 0.1) == held
-    assert drive.velocity(3.5, 0.1) == Velocity()  # the time is out
-    drive.command(Velocity(0.5, 0.0), now=4.0)
-    drive.velocity(4.0, 0.1)
-    drive.reset()
-    assert drive.velocity(4.0, 0.1) == Velocity()
-
-
-@pytest.mark.parametrize(
-    ("asked", "braking"),
-    [
-        (Velocity(0.5, 0.0), 0.2),
-        (Velocity(0.0, 0.0, -0.25), 0.1),
-        (Velocity(0.25, 0.48), 0.15),
-        (Velocity(1.0, 0.0), 0.2),  # not sooner, though it is not long enough
-    ],
-)
-def test_who_hears_no_more_brakes_so_as_to_stand_when_the_time_is_out(
-    asked: Velocity, braking: float
-) -> None:
-    drive = Drive(
-        DriveConfig(max_linear_acceleration=2.5, max_angular_acceleration=3.2, command_timeout=0.5)
-    )
-    told = []
-    for k in range(101):
-        if k <= 50:
-            drive.command(asked, now=0.01 * k)
-        told.append(drive.velocity(0.01 * k, 0.01))
-    brakes = next(k for k, each in enumerate(told) if k > 50 and each != told[k - 1])
-    assert brakes == round(100 - 100 * braking)
-    assert (told[-1] == Velocity()) == (asked.v < 1.0)
-
-
-def test_each_speed_ramps_by_its_own_limit_either_way() -> None:
-    drive = Drive(DriveConfig(max_linear_acceleration=1.0, max_angular_acceleration=3.0))
-    drive.command(Velocity(0.15, -0.5, -0.15), now=0.0)
-    told = [drive.velocity(0.1 * i, 0.1) for i in range(2)]
-    flat = [speed for each in told for speed in (each.v, each.w, each.side)]
-    assert flat == pytest.approx([0.1, -0.3, -0.1, 0.15, -0.5, -0.15])
-    stopping = drive.velocity(9.0, 0.1)
-    assert (stopping.v, stopping.w, stopping.side) == pytest.approx((0.05, -0.2, -0.05))
-
-
 def test_wheels_turn_as_the_velocity_asks() -> None:
     left, right = Kinematics(track=0.5, radius=0.1).wheel_speeds(Velocity(1.0, 2.0))
     assert (left, right) == pytest.approx((5.0, 15.0))
@@ -193,15 +106,6 @@ def test_wheels_turn_as_the_velocity_asks() -> None:
     assert kinematics_of(settings, DriveConfig()) == Kinematics(0.6, 0.04)
     own = DriveConfig(effective_track_width=0.7, effective_wheel_radius=0.03)
     assert kinematics_of(settings, own) == Kinematics(0.7, 0.03)
-
-
-def test_a_robot_turns_up_as_its_wheels_grip_at_half_its_track() -> None:
-    wheels = DriveSettings(("l",), ("r",), 0.5, 0.05, 1.0, 0.5, 0.05)
-    slippery = limited(DriveConfig(), wheels, steady=0.1)
-    assert slippery.max_linear_acceleration == 0.1
-    assert slippery.max_angular_acceleration == pytest.approx(0.1 / 0.25)
-    balanced = limited(DriveConfig(), replace(wheels, separation=0.0), steady=0.1)
-    assert balanced.max_angular_acceleration == DriveConfig().max_angular_acceleration
 
 
 def test_pacer_holds_the_factor_and_gives_up_when_far_behind() -> None:

@@ -21,6 +21,8 @@ from arjuna_nav.costmap.footprint import Footprint
 from tests.helpers.nav.controllers import PARAMETERS
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, polyline
 
+PATIENT = {"failure_tolerance": 0.3}  # as the shipped robot [s]
+
 CORNERS = np.array([[0.3, 0.15], [-0.3, 0.15], [-0.3, -0.15], [0.3, -0.15]])
 LONG = Footprint.polygon(CORNERS)
 ORIGINS = [SE2(), SE2(5.0, -3.0, 0.8)]
@@ -53,7 +55,7 @@ def test_backs_out_of_a_dead_end_under_any_controller(name: str, origin: SE2) ->
     out = polyline([(2.3, 1.5), (0.9, 1.5), (0.9, 2.5)], math.pi / 2.0)
     points = origin.apply(out[:, :2])
     path = np.column_stack((points, out[:, 2] + origin.theta))
-    follower = PathFollower(load(FollowerConfig, {"FollowPath": PARAMETERS[name]}), LONG)
+    follower = PathFollower(load(FollowerConfig, {**PATIENT, "FollowPath": PARAMETERS[name]}), LONG)
     follower.start(path, 0.0)
     robot = Unicycle(start)
     result = drive(follower, robot, costmap)
@@ -63,7 +65,7 @@ def test_backs_out_of_a_dead_end_under_any_controller(name: str, origin: SE2) ->
 
 def test_without_it_following_fails_and_says_why() -> None:
     costmap, start = dead_end(SE2())
-    values = {"FollowPath": PARAMETERS["pure pursuit"], "manoeuvre": {"enabled": False}}
+    values = {**PATIENT, "FollowPath": PARAMETERS["pure pursuit"], "manoeuvre": {"enabled": False}}
     follower = PathFollower(load(FollowerConfig, values), LONG)
     follower.start(polyline([(2.3, 1.5), (0.9, 1.5), (0.9, 2.5)], 0.0), 0.0)
     result = drive(follower, Unicycle(start), costmap)
@@ -101,7 +103,9 @@ def test_what_moves_in_the_way_is_waited_for_and_not_driven_round(
     costmap = replace(costmap, moving=np.array([[1.4 + 0.5 + 0.2 + gap, 1.5, 0.2]]))
     points = polyline([(1.4, 1.5), (4.0, 1.5)], 0.0)
     path = np.column_stack((origin.apply(points[:, :2]), points[:, 2] + origin.theta))
-    follower = PathFollower(load(FollowerConfig, {"FollowPath": PARAMETERS["pure pursuit"]}), LONG)
+    follower = PathFollower(
+        load(FollowerConfig, {**PATIENT, "FollowPath": PARAMETERS["pure pursuit"]}), LONG
+    )
     follower.start(path, 0.0)
     start = origin @ SE2(1.4, 1.5)
     result = follower.tick(start, STILL, costmap, 0.0)
@@ -121,7 +125,7 @@ def test_the_controller_goes_on_once_it_drives_faster() -> None:
     block(grid, 2.0, 1.0, 0.2, 0.65)
     closed, open_ = (costmap_of(one, footprint=footprint) for one in (grid, empty_grid(6.0, 3.0)))
     far = {"rejoin_distance": 2.5, "reach": 2.5}
-    values = {"FollowPath": PARAMETERS["pure pursuit"], "manoeuvre": far}
+    values = {**PATIENT, "FollowPath": PARAMETERS["pure pursuit"], "manoeuvre": far}
     follower = PathFollower(load(FollowerConfig, values), LONG)
     follower.start(polyline([(0.8, 1.5), (5.0, 1.5)], 0.0), 0.0)
     robot, speeds, turned = Unicycle(SE2(0.8, 1.5)), [], False
@@ -176,7 +180,9 @@ def test_a_way_is_let_go_where_the_path_leads_elsewhere_now(
     grid = empty_grid(5.0, 3.0)
     block(grid, 1.9, 1.25, 0.4, 0.5)
     costmap = costmap_of(grid, footprint=str(CORNERS.tolist()))
-    follower = PathFollower(load(FollowerConfig, {"FollowPath": PARAMETERS["pure pursuit"]}), LONG)
+    follower = PathFollower(
+        load(FollowerConfig, {**PATIENT, "FollowPath": PARAMETERS["pure pursuit"]}), LONG
+    )
     follower.start(polyline([(1.4, 1.5), (4.0, 1.5)], 0.0), 0.0)
     robot, farthest = Unicycle(SE2(1.4, 1.5)), 0.0
     for k in range(140):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -199,6 +200,52 @@ def test_the_angle_counts_where_the_path_leads_away(
         assert (path_angle(config, R, scene) is not None) is counts
 
 
+@pytest.mark.parametrize(
+    ("bearing", "looks", "counts"),
+    [
+        (0.2, 0.0, False),
+        (0.2, math.pi, True),
+        (3.0, 0.0, True),
+        (3.0, 3.1, False),
+        (1.2, 1.0, True),
+    ],
+)
+def test_by_mode_2_a_pose_behind_may_be_backed_to_where_it_looks_as_the_robot(
+    bearing: float, looks: float, counts: bool
+) -> None:
+    """By hand: a pose behind that looks ahead is reached by backing, one that looks back is not.
+
+    (3.0, 0.0): the bearing and the pose's heading part by over a right angle, so it is turned about
+    to -0.14 rad, which is within 0.5; (3.0, 3.1): they agree, and 3.0 rad are not.
+    """
+    path = np.zeros((30, 3), np.float32)
+    path[-1] = math.cos(bearing), math.sin(bearing), looks
+    scene, config = (
+        made_scene(path=path, furthest=28),
+        PathAngleConfig(max_angle_to_furthest=0.5, mode=2, cost_weight=2.0),
+    )
+    against = abs(wrap(bearing - looks)) > 0.5 * math.pi
+    off = abs(wrap(bearing + (math.pi if against else 0.0)))
+    assert (off >= 0.5) is counts, "the case is worked out wrong"
+    costs = path_angle(config, R, scene)
+    assert (costs is not None) is counts
+    if costs is not None:
+        sight = np.arctan2(path[-1, 1] - R.y[-1], path[-1, 0] - R.x[-1]).astype(np.float64)
+        turned = np.where(wrapped(sight - looks) > 0.5 * math.pi, sight + math.pi, sight)
+        assert costs == pytest.approx(2.0 * wrapped(turned - R.yaw[-1]), rel=1e-4, abs=1e-4)
+
+
+def test_where_the_robot_cannot_reverse_its_front_counts() -> None:
+    path = np.zeros((30, 3), np.float32)
+    path[-1, :2] = -1.0, 0.1
+    scene = made_scene(path=path, furthest=28)
+    for mode in (1, 2):
+        config = PathAngleConfig(max_angle_to_furthest=0.5, mode=mode)
+        assert path_angle(config, R, scene) is None
+        front = path_angle(replace(config, mode=0), R, scene)
+        assert path_angle(config, R, scene, reverses=False) == pytest.approx(front)
+
+
 def mean_gap(b: int, scene: Scene, step: int) -> float:
     """Return a rollout's mean distance from the pose of the path that is as far along."""
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(scene.path[:, :2], axis=0).T)))
@@ -258,6 +305,7 @@ def test_costs_are_averaged_and_collisions_cost_their_own(distance: float, step:
         critical_cost=300.0,
         collision_cost=1e4,
         near_collision_cost=240,
+        near_goal_distance=1.0,
         trajectory_point_step=step,
     )
     scene = made_scene(goal_distance=distance)

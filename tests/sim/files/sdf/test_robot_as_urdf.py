@@ -76,6 +76,7 @@ def turning(
         ("revolute", "<limit><lower>-9e5</lower></limit>", ("revolute", -9e5, 1e6)),
         ("revolute", "<limit><upper>9e5</upper></limit>", ("revolute", -1e6, 9e5)),
         ("continuous", "<limit><lower>-1</lower><upper>2</upper></limit>", ("continuous",)),
+        ("revolute", "<limit><velocity>7</velocity></limit>", ("continuous",)),
         ("prismatic", "", ("prismatic", -1e6, 1e6)),
         ("prismatic", "<limit><lower>0</lower><upper>.5</upper></limit>", ("prismatic", 0.0, 0.5)),
     ],
@@ -84,9 +85,15 @@ def test_limits_say_how_far_a_joint_moves(
     kind: str, limits: str, expected: tuple[object, ...]
 ) -> None:
     found = turning(limits, kind)
-    limit = found.find("limit")
-    bounds = () if limit is None else (float(limit.get("lower", "")), float(limit.get("upper", "")))
+    limit = one(found, "limit")
+    bounds = tuple(float(limit.get(key, "")) for key in ("lower", "upper") if key in limit.attrib)
     assert (found.get("type"), *bounds) == expected
+
+
+@pytest.mark.parametrize("kind", ["revolute", "continuous"])
+def test_greatest_speed_of_a_wheels_joint_is_kept(kind: str) -> None:
+    given = "<limit><effort>2</effort><velocity>7.5</velocity></limit>"
+    assert one(turning(given, kind), "limit").get("velocity") == "7.5"
 
 
 def test_what_slows_a_joint_is_never_negative() -> None:

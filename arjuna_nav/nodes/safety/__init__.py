@@ -1,0 +1,1 @@
+"""What the collision monitor and the collision detector share."""

@@ -1,0 +1,71 @@
+"""Node collision_detector: says in which zones something is, and leaves velocities alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from nav2_msgs.msg import CollisionDetectorState
+
+from arjuna_core.config import param
+from arjuna_core.ros import qos
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.process import MissingNodeError
+from arjuna_core.twist import STILL
+from arjuna_nav.nodes.safety.watch import Watch, WatchConfig
+
+
+@dataclass(frozen=True)
+class CollisionDetectorConfig(WatchConfig):
+    """Parameters of the node `collision_detector`, by Nav2's names."""
+
+    frequency: float = param(10.0, "States a second.", unit="Hz", minimum=0.1, read_only=True)
+
+
+class CollisionDetectorNode(ManagedNode):
+    """Publishes which zones hold as many points as count.
+
+    Source: nav2_collision_monitor, CollisionDetector::process. A source that is silent is left out.
+    """
+
+    Config = CollisionDetectorConfig
+    DEFAULT_NAME = "collision_detector"
+
+    def configure(self) -> None:
+        """Create the zones and the output."""
+        near: Any | None = None
+        try:
+            near = self.process.find("local_costmap/local_costmap")
+        except MissingNodeError:
+            self.get_logger().info("there is no local costmap here: frames are base_link and odom")
+        self._watch = Watch(self, near)
+        self._state = self.publisher(CollisionDetectorState, "collision_detector_state", qos.LATEST)
+        self.every(1.0 / self.config.frequency, self._publish)
+
+    def activate(self) -> None:
+        """Look from now on."""
+        self._watch.reset()
+
+    def on_time_jump(self) -> None:
+        """Forget what was seen in another run of time."""
+        if self.active:
+            self.activate()
+
+    def on_config(self, config: CollisionDetectorConfig) -> None:
+        """Look by the new parameters from now on."""
+        if hasattr(self, "_watch"):
+            self._watch.reconfigure(config)
+
+    def trouble(self) -> str:
+        """Say which source is silent."""
+        return self._watch.silent() if self.active else ""
+
+    def _publish(self) -> None:
+        watch = self._watch
+        seen = watch.look_by_others()
+        found = watch.monitor.holding(STILL, seen.sight.points, watch.footprint(), seen.seen_by)
+        state = CollisionDetectorState(
+            polygons=list(found), detections=[bool(each) for each in found.values()]
+        )
+        self._state.publish(state)
+        watch.publish_outlines(STILL)

@@ -1,0 +1,248 @@
+"""What a collision monitor or detector watches: its sources and its zones' shapes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from geometry_msgs.msg import PolygonStamped
+from numpy.typing import NDArray
+from std_msgs.msg import Float32
+
+from arjuna_core.config import param, plugin_names
+from arjuna_core.errors import ConfigError, nearest
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
+from arjuna_core.twist import Velocity
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.nodes.costmap.messages import points_from_polygon, polygon_msg
+from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.safety.frames import WatchFrames
+from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Sight, Source
+from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
+from arjuna_nav.safety.zones import CircleConfig, PolygonConfig
+
+
+@dataclass(frozen=True)
+class WatchConfig(MonitorConfig):
+    """What `collision_monitor` and `collision_detector` share, by Nav2's names.
+
+    Raises:
+        ConfigError: A zone has no shape, or heeds a source that there is not.
+    """
+
+    observation_sources: tuple[str, ...] = plugin_names((), "What sees.", SOURCES)
+    base_frame_id: str = param(
+        "", "Frame of the robot; empty: the local costmap's.", read_only=True
+    )
+    odom_frame_id: str = param(
+        "", "Frame in which what is seen stays put; empty: the local costmap's.", read_only=True
+    )
+    transform_tolerance: float = param(
+        0.1, "By how much transforms may be older than what is seen.", unit="s", minimum=0.0
+    )
+    source_timeout: float = param(
+        2.0, "How old what a source says may be; 0: any age.", unit="s", minimum=0.0
+    )
+    base_shift_correction: bool = param(
+        True, "Whether what was seen is moved to where the robot is now.", read_only=True
+    )
+    brake_before_source_timeout: bool = param(
+        False,
+        "Whether the robot slows down where nothing has come for three fifths of the time-out, "
+        "which then is never less than 2.5 of a source's periods; Nav2 stops at once.",
+    )
+    scan_topic: str = param(
+        "", "Topic of sources that name none; empty: the local costmap's scan.", read_only=True
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in self.polygons:
+            heeded = getattr(getattr(self, name, None), "sources_names", ())
+            missing = [each for each in heeded if each not in self.observation_sources]
+            if missing:
+                hint = nearest(missing[0], self.observation_sources)
+                raise ConfigError(f"'{name}.sources_names': no source '{missing[0]}'; {hint}")
+
+
+class Seen(NamedTuple):
+    """All that is seen from where the robot is now.
+
+    Attributes:
+        sight: Of all sources.
+        seen_by: Number of the source of each point, `(N,) int64`.
+        trust: Which share of its speed the robot may keep: less as a source falls silent.
+    """
+
+    sight: Sight
+    seen_by: NDArray[np.int64]
+    trust: float
+
+
+class Watch:
+    """The sources and zones of a node.
+
+    Args:
+        node: The node; in its `configure`.
+        near: The local costmap; None where none is in this process.
+
+    Attributes:
+        monitor: The zones.
+        sources: By name.
+
+    Raises:
+        ConfigError: A zone needs the local costmap's outline, and there is none.
+    """
+
+    def __init__(self, node: ManagedNode, near: CostmapNode | None) -> None:
+        self._node, self._near = node, near
+        config: WatchConfig = node.config
+        self.base = config.base_frame_id or (near.config.robot_base_frame if near else "base_link")
+        odom = config.odom_frame_id or (near.config.global_frame if near else "odom")
+        frames = WatchFrames(
+            node, self.base, odom, config.base_shift_correction, config.transform_tolerance
+        )
+        self.sources: dict[str, Source] = {}
+        for name in config.observation_sources:
+            own = getattr(config, name)
+            topic = own.topic or config.scan_topic or (near.scan_topic if near else "scan")
+            timeout, brakes = config.source_timeout, config.brake_before_source_timeout
+            source: Source = SOURCES.make(own, frames, timeout, brakes)
+            if topic:
+                source.subscribe(topic)
+                self.sources[name] = source
+        self._messages: dict[str, Any] = {}
+        self._outputs: dict[str, Any] = {}
+        for name in config.polygons:
+            self._listen(name, getattr(config, name))
+        self.reconfigure(config)
+
+    def _listen(self, name: str, zone: Any) -> None:
+        """Subscribe to a zone's shape where a topic says it, and publish it where asked for."""
+        node, take = self._node, partial(self._messages.__setitem__, name)
+        if zone.visualize:
+            topic = zone.polygon_pub_topic or name
+            self._outputs[name] = node.publisher(PolygonStamped, topic, qos.DEFAULT)
+        if not isinstance(zone, (PolygonConfig, CircleConfig)) or zone.fixed() is not None:
+            return
+        kind, topic = PolygonStamped, zone.polygon_sub_topic
+        if isinstance(zone, CircleConfig):
+            kind = Float32
+        elif zone.action_type == "approach":
+            topic = zone.footprint_topic
+            if not topic and self._near is None:
+                raise ConfigError(
+                    f"'{name}.footprint_topic' is empty, and no local costmap is here"
+                )
+        latched = zone.polygon_subscribe_transient_local
+        if topic:
+            node.subscribe(kind, topic, take, qos.LATCHED if latched else qos.DEFAULT)
+
+    def reconfigure(self, config: WatchConfig) -> None:
+        """Judge by new parameters from now on."""
+        self.monitor = CollisionMonitor(config, tuple(self.sources))
+        approach = (getattr(config, name) for name in config.polygons)
+        tracks = any(z.action_type == "approach" and z.moving_time > 0.0 for z in approach)
+        for name, source in self.sources.items():
+            source.config = getattr(config, name)
+            source.tracks = tracks and isinstance(source, ScanSource)
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        for source in self.sources.values():
+            source.reset()
+
+    def footprint(self) -> Footprint:
+        """Return the robot's outline without its padding."""
+        if self._near is None:
+            return Footprint.circle(1e-3)  # no zone asks for it, or there would be a costmap
+        return self._near.layered.footprint.without(self._near.config.footprint_padding)
+
+    def silent(self) -> str:
+        """Return which source says nothing and since when; empty where all speak."""
+        for name, source in self.sources.items():
+            if not source.config.enabled or source.timeout == 0.0:
+                continue
+            topic = self._topic(name)
+            if source.message is None:
+                return f"no {source.config.type} has come on {topic}"
+            if source.age() > source.timeout:
+                return f"the last {source.config.type} on {topic} is {source.age():.2f} s old"
+        return ""
+
+    def _topic(self, name: str) -> str:
+        config = self._node.config
+        near = self._near.scan_topic if self._near else "scan"
+        return str(getattr(config, name).topic or config.scan_topic or near)
+
+    def look(self) -> Seen | None:
+        """Return what is seen now, None where a source that counts is silent or of no use."""
+        seen, blind = self._look()
+        return None if blind else seen
+
+    def look_by_others(self) -> Seen:
+        """Return what is seen now by the sources that are not silent."""
+        return self._look()[0]
+
+    def _look(self) -> tuple[Seen, bool]:
+        """Return what is seen now, and whether a source that counts is silent."""
+        self._update_shapes()
+        blind = False
+        sights, numbers, trust = [], [], 1.0
+        for number, source in enumerate(self.sources.values()):
+            if not source.config.enabled:
+                continue
+            share = source.trust()
+            sight = self._sight(source) if share > 0.0 else None
+            if sight is None:
+                blind = blind or source.timeout != 0.0
+                continue
+            trust = min(trust, share)
+            sights.append(sight)
+            numbers.append(np.full(len(sight.points), number, np.int64))
+        if not sights:
+            return Seen(Sight.still(np.zeros((0, 2))), np.zeros(0, np.int64), trust), blind
+        joined = Sight(*(np.concatenate(each) for each in zip(*sights, strict=True)))
+        return Seen(joined, np.concatenate(numbers), trust), blind
+
+    def _sight(self, source: Source) -> Sight | None:
+        try:
+            return source.sight()
+        except TransformError as error:
+            self._node.get_logger().warning(f"blind: {error}", throttle_duration_sec=1.0)
+            return None
+
+    def _update_shapes(self) -> None:
+        """Place the shapes that topics say in the robot's frame."""
+        for name, message in self._messages.items():
+            zone = self.monitor.zones.get(name)
+            if zone is None:
+                continue
+            try:
+                zone.shape = self._shape(message)
+            except (ConfigError, TransformError) as error:
+                problem = f"the shape of zone '{name}' is not used: {error}"
+                self._node.get_logger().warning(problem, throttle_duration_sec=1.0)
+
+    def _shape(self, message: Any) -> Footprint:
+        if not hasattr(message, "polygon"):
+            return Footprint.circle(float(message.data))
+        points, transforms = points_from_polygon(message.polygon), self._node.transforms
+        frame = message.header.frame_id.lstrip("/") or self.base
+        if frame != self.base:
+            stamp = min(seconds(message.header.stamp), transforms.latest_common(self.base, frame))
+            points = transforms.lookup(self.base, frame, stamp or None).apply(points)
+        return Footprint.polygon(points)
+
+    def publish_outlines(self, velocity: Velocity) -> None:
+        """Publish the shapes that are to be shown."""
+        for name, output in self._outputs.items():
+            zone = self.monitor.zones.get(name)
+            outline = zone.outline(velocity, self.footprint()) if zone is not None else None
+            if outline is not None:
+                output.publish(polygon_msg(outline.points, self.base, self._node.now))

@@ -1,0 +1,118 @@
+"""A picture at each waypoint."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+from PIL import Image as Picture
+from sensor_msgs.msg import Image
+
+from arjuna_core.config import param
+from arjuna_core.errors import ConfigError
+from arjuna_core.files.atomic import write_atomically
+from arjuna_core.pixels import pixels
+from arjuna_core.ros import qos
+from arjuna_core.ros.node import ManagedNode
+
+_FORMATS = {
+    "png": "PNG",
+    "jpg": "JPEG",
+    "jpeg": "JPEG",
+    "bmp": "BMP",
+    "tif": "TIFF",
+    "tiff": "TIFF",
+    "webp": "WEBP",
+    "ppm": "PPM",
+    "pgm": "PPM",
+}
+
+
+@dataclass(frozen=True)
+class PhotoConfig:
+    """Which camera's picture, and where to."""
+
+    enabled: bool = param(True, "Whether to take one.")
+    image_topic: str = param("/camera/color/image_raw", "The camera's topic.", read_only=True)
+    save_dir: str = param(
+        "/tmp/waypoint_images",  # noqa: S108 - Nav2's default, which is refused here
+        "Folder of the pictures, below your home or the working folder.",
+        read_only=True,
+    )
+    image_format: str = param("png", "Their format.", choices=tuple(_FORMATS))
+
+
+class PhotoAtWaypoint:
+    """Saves the newest picture as `<waypoint>_<second>.<format>`; fails where there is none.
+
+    Args:
+        config: Which camera, and where to.
+        node: In its `configure`.
+
+    Raises:
+        ConfigError: The folder is neither below the user's home nor the working folder.
+
+    Source: nav2_waypoint_follower, PhotoAtWaypoint.
+    """
+
+    Config: ClassVar[type[Any]] = PhotoConfig
+
+    def __init__(self, config: Any, node: ManagedNode) -> None:
+        self._config, self._log = config, node.get_logger()
+        self._folder = _own_folder(config.save_dir) if config.enabled else Path()
+        self._newest: Any | None = None
+        self._taken = False
+        self.problem = ""
+        node.subscribe(Image, config.image_topic, self._on_image, qos.SENSOR_SUBSCRIPTION)
+
+    def _on_image(self, message: Any) -> None:
+        self._newest = message
+
+    def start(self, pose: Any, index: int, now: float) -> None:
+        """Take the picture."""
+        if not self._config.enabled:
+            self._taken = True
+            return
+        path = self._folder / f"{index}_{pose.header.stamp.sec}.{self._config.image_format}"
+        try:
+            write_atomically(path, self._encoded())
+        except (OSError, ValueError) as error:
+            self._taken, self.problem = False, f"no picture in {path}: {error}"
+        else:
+            self._taken = True
+            self._log.info(f"picture at waypoint {index}: {path}")
+
+    def tick(self, now: float) -> bool | None:
+        """Return whether it was taken."""
+        return self._taken
+
+    def _encoded(self) -> bytes:
+        """Return the newest picture as a file's bytes.
+
+        Raises:
+            ValueError: None has come, or it is in an encoding that is not known.
+        """
+        seen = self._newest
+        if seen is None:
+            raise ValueError(f"no image has come on {self._config.image_topic}")
+        image = pixels(seen.encoding, seen.height, seen.width, seen.step, bytes(seen.data))
+        data = io.BytesIO()
+        Picture.fromarray(image).save(data, _FORMATS[self._config.image_format])
+        return data.getvalue()
+
+
+def _own_folder(path: str) -> Path:
+    """Return a folder below the user's home or the working folder.
+
+    Raises:
+        ConfigError: It lies elsewhere.
+    """
+    folder, roots = Path(path).expanduser().resolve(), (Path.home().resolve(), Path.cwd())
+    if any(folder.is_relative_to(root) for root in roots):
+        return folder
+    where = " nor ".join(map(str, roots))
+    raise ConfigError(
+        f"save_dir '{path}' lies neither below {where}; set it to a folder there, as ~/pictures"
+    )

@@ -1,0 +1,1 @@
+"""The collision monitor's and the collision detector's own."""

@@ -1,0 +1,1 @@
+"""Tests of bases and of how they take commands."""
