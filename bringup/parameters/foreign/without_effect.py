@@ -44,6 +44,9 @@ _NOT_NEEDED: Table = {
             " use_lifecycle_manager localization_on_configure"
         ),
     },
+    **dict.fromkeys(
+        COSTMAPS, {"what a costmap lacks it says, and goes on": "initial_transform_timeout"}
+    ),
     "planner_server": {
         "plans come as they are asked for": "expected_planner_frequency",
         "the search needs no such limit": (
@@ -76,7 +79,6 @@ _NOT_NEEDED: Table = {
     },
 }
 _OF_COSTMAPS = {
-    "zones are not kept": "filters",
     "of Nav2 before Foxy": "robot_frame raytrace_range obstacle_range",
 }
 _NO_EFFECT: Table = {
@@ -210,7 +212,6 @@ _NO_EFFECT: Table = {
     },
 }
 _SAFETY: Mapping[str, str] = {
-    **dict.fromkeys(COSTMAPS, "filters"),
     "collision_monitor": (
         "observation_sources *.polygon_sub_topic *.velocity_polygons *.footprint_topic *.type"
         " *.source_timeout"
@@ -227,7 +228,7 @@ _NODES: Mapping[Kind, Mapping[str, str]] = {
         "the simulator speaks ROS": "ros_gz_bridge gz_* gazebo* loopback_simulator",
     },
     Kind.NO_EFFECT: {
-        "zones are not kept": "*filter_info_server *mask_server",
+        "masks come from servers that others start": "*filter_info_server *mask_server",
         "objects are not followed": "following_server",
         "no collision is reported": "collision_detector",
         "robot_localization's second filter": "ekf_* ukf_*",
