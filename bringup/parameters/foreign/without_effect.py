@@ -25,6 +25,7 @@ _NOT_NEEDED: Table = {
         ),
         "processes are watched by their supervisor": "bond_heartbeat_period bond_timeout",
         "results are kept until they are fetched": "action_server_result_timeout",
+        "what a costmap lacks it says, and goes on": "initial_transform_timeout",
         "the node handles no velocities": "enable_stamped_cmd_vel",
     },
     "amcl": {
@@ -44,9 +45,6 @@ _NOT_NEEDED: Table = {
             " use_lifecycle_manager localization_on_configure"
         ),
     },
-    **dict.fromkeys(
-        COSTMAPS, {"what a costmap lacks it says, and goes on": "initial_transform_timeout"}
-    ),
     "planner_server": {
         "plans come as they are asked for": "expected_planner_frequency",
         "the search needs no such limit": (
