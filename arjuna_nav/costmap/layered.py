@@ -202,10 +202,12 @@ class LayeredCostmap:
 
     def _tell_moving(self) -> None:
         """Put into the costmap where things are that move."""
-        things = [moving.things for moving in self._master.moving.values()]
-        all_things = np.vstack([np.zeros((0, 5)), *things])
-        places = self._master.frame.origin.inverse().apply(all_things[:, :2])
-        self._costmap = replace(self._costmap, moving=np.column_stack((places, all_things[:, 4])))
+        several = [moving.things for moving in self._master.moving.values() if len(moving.things)]
+        if not several and not len(self._costmap.moving):
+            return
+        things = np.vstack([np.zeros((0, 5)), *several])
+        places = self._master.frame.origin.inverse().apply(things[:, :2])
+        self._costmap = replace(self._costmap, moving=np.column_stack((places, things[:, 4])))
 
     def _lay(self) -> None:
         """Lay the costs of paths over the others; they change by themselves, and are not mixed."""

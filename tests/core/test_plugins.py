@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, make_dataclass
 from typing import Any, ClassVar
 
 import pytest
 
 from arjuna_core.config import flatten, infos, load, param, plugin_names
 from arjuna_core.errors import ConfigError
-from arjuna_core.plugins import PluginTypes
+from arjuna_core.plugins import NamedConfigs, PluginTypes
 
 
 @dataclass(frozen=True)
@@ -111,3 +111,41 @@ def test_mistakes_are_told(values: dict[str, Any], message: str) -> None:
         load(ServerConfig, values, "server")
     assert len(caught.value.problems) == 1
     assert caught.value.problems[0].startswith("server: ")
+
+
+@dataclass(frozen=True)
+class WheelConfig:
+    topic: str = param("", "Topic.")
+    radius: float = param(0.1, "Radius.")
+
+
+@dataclass(frozen=True)
+class AxleConfig:
+    wheels: str = plugin_names("left", "The wheels.", NamedConfigs(WheelConfig, "topic"))
+    inner: ServerConfig = field(default_factory=ServerConfig)
+
+
+class Axle:
+    Config: ClassVar[type[Any]] = AxleConfig
+
+
+def test_names_in_a_text_have_parameters_each_at_any_depth() -> None:
+    types = PluginTypes("axle", {"ours::Axle": f"{__name__}:Axle"}, "ours::Axle")
+    item = plugin_names(("A", "B"), "The axles.", types)
+    cart: Any = make_dataclass("Cart", [("axles", tuple[str, ...], item)], frozen=True)
+    values = {
+        "A.wheels": "left right",
+        "A.right.radius": 0.3,
+        "B.left.topic": "mine",
+        "B.inner.drives": ["X"],
+        "B.inner.X.plugin": "ours/Fast",
+    }
+    config: Any = load(cart, values)
+    assert (config.A.left.topic, config.A.right.topic) == ("left", "right")
+    assert (config.A.left.radius, config.A.right.radius) == (0.1, 0.3)
+    assert (config.B.left.topic, config.B.inner.X.gear) == ("mine", 3)
+    assert config.A.inner.Main.speed == 0.1
+    assert load(cart, flatten(config)) == config
+    assert set(infos(type(config))) == set(flatten(config))
+    with pytest.raises(ConfigError, match=r"unknown parameter 'A\.right\.topic'"):
+        load(cart, {"A.right.topic": "x"})

@@ -24,10 +24,10 @@ from arjuna_nav.costmap.layers.observations import (
     ranges_of,
     used_points,
 )
-from arjuna_nav.costmap.layers.raytrace import enter_points, enter_scan, fill_polygon
 from arjuna_nav.costmap.layers.sensed import SensedLayer
 from arjuna_nav.costmap.moving.tracker import Moving, Tracker
 from arjuna_nav.costmap.moving.ways import free_trails
+from arjuna_nav.costmap.raytrace import enter_points, enter_scan, fill_polygon
 from arjuna_nav.costmap.window import Window, joined, within
 
 _NEAR = 0.35  # beyond the outline: where what moves may yet be when the robot comes [m]
@@ -82,6 +82,7 @@ class ObstacleLayer(SensedLayer):
         self._trackers: dict[str, Tracker] = {}
         self._freed: dict[str, Moving] = {}  # by whose trails cells were freed
         self._left: Window | None = None  # by what moves, in this update
+        self._outside: dict[str, float] = {}  # sources whose scans lie too high or too low [m]
 
     def inputs(self) -> tuple[Input, ...]:
         """Return its sources."""
@@ -97,6 +98,18 @@ class ObstacleLayer(SensedLayer):
             if 0.0 < source.expected_update_rate < silent:
                 what = "scan" if source.data_type == "LaserScan" else "cloud"
                 return f"no {what} on {absolute(source.topic)} for {silent:.2f} s"
+        return ""
+
+    def warning(self) -> str:
+        """Return which source's scans are passed over for their height; empty for none."""
+        for name, height in self._outside.items():
+            low, high = (
+                getattr(self.sources[name], f"{end}_obstacle_height") for end in ("min", "max")
+            )
+            return (
+                f"scans of '{name}', {height:.1f} m high, are not used: min_obstacle_height is"
+                f" {low:g}, max_obstacle_height {high:g}"
+            )
         return ""
 
     def start(self, now: float) -> None:
@@ -142,23 +155,28 @@ class ObstacleLayer(SensedLayer):
 
     def _enter(self, batch: Sequence[Seen]) -> None:
         """Clear along all rays, then mark all ends but those of what moves far from the robot."""
-        used = [one for one in batch if self._is_used(one[1], self.sources[one[0]])]
+        used = [one for one in batch if self._is_used(*one[:2])]
         passing = [self._follow(source, seen) for source, seen, new in used if new]
-        for clearing in (True, False):
+        steps = ((True, True),) if len(used) == 1 else ((True, False), (False, True))
+        for clearing, marking in steps:
             for source, seen, _ in used:
                 config = self.sources[source]
-                if config.clearing if clearing else config.marking:
-                    self._enter_one(seen, config, clearing)
+                self._enter_one(
+                    seen, config, clearing and config.clearing, marking and config.marking
+                )
         for rows, columns in passing:
             self._set_free(rows, columns)
 
-    @staticmethod
-    def _is_used(seen: Observation, source: SourceConfig) -> bool:
+    def _is_used(self, source: str, seen: Observation) -> bool:
         """Return whether a scan lies between its source's heights; of clouds, points count."""
-        low, high = source.min_obstacle_height, source.max_obstacle_height
+        config = self.sources[source]
         if isinstance(seen, PlacedCloud) or not seen.is_planar:
             return True
-        return low <= seen.height <= high
+        if config.min_obstacle_height <= seen.height <= config.max_obstacle_height:
+            self._outside.pop(source, None)
+            return True
+        self._outside[source] = seen.height
+        return False
 
     def _follow(
         self, source: str, seen: Observation
@@ -173,6 +191,8 @@ class ObstacleLayer(SensedLayer):
         self.master.moving_times[key] = self.config.moving_time
         self._left = joined(self._left, self._free_trails(moving.things))
         ends = moving.points[moving.velocities.any(axis=1)]
+        if not len(ends):
+            return none, none
         cells = self.master.frame.to_cells(ends)
         inside = self.master.frame.inside(cells)
         rows, columns = cells[inside].T
@@ -200,51 +220,69 @@ class ObstacleLayer(SensedLayer):
         """Set the cells within a polygon free, `(N, 2)` x, y in cells."""
         fill_polygon(self.data, corners, FREE)
 
-    def _enter_one(self, seen: Observation, source: SourceConfig, clearing: bool) -> None:
-        """Clear along the rays of an observation, or mark their ends."""
+    def _enter_one(
+        self, seen: Observation, source: SourceConfig, clearing: bool, marking: bool
+    ) -> None:
+        """Clear along the rays of an observation, mark their ends, or both in this order."""
         config, frame = self.config, self.master.frame
-        if isinstance(seen, PlacedScan) and not seen.is_planar:
-            seen = as_cloud(seen, source, clearing)
-        if isinstance(seen, PlacedCloud):
-            edges = frame.resolution, frame.resolution, 1.0
-            places = self._in_grid(seen, source, edges, 0.0)
-            limits = self._limits(source, edges, 0.0)
-            enter_points(self.data, places[0], places[1:], limits, clearing)
-        elif clearing or config.min_obstacle_height <= seen.height <= config.max_obstacle_height:
-            T_grid_sensor = frame.origin.inverse() @ seen.T_global_sensor
-            enter_scan(
-                self.data,
-                self.master.hits,
-                T_grid_sensor.array() / (frame.resolution, frame.resolution, 1.0),
-                seen.scan.ranges / frame.resolution,
-                seen.scan.angles,
-                np.array(ranges_of(seen.scan, source)) / frame.resolution,
-                clearing,
-                not clearing,
-            )
+        if isinstance(seen, PlacedCloud) or not seen.is_planar:
+            self._enter_cloud(seen, source, clearing, marking)
+            return
+        high_enough = config.min_obstacle_height <= seen.height <= config.max_obstacle_height
+        T_grid_sensor = frame.origin.inverse() @ seen.T_global_sensor
+        enter_scan(
+            self.data,
+            self.master.hits,
+            T_grid_sensor.array() / (frame.resolution, frame.resolution, 1.0),
+            seen.scan.ranges / frame.resolution,
+            seen.scan.angles,
+            np.array(ranges_of(seen.scan, source)) / frame.resolution,
+            clearing,
+            marking and high_enough,
+        )
 
-    def _in_grid(
-        self, seen: PlacedCloud, source: SourceConfig, edges: tuple[float, ...], bottom: float
-    ) -> NDArray[np.float64]:
-        """Return the sensor and the points between its source's heights, `(1 + N, 3)` in cells.
+    def _enter_cloud(
+        self, seen: Observation, source: SourceConfig, clearing: bool, marking: bool
+    ) -> None:
+        """Do the same by points: those of a cloud, or the ends of a scan's beams."""
+        limits, is_scan = self._limits(source), isinstance(seen, PlacedScan)
+        places = self._in_grid(seen, source) if isinstance(seen, PlacedCloud) else None
+        for clears in (True,) * clearing + (False,) * marking:
+            if isinstance(seen, PlacedScan):
+                places = self._in_grid(as_cloud(seen, source, clears), source)
+            assert places is not None
+            self._enter_points(places[0], places[1:], limits, clears, is_scan)
 
-        Args:
-            seen: The cloud.
-            source: Its parameters.
-            edges: Of a cell [m].
-            bottom: Height of the lowest cell [m].
+    def _enter_points(
+        self,
+        sensor: NDArray[np.float64],
+        points: NDArray[np.float64],
+        limits: NDArray[np.float64],
+        clearing: bool,
+        precise: bool,
+    ) -> None:
+        """Clear along the rays to points, or mark the points; args as of `enter_points`.
+
+        `precise` says whether the points tell where in their cells things lie.
         """
-        T_grid_base = self.master.frame.origin.inverse() @ seen.T_global_base
+        enter_points(self.data, sensor, points, limits, clearing)
+
+    @property
+    def _edges(self) -> tuple[float, float]:
+        """Height of a cell and of the lowest one's bottom [m]: here it is one, of any height."""
+        return 1.0, 0.0
+
+    def _in_grid(self, seen: PlacedCloud, source: SourceConfig) -> NDArray[np.float64]:
+        """Return the sensor and the points between the source's heights, `(1 + N, 3)` in cells."""
+        (edge, bottom), frame = self._edges, self.master.frame
         places: NDArray[np.float64]
         places = np.vstack((seen.cloud.sensor, used_points(seen, source)))
-        places[:, :2] = T_grid_base.apply(places[:, :2])
+        places[:, :2] = (frame.origin.inverse() @ seen.T_global_base).apply(places[:, :2])
         places[:, 2] -= bottom
-        places /= np.array(edges)
+        places /= np.array([frame.resolution, frame.resolution, edge])
         return places
 
-    def _limits(
-        self, source: SourceConfig, edges: tuple[float, ...], bottom: float
-    ) -> NDArray[np.float64]:
+    def _limits(self, source: SourceConfig) -> NDArray[np.float64]:
         """Return what bounds clearing and marking, in cells as `enter_points` takes it."""
         ranges = (
             source.raytrace_min_range,
@@ -252,6 +290,7 @@ class ObstacleLayer(SensedLayer):
             source.obstacle_min_range,
             source.obstacle_max_range,
         )
+        edge, bottom = self._edges
         heights = self.config.min_obstacle_height, self.config.max_obstacle_height
-        levels = [(height - bottom) / edges[2] for height in heights]
-        return np.array([*(one / edges[0] for one in ranges), *levels])
+        levels = [(height - bottom) / edge for height in heights]
+        return np.array([*(one / self.master.frame.resolution for one in ranges), *levels])

@@ -16,7 +16,7 @@ from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
 from arjuna_nav.costmap.layers.base import Input, Layer, Master, absolute, combine
 from arjuna_nav.costmap.layers.placement import MapUpdate, PlacedMap, Placement
-from arjuna_nav.costmap.layers.raytrace import fill_polygon
+from arjuna_nav.costmap.raytrace import fill_polygon
 from arjuna_nav.costmap.window import Window, clipped, joined, whole, within
 
 

@@ -11,16 +11,11 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.grid import GridFrame
 from arjuna_nav.costmap.layers.base import Master, moved
-from arjuna_nav.costmap.layers.observations import (
-    Observation,
-    PlacedScan,
-    SourceConfig,
-    as_cloud,
-)
+from arjuna_nav.costmap.layers.observations import Observation, SourceConfig
 from arjuna_nav.costmap.layers.obstacle import ObstacleConfig, ObstacleLayer
-from arjuna_nav.costmap.layers.raytrace import fill_polygon
-from arjuna_nav.costmap.layers.voxel_rays import clear_cloud, mark_cloud
 from arjuna_nav.costmap.moving.ways import free_trails
+from arjuna_nav.costmap.raytrace import fill_polygon
+from arjuna_nav.costmap.voxel_rays import clear_cloud, mark_cloud
 from arjuna_nav.costmap.window import Window
 
 _ALL = 15  # Nav2's unknown_threshold from which on a free cell is never unknown
@@ -106,17 +101,28 @@ class VoxelLayer(ObstacleLayer):
         super()._free(corners)
         fill_polygon(self.voxels, corners, 0)
 
-    def _enter_one(self, seen: Observation, source: SourceConfig, clearing: bool) -> None:
-        """Clear along the rays of an observation, or mark their ends."""
-        config, cell = self.config, self.master.frame.resolution
-        is_scan = isinstance(seen, PlacedScan)
-        cloud = as_cloud(seen, source, clearing) if isinstance(seen, PlacedScan) else seen
-        edges = cell, cell, config.z_resolution
-        places = self._in_grid(cloud, source, edges, config.origin_z)
-        limits = self._limits(source, edges, config.origin_z)
-        ground, sensor, points = (self.voxels, self.known, self.data), places[0], places[1:]
+    @property
+    def _edges(self) -> tuple[float, float]:
+        """Height of a voxel and of the lowest one's bottom [m]."""
+        return self.config.z_resolution, self.config.origin_z
+
+    def _enter_one(
+        self, seen: Observation, source: SourceConfig, clearing: bool, marking: bool
+    ) -> None:
+        """Enter scans as clouds too: their rays have a height."""
+        self._enter_cloud(seen, source, clearing, marking)
+
+    def _enter_points(
+        self,
+        sensor: NDArray[np.float64],
+        points: NDArray[np.float64],
+        limits: NDArray[np.float64],
+        clearing: bool,
+        precise: bool,
+    ) -> None:
+        """Clear along the rays to points, or mark the points, voxel by voxel."""
+        ground, places = (self.voxels, self.known, self.data), (sensor, points, limits)
         if clearing:
-            clear_cloud(*ground, sensor, points, limits, self._column)
+            clear_cloud(*ground, *places, self._column)
         else:
-            hits = self.master.hits
-            mark_cloud(*ground, hits, sensor, points, limits, self._column, is_scan)
+            mark_cloud(*ground, self.master.hits, *places, self._column, precise)

@@ -25,6 +25,7 @@ _NOT_NEEDED: Table = {
         ),
         "processes are watched by their supervisor": "bond_heartbeat_period bond_timeout",
         "results are kept until they are fetched": "action_server_result_timeout",
+        "what a costmap lacks it says, and goes on": "initial_transform_timeout",
         "the node handles no velocities": "enable_stamped_cmd_vel",
     },
     "amcl": {
@@ -76,7 +77,6 @@ _NOT_NEEDED: Table = {
     },
 }
 _OF_COSTMAPS = {
-    "zones are not kept": "filters",
     "of Nav2 before Foxy": "robot_frame raytrace_range obstacle_range",
 }
 _NO_EFFECT: Table = {
@@ -210,7 +210,6 @@ _NO_EFFECT: Table = {
     },
 }
 _SAFETY: Mapping[str, str] = {
-    **dict.fromkeys(COSTMAPS, "filters"),
     "collision_monitor": (
         "observation_sources *.polygon_sub_topic *.velocity_polygons *.footprint_topic *.type"
         " *.source_timeout"
@@ -227,7 +226,7 @@ _NODES: Mapping[Kind, Mapping[str, str]] = {
         "the simulator speaks ROS": "ros_gz_bridge gz_* gazebo* loopback_simulator",
     },
     Kind.NO_EFFECT: {
-        "zones are not kept": "*filter_info_server *mask_server",
+        "masks come from servers that others start": "*filter_info_server *mask_server",
         "objects are not followed": "following_server",
         "no collision is reported": "collision_detector",
         "robot_localization's second filter": "ekf_* ukf_*",

@@ -78,6 +78,19 @@ class Goal:
         self._bench.process.drain()
 
 
+def _listed_only(parameters: Parameters) -> Parameters:
+    """Return parameters without those of layers that a costmap does not list."""
+    return {
+        node: {
+            key: value
+            for key, value in values.items()
+            if not key.partition(".")[0].endswith("_layer")
+            or key.partition(".")[0] in values.get("plugins", key)
+        }
+        for node, values in parameters.items()
+    }
+
+
 class PlayedRobot:
     """The rest of a robot: it drives as /cmd_vel says and sees a world through a lidar.
 
@@ -111,7 +124,9 @@ class PlayedRobot:
         self.localized = self.sees = self.grips = True
         self.scan_age = 0.0
         self.nodes: dict[str, Any] = {}
-        self._parameters = merged(shipped_parameters() if shipped else {}, parameters or {})
+        self._parameters = _listed_only(
+            merged(shipped_parameters() if shipped else {}, parameters or {})
+        )
         self._clients: dict[str, Any] = {}
         self._ticks = 0
         self.bench.node.create_subscription(Twist, "cmd_vel", self._on_command, qos.DEFAULT)

@@ -12,6 +12,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.plugins import PluginTypes
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
+from arjuna_nav.costmap.layers.plugins import LAYERS
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS
 from arjuna_nav.nodes.safety.sources import SOURCES
 from arjuna_nav.nodes.waypoints.tasks import TASKS
@@ -29,6 +30,7 @@ LISTS = {
     "planner_plugins": PLANNERS,
     "smoother_plugins": SMOOTHERS,
     "behavior_plugins": BEHAVIORS,
+    "plugins": LAYERS,
     "waypoint_task_executor_plugin": TASKS,
     "polygons": ZONES,
     "observation_sources": SOURCES,
@@ -51,10 +53,12 @@ def test_the_page_lists_every_class(name: str) -> None:
 def test_its_files_load_and_its_planner_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "my_planners.py").write_text(blocks("python")[0], encoding="utf-8")
+    for name, text in zip(("my_planners", "my_layers"), blocks("python"), strict=True):
+        (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     for k, text in enumerate(blocks("yaml")):
         path = tmp_path / f"{k}.yaml"
         path.write_text(text, encoding="utf-8")
         assert check_file(path).refused_by(strict=True) == []
     sys.modules.pop("my_planners")
+    sys.modules.pop("my_layers")

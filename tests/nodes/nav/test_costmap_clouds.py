@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from nav2_msgs.msg import VoxelGrid
 from sensor_msgs.msg import PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 
@@ -28,11 +29,11 @@ FIELDS = [PointField(name=n, offset=4 * k, datatype=7, count=1) for k, n in enum
 @pytest.fixture
 def robot() -> Iterator[PlayedRobot]:
     sources = {
-        "obstacle_layer.observation_sources": "scan cloud",
-        "obstacle_layer.cloud.topic": "/camera/points",
-        "obstacle_layer.cloud.min_obstacle_height": 0.1,
-        "obstacle_layer.cloud.max_obstacle_height": 2.0,
-        "obstacle_layer.z_resolution": 0.2,
+        "voxel_layer.cloud.topic": "/camera/points",
+        "voxel_layer.min_obstacle_height": 0.1,
+        "voxel_layer.max_obstacle_height": 2.0,
+        "voxel_layer.z_resolution": 0.2,
+        "voxel_layer.publish_voxel_map": True,
     }
     robot = PlayedRobot({f"{LOCAL}/{LOCAL}": sources})
     optical = TransformStamped(child_frame_id="eye", header=header("base_link", 0.0))
@@ -65,6 +66,18 @@ def test_a_table_is_marked_until_it_is_seen_to_be_gone(robot: PlayedRobot) -> No
     assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL
     see(robot, 1.4, TABLE + 0.05)
     assert cost(robot, LOCAL, 1.02, 0.02) < LETHAL
+
+
+def test_the_voxels_are_published(robot: PlayedRobot) -> None:
+    grids = robot.bench.latched(VoxelGrid, f"/{LOCAL}/voxel_grid")
+    see(robot, 1.02, TABLE)
+    grid = grids[-1]
+    assert (grid.size_x, grid.size_y, grid.size_z) == (60, 60, 10)
+    columns = np.array(grid.data, np.uint32).reshape(60, 60)
+    column, row = (
+        int((at - low) / 0.05) for at, low in ((1.02, grid.origin.x), (0.02, grid.origin.y))
+    )
+    assert columns[row, column] >> 16 == 1 << int(TABLE / 0.2)
 
 
 def test_a_cloud_whose_layout_cannot_be_is_refused(robot: PlayedRobot) -> None:

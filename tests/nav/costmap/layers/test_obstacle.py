@@ -195,6 +195,17 @@ def test_voxels_are_what_a_message_of_nav2_holds() -> None:
     assert (hit & 0xFFFF, free & 0xFFFF, unseen & 0xFFFF) == (0xFFFF, 0xFFFF & ~0b100, 0xFFFF)
 
 
+def test_scans_that_are_too_high_are_said() -> None:
+    layered = one_lidar("ObstacleLayer", {"max_obstacle_height": 0.25})
+    see(layered, 0.0, beam(1.02, 0.2))
+    assert layered.warnings() == []
+    see(layered, 0.1, beam(1.02, 0.3))
+    (warning,) = layered.warnings()
+    assert warning.startswith("seen: scans of 's', 0.3 m high, are not used: min_obstacle_height")
+    see(layered, 0.2, beam(1.02, 0.25))
+    assert layered.warnings() == []
+
+
 def test_a_layer_that_is_off_changes_nothing_and_is_never_silent() -> None:
     layered = one_lidar("ObstacleLayer", {"expected_update_rate": 0.5}, enabled=False)
     see(layered, 0.0, beam(1.02))

@@ -1,0 +1,171 @@
+"""Filters: zones, limits and states by masks of any size, resolution and frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.se2 import SE2
+from arjuna_core.transforms import TransformError
+from arjuna_nav.costmap import LETHAL, UNKNOWN, LayeredCostmap
+from arjuna_nav.costmap.layers.filters.base import FilterInfo
+from arjuna_nav.costmap.layers.filters.binary import BinaryFilter
+from arjuna_nav.costmap.layers.filters.speed import SpeedFilter, SpeedLimit
+from arjuna_nav.costmap.layers.placement import PlacedMap
+from tests.helpers.nav.layers import costmap_config
+
+FREE_MAP = OccupancyGrid(GridFrame(0.1, 60, 50, SE2(-3.0, -2.5)), np.zeros((50, 60), np.int8))
+
+
+def filtered(cls: str, T_map_mask: SE2 | None = None, **values: Any) -> LayeredCostmap:
+    """Return a costmap of a free map with one filter, whose mask is in a frame of its own."""
+
+    def transform(target: str, source: str) -> SE2:
+        if T_map_mask is None:
+            raise TransformError(f"no transform connects '{target}' and '{source}'")
+        return T_map_mask
+
+    config = costmap_config(
+        resolution=0.1,
+        plugins=("static_layer", "inflation_layer"),
+        filters=("zones",),
+        zones={"plugin": f"nav2_costmap_2d::{cls}", "filter_info_topic": "info", **values},
+    )
+    layered = LayeredCostmap(config, transform)
+    layered.set_map(FREE_MAP)
+    return layered
+
+
+def give(
+    layered: LayeredCostmap, kind: int, grid: OccupancyGrid, frame: str = "", *weights: float
+) -> None:
+    layered.receive("zones", "info", FilterInfo(kind, "mask", *weights))
+    layered.receive("zones", "mask", PlacedMap(grid, frame))
+    layered.update(SE2(), 0.0)
+
+
+def mask(*values: int, edge: float = 1.0) -> OccupancyGrid:
+    """Return cells in a row along x, the first from the origin on."""
+    frame = GridFrame(edge, len(values), 1, SE2(0.0, -0.5 * edge))
+    return OccupancyGrid(frame, np.array([values], np.int8))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_costs_are_those_of_the_mask_where_they_are_greater(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, y, yaw = rng.uniform((-2.0, -2.0, -3.0), (2.0, 2.0, 3.0)).tolist()
+    frame = GridFrame(float(rng.uniform(0.04, 0.4)), 25, 15, SE2(-1.0, -0.5, 0.3))
+    values = rng.choice([-1, 0, 30, 99, 100], frame.shape).astype(np.int8)
+    layered = filtered("KeepoutFilter", SE2(x, y, yaw))
+    before = layered.costmap.data.copy()
+    give(layered, 0, OccupancyGrid(frame, values), "elsewhere")
+    for cell in np.ndindex(*before.shape):
+        place = SE2(x, y, yaw).inverse().apply(np.array([FREE_MAP.frame.to_point(*cell)]))[0]
+        at = frame.to_cell(float(place[0]), float(place[1]))
+        value = int(values[at]) if frame.contains(*at) else -1
+        zone = 0 if value < 0 else round(value * 254 / 100)
+        assert layered.costmap.data[cell] == max(zone, before[cell])
+    assert layered.take_changed() is not None
+    layered.update(SE2(0.1, 0.0), 0.1)
+    assert layered.take_changed() is None, "nothing has moved"
+
+
+def test_zones_are_kept_in_whatever_a_new_map_makes_of_the_grid() -> None:
+    layered = filtered("KeepoutFilter")
+    give(layered, 0, mask(100, 100))
+    layered.set_map(OccupancyGrid(GridFrame(0.1, 60, 50, SE2(-1.0, -1.0)), FREE_MAP.data))
+    assert layered.costmap.cost_at(1.55, 0.05) == LETHAL
+    assert layered.costmap.cost_at(2.55, 0.05) == 0
+    assert layered.costmap.circumscribed_cost == 0, "costs do not tell how far off a zone is"
+
+
+@pytest.mark.parametrize(
+    ("overrides", "inside", "cost"), [(1, 1, 200), (1, 0, LETHAL), (0, 1, LETHAL)]
+)
+def test_a_robot_in_a_zone_may_leave_it_if_that_is_asked(
+    overrides: int, inside: int, cost: int
+) -> None:
+    values = {"override_lethal_cost": bool(overrides), "lethal_override_cost": 200}
+    layered = filtered("KeepoutFilter", **values)
+    give(layered, 0, mask(100, 40))
+    layered.update(SE2(0.5, 0.0) if inside else SE2(-0.5, 0.0), 0.1)
+    assert layered.costmap.cost_at(0.75, 0.05) == cost
+    assert layered.costmap.cost_at(1.55, 0.05) == round(40 * 2.54)
+
+
+def test_what_a_filter_lacks_is_said_and_it_has_no_effect() -> None:
+    layered = filtered("KeepoutFilter")
+    assert layered.warnings() == ["zones: no CostmapFilterInfo has come on /info"]
+    layered.receive("zones", "info", FilterInfo(1, "mask"))
+    assert layered.warnings() == ["zones: /info says type 1; this filter takes 0"]
+    layered.receive("zones", "info", FilterInfo(0, "mask"))
+    assert layered.warnings() == ["zones: no mask has come on /mask"]
+    assert [one.topic for one in layered.layers["zones"].inputs()] == ["info", "mask"]
+    layered.receive("zones", "mask", PlacedMap(mask(100), "elsewhere"))
+    layered.update(SE2(), 0.0)
+    assert layered.warnings() == []
+    assert layered.problem(0.0) == "no transform connects 'map' and 'elsewhere'"
+    layered.receive("zones", "info", FilterInfo(0, "another"))
+    layered.receive("zones", "mask", PlacedMap(mask(100)))
+    layered.update(SE2(), 0.1)
+    assert not layered.costmap.data.any(), "the mask of an earlier info"
+    nameless = filtered("KeepoutFilter", filter_info_topic="")
+    assert nameless.warnings() == ["zones: filter_info_topic is empty: the filter has no mask"]
+
+
+def test_speeds_are_limited_where_the_robot_is() -> None:
+    layered = filtered("SpeedFilter")
+    speed = layered.layers["zones"]
+    assert isinstance(speed, SpeedFilter)
+    give(layered, 1, mask(0, 30, -1, 100, 0), "", 100.0, -1.0)
+    limits = []
+    for k in range(-1, 6):
+        layered.update(SE2(k + 0.5, 0.0), 0.1)
+        limits.append(speed.take_change())
+    lifted, slow = SpeedLimit(True, 0.0), SpeedLimit(True, 70.0)
+    assert limits == [None, None, slow, None, lifted, None, None]
+    assert not layered.costmap.data.any()
+
+
+def test_limits_may_be_speeds_and_wrong_ones_are_none() -> None:
+    for kind, base, multiplier, expected in (
+        (2, 0.0, 0.01, SpeedLimit(False, 0.5)),
+        (2, -1.0, 0.01, None),
+        (1, 60.0, 1.0, None),
+    ):
+        layered = filtered("SpeedFilter")
+        speed = layered.layers["zones"]
+        assert isinstance(speed, SpeedFilter)
+        give(layered, kind, mask(50), "", base, multiplier)
+        layered.update(SE2(0.5, 0.0), 0.1)
+        assert speed.take_change() == expected
+
+
+@pytest.mark.parametrize("default", [False, True])
+def test_a_state_is_another_where_the_mask_is_over_the_threshold(default: bool) -> None:
+    layered = filtered("BinaryFilter", default_state=default, flip_threshold=40.0)
+    binary = layered.layers["zones"]
+    assert isinstance(binary, BinaryFilter)
+    assert [binary.take_change(), binary.take_change()] == [default, None]
+    give(layered, 3, mask(40, 41, -1, 0))
+    states = []
+    for k in range(6):
+        layered.update(SE2(k + 0.5, 0.0), 0.1)
+        states.append(binary.take_change())
+    assert states == [None, not default, None, default, None, None]
+
+
+def test_unknown_space_takes_a_masks_cost() -> None:
+    config = costmap_config(
+        plugins=("static_layer",),
+        filters=("zones",),
+        track_unknown_space=True,
+        zones={"plugin": "nav2_costmap_2d::KeepoutFilter", "filter_info_topic": "info"},
+    )
+    layered = LayeredCostmap(config)
+    layered.set_map(OccupancyGrid(GridFrame(1.0, 3, 1), np.full((1, 3), -1, np.int8)))
+    give(layered, 0, OccupancyGrid(GridFrame(1.0, 3, 1), np.array([[0, 50, -1]], np.int8)))
+    assert layered.costmap.data.tolist() == [[0, 127, UNKNOWN]]

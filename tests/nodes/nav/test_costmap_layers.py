@@ -1,0 +1,191 @@
+"""Costmap nodes with layers as others list them: two lidars, a map that rolls along, filters."""
+
+from __future__ import annotations
+
+import array
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from map_msgs.msg import OccupancyGridUpdate
+from nav2_msgs.msg import CostmapFilterInfo, SpeedLimit
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import LaserScan
+from std_srvs.srv import SetBool
+from tf2_msgs.msg import TFMessage
+
+from arjuna_core.grid import GridFrame, OccupancyGrid
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import grid_msg, header, transform_msg
+from arjuna_core.se2 import SE2
+from bringup.stack import LOCAL_COSTMAP
+from tests.helpers.nav.costmaps import FREE, LETHAL, LOCAL, cost
+from tests.helpers.nav.navigation import PlayedRobot
+
+pytestmark = pytest.mark.ros
+FRAMES = {"global_frame": "odom", "robot_base_frame": "base_link"}
+WINDOW = {"rolling_window": True, "width": 6, "height": 6, "resolution": 0.05}
+
+
+@contextmanager
+def costmap(**layers: Any) -> Iterator[PlayedRobot]:
+    """Bring up a local costmap that has nothing of the shipped one."""
+    values = {**FRAMES, **WINDOW, "update_frequency": 10.0, **layers}
+    robot = PlayedRobot({f"{LOCAL}/{LOCAL}": values}, shipped=False)
+    robot.sees = False
+    try:
+        robot.bring_up(LOCAL_COSTMAP)
+        yield robot
+    finally:
+        robot.close()
+
+
+def mount(robot: PlayedRobot, name: str, x: float, z: float, pitch: float, yaw: float) -> None:
+    sensor = TransformStamped(child_frame_id=name, header=header("base_link", 0.0))
+    sensor.transform.translation = Vector3(x=x, y=0.0, z=z)
+    (cp, sp), (cy, sy) = ((math.cos(a / 2), math.sin(a / 2)) for a in (pitch, yaw))
+    sensor.transform.rotation = Quaternion(x=-sp * sy, y=sp * cy, z=cp * sy, w=cp * cy)
+    robot.bench.publish(TFMessage, "/tf_static", TFMessage(transforms=[sensor]), qos.TF_STATIC)
+
+
+def scan(robot: PlayedRobot, name: str, distance: float) -> None:
+    """Send what a lidar sees that looks a little to both sides."""
+    message = LaserScan(
+        header=header(name, robot.now),
+        angle_min=-0.2,
+        angle_max=0.2,
+        angle_increment=0.004,
+        range_min=0.05,
+        range_max=10.0,
+        ranges=array.array("f", [distance] * 101),
+    )
+    robot.bench.publish(LaserScan, f"/{name}", message, qos.SENSOR_PUBLISHER)
+    robot.run(0.3)
+
+
+LIDAR = {"clearing": True, "max_obstacle_height": 2.0}
+
+
+@pytest.mark.parametrize("cls", ["ObstacleLayer", "VoxelLayer"])
+def test_two_lidars_see_what_is_before_and_behind(cls: str) -> None:
+    layer = {
+        "plugin": f"nav2_costmap_2d::{cls}",
+        "observation_sources": "front rear",
+        "front": {**LIDAR, "expected_update_rate": 1.0},
+        "rear": LIDAR,
+    }
+    with costmap(plugins=["seen"], seen=layer) as robot:
+        mount(robot, "front", 0.2, 0.3, 0.0, 0.0)
+        mount(robot, "rear", -0.2, 0.3, 0.0, math.pi)
+        robot.run(0.5)
+
+        def ahead_and_behind() -> tuple[float, float]:
+            return cost(robot, LOCAL, 1.22, 0.02), cost(robot, LOCAL, -1.22, 0.02)
+
+        scan(robot, "front", 1.02)
+        assert ahead_and_behind() == (LETHAL, FREE)
+        scan(robot, "rear", 1.02)
+        assert ahead_and_behind() == (LETHAL, LETHAL)
+        scan(robot, "front", 2.0)
+        assert ahead_and_behind() == (FREE, LETHAL)
+        node = robot.nodes[f"{LOCAL}/{LOCAL}"]
+        assert node.scan_topic == "/front"
+        for _ in range(4):
+            scan(robot, "rear", 1.02)
+        assert "no scan on /front for" in node.why_not_current()
+
+
+@pytest.mark.parametrize("cls", ["ObstacleLayer", "VoxelLayer"])
+def test_a_lidar_that_leans_forward_sees_low_things(cls: str) -> None:
+    layer = {
+        "plugin": f"nav2_costmap_2d::{cls}",
+        "observation_sources": "front",
+        "front": {**LIDAR, "min_obstacle_height": 0.05},
+    }
+    with costmap(plugins=["seen"], seen=layer) as robot:
+        mount(robot, "front", 0.0, 0.6, math.radians(30.0), 0.0)
+        robot.run(0.5)
+        scan(robot, "front", 1.2)  # on the floor
+        assert cost(robot, LOCAL, 1.04, 0.02) == FREE
+        scan(robot, "front", 1.0)
+        assert cost(robot, LOCAL, 0.87, 0.02) == LETHAL
+
+
+def send(robot: PlayedRobot, topic: str, grid: OccupancyGrid, frame: str) -> None:
+    robot.bench.publish(OccupancyGridMsg, topic, grid_msg(grid, frame, robot.now), qos.LATCHED)
+
+
+def wall(low: float) -> OccupancyGrid:
+    """Return a map whose cells are occupied from some x on [m]."""
+    frame = GridFrame(0.05, 200, 200, SE2(-5.0, -5.0))
+    x = frame.origin.x + 0.05 * (np.arange(200) + 0.5)
+    return OccupancyGrid(frame, np.where(x >= low, 100, 0)[None].repeat(200, 0).astype(np.int8))
+
+
+def test_a_map_lies_in_a_window_that_rolls_in_odom() -> None:
+    layer = {"subscribe_to_updates": True, "map_topic": "plan"}
+    with costmap(plugins=["static_layer"], static_layer=layer) as robot:
+        node = robot.nodes[f"{LOCAL}/{LOCAL}"]
+        robot.run(0.5)
+        assert "no map has come on /plan" in node.why_not_current()
+        send(robot, "/plan", wall(1.0), "plan_frame")
+        robot.run(0.3)
+        assert "plan_frame" in node.why_not_current()
+        there = TFMessage(transforms=[transform_msg(SE2(0.5, 0.0), "map", "plan_frame", 0.0)])
+        robot.bench.publish(TFMessage, "/tf_static", there, qos.TF_STATIC)
+        robot.run(0.3)
+        assert node.current(0.3) is not None
+        assert [cost(robot, LOCAL, x, 0.0) for x in (1.42, 1.58)] == [FREE, LETHAL]
+        part = OccupancyGridUpdate(x=100, y=100, width=20, height=2)
+        part.data = array.array("b", [100] * 40)
+        robot.bench.publish(OccupancyGridUpdate, "/plan_updates", part, qos.DEFAULT)
+        part = OccupancyGridUpdate(x=0, y=0, width=9, height=9, data=array.array("b", [100]))
+        robot.bench.publish(OccupancyGridUpdate, "/plan_updates", part, qos.DEFAULT)
+        robot.run(0.3)
+        assert [cost(robot, LOCAL, x, 0.02) for x in (0.48, 0.52, 1.48)] == [FREE, LETHAL, LETHAL]
+
+
+ZONES = {"plugin": "nav2_costmap_2d::KeepoutFilter", "filter_info_topic": "zone_info"}
+SPEEDS = {"plugin": "nav2_costmap_2d::SpeedFilter", "filter_info_topic": "speed_info"}
+
+
+def inform(robot: PlayedRobot, topic: str, kind: int, mask: str, *weights: float) -> None:
+    base, multiplier = weights or (0.0, 1.0)
+    info = CostmapFilterInfo(type=kind, filter_mask_topic=mask, base=base, multiplier=multiplier)
+    robot.bench.publish(CostmapFilterInfo, topic, info, qos.LATCHED)
+
+
+def test_zones_and_speeds_come_by_masks_whose_topics_infos_name() -> None:
+    layers = {"filters": ["zones", "speeds"], "zones": ZONES, "speeds": SPEEDS}
+    with costmap(plugins=["inflation_layer"], **layers) as robot:
+        limits = robot.bench.collect(SpeedLimit, "/speed_limit")
+        robot.run(0.3)
+        inform(robot, "/zone_info", 0, "/zones")
+        inform(robot, "/speed_info", 1, "/speeds", 100.0, -1.0)
+        robot.run(0.3)
+        send(robot, "/zones", wall(1.0), "map")
+        slow = OccupancyGrid(wall(0.0).frame, np.full((200, 200), 60, np.int8))
+        send(robot, "/speeds", slow, "odom")
+        robot.run(0.3)
+        assert [cost(robot, LOCAL, x, 0.02) for x in (0.98, 1.02)] == [FREE, LETHAL]
+        assert [(limit.percentage, limit.speed_limit) for limit in limits] == [(True, 40.0)]
+
+        parameter = Parameter("inflation_layer.inflation_radius", value=0.3).to_parameter_msg()
+        name = f"/{LOCAL}/{LOCAL}/set_parameters"
+        robot.bench.call(SetParameters, name, SetParameters.Request(parameters=[parameter]))
+        robot.run(0.3)
+        assert cost(robot, LOCAL, 1.02, 0.02) == LETHAL, "what was built again keeps its mask"
+        for on, expected in ((False, FREE), (True, LETHAL)):
+            toggle = f"/{LOCAL}/zones/toggle_filter"
+            assert robot.bench.call(SetBool, toggle, SetBool.Request(data=on)).success
+            robot.run(0.3)
+            assert cost(robot, LOCAL, 1.02, 0.02) == expected
