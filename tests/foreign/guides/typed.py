@@ -155,11 +155,13 @@ def _run(command: str, folder: Path, row: Row) -> tuple[int, str]:
         )
         if leader is not None:
             printed = _press(row.keys, leader, process)
-        _wait(process, row.ends, row.limit)
+        ended = _wait(process, row.ends, row.limit)
         if leader is None:
             output.seek(0)
             printed = output.read().decode("utf-8", "replace")
-    code = 0 if row.ends or row.keys else process.returncode
+    code = 0 if row.keys or (ended and row.ends) else process.returncode
+    for descriptor in () if leader is None else (leader, follower):
+        os.close(descriptor)
     return code, printed
 
 
@@ -179,16 +181,23 @@ def _press(keys: str, leader: int, process: subprocess.Popen[bytes]) -> str:
     return printed.decode("utf-8", "replace")
 
 
-def _wait(process: subprocess.Popen[bytes], ends: float, limit: float) -> None:
-    """Wait for the end, as Ctrl-C brings it after a time [s], or by force."""
+def _wait(process: subprocess.Popen[bytes], ends: float, limit: float) -> bool:
+    """Wait for the end, as Ctrl-C brings it after a time [s], or by force.
+
+    Returns:
+        Whether it had to be ended.
+    """
+    ended = False
     for seconds, number in ((ends or limit, signal.SIGINT), (15.0, signal.SIGKILL)):
         with suppress(subprocess.TimeoutExpired):
             process.wait(seconds)
             break
         os.killpg(process.pid, number)
+        ended = True
     process.wait()
     with suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)  # what it left in the background
+    return ended
 
 
 def beside(name: str, folder: Path, opened: ExitStack) -> None:
