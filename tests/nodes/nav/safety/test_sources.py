@@ -121,8 +121,7 @@ def test_what_it_alone_sees_stops_the_robot(scene: Scene) -> None:
     robot = scene.robot
     for seed in range(SCENES):
         rng = np.random.default_rng(seed)
-        x, y = rng.uniform(-3.0, 3.0, 2).tolist()
-        robot.pose = SE2(x, y, float(rng.uniform(-3.1, 3.1)))
+        robot.pose = SE2.from_array(rng.uniform(-3.0, 3.0, 3))
         scene.obstacle = None
         scene.drive(0.3, 0.4)
         assert robot.command.v == pytest.approx(0.3), "it stands before nothing"
