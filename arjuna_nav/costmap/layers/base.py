@@ -157,6 +157,10 @@ class Layer(Protocol):
             window: Where they lie in the costmap.
         """
 
+    def own_costs(self) -> NDArray[np.uint8] | None:
+        """Return what it alone knows, of the costmap's cells; None where it keeps no costs."""
+        return None
+
     def move(self, frame: GridFrame) -> None:
         """Go on in another grid of the same resolution; `master.frame` is still the one before."""
 
