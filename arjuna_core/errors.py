@@ -52,6 +52,11 @@ class WorldError(InputFileError):
     """A world file is missing, broken or cannot be simulated."""
 
 
+_LOOK_ALIKES = str.maketrans({"i": "1", "l": "1", "|": "1", "o": "0", "s": "5", "z": "2"})
+_ALIKE = 0.6  # part of the letters that names share which are close
+_CLOSE = 8  # of the names that share most letters, those that are compared letter by letter
+
+
 def nearest(name: str, valid: Iterable[str]) -> str:
     """Phrase a suggestion for an unknown name.
 
@@ -63,11 +68,52 @@ def nearest(name: str, valid: Iterable[str]) -> str:
         `did you mean 'x'?` where a name is close, else the sorted list of valid names.
     """
     names = sorted(valid)
-    close = difflib.get_close_matches(name, names, n=1)
-    return f"did you mean '{close[0]}'?" if close else f"valid: {', '.join(names) or 'none'}"
+    meant = _closest(name, names, _ALIKE)
+    return f"did you mean '{meant}'?" if meant else f"valid: {', '.join(names) or 'none'}"
 
 
 def closest(name: str, valid: Iterable[str]) -> str:
     """Return `; the nearest is 'x'` for an unknown name; nothing where there is no valid one."""
-    close = difflib.get_close_matches(name, sorted(valid), n=1, cutoff=0.0)
-    return f"; the nearest is '{close[0]}'" if close else ""
+    meant = _closest(name, sorted(valid), 0.0)
+    return f"; the nearest is '{meant}'" if meant else ""
+
+
+def _closest(name: str, names: list[str], alike: float) -> str | None:
+    """Return the one of the names that share this part of their letters with the fewest mistakes.
+
+    Upper case, `-` or a space for `_`, and letters that look alike (`l` and `1`) are hardly one.
+    """
+    given, plain = _plain(name), {each: _plain(each) for each in names}
+    shapes = difflib.get_close_matches(given, dict.fromkeys(plain.values()), _CLOSE, alike)
+    close = [each for each in names if plain[each] in shapes]
+    mistakes = {each: _mistakes(given, plain[each]) for each in close}
+    fewest = [each for each in close if mistakes[each] == min(mistakes.values())]
+    return min(fewest, key=lambda each: _edits(name, each), default=None)
+
+
+def _plain(name: str) -> str:
+    """Return a name with one letter for those that are one to a hasty writer."""
+    return name.lower().replace("-", "_").replace(" ", "_")
+
+
+def _mistakes(name: str, other: str) -> int:
+    """Return how many letters of two names differ, those that look alike left out."""
+    return _edits(name.translate(_LOOK_ALIKES), other.translate(_LOOK_ALIKES))
+
+
+def _edits(name: str, other: str) -> int:
+    """Return how many letters to insert, leave out, replace or swap make one name the other.
+
+    Source: Damerau, "A technique for computer detection and correction of spelling errors",
+    CACM 1964, in its form of optimal string alignment.
+    """
+    before, last = [0] * (len(other) + 1), list(range(len(other) + 1))
+    for i, letter in enumerate(name, 1):
+        row = [i]
+        for j, theirs in enumerate(other, 1):
+            costs = [row[-1] + 1, last[j] + 1, last[j - 1] + (letter != theirs)]
+            if i > 1 and j > 1 and letter == other[j - 2] and name[i - 2] == theirs:
+                costs.append(before[j - 2] + 1)
+            row.append(min(costs))
+        before, last = last, row
+    return last[-1]

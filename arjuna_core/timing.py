@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 _TOLERANCE = 1e-9
+_NO_DELAY = 1e6  # [s] simulated time begins near 0, the system's in 1970
 
 
 class Periodic:
@@ -32,3 +33,19 @@ class Periodic:
             return False
         self._count = count
         return True
+
+
+def other_clock(age: float) -> str:
+    """Return the cure where an age [s] shows that two clocks are at work; empty where it does not.
+
+    Args:
+        age: This node's time less the stamp of what it got.
+    """
+    if abs(age) < _NO_DELAY:
+        return ""
+    simulated, system, who = "simulated time", "the system's", "this node"
+    if age < 0.0:
+        simulated, system, who = system, simulated, "its sender"
+    return (
+        f"it is of {simulated}, this node's clock is {system}: start {who} with use_sim_time:=true"
+    )

@@ -21,10 +21,10 @@ from arjuna_slam.matching.tracking import TrackerConfig
 class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
     """Parameters of SLAM, those of matching and of loop closure among them."""
 
-    resolution: float = param(0.05, "Edge of a map cell.", unit="m", minimum=0.005, maximum=1.0)
+    resolution: float = param(0.05, "Edge of a map cell.", unit="m", minimum=1e-3)
     minimum_travel_distance: float = param(
         0.2,
-        "Travel after which a scan is a keyframe; denser than slam_toolbox's 0.5 for its accuracy.",
+        "Travel after which a scan is a keyframe; 0.2 maps more exactly than slam_toolbox's 0.5.",
         unit="m",
         minimum=0.0,
     )
@@ -35,12 +35,10 @@ class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
         0.2, "Deviation of odometry per metre and per radian.", minimum=1e-3, maximum=10.0
     )
 
-    min_pass_through: int = param(
-        2, "A cell of the map is known where more beams came.", minimum=0, maximum=1000
-    )
+    min_pass_through: int = param(2, "A cell of the map is known where more beams came.", minimum=0)
     occupancy_threshold: float = param(
         0.1, "A known cell is occupied where more than this share of beams ended.",
-        minimum=0.0, maximum=1.0,
+        minimum=0.0,
     )  # fmt: skip
 
     def mapper(self) -> Mapper:

@@ -43,6 +43,17 @@ class SlamUpdate:
     node: int
     T_node_base: SE2
 
+    @property
+    def entropy(self) -> float | None:
+        """Differential entropy of the pose, a normal distribution [nat]; None where it is exact.
+
+        Source: Cover and Thomas, Elements of Information Theory, theorem 8.4.1.
+        """
+        sign, log_det = np.linalg.slogdet(self.covariance)
+        if sign <= 0.0 or not np.isfinite(log_det):
+            return None
+        return float(0.5 * (3.0 * (1.0 + np.log(2.0 * np.pi)) + log_det))
+
 
 class PoseTracker(Protocol):
     """Tracks the robot on a map of keyframes.

@@ -6,10 +6,13 @@ import dataclasses
 from dataclasses import dataclass, replace
 from typing import Any
 
-from arjuna_core.config import SEED_MAX, param
+from arjuna_core.config import SEED_MAX, info_of, param
 from arjuna_slam.config import SlamConfig
 
 MODES = ("mapping", "localization", "lifelong")
+LEAST_INTERVAL = 0.02  # [s] between two maps: the mapper works at that pace
+_LEAST_EDGE = 1e-3  # [m] of a map's cell: smaller ones fill the memory
+_NO_LIMIT = 1e6  # [m] of a lidar's range: that of the scan counts
 
 
 def _unused(description: str = "") -> Any:
@@ -61,10 +64,28 @@ class UnusedParameters:
         return [name for name in names if getattr(self, name) is not None]
 
 
+def _as_there(name: str, default: Any, minimum: float | None = None) -> Any:
+    """Declare a parameter of SLAM with slam_toolbox's default in place of the mapper's own."""
+    info = info_of(SlamConfig.__dataclass_fields__[name])
+    least = info.minimum if minimum is None else minimum
+    return param(default, info.description, unit=info.unit, minimum=least, maximum=info.maximum)
+
+
 @dataclass(frozen=True)
 class SlamNodeConfig(UnusedParameters, SlamConfig):
-    """Parameters of the node; slam_toolbox's names."""
+    """Parameters of the node; slam_toolbox's names, defaults and bounds.
 
+    The mapper's own defaults, those of `SlamConfig`, are in `params/arjuna_slam.yaml`.
+    Source: slam_toolbox 2.7, src/slam_mapper.cpp, slam_toolbox_common.cpp and laser_utils.cpp.
+    """
+
+    resolution: float = _as_there("resolution", 0.05, minimum=0.0)
+    minimum_travel_distance: float = _as_there("minimum_travel_distance", 0.5)
+    minimum_travel_heading: float = _as_there("minimum_travel_heading", 0.5)
+    max_laser_range: float = _as_there("max_laser_range", 25.0, minimum=0.0)
+    correlation_search_space_dimension: float = _as_there("correlation_search_space_dimension", 0.5)
+    loop_search_space_dimension: float = _as_there("loop_search_space_dimension", 8.0)
+    minimum_distance_penalty: float = _as_there("minimum_distance_penalty", 0.05)
     mode: str = param("mapping", "What the node does.", choices=MODES, read_only=True)
     synchronous: bool = param(
         False,
@@ -76,11 +97,15 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
     base_frame: str = param("base_footprint", "Frame of the robot's base.", read_only=True)
     scan_topic: str = param("/scan", "Topic of the scans.", read_only=True)
     scan_queue_size: int = param(
-        10, "Scans that may wait for their transform.", minimum=1, maximum=100000, read_only=True
+        1,
+        "Scans that may wait for their transform; 0 for any number.",
+        minimum=0,
+        maximum=100000,
+        read_only=True,
     )
-    throttle_scans: int = param(1, "Every which scan is used.", minimum=1, maximum=1000000)
+    throttle_scans: int = param(1, "Every which scan is used.", minimum=0, maximum=1000000)
     minimum_time_interval: float = param(
-        0.0,
+        0.5,
         "Least time between two scans used; every scan that is used makes the pose better.",
         unit="s",
         minimum=0.0,
@@ -88,19 +113,19 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
     min_laser_range: float = param(0.0, "Shortest range used.", unit="m", minimum=0.0)
     map_name: str = param("/map", "Topic of the map.", read_only=True)
     map_update_interval: float = param(
-        5.0, "Time between two maps.", unit="s", minimum=0.02, read_only=True
+        10.0, "Time between two maps, 0.02 at least.", unit="s", minimum=0.0, read_only=True
     )
     transform_publish_period: float = param(
         0.05, "Time between two transforms; 0 for none.", unit="s", minimum=0.0, read_only=True
     )
     transform_timeout: float = param(
-        0.2, "How far past its scan a transform is dated.", unit="s", minimum=0.0
+        0.5, "How far past its scan a transform is dated.", unit="s", minimum=0.0
     )
     restamp_tf: bool = param(False, "Whether transforms are dated past now instead.")
     position_covariance_scale: float = param(
-        1.0, "Factor on the covariance of the position.", minimum=1e-6
+        1.0, "Factor on the covariance of the position.", minimum=0.0
     )
-    yaw_covariance_scale: float = param(1.0, "Factor on the covariance of the yaw.", minimum=1e-6)
+    yaw_covariance_scale: float = param(1.0, "Factor on the covariance of the yaw.", minimum=0.0)
     map_file_name: str = param("", "Graph to go on from; empty for a new one.", read_only=True)
     map_start_pose: tuple[float, ...] = param(
         (), "Where the robot starts on it: x, y, theta.", read_only=True
@@ -113,14 +138,38 @@ class SlamNodeConfig(UnusedParameters, SlamConfig):
         "Keeps the map under way, to go on with it after a crash; before map_file_name; empty: no.",
         read_only=True,
     )
-    maps_folder: str = param(".", "Folder that maps and graphs are saved to and read from.")
+    maps_folder: str = param(".", "Folder that relative paths of maps and graphs are of.")
     use_map_saver: bool = param(True, "Whether save_map is offered.", read_only=True)
     enable_interactive_mode: bool = param(
-        False, "Whether keyframes may be moved by hand from the start.", read_only=True
+        False, "Whether toggle_interactive_mode lets keyframes be moved by hand.", read_only=True
     )
     debug_logging: bool = param(False, "Whether to log each keyframe.", read_only=True)
 
     @property
     def core(self) -> SlamConfig:
-        """The parameters of SLAM itself."""
-        return replace(self, lifelong=True) if self.mode == "lifelong" else self
+        """The parameters of SLAM itself; of no resolution and no range, slam_toolbox's."""
+        return replace(
+            self,
+            lifelong=self.lifelong or self.mode == "lifelong",
+            resolution=max(self.resolution, _LEAST_EDGE) if self.resolution else 0.05,
+            max_laser_range=self.max_laser_range or _NO_LIMIT,
+        )
+
+    @property
+    def corrections(self) -> list[str]:
+        """Values that slam_toolbox takes for others, a sentence each."""
+        found = []
+        if not self.resolution:
+            found.append("resolution is 0: 0.05 m is used")
+        elif self.resolution < _LEAST_EDGE:
+            found.append(f"resolution is {self.resolution:g} m: {_LEAST_EDGE:g} m is used")
+        if not self.max_laser_range:
+            found.append("max_laser_range is 0: the range of the scans is used")
+        if not self.throttle_scans:
+            found.append("throttle_scans is 0: every scan is used")
+        if self.map_update_interval < LEAST_INTERVAL:
+            found.append(
+                f"map_update_interval is {self.map_update_interval:g} s: a map comes each "
+                f"{LEAST_INTERVAL:g} s at most"
+            )
+        return found

@@ -32,7 +32,8 @@ def _write_part(path: Path, data: bytes) -> Path:
     """Write data to a file beside the path and force them to disk."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.part")
-    with part.open("wb") as file:
+    part.unlink(missing_ok=True)  # a link there would lead the data elsewhere
+    with part.open("xb") as file:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())

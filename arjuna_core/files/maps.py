@@ -19,6 +19,7 @@ from arjuna_core.files.map_image import (
     occupancy_of,
     read_image,
 )
+from arjuna_core.files.whole_file import head_of
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
@@ -120,7 +121,7 @@ def save_map(
     image_format: str = "pgm",
     options: MapOptions = MAP_SAVER,
 ) -> tuple[Path, Path]:
-    """Write a map atomically as `<stem>.yaml` and `<stem>.<image_format>`.
+    """Write a map atomically as `<stem>.yaml` and `<stem>.<image_format>`, over a map's alone.
 
     Args:
         grid: The map.
@@ -132,7 +133,8 @@ def save_map(
         The YAML's and the image's path.
 
     Raises:
-        MapError: The format or an option is invalid, the map is empty, or it cannot be written.
+        MapError: The format or an option is invalid, the map is empty, a file of that name is no
+            map's, or it cannot be written.
     """
     stem = Path(stem)
     _check_to_write(stem, grid, image_format, options)
@@ -148,6 +150,7 @@ def save_map(
         "free_thresh": options.written_free_thresh,
     }
     try:
+        _check_replaced(yaml_path, image_path)
         _write_pair(yaml_path, header, image_path, encoded(grid.data, options, image_format))
     except OSError as error:
         raise MapError(stem, f"cannot be written: {error.strerror}") from error
@@ -161,13 +164,48 @@ def _write_pair(
 
     While the image changes, the header names a copy of the new one beside it.
     """
-    spare = image_path.with_name(f".{image_path.name}.new")
+    spare = _spare(image_path)
     if yaml_path.exists():
         write_atomically(spare, content)
         write_atomically(yaml_path, _header_text({**header, "image": spare.name}))
     write_atomically(image_path, content)
     write_atomically(yaml_path, _header_text(header))
     spare.unlink(missing_ok=True)
+
+
+def _spare(image_path: Path) -> Path:
+    return image_path.with_name(f".{image_path.name}.new")
+
+
+def unnamed(now: float) -> str:
+    """Return the name that map_saver gives a map without one, of the time [s]."""
+    return f"map_{int(now)}"
+
+
+def _check_replaced(yaml_path: Path, image_path: Path) -> None:
+    """Refuse to write over files that are no map's."""
+    header = _map_in(yaml_path)
+    if header is None and yaml_path.exists():
+        raise MapError(yaml_path, "is there and no map: it is not overwritten; choose another name")
+    named = header is not None and header["image"] in (image_path.name, _spare(image_path).name)
+    if image_path.exists() and not named and not _is_pgm(image_path):
+        problem = "is there and of no map: it is not overwritten; choose another name"
+        raise MapError(image_path, problem)
+
+
+def _map_in(path: Path) -> dict[str, Any] | None:
+    """Return a file's header, or None where it is no map's."""
+    try:
+        header = read_yaml(path, MapError)
+    except MapError:
+        return None
+    is_map = isinstance(header, dict) and all(key in header for key in _REQUIRED)
+    return header if is_map else None
+
+
+def _is_pgm(path: Path) -> bool:
+    """Tell whether a file is an image of maps; a kill may have left it without a header."""
+    return head_of(path, 2) in (b"P2", b"P5")
 
 
 def _header_text(header: Mapping[str, Any]) -> bytes:

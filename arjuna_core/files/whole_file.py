@@ -33,6 +33,18 @@ def read_bytes(path: Path, largest: int, error: type[InputFileError] = InputFile
         raise error(path, f"cannot be read: {cause.strerror}") from cause
 
 
+def head_of(path: Path, count: int) -> bytes:
+    """Return the first bytes of a file, none where there is no file.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    if not path.is_file():
+        return b""
+    with path.open("rb") as file:
+        return file.read(count)
+
+
 def read_json(path: Path) -> Any:
     """Return a JSON file's content.
 

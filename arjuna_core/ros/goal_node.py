@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from arjuna_core.config import param
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.node import ManagedNode
+
+
+def result_timeout(default: float) -> Any:
+    """Declare Nav2's parameter `action_server_result_timeout` with a default [s]."""
+    what = "How long a result is kept for a client that has not asked for it yet."
+    return param(default, what, unit="s", minimum=0.0, read_only=True)
 
 
 class GoalNode(ManagedNode):

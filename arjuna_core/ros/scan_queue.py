@@ -17,6 +17,7 @@ from arjuna_core.se2 import SE2
 _LENGTH = 10  # as nav2_amcl's message filter
 _TELL_EVERY = 1000  # of what is lost, so that a log stays readable
 _FRAME_PATIENCE = 1.0  # [s] in which the robot's frames appear, after the first message
+_ADOPTION = 3.0  # [s] after which the frame that is there takes the place of one that is not
 
 
 T = TypeVar("T")
@@ -30,25 +31,45 @@ class BaseFrames:
         fixed: Frame in which the robot's pose is wanted, such as odom.
         base: Frame of the robot's base.
         parameter: The node's parameter that names the base's frame.
+        adopt: Whether the frame that moves in the fixed one is taken where the base's is missing.
     """
 
     def __init__(
-        self, node: ManagedNode, fixed: str, base: str, parameter: str = "base_frame"
+        self,
+        node: ManagedNode,
+        fixed: str,
+        base: str,
+        parameter: str = "base_frame",
+        adopt: bool = False,
     ) -> None:
         self.node, self.fixed, self.base = node, fixed, base
-        self._parameter = parameter
+        self._parameter, self._adopt = parameter, adopt
         self._first: float | None = None
         self._told = False
 
     def look(self, stamp: float) -> None:
         """Say that nobody moves the base, and the cure, once a message of a time [s] has come."""
         self._first = stamp if self._first is None else min(self._first, stamp)
-        if self._told or stamp - self._first < _FRAME_PATIENCE:
+        waited = stamp - self._first
+        if self._told or waited < _FRAME_PATIENCE:
             return
         problem = self.node.transforms.missing_base(self._parameter, self.base, self.fixed)
         if problem:
-            self._told = True
-            self.node.get_logger().error(problem)
+            there = self.node.transforms.base_below(self.fixed) if self._adopt else None
+            if there is None:
+                self._told = True
+                self.node.get_logger().error(problem)
+            elif waited >= _ADOPTION:
+                self._take(there)
+
+    def _take(self, there: str) -> None:
+        """Use the frame that is there in place of the one that is not."""
+        self._told = True
+        self.node.get_logger().warning(
+            f"{self._parameter} is '{self.base}', a frame that does not exist: '{there}' moves in"
+            f" '{self.fixed}' and is used; set {self._parameter}: {there}"
+        )
+        self.base = there
 
 
 class PosedQueue(Generic[T]):

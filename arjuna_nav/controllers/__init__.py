@@ -1,10 +1,8 @@
 """Local planners: controllers that follow a path."""
 
 from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus, PathError
-from arjuna_nav.controllers.regulated_pure_pursuit import (
-    RegulatedPurePursuit,
-    RegulatedPurePursuitConfig,
-)
+from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
+from arjuna_nav.controllers.pursuit.controller import RegulatedPurePursuit
 
 __all__ = [
     "ControlResult",

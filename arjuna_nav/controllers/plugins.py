@@ -10,7 +10,7 @@ _PURE_PURSUIT = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitCon
 CONTROLLERS = PluginTypes(
     "controller",
     {
-        _PURE_PURSUIT: f"{_HERE}.regulated_pure_pursuit:RegulatedPurePursuit",
+        _PURE_PURSUIT: f"{_HERE}.pursuit.controller:RegulatedPurePursuit",
         "nav2_mppi_controller::MPPIController": f"{_HERE}.mppi.controller:Mppi",
         "dwb_core::DWBLocalPlanner": f"{_HERE}.dwb.controller:Dwb",
         "nav2_graceful_controller::GracefulController": f"{_HERE}.graceful.controller:Graceful",

@@ -49,6 +49,12 @@ class RotationShimConfig:
         1.0, "How far ahead collisions are looked for.", unit="s", minimum=0.0
     )
     rotate_to_goal_heading: bool = param(False, "Whether to turn at the goal as well.")
+    closed_loop: bool = param(
+        True, "Whether a turn goes on from the measured yaw rate, else from the one commanded last."
+    )
+    use_path_orientations: bool = param(
+        False, "Whether it turns as the path's pose looks, else towards that pose."
+    )
     rotate_to_heading_once: bool = param(False, "Whether to turn for a new goal only.")
 
 
@@ -90,6 +96,7 @@ class RotationShim:
         self._primary: Controller = make(config, footprint, xy_goal_tolerance, period)
         self._path = TrackedPath(_SEARCH)
         self._due = self._turning = False
+        self._last_w = 0.0
         self.speed_limit = math.inf
         self.carrot: SE2 | None = None
 
@@ -120,9 +127,14 @@ class RotationShim:
             self._primary.speed_limit = self.speed_limit
             result = self._primary.compute(pose, velocity, costmap, now)
             self.carrot = self._primary.carrot
+            self._last_w = result.velocity.w
             return result
         self.carrot = None
-        return self._checked(Velocity(0.0, self._turn.towards(angle, velocity.w)), pose, costmap)
+        rate = velocity.w if self._config.closed_loop else self._last_w
+        command = Velocity(0.0, self._turn.towards(angle, rate))
+        checked = self._checked(command, pose, costmap)
+        self._last_w = checked.velocity.w
+        return checked
 
     def _angle(self, pose: SE2) -> float | None:
         """Return by how much to turn on the spot [rad]; None where the primary is to drive."""
@@ -133,7 +145,8 @@ class RotationShim:
         if not self._due or not far.any():
             return None
         ahead = pose.inverse() @ SE2.from_array(self._path.ahead[int(np.argmax(far))])
-        angle = math.atan2(ahead.y, ahead.x)
+        aside = math.atan2(ahead.y, ahead.x)
+        angle = wrap(ahead.theta) if config.use_path_orientations else aside
         limit = (
             config.angular_disengage_threshold if self._turning else config.angular_dist_threshold
         )

@@ -11,10 +11,10 @@ from std_msgs.msg import Empty
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, seconds
-from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_node import GoalNode, result_timeout
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
-from arjuna_core.se2 import IDENTITY
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.behaviors.assisted_teleop import AssistedTeleop
 from arjuna_nav.behaviors.base import (
@@ -26,6 +26,7 @@ from arjuna_nav.behaviors.base import (
 )
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS, DEFAULT_BEHAVIORS, BehaviorAction
 from arjuna_nav.nodes.costmap.node import CostmapNode
+from arjuna_nav.nodes.frames import robot_pose
 from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
 
 
@@ -38,6 +39,12 @@ class BehaviorServerConfig(BehaviorConfig):
     )
     cycle_frequency: float = param(
         10.0, "Commands a second.", unit="Hz", minimum=0.1, read_only=True
+    )
+    action_server_result_timeout: float = result_timeout(10.0)
+    local_frame: str = param("", "Frame to move in; empty: the local costmap's.", read_only=True)
+    robot_base_frame: str = param("", "Frame of the robot; empty: that too.", read_only=True)
+    transform_tolerance: float = param(
+        0.1, "How old the robot's pose may be.", unit="s", minimum=0.0
     )
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
     cmd_vel_topic: str = param(
@@ -91,6 +98,7 @@ class BehaviorServerNode(GoalNode):
                 partial(self._start, kind),
                 on_cancel=self._check_cancelled,
                 unknown=action.unknown,
+                result_timeout=self.config.action_server_result_timeout,
             )
         )
         return server
@@ -174,7 +182,7 @@ class BehaviorServerNode(GoalNode):
         if not action.moves:  # stands still: it needs to know nothing
             return behavior.tick(IDENTITY, None, self.now)
         try:
-            pose = self._costmap.robot_pose()
+            pose, T_local_costmap = self._place()
         except TransformError as error:
             message = f"the robot's pose is not known: {error}"
             return BehaviorResult(BehaviorStatus.TF_ERROR, message=message)
@@ -182,7 +190,19 @@ class BehaviorServerNode(GoalNode):
         if costmap is None:
             message = self._costmap.why_not_current()
             return BehaviorResult(BehaviorStatus.UNKNOWN, message=message)
-        return behavior.tick(pose, costmap, self.now)
+        return behavior.tick(pose, costmap.seen_from(T_local_costmap), self.now)
+
+    def _place(self) -> tuple[SE2, SE2]:
+        """Return the robot's pose in the local frame, and that of the costmap's frame.
+
+        Raises:
+            TransformError: One is not known, or older than `transform_tolerance`.
+        """
+        config, near = self.config, self._costmap.config
+        frame, base = config.local_frame or near.global_frame, config.robot_base_frame
+        pose = robot_pose(self, frame, base or near.robot_base_frame, config.transform_tolerance)
+        other = frame != near.global_frame
+        return pose, self.transforms.lookup(frame, near.global_frame) if other else IDENTITY
 
     def _end(self, result: BehaviorResult) -> None:
         assert self._running is not None

@@ -20,6 +20,7 @@ from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, pose_stamped, seconds
 from arjuna_core.ros.goal_client import GoalClient
+from arjuna_core.ros.goal_node import result_timeout
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
@@ -36,7 +37,6 @@ from arjuna_nav.trees.exchange import Ask, Withdraw
 
 _FEEDBACK_PERIOD = 0.1  # ten a second are enough for a client; Nav2 sends one each tick [s]
 _ROUNDING = 1e-6  # of sums of ticks
-_RESULT_TIMEOUT = 900.0  # as bt_navigator's action_server_result_timeout [s]
 _INVALID = ComputePathToPose.Result.TF_ERROR
 """The planner's code of a goal that cannot be used; navigation's actions name none."""
 _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
@@ -50,6 +50,7 @@ class BtNavigatorConfig(NavigatorConfig):
     robot_base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
     odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
     transform_tolerance: float = param(0.1, "Age of the transform borne.", unit="s", minimum=0.0)
+    action_server_result_timeout: float = result_timeout(900.0)
     start_patience: float = param(
         10.0, "How long a new goal waits for the robot's place.", unit="s", minimum=0.0
     )
@@ -100,7 +101,7 @@ class BtNavigatorNode(ResumingNode):
                     partial(self._admit, kind),
                     self._work,
                     invalid=_INVALID,
-                    result_timeout=_RESULT_TIMEOUT,
+                    result_timeout=config.action_server_result_timeout,
                 )
             )
             for kind, action in _ACTIONS.items()

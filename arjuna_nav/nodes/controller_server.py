@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from arjuna_core.config import param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, poses_from_path
-from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.convert import header, path_msg, poses_from_path
+from arjuna_core.ros.goal_node import GoalNode, result_timeout
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
@@ -35,11 +35,14 @@ from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import robot_pose
 from arjuna_nav.nodes.velocity import VelocityOutput
 
+_AHEAD, _POSES = 1.7, 18  # [s] as far as Nav2's DWB simulates for its local_plan
+
 
 @dataclass(frozen=True)
 class ControllerServerConfig(FollowerConfig):
     """Parameters of the node `controller_server`, by Nav2's names."""
 
+    action_server_result_timeout: float = result_timeout(10.0)
     costmap_update_timeout: float = param(0.3, "How old the costmap may be.", unit="s", minimum=0.0)
     cmd_vel_topic: str = param(
         "cmd_vel_nav", "Topic of what to drive; velocity_smoother listens.", read_only=True
@@ -47,6 +50,15 @@ class ControllerServerConfig(FollowerConfig):
     enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
     odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
     speed_limit_topic: str = param("speed_limit", "Topic of speed limits.", read_only=True)
+    min_x_velocity_threshold: float = param(
+        0.0001, "Measured forward speed below which it counts as 0.", unit="m/s", minimum=0.0
+    )
+    min_theta_velocity_threshold: float = param(
+        0.0001, "Measured yaw rate below which it counts as 0.", unit="rad/s", minimum=0.0
+    )
+    publish_zero_velocity: bool = param(
+        True, "Whether zero is commanded once a path is done with; on a cancel it always is."
+    )
 
 
 class _NotKnownError(ArjunaError):
@@ -77,11 +89,19 @@ class ControllerServerNode(GoalNode):
             self, config.enable_stamped_cmd_vel, topic=config.cmd_vel_topic
         )
         self._carrot_out = self.publisher(PointStamped, "lookahead_point", qos.LATEST)
+        self._local_plan_out = self.publisher(Path, "local_plan", qos.LATEST)
         self._plan_out = self.publisher(Path, "received_global_plan", qos.LATEST)
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.DEFAULT)
         self.subscribe(SpeedLimit, config.speed_limit_topic, self._on_speed_limit, qos.DEFAULT)
         self._server = self.keep(
-            GoalServer(self, FollowPath, "follow_path", self._on_goal, on_cancel=self._on_cancel)
+            GoalServer(
+                self,
+                FollowPath,
+                "follow_path",
+                self._on_goal,
+                on_cancel=self._on_cancel,
+                result_timeout=self.config.action_server_result_timeout,
+            )
         )
         self.every(1.0 / config.controller_frequency, self._control)
 
@@ -95,8 +115,12 @@ class ControllerServerNode(GoalNode):
         self._outdated = True
 
     def _on_odometry(self, message: Any) -> None:
-        twist = message.twist.twist
-        self._velocity = Velocity(twist.linear.x, twist.angular.z)
+        config, twist = self.config, message.twist.twist
+        v, w = twist.linear.x, twist.angular.z
+        self._velocity = Velocity(
+            v if abs(v) > config.min_x_velocity_threshold else 0.0,
+            w if abs(w) > config.min_theta_velocity_threshold else 0.0,
+        )
 
     def _on_speed_limit(self, message: Any) -> None:
         """Take a limit, absolute [m/s] or in per cent of the desired speed; 0 lifts it."""
@@ -183,6 +207,7 @@ class ControllerServerNode(GoalNode):
             return
         self._output.publish(result.velocity)
         self._publish_carrot(self._follower.carrot)
+        self._publish_local_plan(result.velocity)
         self._server.feedback(
             FollowPath.Feedback(distance_to_goal=result.distance, speed=self._velocity.v)
         )
@@ -194,6 +219,15 @@ class ControllerServerNode(GoalNode):
         stamp = header(self._costmap.config.robot_base_frame, self.now)
         point = Point(x=carrot.x, y=carrot.y)
         self._carrot_out.publish(PointStamped(header=stamp, point=point))
+
+    def _publish_local_plan(self, velocity: Velocity) -> None:
+        """Show what the robot drives if the command holds, whatever controller gave it."""
+        if self._local_plan_out.get_subscription_count() == 0:
+            return
+        times = np.linspace(0.0, _AHEAD, _POSES)
+        poses = [SE2.exp((velocity.v * t, 0.0, velocity.w * t)).array() for t in times]
+        frame = self._costmap.config.robot_base_frame
+        self._local_plan_out.publish(path_msg(np.array(poses), frame, self.now))
 
     def _follow(self, follower: PathFollower) -> FollowResult:
         """Ask the follower; what is not known for a short while is waited for, at rest."""
@@ -229,7 +263,8 @@ class ControllerServerNode(GoalNode):
         return pose, costmap.seen_from(T_path_costmap)
 
     def _end(self, result: FollowResult) -> None:
-        self._output.stop()
+        if self.config.publish_zero_velocity:
+            self._output.stop()
         message = FollowPath.Result(error_code=int(result.error), error_msg=result.message)
         if result.state is FollowState.SUCCEEDED:
             self._server.succeed(message)

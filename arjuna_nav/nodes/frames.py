@@ -8,6 +8,9 @@ from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
+from arjuna_core.timing import other_clock
+
+_ODOMETRY = "odom"  # where the base moves while it is in no map yet
 
 
 def robot_pose(node: ManagedNode, frame: str, base: str, tolerance: float) -> SE2:
@@ -16,12 +19,18 @@ def robot_pose(node: ManagedNode, frame: str, base: str, tolerance: float) -> SE
     Raises:
         TransformError: It is not known, or older than the tolerance [s].
     """
-    stamp = node.transforms.latest_common(frame, base)
+    transforms = node.transforms
+    try:
+        stamp = transforms.latest_common(frame, base)
+    except TransformError as error:
+        fixed = frame if transforms.base_below(frame) else _ODOMETRY
+        missing = transforms.missing_base("robot_base_frame", base, fixed)
+        raise TransformError(missing or str(error)) from error
     age = node.now - stamp
     if stamp and age > tolerance:
-        raise TransformError(
-            f"{frame} -> {base} is {age:.2f} s old, over the tolerance of {tolerance:g} s"
-        )
+        cure = other_clock(age)
+        why = cure if cure else f"over the tolerance of {tolerance:g} s"
+        raise TransformError(f"{frame} -> {base} is {age:.2f} s old, {why}")
     return node.transforms.lookup(frame, base)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, path_msg, poses_from_path
-from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_node import GoalNode, result_timeout
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
@@ -35,6 +35,7 @@ class PlannerServerConfig:
     """Parameters of the node `planner_server`, by Nav2's names."""
 
     planner_plugins: tuple[str, ...] = plugin_names(("GridBased",), "The planners.", PLANNERS)
+    action_server_result_timeout: float = result_timeout(10.0)
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
 
 
@@ -63,6 +64,7 @@ class PlannerServerNode(GoalNode):
             lambda: self._on_goal(server),
             on_cancel=self._attempt_plans,
             invalid=action.Result.TF_ERROR,
+            result_timeout=self.config.action_server_result_timeout,
         )
         self.keep(server)
         return server

@@ -11,7 +11,7 @@ from nav_msgs.msg import Path
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import path_msg, poses_from_path
-from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_node import GoalNode, result_timeout
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_nav.costmap import Costmap
@@ -28,6 +28,7 @@ class SmootherServerConfig:
     smoother_plugins: tuple[str, ...] = plugin_names(
         ("simple_smoother",), "The smoothers.", SMOOTHERS
     )
+    action_server_result_timeout: float = result_timeout(10.0)
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
 
 
@@ -41,7 +42,10 @@ class SmootherServerNode(GoalNode):
         """Create the smoother and its interfaces."""
         self._costmap: CostmapNode = self.process.find("global_costmap/global_costmap")
         self._out = self.publisher(Path, "plan_smoothed", qos.LATEST)
-        self._server = self.keep(GoalServer(self, SmoothPath, "smooth_path", self._on_goal))
+        timeout = self.config.action_server_result_timeout
+        self._server = self.keep(
+            GoalServer(self, SmoothPath, "smooth_path", self._on_goal, result_timeout=timeout)
+        )
 
     def _on_goal(self) -> None:
         goal = self._server.goal

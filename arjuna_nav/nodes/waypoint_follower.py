@@ -13,13 +13,13 @@ from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
+from arjuna_core.ros.goal_node import result_timeout
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_nav.nodes.goals.memory import GoalMemory
 from arjuna_nav.nodes.goals.resuming_node import ResumingNode
 from arjuna_nav.nodes.gps.anchor import GpsAnchor, GpsConfig, GpsError
 from arjuna_nav.nodes.waypoints.tasks import TASKS, WaypointTask
 
-_RESULT_TIMEOUT = 900.0  # as waypoint_follower's action_server_result_timeout [s]
 _UNKNOWN = FollowWaypoints.Result.UNKNOWN
 _TASK_FAILED = FollowWaypoints.Result.TASK_EXECUTOR_FAILED
 _GPS = "follow_gps_waypoints"
@@ -35,6 +35,7 @@ class WaypointFollowerConfig:
     """Parameters of the node `waypoint_follower`, by Nav2's names."""
 
     loop_rate: int = param(20, "Feedbacks a second.", unit="Hz", minimum=1, read_only=True)
+    action_server_result_timeout: float = result_timeout(900.0)
     stop_on_failure: bool = param(True, "Whether a waypoint that is not reached ends it all.")
     waypoint_task_executor_plugin: str = plugin_names(
         "wait_at_waypoint", "Name of what is done at each waypoint.", TASKS
@@ -89,7 +90,7 @@ class WaypointFollowerNode(ResumingNode):
                 kind,
                 on_goal,
                 on_cancel=on_cancel,
-                result_timeout=_RESULT_TIMEOUT,
+                result_timeout=self.config.action_server_result_timeout,
             )
         )
         return server

@@ -22,7 +22,7 @@ class LoopConfig:
         3.0, "Distance to a past keyframe within which its submap is tried.", unit="m", minimum=0.0
     )
     loop_search_space_dimension: float = param(
-        30.0, "Width of the greatest search window.", unit="m", minimum=0.1, maximum=100.0
+        30.0, "Width of the greatest search window.", unit="m", minimum=0.0, maximum=100.0
     )
     loop_search_angle: float = param(
         0.785,
@@ -32,10 +32,10 @@ class LoopConfig:
         maximum=3.15,
     )
     loop_match_minimum_response_coarse: float = param(
-        0.35, "Mean likelihood that the search must reach.", minimum=0.0, maximum=1.0
+        0.35, "Mean likelihood that the search must reach.", minimum=0.0
     )
     loop_match_minimum_response_fine: float = param(
-        0.45, "Share of points on the submap's surfaces after refinement.", minimum=0.0, maximum=1.0
+        0.45, "Share of points on the submap's surfaces after refinement.", minimum=0.0
     )
     loop_search_deviations: float = param(
         3.0, "How many deviations of what the graph does not know a search window reaches.",

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.atomic import write_atomically
+from arjuna_core.files.whole_file import head_of, read_bytes
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
@@ -27,6 +28,8 @@ from arjuna_slam.mapping.session import Session
 SUFFIX = ".posegraph"
 _VERSION = 2
 _FIRST_VERSION = b"ARJUNAPG"  # began the files of a format of its own
+_HEAD = 64  # [bytes] that tell a session from other files
+_LARGEST = 2**31  # [bytes]
 _DIGEST = hashlib.sha256().digest_size
 _KINDS = (EdgeKind.ODOMETRY, EdgeKind.MATCH, EdgeKind.LOOP)
 _TRIANGLE = np.triu_indices(3)
@@ -47,14 +50,15 @@ class SessionFileError(InputFileError):
 
 
 def save_session(path: Path, session: Session) -> None:
-    """Write a session; the path then holds it whole, or what it held before.
+    """Write a session, over one alone; the path then holds it whole, or what it held before.
 
     Args:
         path: The file.
         session: The session.
 
     Raises:
-        SessionFileError: It cannot be written, or does not read back as it was.
+        SessionFileError: It cannot be written, does not read back as it was, or is the file of
+            something else.
     """
     data = _encode(session)
 
@@ -64,6 +68,7 @@ def save_session(path: Path, session: Session) -> None:
         _check(path, _read_arrays(path, data))
 
     try:
+        _check_replaced(path)
         write_atomically(path, data, read_back)
     except OSError as error:
         raise SessionFileError(path, f"cannot be written: {error.strerror}") from error
@@ -78,11 +83,16 @@ def load_session(path: Path) -> Session:
     Raises:
         SessionFileError: It is missing, damaged, foreign or inconsistent.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise SessionFileError(path, f"cannot be read: {error.strerror}") from error
-    return _decode(path, data)
+    return _decode(path, read_bytes(path, _LARGEST, SessionFileError))
+
+
+def _check_replaced(path: Path) -> None:
+    """Refuse to write over a file that no session was written to."""
+    head = head_of(path, _HEAD)
+    ours = head.startswith(_FIRST_VERSION) or (head.startswith(b"PK") and b"poses.npy" in head)
+    if head and not ours:
+        problem = "is there and no pose graph of Arjuna's: it is not overwritten"
+        raise SessionFileError(path, f"{problem}; choose another name")
 
 
 def _encode(session: Session) -> bytes:

@@ -16,6 +16,8 @@ from arjuna_slam.matching.odometry import Stretch, Trust
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
 
+_LEAST = 1e-3  # deviation of a penalty [m, rad]: 0 leaves the prior alone, and divides by no zero
+
 
 @dataclass(frozen=True)
 class TrackerConfig(MatcherConfig):
@@ -26,7 +28,7 @@ class TrackerConfig(MatcherConfig):
     )
     correlation_search_space_dimension: float = param(
         1.0,
-        "Width of the search window of a keyframe; 0.5 (slam_toolbox) loses slipping wheels.",
+        "Width of the search window of a keyframe; slam_toolbox's 0.5 loses slipping wheels.",
         unit="m",
         minimum=0.0,
         maximum=10.0,
@@ -36,19 +38,19 @@ class TrackerConfig(MatcherConfig):
         "Half the angle of the search window of a keyframe.",
         unit="rad",
         minimum=0.0,
-        maximum=3.15,
+        maximum=6.3,
     )
     distance_variance_penalty: float = param(
-        0.5, "Deviation of the penalty on the distance from the odometry.", unit="m", minimum=1e-3
+        0.5, "Deviation of the penalty on the distance from the odometry.", unit="m", minimum=0.0
     )
     angle_variance_penalty: float = param(
-        1.0, "Deviation of the penalty on the turn from the odometry.", unit="rad", minimum=1e-3
+        1.0, "Deviation of the penalty on the turn from the odometry.", unit="rad", minimum=0.0
     )
     minimum_distance_penalty: float = param(
-        0.8, "Least the penalty on distance may become.", minimum=0.0, maximum=1.0
+        0.8, "Least the penalty on distance may become.", minimum=0.0
     )
     minimum_angle_penalty: float = param(
-        0.9, "Least the penalty on the turn may become.", minimum=0.0, maximum=1.0
+        0.9, "Least the penalty on the turn may become.", minimum=0.0
     )
 
     @property
@@ -56,10 +58,10 @@ class TrackerConfig(MatcherConfig):
         """Where a keyframe is searched."""
         return Window(
             0.5 * self.correlation_search_space_dimension,
-            self.coarse_search_angle_offset,
+            min(self.coarse_search_angle_offset, math.pi),
             3,
-            self.distance_variance_penalty**2,
-            self.angle_variance_penalty**2,
+            max(self.distance_variance_penalty, _LEAST) ** 2,
+            max(self.angle_variance_penalty, _LEAST) ** 2,
             self.minimum_distance_penalty,
             self.minimum_angle_penalty,
         )

@@ -23,6 +23,7 @@ from arjuna_slam.amcl.estimate import Estimate, Status
 from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.amcl_node_config import ALWAYS, NEVER, AmclNodeConfig, filter_part
 from arjuna_slam.nodes.amcl_output import AmclOutput
+from arjuna_slam.nodes.scan_watch import ScanWatch
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
 _KEPT = 0.8  # of the quality, on a map that replaces another, for the place to be the same
@@ -49,7 +50,7 @@ class AmclNode(ManagedNode):
         """Create the interfaces; the filter comes with the first map."""
         self._rng = np.random.default_rng(self.config.seed)
         pose = self.config.odom_frame_id, self.config.base_frame_id
-        self._scans = ScanQueue(BaseFrames(self, *pose, parameter="base_frame_id"))
+        self._scans = ScanQueue(BaseFrames(self, *pose, parameter="base_frame_id", adopt=True))
         self._update_wanted = False
         self._output = AmclOutput(self)
         self._listen()
@@ -61,6 +62,7 @@ class AmclNode(ManagedNode):
         self.subscribe(
             OccupancyGridMsg, c.map_topic, self._on_map, qos.LATCHED, while_inactive=True
         )
+        self._watch = ScanWatch(self, c.scan_topic, qos.SENSOR_SUBSCRIPTION)
         self.subscribe(LaserScan, c.scan_topic, self._on_scan, qos.SENSOR_SUBSCRIPTION)
         self.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, qos.DEFAULT)
         self.serve(Empty, "reinitialize_global_localization", self._on_globalize)
@@ -194,6 +196,7 @@ class AmclNode(ManagedNode):
         return response
 
     def _on_scan(self, message: Any) -> None:
+        self._watch.heard()
         self._scans.add(message)
         self._process_scans()
 

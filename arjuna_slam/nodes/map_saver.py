@@ -13,8 +13,8 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from arjuna_core.config import param
 from arjuna_core.errors import MapError
 from arjuna_core.files.map_image import MODES, MapOptions
-from arjuna_core.files.maps import save_map
-from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
+from arjuna_core.files.maps import save_map, unnamed
+from arjuna_core.files.maps_folder import MapsFolderError, map_path
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg
 from arjuna_core.ros.node import ManagedNode
@@ -33,7 +33,7 @@ class MapSaverConfig:
     map_subscribe_transient_local: bool = param(
         True, "Whether maps published before are wanted.", read_only=True
     )
-    maps_folder: str = param(".", "Folder that save_map may write to.")
+    maps_folder: str = param(".", "Folder that save_map's relative paths are of.")
 
 
 class MapSaverNode(ManagedNode):
@@ -93,7 +93,7 @@ class MapSaverNode(ManagedNode):
         )
         image_format = request.image_format or ("png" if options.mode == "scale" else "pgm")
         try:
-            stem = path_in_folder(self.config.maps_folder, request.map_url or "map")
+            stem = map_path(self.config.maps_folder, request.map_url or unnamed(self.now))
             path, _ = save_map(grid_from_msg(message), stem, image_format, options)
         except (MapError, MapsFolderError, ValueError) as error:
             self.get_logger().error(str(error))

@@ -13,7 +13,7 @@ from nav_msgs.srv import GetMap
 from arjuna_core.config import param
 from arjuna_core.errors import MapError
 from arjuna_core.files.maps import load_map
-from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
+from arjuna_core.files.maps_folder import MapsFolderError, map_path
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
@@ -28,7 +28,7 @@ class MapServerConfig:
     yaml_filename: str = param("", "Map to serve; none until load_map if empty.")
     topic_name: str = param("map", "Topic of the map.", read_only=True)
     frame_id: str = param("map", "Frame of the map.")
-    maps_folder: str = param(".", "Folder that load_map may read from.")
+    maps_folder: str = param(".", "Folder that load_map's relative paths are of.")
 
 
 class MapServerNode(ManagedNode):
@@ -71,7 +71,7 @@ class MapServerNode(ManagedNode):
             self.get_logger().warning("load_map requested, but the node is inactive")
             return response
         try:
-            path = path_in_folder(self.config.maps_folder, request.map_url)
+            path = map_path(self.config.maps_folder, request.map_url)
             response.result = _result_if_refused(path)
             self._map = self._load(path)
         except (MapError, MapsFolderError) as error:

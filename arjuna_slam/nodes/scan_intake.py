@@ -10,7 +10,7 @@ from arjuna_core.ros.scan_queue import BaseFrames, ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
-_SYNCHRONOUS_LENGTH = 100_000  # scans; as good as all
+_ANY = 100_000  # scans; as good as all
 _MANY = 10  # slam_toolbox warns from here on
 
 
@@ -27,8 +27,8 @@ class ScanIntake:
     def __init__(self, node: ManagedNode) -> None:
         self._node = node
         c = node.config
-        length = _SYNCHRONOUS_LENGTH if c.synchronous else c.scan_queue_size
-        self._queue = ScanQueue(BaseFrames(node, c.odom_frame, c.base_frame), length)
+        length = _ANY if c.synchronous else c.scan_queue_size or _ANY
+        self._queue = ScanQueue(BaseFrames(node, c.odom_frame, c.base_frame, adopt=True), length)
         self._warned = False
         self.overrun = 0
         self.restart()
@@ -62,7 +62,7 @@ class ScanIntake:
         """Tell whether a scan is the one in so many, and late enough after the last."""
         c = self._node.config
         self._count += 1
-        if (self._count - 1) % c.throttle_scans:
+        if (self._count - 1) % max(c.throttle_scans, 1):
             return False
         since = c.minimum_time_interval if self._taken is None else scan.stamp - self._taken
         if 0.0 < since < c.minimum_time_interval:

@@ -9,8 +9,8 @@ from typing import Any
 from slam_toolbox.srv import DeserializePoseGraph, SaveMap, SerializePoseGraph
 
 from arjuna_core.errors import ConfigError, MapError
-from arjuna_core.files.maps import save_map
-from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
+from arjuna_core.files.maps import save_map, unnamed
+from arjuna_core.files.maps_folder import MapsFolderError, map_path
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_slam.mapping.session import Session, Start, StartKind
@@ -26,7 +26,7 @@ _KINDS = {
 
 
 class SlamFiles:
-    """Offers `save_map`, `serialize_map` and `deserialize_map`; paths stay in the maps folder.
+    """Offers `save_map`, `serialize_map` and `deserialize_map` of the paths that `map_path` has.
 
     Args:
         node: The slam_toolbox node, whose `slam` is saved.
@@ -65,9 +65,8 @@ class SlamFiles:
             response.result = SaveMap.Response.RESULT_NO_MAP_RECEIEVD
             return response
         try:
-            path, _ = save_map(
-                grid, path_in_folder(self._node.config.maps_folder, request.name.data)
-            )
+            name = request.name.data or unnamed(self._node.now)
+            path, _ = save_map(grid, map_path(self._node.config.maps_folder, name))
             self._node.get_logger().info(f"map saved as {path}")
             response.result = SaveMap.Response.RESULT_SUCCESS
         except (MapError, MapsFolderError) as error:
@@ -82,7 +81,7 @@ class SlamFiles:
             self._node.get_logger().error("graph not saved: no scan has come yet")
             return response
         try:
-            path = _with_suffix(path_in_folder(self._node.config.maps_folder, request.filename))
+            path = map_path(self._node.config.maps_folder, request.filename, SUFFIX)
             save_session(path, session)
             self._node.get_logger().info(f"graph of {len(session.scans)} keyframes saved as {path}")
             response.result = SerializePoseGraph.Response.RESULT_SUCCESS
@@ -97,7 +96,9 @@ class SlamFiles:
             if request.match_type not in _KINDS:
                 raise ConfigError(f"match_type {request.match_type} is none; valid: 0 to 3")
             start = Start(_KINDS[request.match_type], SE2(pose.x, pose.y, pose.theta))
-            path = _with_suffix(path_in_folder(self._node.config.maps_folder, request.filename))
+            if not request.filename:
+                raise ConfigError("filename is empty; valid: the path of a saved graph")
+            path = map_path(self._node.config.maps_folder, request.filename, SUFFIX)
             session = load_session(path)
         except (SessionFileError, MapsFolderError, ConfigError) as error:
             self._node.get_logger().error(f"graph not loaded: {error}")

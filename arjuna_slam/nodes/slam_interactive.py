@@ -37,6 +37,7 @@ _FACE_UP = (
 class InteractiveGraph:
     """Offers keyframes as interactive markers, and `manual_loop_closure` of those that were moved.
 
+    It is off at first; where `enable_interactive_mode` allows it, a service turns it on and off.
     While it is on, no scans are taken in: the graph does not change under the hand.
 
     Args:
@@ -48,7 +49,7 @@ class InteractiveGraph:
 
     def __init__(self, node: ManagedNode) -> None:
         self._node: Any = node
-        self.on: bool = node.config.enable_interactive_mode
+        self.on = False
         self._moved: dict[int, SE2] = {}
         self._sequence = self._shown = 0
         profile = qos.DEFAULT
@@ -80,7 +81,16 @@ class InteractiveGraph:
         message.header = header(SCAN_FRAME, now)
         self._scan.publish(message)
 
+    def _refused(self, service: str) -> bool:
+        """Say that a service needs the interactive mode; return whether it is not allowed."""
+        if self._node.config.enable_interactive_mode:
+            return False
+        self._node.get_logger().warning(f"{service} needs enable_interactive_mode: true")
+        return True
+
     def _on_toggle(self, request: Any, response: Any) -> Any:
+        if self._refused("toggle_interactive_mode"):
+            return response
         self.on = not self.on
         self._moved.clear()
         self._publish()
@@ -104,6 +114,8 @@ class InteractiveGraph:
         self.show_scan(session.scans[int(name)], pose)
 
     def _on_close(self, request: Any, response: Any) -> Any:
+        if self._refused("manual_loop_closure"):
+            return response
         moved = dict(self._moved)
         self._moved.clear()
         closed = self._node.close_by_hand(moved)
@@ -116,6 +128,8 @@ class InteractiveGraph:
         return response
 
     def _on_clear(self, request: Any, response: Any) -> Any:
+        if self._refused("clear_changes"):
+            return response
         self._node.get_logger().info(f"{len(self._moved)} moved keyframes put back")
         self.forget()
         return response

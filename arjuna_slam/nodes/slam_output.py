@@ -8,6 +8,7 @@ import numpy as np
 from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
 from nav_msgs.msg import MapMetaData
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -35,6 +36,7 @@ class SlamOutput:
         self._map = node.publisher(OccupancyGridMsg, c.map_name, qos.LATCHED)
         self._metadata = node.publisher(MapMetaData, f"{c.map_name}_metadata", qos.LATCHED)
         self._pose = node.publisher(PoseWithCovarianceStamped, "pose", qos.DEFAULT)
+        self._entropy = node.publisher(Float64, "entropy", qos.DEFAULT)
         self._graph = node.publisher(MarkerArray, "slam_toolbox/graph_visualization", qos.LATEST)
         self._tf = node.publisher(TFMessage, "/tf", qos.TF)
         self.restart(slam)
@@ -83,6 +85,8 @@ class SlamOutput:
         pose = PoseWithCovariance(pose=pose_msg(update.T_map_base), covariance=covariance)
         head = header(c.map_frame, stamp)
         self._pose.publish(PoseWithCovarianceStamped(header=head, pose=pose))
+        if update.entropy is not None:
+            self._entropy.publish(Float64(data=update.entropy))
 
     def broadcast(self) -> None:
         """Broadcast map -> odom."""

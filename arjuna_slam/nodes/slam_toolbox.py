@@ -23,12 +23,13 @@ from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.matching.scan_filter import Skip
 from arjuna_slam.nodes.map_memory import MapMemory
 from arjuna_slam.nodes.scan_intake import ScanIntake, shortened
+from arjuna_slam.nodes.scan_watch import ScanWatch
 from arjuna_slam.nodes.slam_files import SlamFiles
 from arjuna_slam.nodes.slam_interactive import InteractiveGraph
 from arjuna_slam.nodes.slam_output import SlamOutput
 from arjuna_slam.pose_tracker import PoseTracker
 from arjuna_slam.slam import Slam
-from arjuna_slam.slam_node_config import SlamNodeConfig
+from arjuna_slam.slam_node_config import LEAST_INTERVAL, SlamNodeConfig
 
 _KEEP = 5.0  # least time between two copies of the map that outlive the process [s]
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
@@ -65,12 +66,15 @@ class SlamToolboxNode(ManagedNode):
         """Name the parameters that have no meaning here, once."""
         if names := self.config.set_in_vain:
             self.get_logger().warning(f"accepted, but of no effect here: {', '.join(names)}")
+        for correction in self.config.corrections:
+            self.get_logger().warning(correction)
         if self.config.debug_logging:
             self.get_logger().set_level(LoggingSeverity.DEBUG)
 
     def _listen(self) -> None:
         c = self.config
         profile = _EVERY_SCAN if c.synchronous else qos.SENSOR_SUBSCRIPTION
+        self._watch = ScanWatch(self, c.scan_topic, profile)
         self.subscribe(LaserScan, c.scan_topic, self._on_scan, profile)
         self.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, qos.DEFAULT)
         self.serve(GetMap, "slam_toolbox/dynamic_map", self._on_dynamic_map)
@@ -79,7 +83,7 @@ class SlamToolboxNode(ManagedNode):
         self.serve(Reset, "slam_toolbox/reset", self._on_reset)
         self.serve(Empty, "slam_toolbox/clear_localization_buffer", self._on_clear_buffer)
         self.every(_RETRY, self._process_scans)
-        self.every(c.map_update_interval, self._output.publish_map)
+        self.every(max(c.map_update_interval, LEAST_INTERVAL), self._output.publish_map)
         self.every(_KEEP, self._keep_map)
         if c.transform_publish_period > 0.0:
             self.every(c.transform_publish_period, self._output.broadcast)
@@ -148,6 +152,7 @@ class SlamToolboxNode(ManagedNode):
         self._begin()
 
     def _on_scan(self, message: Any) -> None:
+        self._watch.heard()
         self._scans.add(message)
         self._process_scans()
 

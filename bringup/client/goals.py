@@ -13,11 +13,14 @@ from rclpy.action import ActionClient
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import duration_msg, pose_stamped
 from arjuna_core.se2 import SE2
-from bringup.client.session import Session, wait_for
+from bringup.client.graph import action_server_state
+from bringup.client.session import ClientError, Session, wait_for
 
 _ANSWER_TIMEOUT = 10.0
 _SILENCE = 10.0  # [s] between two feedbacks, of which servers send ten a second
-_PAUSE = 0.5  # [s] until a server that refused a goal is asked again
+_PAUSE = 0.5  # [s] until a server that is not active is asked again
+_PROBE = 2.0  # [s] for a server to say whether it has a goal
+_ACTIVATION = 60.0  # [s] for navigation to be activated
 _CURE = "is 'python -m bringup nav --map FILE' running and active?"
 
 
@@ -59,6 +62,7 @@ class _Watch:
         self._session = session
         self._progress = progress
         self._heard = session.now
+        self._said = False
 
     def hear(self, feedback: Any) -> None:
         """Take feedback."""
@@ -68,6 +72,15 @@ class _Watch:
     def is_silent(self) -> bool:
         """Tell whether nothing has been heard for too long."""
         return self._session.now - self._heard > _SILENCE
+
+    def wait_on(self) -> None:
+        """Wait as long again: the server has the goal; say so once."""
+        self._heard = self._session.now
+        if not self._said:
+            self._said = True
+            self._session.client.get_logger().warning(
+                "the goal is taken, and nothing is heard of it yet; 'doctor' says what is missing"
+            )
 
 
 class Goals:
@@ -111,51 +124,84 @@ class Goals:
         progress: Callable[[Any], None],
     ) -> GoalEnd:
         order = _Order(action, name, request, self._session.now + timeout, progress)
-        end = self._attempt(order)
+        end = self._deliver(order)
         while end is None:
-            self._session.client.get_logger().warning(
-                f"nothing is heard of the goal of '{name}' for {_SILENCE:g} s: it is sent again"
-            )
+            self._say(f"the server of '{name}' has lost the goal: it is sent again")
             end = self._again(order)
         return end
 
+    def _say(self, text: str) -> None:
+        self._session.client.get_logger().warning(text)
+
     def _again(self, order: _Order) -> GoalEnd | None:
         """Send a goal again, until a server that comes up takes it."""
-        session = self._session
         while True:
             try:
-                end = self._attempt(order)
+                return self._deliver(order)
             except ArjunaError:  # nobody answers, not yet
-                if session.now >= order.deadline:
+                if self._session.now >= order.deadline:
                     raise
-                continue
-            if end is None or not end.refused or session.now >= order.deadline:
-                return end
+
+    def _deliver(self, order: _Order) -> GoalEnd | None:
+        """Send a goal, once more where its server had still to be activated."""
+        end = self._attempt(order)
+        if end is not None and end.refused:
+            self._wait_until_active(order)
+            end = self._attempt(order)
+        return end
+
+    def _wait_until_active(self, order: _Order) -> None:
+        """Wait while the server's node is not active.
+
+        Raises:
+            ClientError: It is not activated in time.
+        """
+        session, said = self._session, False
+        last = min(order.deadline, session.now + _ACTIVATION)
+        while (state := action_server_state(session, order.name)) not in ("active", ""):
+            if not said:
+                self._say(f"'{order.name}' is {state}: waiting until navigation is active")
+                said = True
+            if session.now >= last:
+                raise ClientError(f"'{order.name}' is still {state}; 'doctor' says what it lacks")
             session.run_until(lambda: False, _PAUSE, required=False)
 
     def _attempt(self, order: _Order) -> GoalEnd | None:
-        """Send a goal and wait for its end; None where its server is heard no more."""
+        """Send a goal and wait for its end; None where its server has lost it."""
         session = self._session
         watch = _Watch(session, order.progress)
         handle = self._send(order, watch.hear)
         if not handle.accepted:
-            reason = f"'{order.name}' refuses the goal; is navigation active?"
+            reason = f"'{order.name}' refuses the goal: another goal runs, or it is not active"
             return GoalEnd(False, reason, refused=True)
-        result = handle.get_result_async()
-        begun = session.now
+        result, begun = handle.get_result_async(), session.now
         try:
-            session.run_until(
-                lambda: result.done() or watch.is_silent(), order.deadline - begun, required=False
-            )
+            while not self._ends(result, watch, order.deadline) and session.now < order.deadline:
+                if self._is_lost(order, handle):
+                    return None
+                watch.wait_on()
         except KeyboardInterrupt:
             self._cancel(handle)
             raise
         if result.done():
-            return _end(result.result())
-        if session.now < order.deadline:
-            return None
+            answer = result.result()
+            return None if answer.status == GoalStatus.STATUS_UNKNOWN else _end(answer)
         self._cancel(handle)
         return GoalEnd(False, f"not done within {order.deadline - begun:g} s, cancelled")
+
+    def _ends(self, result: Any, watch: _Watch, deadline: float) -> bool:
+        """Wait for a goal's result until it comes, nothing is heard of it or its time is over."""
+        left = deadline - self._session.now
+        self._session.run_until(lambda: result.done() or watch.is_silent(), left, required=False)
+        return bool(result.done())
+
+    def _is_lost(self, order: _Order, handle: Any) -> bool:
+        """Return whether the server has no such goal: one that only takes its time keeps it."""
+        answer, client = handle.get_result_async(), self._clients[order.name]
+        self._session.run_until(answer.done, _PROBE, required=False)
+        if answer.done():
+            return bool(answer.result().status == GoalStatus.STATUS_UNKNOWN)
+        return not client.server_is_ready()
 
     def _send(self, order: _Order, progress: Callable[[Any], None]) -> Any:
         name = order.name

@@ -6,6 +6,9 @@ from collections.abc import Collection
 from typing import Any
 
 from lifecycle_msgs.srv import GetState
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.srv import GetParameters
+from rclpy.action import get_action_server_names_and_types_by_node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from bringup.client.endpoint import Endpoint
@@ -46,26 +49,59 @@ def nodes(session: Session) -> list[str]:
 
 def lifecycle_states(session: Session, timeout: float) -> dict[str, str]:
     """Return the state of each managed node, "" of those that do not answer in time [s]."""
+    found = session.client.get_service_names_and_types()
+    services = [name for name, types in found if _TYPE in types]
+    answers = _ask_all(session, GetState, services, GetState.Request(), timeout)
+    return {
+        name.removesuffix(_SERVICE): answers[name].current_state.label if name in answers else ""
+        for name in services
+    }
+
+
+def on_system_time(session: Session, names: Collection[str], timeout: float) -> list[str]:
+    """Return those of the nodes that say, within a time [s], that they do not use /clock."""
+    services = {f"{name}/get_parameters": name for name in names}
+    there = dict(session.client.get_service_names_and_types())
+    request = GetParameters.Request(names=["use_sim_time"])
+    asked = [service for service in services if service in there]
+    answers = _ask_all(session, GetParameters, asked, request, timeout)
+    return [
+        services[service]
+        for service, answer in answers.items()
+        if answer.values
+        and answer.values[0].type == ParameterType.PARAMETER_BOOL
+        and not answer.values[0].bool_value
+    ]
+
+
+def _ask_all(
+    session: Session, kind: Any, services: Collection[str], request: Any, timeout: float
+) -> dict[str, Any]:
+    """Return the answers of those services of a type that give one within a time [s], each way."""
     client = session.client
-    services = [name for name, types in client.get_service_names_and_types() if _TYPE in types]
-    clients = {name: client.create_client(GetState, name) for name in services}
+    clients = {name: client.create_client(kind, name) for name in services}
     session.run_until(
         lambda: all(each.service_is_ready() for each in clients.values()), timeout, required=False
     )
-    calls = {
-        name: each.call_async(GetState.Request())
-        for name, each in clients.items()
-        if each.service_is_ready()
-    }
+    calls = {n: each.call_async(request) for n, each in clients.items() if each.service_is_ready()}
     session.run_until(lambda: all(each.done() for each in calls.values()), timeout, required=False)
     for each in clients.values():
         client.destroy_client(each)
-    return {
-        name.removesuffix(_SERVICE): calls[name].result().current_state.label
-        if name in calls and calls[name].done()
-        else ""
-        for name in services
-    }
+    return {name: call.result() for name, call in calls.items() if call.done()}
+
+
+def action_server_state(session: Session, name: str) -> str:
+    """Return the lifecycle state of the node that serves an action; "" where it has none."""
+    client = session.client
+    action = client.resolve_service_name(name)
+    for node, namespace in client.get_node_names_and_namespaces():
+        served = get_action_server_names_and_types_by_node(client, node, namespace)
+        if action in dict(served):
+            service = f"{namespace.rstrip('/')}/{node}{_SERVICE}"
+            if service not in dict(client.get_service_names_and_types()):
+                return ""
+            return str(session.call(GetState, service, GetState.Request()).current_state.label)
+    return ""
 
 
 def endpoints(session: Session) -> tuple[Endpoint, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.se2 import yaw_of
 
 if TYPE_CHECKING:
+    from bringup.client.goals import GoalEnd
     from bringup.client.robot import Robot
 
 Waypoint = tuple[float, float, float]
@@ -61,10 +63,35 @@ class Progress:
         """Where the robot was at last; nothing where nothing has been heard of it."""
         if self._latest is None:
             return ""
-        pose = self._latest.current_pose.pose
-        position, q = pose.position, pose.orientation
+        position, q = self._pose.position, self._pose.orientation
         yaw = yaw_of(q.x, q.y, q.z, q.w)
         return f" - arrived at ({position.x:.2f}, {position.y:.2f}), yaw {yaw:.2f}"
+
+    @property
+    def _pose(self) -> Any:
+        return self._latest.current_pose.pose
+
+    def judged(self, end: GoalEnd, x: float, y: float, tolerance: float) -> GoalEnd:
+        """Return how a goal ended, as failed where the robot stands elsewhere than it was sent.
+
+        Args:
+            end: What navigation says, whose planner may have moved the goal.
+            x: Where it was sent in the map [m].
+            y: Where it was sent in the map [m].
+            tolerance: How far from there it may stand [m].
+        """
+        if not end.succeeded or self._latest is None:
+            return end
+        place = self._pose.position
+        off = math.hypot(place.x - x, place.y - y)
+        if off <= tolerance:
+            return end
+        asked, reached = f"({x:.2f}, {y:.2f})", f"({place.x:.2f}, {place.y:.2f})"
+        reason = (
+            f"asked for {asked}, reached {reached}, {off:.2f} m off: the planner took a free place"
+            f" near it, as its tolerance lets it ('--tolerance {off + 0.01:.2f}' takes that)"
+        )
+        return replace(end, succeeded=False, reason=reason)
 
     def __call__(self, feedback: Any) -> None:
         """Take a feedback message."""
@@ -87,13 +114,16 @@ class Tour:
         self._robot = robot
         self._write = write
 
-    def drive(self, waypoints: Sequence[Waypoint], timeout: float, pause: float) -> int:
+    def drive(
+        self, waypoints: Sequence[Waypoint], timeout: float, pause: float, tolerance: float
+    ) -> int:
         """Drive to all, skipping those that fail, and say so.
 
         Args:
             waypoints: Poses in the map [m, m, rad].
             timeout: For each [s].
             pause: Between two [s].
+            tolerance: How far from each the robot may stand in the end [m].
 
         Returns:
             How many were reached.
@@ -105,15 +135,17 @@ class Tour:
             self._write(_RULE)
             x, y, yaw = pose
             self._write(f"Waypoint {number} / {count} → X: {x:.2f} Y: {y:.2f} Yaw: {yaw:.2f}")
-            reached += self._go(number, pose, timeout)
+            reached += self._go(number, pose, timeout, tolerance)
             if number < count:
                 self._robot.session.run_until(lambda: False, pause, required=False)
         self._write("\n".join([_RULE, "NAVIGATION COMPLETE", f"Waypoints reached : {reached}"]))
         self._write(f"Waypoints failed : {count - reached}\nTotal waypoints : {count}")
         return reached
 
-    def _go(self, number: int, pose: Waypoint, timeout: float) -> bool:
-        end = self._robot.goto(*pose, timeout=timeout, progress=Progress(self._write))
+    def _go(self, number: int, pose: Waypoint, timeout: float, tolerance: float) -> bool:
+        progress = Progress(self._write)
+        end = self._robot.goto(*pose, timeout=timeout, progress=progress)
+        end = progress.judged(end, *pose[:2], tolerance)
         if end.succeeded:
             self._write(f"✓ Waypoint {number} REACHED")
         else:

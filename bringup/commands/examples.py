@@ -13,7 +13,12 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "sim --namespace a --namespace b --at -2 0 --at 2 2",
         "sim --world worlds/office.world --record",
     ),
-    "slam": ("slam", "slam --params guides/ros2/params.yaml", "slam --offline drive.mcap"),
+    "slam": (
+        "slam",
+        "slam --params guides/ros2/params.yaml",
+        "slam --param mode:=lifelong",
+        "slam --offline drive.mcap",
+    ),
     "nav": (
         "nav --map maps/arjuna_room.yaml",
         "nav --slam",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from bringup.parameters import options, robot_options
 
@@ -18,9 +17,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.add_resume(parser)
     options.add_maps_folder(parser)
     options.add_clock(parser)
-    where = parser.add_mutually_exclusive_group(required=True)
-    where.add_argument("--map", type=Path, metavar="FILE", help="the map's YAML file")
-    where.add_argument("--slam", action="store_true", help="map while navigating")
+    options.add_parts(parser)
     options.add_log_options(parser, "out/amcl", "where trajectory, report and picture go")
     options.add_seed(parser)
 

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from bringup.parameters import options, robot_options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    where = parser.add_mutually_exclusive_group(required=True)
-    where.add_argument("--map", type=Path, metavar="FILE", help="the map's YAML file")
-    where.add_argument("--slam", action="store_true", help="map while navigating")
+    options.add_parts(parser)
     robot_options.add_robot(parser, "none: a driver publishes the robot's transforms")
     names = options.add_robot_names(parser)
     names.add_argument(

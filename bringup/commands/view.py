@@ -33,8 +33,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--port", type=int, metavar="N", help=f"port to serve on ({_PORT}; 8765 for Foxglove)"
     )
+    parser.add_argument("--frame", metavar="FRAME", help="frame to draw in (map)")
     parser.add_argument(
-        "--frame", default="map", metavar="FRAME", help="frame to draw in (%(default)s)"
+        "--config", type=Path, metavar="FILE.rviz", help="RViz's: its fixed frame and displays"
     )
     options.add_robot_choice(parser)
     parser.add_argument(
@@ -64,11 +65,19 @@ def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -
     from bringup.viewing.browser.viewer import Viewer
     from bringup.viewing.meshes import mesh_finder
     from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
+    from bringup.viewing.rviz_file import read_rviz
 
     robot_options.extend_search(arguments)
+    config = None if arguments.config is None else read_rviz(arguments.config)
+    frame = arguments.frame or (config and config.fixed_frame) or "map"
+    topics, layers = (config.topics, config.layers) if config else ({}, None)
     server = open_server(arguments.host, _PORT if arguments.port is None else arguments.port)
-    robot = RobotSide(RobotOptions(arguments.namespace, arguments.frame, arguments.cmd_vel))
-    viewer = Viewer(server, robot, mesh_finder())
+    robot = RobotSide(RobotOptions(arguments.namespace, frame, arguments.cmd_vel, topics))
+    viewer = Viewer(server, robot, mesh_finder(), layers)
+    if config:
+        show(f"{arguments.config}: {', '.join(sorted(config.layers))}, drawn in {frame}")
+        for name in config.left_out:
+            show(f"not shown here: {name}")
     show(f"open http://{arguments.host}:{server.get_port()} in a browser; Ctrl-C ends it")
     while not stopped():
         viewer.step()

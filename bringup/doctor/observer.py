@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -17,19 +17,22 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock as ClockMsg
 from sensor_msgs.msg import LaserScan
 
+from arjuna_core.errors import ArjunaError
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, scan_from_msg, seconds
 from arjuna_core.ros.tf import TransformBuffer, TransformError, TransformListener
+from bringup.client.endpoint import Endpoint
 from bringup.client.frames import FrameListener
-from bringup.client.graph import discover, endpoints, lifecycle_states, nodes
+from bringup.client.graph import discover, endpoints, lifecycle_states, nodes, on_system_time
 from bringup.client.session import Session
-from bringup.doctor.checks.rates import LEAST
+from bringup.doctor.checks.rates import LEAST, LEAST_OF_TYPE
 from bringup.doctor.counter import Counter
 from bringup.doctor.fit import scan_facts
 from bringup.doctor.machine import read_machine
 from bringup.doctor.processes import host_processes
 from bringup.doctor.snapshot import Clock, Robot, ScanFacts, Snapshot
+from bringup.ros2.types import interface_class
 
 LOG = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _MATCH = 0.5  # [s] until a new subscription gets messages
@@ -86,6 +89,9 @@ class Observer:
         namespace = self._session.client.get_namespace()
         for topic in LEAST:
             counter.listen(namespace.rstrip("/") + topic)
+        for topic, types in self._session.client.get_topic_names_and_types():
+            if LEAST_OF_TYPE.keys() & set(types):
+                counter.listen(topic)
         run(lambda: False, _MATCH, required=False)
         self._times.clear()
         counter.restart()
@@ -93,19 +99,28 @@ class Observer:
         run(lambda: False, duration, required=False)
         passed = self._session.now - start
         times, counts = self._times[:], counter.counts()
+        ends, states = endpoints(self._session), lifecycle_states(self._session, _STATES)
         found = Snapshot(
             machine=read_machine(),
             domain=int(self._session.client.context.get_domain_id()),
             duration=passed,
             nodes=tuple(nodes(self._session)),
-            endpoints=endpoints(self._session),
-            states=lifecycle_states(self._session, _STATES),
+            endpoints=ends,
+            states=states,
             counts=counts,
             clock=clock_of(times),
+            on_system_time=self._on_system_time(ends, states) if times else (),
             frames=self._frames.frames(self._times[-1] if self._times else time.time()),
             robot=self._robot(),
         )
         return found.below(namespace)
+
+    def _on_system_time(self, ends: Iterable[Endpoint], managed: Iterable[str]) -> tuple[str, ...]:
+        """Return the nodes that stamp, or are managed, and do not take their time from /clock."""
+        names = {*managed, *(end.node for end in ends if end.publishes and is_stamped(end.type))}
+        clocks = [end for end in ends if not end.publishes and end.topic.endswith("/clock")]
+        names -= {end.node for end in clocks}  # a process listens for its nodes
+        return tuple(sorted(on_system_time(self._session, names, _STATES)))
 
     def _robot(self) -> Robot:
         pose, truth = self._last.get("amcl_pose"), self._last.get("ground_truth/odom")
@@ -139,6 +154,15 @@ def hosts_of(session: Session) -> set[str]:
     """Return the names of the nodes that stand for the processes of ours in this domain."""
     domain = session.client.context.get_domain_id()
     return {f"{host.group}_host" for host in host_processes() if host.domain == domain}
+
+
+def is_stamped(type_name: str) -> bool:
+    """Return whether messages of a type say when they are of; False for a type not installed."""
+    try:
+        fields = interface_class(type_name).get_fields_and_field_types()
+    except ArjunaError:
+        return False
+    return fields.get("header") == "std_msgs/Header" or type_name == "tf2_msgs/msg/TFMessage"
 
 
 def clock_of(times: Sequence[float]) -> Clock | None:

@@ -106,6 +106,7 @@ class Snapshot:
         states: Lifecycle state of each managed node, "" where it did not answer.
         counts: How many messages came on each topic that was listened to.
         clock: What came on /clock, None for nothing.
+        on_system_time: Nodes that stamp by the system's clock while /clock is published.
         frames: The tree of frames by name.
         robot: What the robot says of itself.
     """
@@ -119,6 +120,7 @@ class Snapshot:
     states: dict[str, str] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
     clock: Clock | None = None
+    on_system_time: tuple[str, ...] = ()
     frames: dict[str, Frame] = field(default_factory=dict)
     robot: Robot = Robot()
 
@@ -152,6 +154,7 @@ class Snapshot:
                 if end.node.startswith(start) and end.topic.startswith(start)
             ),
             states=cut(self.states),
+            on_system_time=tuple(cut(dict.fromkeys(self.on_system_time))),
             counts=cut(self.counts),
         )
 

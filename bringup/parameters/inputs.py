@@ -8,9 +8,11 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from arjuna_core.errors import ArjunaError
 from bringup.parameters.composition import check_parameters, node_class
 from bringup.parameters.files import SAFETY, Parameters, for_node, merged
 from bringup.parameters.fleet_options import is_fleet, of_starts
+from bringup.parameters.given import with_words
 from bringup.parameters.reading import read_files, read_named_files, write_remarks
 from bringup.parameters.remarks import Remark
 from bringup.parameters.robot_names import of_names
@@ -19,8 +21,11 @@ from bringup.parameters.simulated_robot import of_simulated_robot
 from bringup.stack import (
     DEMO_GROUPS,
     DESCRIPTION_GROUP,
+    LOCALIZATION_GROUP,
+    NAVIGATION_GROUP,
     ODOMETRY_GROUP,
     REAL_STACKS,
+    SLAM_GROUP,
     STACKS,
     WORLD_GROUP,
     Group,
@@ -35,7 +40,11 @@ _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
 
 
 def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
-    """Return the groups of nodes that a command runs."""
+    """Return the groups of nodes that a command runs.
+
+    Raises:
+        ArjunaError: None is left.
+    """
     command = arguments.command
     if command == "demo":
         return DEMO_GROUPS
@@ -43,11 +52,19 @@ def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
         return (WORLD_GROUP,)
     if vars(arguments).get("slam"):
         command += " --slam"
-    if command in STACKS:
-        return STACKS[command]
-    without = {DESCRIPTION_GROUP} if arguments.robot is None else set()
-    without |= {ODOMETRY_GROUP} if arguments.imu is None else set()
-    return tuple(group for group in REAL_STACKS[command] if group not in without)
+    without: set[Group] = set()
+    if vars(arguments).get("without_localization"):
+        without |= {LOCALIZATION_GROUP, SLAM_GROUP}
+    if vars(arguments).get("without_navigation"):
+        without |= {NAVIGATION_GROUP}
+    if command in REAL_STACKS:
+        without |= {DESCRIPTION_GROUP} if arguments.robot is None else set()
+        without |= {ODOMETRY_GROUP} if arguments.imu is None else set()
+    stacks = {**STACKS, **REAL_STACKS}
+    groups = tuple(group for group in stacks[command] if group not in without)
+    if not groups:
+        raise ArjunaError("nothing is left to run: leave out localization or navigation, not both")
+    return groups
 
 
 def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
@@ -65,7 +82,8 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     read = read_files(arguments.params, given.get("namespace", ""), given.get("strict", False))
     supervised = arguments.command != "demo"
     write_remarks(one for one in read.remarks if not (supervised and one.safety))
-    parameters = read.parameters if supervised else merged(read.parameters, _MAPS_FIRST)
+    named = with_words(read.parameters, given.get("param") or [], given.get("namespace", ""))
+    parameters = named if supervised else merged(named, _MAPS_FIRST)
     options = _of_options(arguments, groups)
     options = merged(options, of_names(vars(arguments), groups, parameters))
     for spec in (spec for group in groups for spec in group.nodes):

@@ -23,10 +23,30 @@ def add_node_options(parser: argparse.ArgumentParser) -> None:
         help="a ROS parameter file; may be given again, later files win",
     )
     parser.add_argument(
+        "--param",
+        action="append",
+        default=[],
+        metavar="NAME:=VALUE",
+        help="a parameter, over those of files; NODE:NAME:=VALUE for one node; may be given again",
+    )
+    parser.add_argument(
         "--strict", action="store_true", help="refuse files with names that no node has"
     )
     parser.add_argument(
         "--log-level", choices=LOG_LEVELS, default="info", help="what to log at least (info)"
+    )
+
+
+def add_parts(parser: argparse.ArgumentParser) -> None:
+    """Add where the robot is located by, and which half of the stack is left out."""
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--map", type=Path, metavar="FILE", help="the map's YAML file")
+    where.add_argument("--slam", action="store_true", help="map while navigating")
+    where.add_argument(
+        "--without-localization", action="store_true", help="navigation alone: others localize"
+    )
+    parser.add_argument(
+        "--without-navigation", action="store_true", help="localization or mapping alone"
     )
 
 
@@ -126,7 +146,7 @@ def add_maps_folder(parser: argparse.ArgumentParser) -> None:
         "--maps-folder",
         type=Path,
         metavar="DIR",
-        help="where clients may save and load maps and graphs (the working folder)",
+        help="folder of relative paths that clients save and load maps by (the working folder)",
     )
 
 

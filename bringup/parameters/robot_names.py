@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from bringup.parameters.files import Parameters
+from bringup.parameters.files import Parameters, merged
 from bringup.stack import Group
 
 _COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
@@ -74,3 +74,27 @@ def keys_of_robot(node: str) -> frozenset[str]:
     """Return the parameters of a node that are the robot's own: topics, frames and outline."""
     names = {keys[node] for keys in KEYS.values() if node in keys}
     return frozenset({*names, "robot_base_frame", "footprint", "robot_radius"})
+
+
+def with_base_frame(given: Parameters, below: Parameters) -> Parameters:
+    """Return a file's parameters, with its one base frame at every node that names none.
+
+    A file that names two, as Nav2's own base_link and base_footprint, stays as it is.
+
+    Args:
+        given: The file's parameters.
+        below: What holds without it: a node that has the frame there already needs no word.
+    """
+    keys = KEYS["base_frame"]
+    named = {str(given[node][key]).lstrip("/") for node, key in keys.items() if _names(given, node)}
+    if len(named) != 1:
+        return given
+    (frame,) = named
+    silent = {node: key for node, key in keys.items() if not _names(given, node)}
+    own = {n: {k: frame} for n, k in silent.items() if below.get(n, {}).get(k) != frame}
+    return merged(own, given)
+
+
+def _names(given: Parameters, node: str) -> bool:
+    """Return whether a file names a node's base frame."""
+    return bool(given.get(node, {}).get(KEYS["base_frame"][node]))

@@ -83,12 +83,23 @@ def real_ros2(environment: Mapping[str, str], own: Path) -> str | None:
         environment: The process's environment.
         own: This program, which is none.
     """
-    if "ROS_DISTRO" not in environment or _HANDED_ON in environment:
+    return None if _HANDED_ON in environment else real_program("ros2", environment, own)
+
+
+def real_program(name: str, environment: Mapping[str, str], own: Path) -> str | None:
+    """Return a program of a sourced ROS, or None.
+
+    Args:
+        name: Its name.
+        environment: The process's environment.
+        own: The program of that name that this is.
+    """
+    if "ROS_DISTRO" not in environment:
         return None
     bins = {own.resolve().parent, Path(sys.executable).parent.resolve()}
     folders = environment.get("PATH", "").split(os.pathsep)
     others = [folder for folder in folders if folder and Path(folder).resolve() not in bins]
-    return shutil.which("ros2", path=os.pathsep.join(others))
+    return shutil.which(name, path=os.pathsep.join(others))
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
 @pytest.mark.parametrize(
     ("argv", "problem"),
     [
-        (["nav"], "one of the arguments --map --slam is required"),
+        (["nav"], "one of the arguments --map --slam --without-localization is required"),
         (["nav", "--map", "m", "--slam"], "not allowed with argument --map"),
         (["fly"], "invalid choice: 'fly'"),
         (["sim", "--seed", "-1"], "'-1' is no seed; valid: a whole number from 0"),

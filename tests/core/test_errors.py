@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from arjuna_core.errors import (
@@ -38,3 +39,47 @@ def test_a_close_name_is_suggested_and_else_all_are_listed() -> None:
     assert nearest("max_beam", valid) == "did you mean 'max_beams'?"
     assert nearest("zzz", valid) == "valid: alpha1, max_beams, min_particles"
     assert nearest("zzz", []) == "valid: none"
+
+
+NAMES = [
+    *(f"odom_alpha{i}" for i in range(1, 6)),
+    *("laser_z_hit", "laser_z_max", "laser_z_rand", "laser_z_short", "kld_err", "kld_z"),
+    *("max_vel_x", "max_vel_y", "min_vel_x", "max_vel_theta", "min_vel_theta", "sim_time"),
+    *("update_min_a", "update_min_d", "robot_base_frame", "base_frame_id", "odom_frame_id"),
+    *("inflation_radius", "robot_radius", "transform_tolerance", "xy_goal_tolerance"),
+]
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("odom_alphal", "odom_alpha1"),
+        ("0dom_alpha3", "odom_alpha3"),
+        ("kid_err", "kld_err"),
+        ("odom frame id", "odom_frame_id"),
+        ("Max-Vel-X", "max_vel_x"),
+        ("XY_GOAL_TOLERANCE", "xy_goal_tolerance"),
+        ("laser_z_hti", "laser_z_hit"),
+    ],
+)
+def test_letters_that_look_alike_are_hardly_a_mistake(typed: str, meant: str) -> None:
+    assert nearest(typed, NAMES) == f"did you mean '{meant}'?"
+
+
+def _misspelt(name: str, rng: np.random.Generator) -> str:
+    """Return a name with one letter doubled, left out, swapped with the next, or mistaken."""
+    place = int(rng.integers(len(name) - 1))
+    left, letter, right = name[:place], name[place], name[place + 1 :]
+    return [
+        f"{left}{letter}{letter}{right}",
+        f"{left}{right}",
+        f"{left}{right[0]}{letter}{right[1:]}",
+        f"{left}{'qx'[letter == 'q']}{right}",
+    ][int(rng.integers(4))]
+
+
+def test_one_mistake_anywhere_is_understood() -> None:
+    rng = np.random.default_rng(0)
+    for name in NAMES * 40:
+        typed = _misspelt(name, rng)
+        assert nearest(typed, NAMES) == f"did you mean '{name}'?", typed

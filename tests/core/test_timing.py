@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from arjuna_core.timing import Periodic
+from arjuna_core.timing import Periodic, other_clock
 
 
 @pytest.mark.parametrize(("period", "tick"), [(0.1, 0.02), (0.05, 0.02), (0.1, 0.03), (1.0, 0.02)])
@@ -48,3 +48,12 @@ def test_after_the_clock_is_set_back_it_fires_again_within_a_period() -> None:
 def test_a_period_that_is_not_positive_is_refused(period: float) -> None:
     with pytest.raises(ValueError, match="period must be positive"):
         Periodic(period)
+
+
+@pytest.mark.parametrize(
+    ("age", "who"), [(1.79e9, "start this node"), (-1.79e9, "start its sender"), (3600.0, "")]
+)
+def test_two_clocks_are_told_from_a_delay(age: float, who: str) -> None:
+    cure = other_clock(age)
+    assert who in cure
+    assert bool(cure) is bool(who)

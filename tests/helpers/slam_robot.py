@@ -14,6 +14,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import scan_msg, se2_from_pose, seconds, time_msg, transform_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
+from bringup.parameters.files import shipped_parameters
 from tests.helpers.ros import RosBench
 from tests.slam.slam_room import drive
 
@@ -79,7 +80,9 @@ class Robot:
 
 
 def started(robot: Robot, **values: Any) -> SlamToolboxNode:
-    node = SlamToolboxNode(robot.bench.process, values)
+    """Return an active node with the shipped parameters, and some of one's own over them."""
+    shipped = shipped_parameters()["slam_toolbox"]
+    node = SlamToolboxNode(robot.bench.process, {**shipped, **values})
     node.trigger_configure()
     robot.bench.process.drain()
     node.trigger_activate()

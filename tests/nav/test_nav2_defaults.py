@@ -47,6 +47,7 @@ DIFFERS = {
     **{f"dwb_core::DWBLocalPlanner.{key}": STANDS for key in
        ("max_vel_x", "max_speed_xy", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "decel_lim_x",
         "decel_lim_theta")},
+    **{f"behavior_server.{key}": FRAME for key in ("local_frame", "robot_base_frame")},
     **{f"{node}.{key}": FRAME for node in ("collision_monitor", "collision_detector")
        for key in ("base_frame_id", "odom_frame_id")},
 }  # fmt: skip

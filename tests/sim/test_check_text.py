@@ -81,7 +81,7 @@ robot 'r', root link 'base'
   stands with 'base' 0.08 m above the ground
   climbs sills of 23 mm: one axle drives it, whose wheels' friction holds on no higher edge
 not simulated, or otherwise than the file says ({count}):{notes}
-  - leans by 7 degrees soon: it tips over, or would have to balance"""
+  - leans by {degrees} degrees soon: it tips over, or would have to balance"""
 _OUTLINE = "[[-0.2, 0.1], [-0.2, -0.1], [-0.08, -0.165], [0.08, -0.165],"
 _OUTLINE += " [0.2, -0.1], [0.2, 0.1], [0.08, 0.165], [-0.08, 0.165]]"
 _TOLD = """  drive: plugin 'diff'
@@ -114,9 +114,12 @@ def _found(folder: Path, name: str, text: str) -> Found:
 
 
 @pytest.mark.parametrize(
-    ("plugin", "drive", "notes"), [(_PLUGIN, _TOLD, ""), ("", _GUESSED, _NOTE)]
+    ("plugin", "drive", "notes", "degrees"),
+    [(_PLUGIN, _TOLD, "", 7), ("", _GUESSED, _NOTE, 6)],  # which speeds up at once
 )
-def test_a_robot_is_told_link_by_link(tmp_path: Path, plugin: str, drive: str, notes: str) -> None:
+def test_a_robot_is_told_link_by_link(
+    tmp_path: Path, plugin: str, drive: str, notes: str, degrees: int
+) -> None:
     found = _found(tmp_path, "r.urdf", _ROBOT.format(plugin=plugin))
     expected = _SAID.format(
         path=tmp_path / "r.urdf",
@@ -124,6 +127,7 @@ def test_a_robot_is_told_link_by_link(tmp_path: Path, plugin: str, drive: str, n
         drive=drive,
         count=1 + bool(notes),
         notes=notes,
+        degrees=degrees,
     )
     assert found.text().splitlines() == expected.splitlines()
 

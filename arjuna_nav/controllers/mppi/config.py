@@ -92,6 +92,9 @@ class PathAlignConfig(NearGoalConfig):
         20, "Poses of the path to be reached before it counts.", minimum=0
     )
     trajectory_point_step: int = param(4, "Every which pose is looked at.", minimum=1)
+    use_path_orientations: bool = param(
+        False, "Whether the headings count too, a radian as a metre."
+    )
 
 
 @dataclass(frozen=True)
@@ -158,6 +161,9 @@ class MppiConfig:
         2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
     )
     retry_attempt_limit: int = param(1, "Tries anew where every rollout collides.", minimum=0)
+    open_loop: bool = param(
+        False, "Whether it goes on from the velocity commanded last, else from the measured one."
+    )
     regenerate_noises: bool = param(False, "Whether each command has its own noise.")
     seed: int = param(0, "Seed of the noise.", minimum=0)
     critics: tuple[str, ...] = param(_STOCK, "The critics.", choices=CRITICS, read_only=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_core.twist import Velocity
+from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
 from arjuna_nav.controllers.motion import rollout
 from arjuna_nav.controllers.mppi import motion_critics as motion
@@ -55,6 +55,7 @@ class Mppi:
         self._period = period
         self._path = TrackedPath(config.max_robot_pose_search_dist)
         self._optimizer = Optimizer(config)
+        self._last = STILL
         self.speed_limit = math.inf
         self.carrot: SE2 | None = None
 
@@ -82,7 +83,8 @@ class Mppi:
         grid = grid_seen(costmap, self._footprint, pose)
         free, left = free_places(path, grid), math.hypot(seen.x, seen.y)
         scene = Scene(path, free, seen, left, len(path) - 1, grid, costmap.clearances)
-        limits = self._limits()
+        limits, velocity = self._limits(), self._last if self._config.open_loop else velocity
+        self._last = STILL
         for _ in range(1 + self._config.retry_attempt_limit):
             if self._optimizer.improve(velocity, limits, lambda r: self._judge(r, scene, limits)):
                 command = self._optimizer.advance(self._period)
@@ -142,6 +144,7 @@ class Mppi:
         arc = rollout(pose, command, _LOOK, costmap.frame.resolution)
         hit = first_collision(costmap, self._footprint, arc)
         if hit is None:
+            self._last = command
             return ControlResult(ControlStatus.SUCCEEDED, command)
         self._optimizer.reset()
         message = f"collision ahead at ({arc[hit, 0]:.2f}, {arc[hit, 1]:.2f})"

@@ -33,9 +33,8 @@ def path_align(config: PathAlignConfig, rollouts: Rollouts, scene: Scene) -> Arr
         return None
     along = np.zeros(len(scene.path), np.float32)
     along[1:] = np.cumsum(np.hypot(*np.diff(scene.path[:, :2], axis=0).T))
-    gaps: Array = _gaps(
-        rollouts.x, rollouts.y, scene.path, along, scene.free, config.trajectory_point_step
-    )
+    step, headings = config.trajectory_point_step, config.use_path_orientations
+    gaps: Array = _gaps(rollouts, scene.path, along, scene.free, step, headings)
     return _weighed(gaps, config.cost_weight)
 
 
@@ -106,9 +105,18 @@ def _weighed(values: Array, weight: float) -> Array:
 
 @njit(cache=True, fastmath=True)
 def _gaps(
-    x: Array, y: Array, path: Array, along: Array, free: NDArray[np.bool_], step: int
+    rollouts: Rollouts,
+    path: Array,
+    along: Array,
+    free: NDArray[np.bool_],
+    step: int,
+    headings: bool,
 ) -> Array:
-    """Return each rollout's mean distance from the path's pose that is as far along."""
+    """Return each rollout's mean distance from the path's pose that is as far along.
+
+    Where headings count, a radian between them is as a metre.
+    """
+    x, y = rollouts.x, rollouts.y
     steps, batch = x.shape
     way, total = np.zeros(batch, np.float32), np.zeros(batch, np.float32)
     count, index = np.zeros(batch, np.float32), np.zeros(batch, np.int32)
@@ -125,7 +133,11 @@ def _gaps(
                 i += 1
             if free[i]:
                 dx, dy = x[t, b] - path[i, 0], y[t, b] - path[i, 1]
-                total[b] += math.sqrt(dx * dx + dy * dy)
+                off = _F(0.0)
+                if headings:
+                    off = (rollouts.yaw[t, b] - path[i, 2] + _F(math.pi)) % _F(2.0 * math.pi)
+                    off -= _F(math.pi)
+                total[b] += math.sqrt(dx * dx + dy * dy + off * off)
                 count[b] += _F(1.0)
     for b in range(batch):
         total[b] = total[b] / max(count[b], _F(1.0))

@@ -22,7 +22,8 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.messages import points_from_polygon, polygon_msg
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.safety.frames import WatchFrames
-from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Sight, Source
+from arjuna_nav.nodes.safety.source import Sight, Source
+from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
 from arjuna_nav.safety.zones import CircleConfig, PolygonConfig
 

@@ -18,6 +18,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--timeout", type=positive, default=600.0, help="give up after [s] (%(default)g)"
     )
+    parser.add_argument(
+        "--tolerance",
+        type=positive,
+        default=0.3,
+        metavar="M",
+        help="how far from it the robot may stand in the end [m] (%(default)g)",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -31,6 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
         show(f"Sending goal → X: {x:.2f} Y: {y:.2f} Yaw: {yaw:.2f}")
         progress = Progress(show)
         end = robot.goto(x, y, yaw, arguments.timeout, progress)
+        end = progress.judged(end, x, y, arguments.tolerance)
         if not end.succeeded:
             show(f"GOAL FAILED: {end.reason}")
             return 1

@@ -18,6 +18,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--timeout", type=positive, default=600.0, help="for each [s] (%(default)g)"
     )
     parser.add_argument("--pause", type=positive, default=1.0, help="between two [s] (%(default)g)")
+    parser.add_argument(
+        "--tolerance",
+        type=positive,
+        default=0.3,
+        metavar="M",
+        help="how far from it the robot may stand in the end [m] (%(default)g)",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -28,5 +35,6 @@ def run(arguments: argparse.Namespace) -> int:
 
     waypoints = load_waypoints(arguments.file)
     with Robot(namespace=arguments.namespace) as robot:
-        reached = Tour(robot, show).drive(waypoints, arguments.timeout, arguments.pause)
+        limits = arguments.timeout, arguments.pause, arguments.tolerance
+        reached = Tour(robot, show).drive(waypoints, *limits)
     return 0 if reached == len(waypoints) else 1

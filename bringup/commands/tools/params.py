@@ -81,7 +81,8 @@ def _convert(arguments: argparse.Namespace) -> int:
     from bringup.terminal import show
 
     result = converted(arguments.file)
-    for heading, lines in (("# without meaning here:", result.notes), ("", result.problems)):
+    problems = [*result.unknown, *result.problems]
+    for heading, lines in (("# without meaning here:", result.notes), ("", problems)):
         for line in [heading, *lines] if lines else []:
             sys.stderr.write(f"{line}\n" if line else "")
     show(result.text)

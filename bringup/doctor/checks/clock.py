@@ -6,6 +6,7 @@ from bringup.doctor.finding import Finding
 from bringup.doctor.snapshot import Snapshot
 
 _SLOW = 0.8  # of real time
+_LISTED = 4  # nodes that are named
 
 
 def check(snapshot: Snapshot) -> list[Finding]:
@@ -22,7 +23,18 @@ def check(snapshot: Snapshot) -> list[Finding]:
         return [
             Finding(what, "stop all but one; a player beside a simulator plays without --clock")
         ]
-    return _pace(snapshot)
+    return [*_pace(snapshot), *_others(snapshot, publishers[0])]
+
+
+def _others(snapshot: Snapshot, publisher: str) -> list[Finding]:
+    """Name the nodes whose time is another than the simulator's."""
+    names = snapshot.on_system_time
+    if not names:
+        return []
+    listed = ", ".join(names[:_LISTED])
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    what = f"{publisher} publishes /clock, and {listed}{more} stamp by the system's clock"
+    return [Finding(what, "start them with use_sim_time:=true ('nav' and 'slam' take /clock)")]
 
 
 def _pace(snapshot: Snapshot) -> list[Finding]:

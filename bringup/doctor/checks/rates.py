@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from bringup.client.endpoint import Endpoint
 from bringup.doctor.finding import Finding
 from bringup.doctor.snapshot import Snapshot
 
 LEAST = {"/scan": 5.0, "/odom": 10.0, "/imu/data": 20.0, "/joint_states": 10.0, "/tf": 10.0}
 """Least rate that mapping and navigation can work with, of the robot's time [Hz]."""
+LEAST_OF_TYPE = {"sensor_msgs/msg/LaserScan": LEAST["/scan"]}
+"""The same of what may come on a topic of any name."""
 
 
 def check(snapshot: Snapshot) -> list[Finding]:
@@ -15,15 +18,21 @@ def check(snapshot: Snapshot) -> list[Finding]:
     if passed <= 0.0:
         return []
     found = []
-    for topic, least in LEAST.items():
-        senders = [end.node for end in snapshot.publishers(topic)]
-        if not senders or topic not in snapshot.counts:
+    for topic, count in snapshot.counts.items():
+        senders = snapshot.publishers(topic)
+        least = LEAST.get(topic, LEAST_OF_TYPE.get(senders[0].type, 0.0) if senders else 0.0)
+        rate = count / passed
+        if not senders or rate >= least:
             continue
-        rate = snapshot.counts[topic] / passed
-        if rate >= least:
-            continue
-        what = f"{topic} of {senders[0]} comes at {rate:.1f} Hz, {least:g} are needed"
-        if snapshot.counts[topic] == 0:
-            what = f"nothing comes on {topic}, which {senders[0]} publishes"
+        what = f"{topic} of {senders[0].node} comes at {rate:.1f} Hz, {least:g} are needed"
+        if count == 0:
+            who = ", ".join(f"{end.node} ({_quality(end)})" for end in senders)
+            what = f"nothing comes on {topic}, which {who} publishes"
         found.append(Finding(what, "see the sensor's lines and rate; top says who has no time"))
     return found
+
+
+def _quality(end: Endpoint) -> str:
+    """Return a publisher's quality of service in words."""
+    durability = "transient local" if end.latched else "volatile"
+    return f"{'reliable' if end.reliable else 'best effort'}, {durability}"

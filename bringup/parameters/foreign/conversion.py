@@ -10,13 +10,18 @@ import yaml
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.yaml_file import read_yaml
-from bringup.parameters.composition import problems_of
+from bringup.parameters.composition import node_class, problems_of
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
 from bringup.parameters.foreign.launch_file import LaunchFile, is_launch_file
 from bringup.parameters.foreign.ros1 import convert
 from bringup.parameters.foreign.ros1_names import SECTIONS, TOPICS
 from bringup.parameters.foreign.understanding import understand
+from bringup.parameters.listing import values_of
+from bringup.parameters.robot_names import with_base_frame
 from bringup.stack import all_nodes
+
+_SMOOTHED = {".max_linear_accel": ("max_accel", 1.0), ".max_linear_decel": ("max_decel", -1.0)}
+"""A controller's limits, the velocity smoother's in their place, and their sign there."""
 
 
 class Conversion(NamedTuple):
@@ -25,11 +30,13 @@ class Conversion(NamedTuple):
     Attributes:
         text: What to write.
         notes: What has no meaning here, a line each.
-        problems: What nobody knows, and values that are not valid, a sentence each.
+        unknown: What nobody knows, a sentence each.
+        problems: Values that are not valid, a sentence each; and that nothing is left.
     """
 
     text: str
     notes: list[str]
+    unknown: list[str]
     problems: list[str]
 
 
@@ -39,17 +46,33 @@ def converted(path: Path) -> Conversion:
     Raises:
         InputFileError: It is none of these, or not of names and values.
     """
-    given, notes, problems = _given(path)
-    understood = understand(given, {}, all_nodes())
-    problems = [*problems, *understood.problems]
+    given, notes, unknown = _given(path)
+    below = shipped_parameters()
+    understood = understand(_smoothed(with_base_frame(given, below)), {}, all_nodes())
     specs = [spec for spec in all_nodes() if spec.name in understood.parameters]
-    whole = understand(understood.parameters, shipped_parameters(), all_nodes()).parameters
-    problems += problems_of(whole, specs)
+    whole = understand(understood.parameters, below, all_nodes()).parameters
+    problems = [*understood.problems, *problems_of(whole, specs)]
     if not any(understood.parameters.values()) and not problems:
         problems = ["nothing in it has a meaning here"]
-    return Conversion(
-        _as_text(understood.parameters), [*notes, *map(str, understood.remarks)], problems
-    )
+    notes = [*notes, *map(str, understood.remarks)]
+    return Conversion(_as_text(understood.parameters), notes, unknown, problems)
+
+
+def _smoothed(given: Parameters) -> Parameters:
+    """Return parameters in which the velocity smoother has the limits of a controller.
+
+    Source: nav2_regulated_pure_pursuit_controller had them before the smoother was there.
+    """
+    controllers = dict(given.get("controller_server", {}))
+    smoother = dict(given.get("velocity_smoother", {}))
+    spec = next(spec for spec in all_nodes() if spec.name == "velocity_smoother")
+    for key in list(controllers):
+        name, sign = next((of for end, of in _SMOOTHED.items() if key.endswith(end)), ("", 0.0))
+        if name and isinstance(controllers[key], int | float) and name not in smoother:
+            limits = list(values_of(node_class(spec).Config, {})[name])
+            smoother[name] = [sign * float(controllers.pop(key)), *limits[1:]]
+    found = {**given, "controller_server": controllers, "velocity_smoother": smoother}
+    return {node: values for node, values in found.items() if values or node in given}
 
 
 def _given(path: Path) -> tuple[Parameters, list[str], list[str]]:

@@ -51,10 +51,8 @@ def _zones_as_today(values: dict[str, Any]) -> dict[str, Any]:
     """Return a collision monitor's values with zones as Nav2 has them since Iron."""
     found: dict[str, Any] = {}
     for key, value in values.items():
-        zone, _, last = key.rpartition(".")
-        if last == "max_points" and isinstance(value, int):
-            found[f"{zone}.min_points"] = value + 1
-        elif last == "points" and isinstance(value, list):
+        last = key.rpartition(".")[2]
+        if last == "points" and isinstance(value, list):
             pairs = zip(value[::2], value[1::2], strict=False)
             found[key] = str([list(pair) for pair in pairs])
         else:

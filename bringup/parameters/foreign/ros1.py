@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from arjuna_core.errors import nearest
 from bringup.parameters.files import Parameters
 from bringup.parameters.foreign.ros1_names import CLASSES, NODES, SECTIONS, TABLES, targets
-from bringup.parameters.foreign.ros1_others import CURES, WITHOUT
+from bringup.parameters.foreign.ros1_others import CURES, REASONS, WITHOUT
 from bringup.parameters.foreign.ros1_sections import (
     COSTMAPS,
     holds_sections,
@@ -29,6 +29,14 @@ _SOURCE = {
     "obstacle_range": "obstacle_max_range",
     "raytrace_range": "raytrace_max_range",
 }
+_LEAST_TURNS = (
+    "min_vel_theta",
+    "min_rot_vel",
+    "min_in_place_vel_theta",
+    "min_in_place_rotational_vel",
+)
+_WEIGHTS = [f"FollowPath.{of}{what}.scale" for of in ("Path", "Goal") for what in ("Dist", "Align")]
+_CELL = 0.05  # [m] costmap_2d's resolution where a file gives none
 _LAYERS = {
     "StaticLayer": "static_layer",
     "ObstacleLayer": "obstacle_layer",
@@ -76,6 +84,7 @@ class _Conversion:
         self._without: dict[str, None] = {}
         self._unknown: dict[str, None] = {}
         self._misspelt: dict[str, dict[str, None]] = {}
+        self._weighs_metres: bool | None = None
 
     def take(self, document: Mapping[str, Any]) -> None:
         """Take a file, or a section that holds sections."""
@@ -114,13 +123,28 @@ class _Conversion:
                 follow[f"FollowPath.decel_lim_{axis}"] = -float(limit)
         for node in map(NODES.__getitem__, COSTMAPS):
             _complete_sources(self._parameters.get(node, {}))
+        if self._weighs_metres is not None:
+            self._weigh(follow)
         amcl = self._parameters.get("amcl", {})
         if any(key.startswith("initial_pose.") for key in amcl):
             amcl["set_initial_pose"] = True
         unknown = [line for item in self._misspelt.items() for line in _told(*item)]
         return Converted(self._parameters, list(self._without), [*unknown, *self._unknown])
 
+    def _weigh(self, follow: dict[str, Any]) -> None:
+        """Write TrajectoryPlanner's weights, of a metre or a cell, as DWB's, of half a metre.
+
+        Source: base_local_planner, trajectory_planner.cpp; dwb_critics, map_grid.cpp.
+        """
+        costmap = self._parameters.get(NODES["local_costmap"], {})
+        unit = 1.0 if self._weighs_metres else costmap.get("resolution", _CELL)
+        for key in _WEIGHTS:
+            if isinstance(follow.get(key), int | float):
+                follow[key] = round(2.0 * follow[key] / unit, 3)
+
     def _section(self, section: str, values: Mapping[str, Any]) -> None:
+        if section == "TrajectoryPlannerROS":
+            self._weighs_metres = bool(values.get("meter_scoring"))
         if section in ("DWAPlannerROS", "TrajectoryPlannerROS"):
             self._put("controller_server", "FollowPath.plugin", "dwb_core::DWBLocalPlanner")
         table, recoveries = targets(section), _recoveries(values)
@@ -129,13 +153,13 @@ class _Conversion:
                 self._section(SECTIONS[key], value)
             elif section in COSTMAPS and (isinstance(value, Mapping) or key == "plugins"):
                 self._part(section, key, value)
-            elif key in table and _has_meaning(key, value):
+            elif key in table and _has_meaning(key, value, values):
                 for node, name in table[key]:
                     self._put(node, name, _ours(name, value))
                 if not table[key]:
-                    self._without[f"{section}: {key}"] = None
+                    self._leave(f"{section}: {key}", key)
             elif key in table:
-                self._without[f"{section}: {key}: {value}"] = None
+                self._leave(f"{section}: {key}: {_plain(value)}", key)
             elif key in WITHOUT | recoveries or any(key in targets(other) for other in TABLES):
                 self._without[f"{section}: {key}"] = None  # another's: not read there in ROS 1
             else:
@@ -169,6 +193,10 @@ class _Conversion:
             for item in enabled.values():
                 self._put(NODES[section], f"{layer}.enabled", item)
             self._section(section, {k: v for k, v in value.items() if k not in enabled})
+
+    def _leave(self, what: str, key: str) -> None:
+        """Note what has no meaning here, and why where that is known."""
+        self._without[f"{what} ({REASONS[key]})" if key in REASONS else what] = None
 
     def _put(self, node: str, name: str, value: Any) -> None:
         self._parameters.setdefault(node, {})[name] = value
@@ -218,18 +246,43 @@ def _layer_of(name: str, values: Mapping[str, Any]) -> str:
     return "static_layer" if is_static else "obstacle_layer"
 
 
-def _has_meaning(key: str, value: Any) -> bool:
-    """Tell whether a value means anything here: a class that we have, an interval that is one."""
+def _has_meaning(key: str, value: Any, beside: Mapping[str, Any]) -> bool:
+    """Return whether a value means anything here: a class that we have, an interval that is one.
+
+    Args:
+        key: Its name.
+        value: The value.
+        beside: All values of its section.
+    """
     if key in ("base_local_planner", "base_global_planner", "odom_model_type"):
         return value in CLASSES
-    is_interval = key in ("temporalUpdate", "planner_frequency")
-    return not (is_interval and isinstance(value, int | float) and value <= 0.0)
+    if key in ("recovery_behavior_enabled", "clearing_rotation_allowed"):
+        return value is False
+    if key == "maxRange":
+        return "maxUrange" not in beside
+    if key == "max_planning_retries" and beside.get("recovery_behavior_enabled") is False:
+        return False
+    if not isinstance(value, int | float):
+        return True
+    if key == "escape_vel":
+        return value < 0.0
+    above = ("temporalUpdate", "planner_frequency", *_LEAST_TURNS)
+    return not (key in above and value <= 0.0)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as YAML has it."""
+    return str(value).lower() if isinstance(value, bool) else value
 
 
 def _ours(name: str, value: Any) -> Any:
     """Return a value as our parameter takes it."""
     if name.endswith(".use_astar"):
         return not value
+    if name in ("number_of_retries", "spin_dist") and value is False:
+        return 0 if name == "number_of_retries" else 0.0
+    if name == "backup_speed":
+        return abs(value)
     if name in ("width", "height") and isinstance(value, float):
         return math.ceil(value)
     if name == "footprint" and not isinstance(value, str):

@@ -69,7 +69,8 @@ linearUpdate minimum_travel_distance
 angularUpdate minimum_travel_heading
 temporalUpdate minimum_time_interval
 delta resolution
-- maxRange minimumScore particles sigma kernelSize lstep astep iterations lsigma ogain lskip srr srt
+maxRange max_laser_range
+- minimumScore particles sigma kernelSize lstep astep iterations lsigma ogain lskip srr srt
 - str stt resampleThreshold xmin ymin xmax ymax llsamplerange llsamplestep lasamplerange
 - lasamplestep occ_thresh tf_delay inverted_laser
 """,
@@ -82,9 +83,10 @@ oscillation_distance {_MOVES}.required_movement_radius
 base_local_planner {_FOLLOW}.plugin
 base_global_planner planner_server:GridBased.plugin
 max_planning_retries bt_navigator:number_of_retries
-- planner_patience recovery_behavior_enabled recovery_behaviors clearing_rotation_allowed
-- conservative_reset_dist shutdown_costmaps make_plan_clear_costmap make_plan_add_unreachable_goal
-- restore_defaults
+recovery_behavior_enabled bt_navigator:number_of_retries
+clearing_rotation_allowed bt_navigator:spin_dist
+- planner_patience recovery_behaviors conservative_reset_dist shutdown_costmaps
+- make_plan_clear_costmap make_plan_add_unreachable_goal restore_defaults
 """,
     **PLANNERS,
     "global_costmap": _COSTMAP,

@@ -74,3 +74,17 @@ CURES = {
     "teb_local_planner": "'FollowPath.plugin' may be a pure pursuit, DWB or MPPI",
 }
 """What to do without each."""
+REASONS = {
+    "planner_patience": "a plan that is not found is tried once more at once, then it recovers",
+    "recovery_behavior_enabled": "recoveries run here in any case; false sets number_of_retries: 0",
+    "clearing_rotation_allowed": "a recovery spins here in any case; false sets spin_dist: 0",
+    "maxRange": "the scan's own range_max counts, and max_laser_range is maxUrange",
+    "meter_scoring": "weights are of metres here; those of the file are written so",
+    "escape_vel": "the way out is backwards here; below 0 it sets backup_speed",
+    "min_vel_theta": "above 0 it sets the least rate of a turn on the spot, min_rotational_vel",
+    "holonomic_robot": "DWB drives forward and turns here",
+    "particles": "there is one map and its pose graph, no particles",
+    "minimumScore": "there is no score of that kind; match_minimum_response is the nearest",
+    **dict.fromkeys(("xmin", "ymin", "xmax", "ymax"), "the map grows as it is seen"),
+}
+"""Why a name has no effect here, or at a value, where a person who set it would ask."""

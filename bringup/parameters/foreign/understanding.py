@@ -216,21 +216,27 @@ class _Section:
             known = Kind.NO_EFFECT, _FILLED.format(value)
         if known is None and key in own:
             return True
-        known = known or without_effect.of_key(node, key) or self._of_another_plugin(key, own)
+        known = known or self._of_no_list(key, own) or without_effect.of_key(node, key)
+        known = known or self._of_another_plugin(key)
         kind, reason = known or (Kind.UNKNOWN, f"no such parameter{closest(key, own)}")
         safety = kind is Kind.NO_EFFECT and without_effect.is_safety(node, key)
         if key.partition(".")[0] not in self._left_out:
             self.remarks.append(Remark(kind, f"{node}: {key}", reason, safety))
         return False
 
-    def _of_another_plugin(self, key: str, own: Mapping[str, Any]) -> tuple[Kind, str] | None:
+    def _of_no_list(self, key: str, own: Mapping[str, Any]) -> tuple[Kind, str] | None:
+        """Return why a name has no effect that is of a plug-in which no list names."""
+        plugin, dot, _ = key.partition(".")
+        if not dot or any(name.startswith(f"{plugin}.") for name in own):
+            return None
+        if not any(_plugin_lists(node_class(self._spec).Config)):
+            return None
+        return Kind.NOT_NEEDED, f"'{plugin}' is in no list of plug-ins"
+
+    def _of_another_plugin(self, key: str) -> tuple[Kind, str] | None:
         """Return why a name has no effect that is left over of another plug-in."""
         plugin, dot, rest = key.partition(".")
-        if not dot:
-            return None
-        if not any(name.startswith(f"{plugin}.") for name in own):
-            return Kind.NOT_NEEDED, f"'{plugin}' is in no list of plug-ins"
-        for _, _, kind in _plugin_lists(node_class(self._spec).Config):
+        for _, _, kind in _plugin_lists(node_class(self._spec).Config) if dot else ():
             for cls in kind.types:
                 if rest in _keys_of(kind, cls):
                     return Kind.NOT_NEEDED, f"a parameter of {cls}, which '{plugin}' is not"

@@ -6,78 +6,155 @@ import argparse
 import importlib
 import os
 import sys
+import time
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 from typing import NoReturn
 
 from arjuna_core.errors import nearest
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs.bag import VERBS, translated
+from bringup.ros2.programs.python_file import run_file
 
 _PROGRAMS = "bringup.ros2.programs"
 
 
+@dataclass
+class RosArguments:
+    """A program's own words, and what stands between `--ros-args` and `--`.
+
+    Attributes:
+        own: Its own words.
+        remapped: The new name of each remapped one, which has no leading slash.
+        parameters: Values by name.
+        files: Parameter files.
+        level: What to log at least, "" if it is not said.
+        unused: The other words.
+    """
+
+    own: list[str] = field(default_factory=list)
+    remapped: dict[str, str] = field(default_factory=dict)
+    parameters: dict[str, str] = field(default_factory=dict)
+    files: list[str] = field(default_factory=list)
+    level: str = ""
+    unused: list[str] = field(default_factory=list)
+
+
+def ros_arguments(words: list[str]) -> RosArguments:
+    """Part a program's own words from those between `--ros-args` and `--`."""
+    found = RosArguments()
+    option, for_ros = "", False
+    for word in words:
+        if word in ("--ros-args", "--") and (for_ros or word == "--ros-args"):
+            for_ros, option = word == "--ros-args", ""
+        elif not for_ros:
+            found.own.append(word)
+        elif word.startswith("-") and ":=" not in word:
+            option = word
+            if word not in _WITH_VALUE:
+                found.unused.append(word)
+        else:
+            _note(found, option, word)
+    return found
+
+
+_WITH_VALUE = ("-r", "--remap", "-p", "--param", "--params-file", "--log-level")
+
+
+def _note(found: RosArguments, option: str, word: str) -> None:
+    """Note the value of one of ROS's options."""
+    name, sign, value = word.partition(":=")
+    if option == "--params-file":
+        found.files.append(word)
+    elif option == "--log-level":
+        found.level = value or word
+    elif sign and option in ("-r", "--remap"):
+        found.remapped[name.lstrip("/")] = value
+    elif sign and option in ("-p", "--param"):
+        found.parameters[name.lstrip("/")] = value
+    else:
+        found.unused.append(word)
+
+
 def _teleop(words: list[str]) -> NoReturn:
     """Run teleop_twist_keyboard: its parameters and remapping as our options."""
-    _, remapped, parameters = ros_arguments(words)
+    given = ros_arguments(words)
     options = ["--keys", "twist"]
-    if "cmd_vel" in remapped:
-        options += ["--topic", remapped["cmd_vel"]]
+    if "cmd_vel" in given.remapped:
+        options += ["--topic", given.remapped["cmd_vel"]]
     for name in ("speed", "turn"):
-        if name in parameters:
-            options += [f"--{name}", parameters[name]]
-    if parameters.get("stamped", "").lower() == "true":
+        if name in given.parameters:
+            options += [f"--{name}", given.parameters[name]]
+    if given.parameters.get("stamped", "").lower() == "true":
         options.append("--stamped")
     arjuna("teleop", options)
 
 
 def _save_map(words: list[str]) -> NoReturn:
     """Run map_saver_cli: its options as ours."""
-    rest, remapped, parameters = ros_arguments(words)
+    given = ros_arguments(words)
     parser = argparse.ArgumentParser(prog="ros2 run nav2_map_server map_saver_cli")
-    parser.add_argument("-f", dest="name", default="map", help="path without suffix (map)")
-    parser.add_argument("-t", dest="topic", default=remapped.get("map"), help="the map's (map)")
+    name = f"map_{int(time.time())}"
+    parser.add_argument("-f", dest="name", default=name, help="path without suffix (map_TIME)")
+    parser.add_argument("-t", dest="topic", default=given.remapped.get("map"), help="its topic")
     for name in ("occ", "free", "mode", "fmt"):
         parser.add_argument(f"--{name}", help=f"as 'arjuna save-map --{name}'")
-    given = vars(parser.parse_args(rest))
-    options = [given.pop("name"), "--timeout", parameters.get("save_map_timeout", "10.0")]
-    for name, value in given.items():
+    chosen = vars(parser.parse_args(given.own))
+    options = [chosen.pop("name"), "--timeout", given.parameters.get("save_map_timeout", "10.0")]
+    for name, value in chosen.items():
         options += [f"--{name}", value] if value is not None else []
     arjuna("save-map", options)
+
+
+_REMAPPED = {"scan": "--scan-topic", "__ns": "--namespace"}
+"""Our option for what slam_toolbox's nodes are remapped by."""
+
+
+def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
+    """Run a node of slam_toolbox; the parameter is what makes it that node."""
+    given = ros_arguments(words)
+    options: list[str] = []
+    for file in given.files:
+        options += ["--params", file]
+    if "use_sim_time" in given.parameters:
+        options += ["--use-sim-time", given.parameters.pop("use_sim_time")]
+    set_here = [f"{name}:={value}" for name, value in given.parameters.items()]
+    unused = [*given.own, *given.unused]
+    for name, value in given.remapped.items():
+        if name in _REMAPPED:
+            options += [_REMAPPED[name], value]
+        elif name == "map":
+            set_here.append(f"map_name:={value}")
+        else:
+            unused.append(f"{name}:={value}")
+    for item in [*set_here, *filter(None, [parameter])]:
+        options += ["--param", item]
+    options += ["--log-level", given.level] if given.level else []
+    if unused:
+        print(f"no effect: {' '.join(unused)}", flush=True)
+    arjuna("slam", options)
 
 
 # What `ros2 run PACKAGE EXECUTABLE` runs
 PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("nav2_map_server", "map_saver_cli"): _save_map,
+    ("slam_toolbox", "async_slam_toolbox_node"): _slam_toolbox,
+    ("slam_toolbox", "lifelong_slam_toolbox_node"): partial(
+        _slam_toolbox, parameter="mode:=lifelong"
+    ),
+    ("slam_toolbox", "localization_slam_toolbox_node"): partial(
+        _slam_toolbox, parameter="mode:=localization"
+    ),
+    ("slam_toolbox", "sync_slam_toolbox_node"): partial(
+        _slam_toolbox, parameter="synchronous:=true"
+    ),
     ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
     ("tf2_ros", "tf2_echo"): f"{_PROGRAMS}.tf2_echo",
     ("tf2_tools", "view_frames"): f"{_PROGRAMS}.view_frames",
 }
-
-
-def ros_arguments(words: list[str]) -> tuple[list[str], dict[str, str], dict[str, str]]:
-    """Part a program's own words from those between `--ros-args` and `--`.
-
-    Returns:
-        Its own words, the remapped names (without leading slash) and the parameters.
-    """
-    own: list[str] = []
-    remapped: dict[str, str] = {}
-    parameters: dict[str, str] = {}
-    target, for_ros = None, False
-    for word in words:
-        if word in ("--ros-args", "--") and (for_ros or word == "--ros-args"):
-            for_ros = word == "--ros-args"
-        elif not for_ros:
-            own.append(word)
-        elif word in ("-r", "--remap"):
-            target = remapped
-        elif word in ("-p", "--param"):
-            target = parameters
-        elif ":=" in word and target is not None:
-            name, value = word.split(":=", maxsplit=1)
-            target[name.lstrip("/")] = value
-    return own, remapped, parameters
 
 
 def arjuna(command: str, words: list[str]) -> NoReturn:
@@ -87,27 +164,31 @@ def arjuna(command: str, words: list[str]) -> NoReturn:
 
 
 def run(words: list[str]) -> int:
-    """Run a program of a package.
+    """Run a program of a package, or a file of Python.
 
     Raises:
-        Ros2Error: There is no such package or program.
+        Ros2Error: There is no such package or program, or nothing in the file is called.
     """
-    if len(words) < 2 or words[0] in ("-h", "--help"):
-        print("usage: ros2 run [-h] package_name executable_name ...\n")
+    if not words or words[0] in ("-h", "--help"):
+        print(
+            "usage: ros2 run [-h] package_name executable_name ...\n       ros2 run FILE.py ...\n"
+        )
         print("\n".join(f"  {package} {name}" for package, name in sorted(PROGRAMS)))
-        return 0 if words[:1] in (["-h"], ["--help"]) else 2
-    package, name = words[:2]
+        return 0 if words else 2
+    if words[0].endswith(".py"):
+        run_file(Path(words[0]), words[1:])
+        return 0
+    package, name = words[0], "".join(words[1:2])
     if package not in {known for known, _ in PROGRAMS}:
         valid = nearest(package, {known for known, _ in PROGRAMS})
-        raise Ros2Error(f"Package '{package}' not found; {valid}")
+        raise Ros2Error(f"Package '{package}' not found; {valid}; 'ros2 run FILE.py' runs a file")
     if (package, name) not in PROGRAMS:
         valid = nearest(name, {known for other, known in PROGRAMS if other == package})
         raise Ros2Error(f"No executable found; {valid}")
     program = PROGRAMS[package, name]
     if isinstance(program, str):
         module = importlib.import_module(program)
-        own, _, _ = ros_arguments(words[2:])  # rclpy reads the others itself
-        module.main(own)
+        module.main(ros_arguments(words[2:]).own)  # rclpy reads the others itself
     else:
         program(words[2:])
     return 0

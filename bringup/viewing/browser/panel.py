@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
@@ -32,9 +32,12 @@ class Panel:
     Args:
         server: viser's server.
         wish: Takes a wish; must not block.
+        shown: The layers that are shown at first.
     """
 
-    def __init__(self, server: viser.ViserServer, wish: Callable[[Wish], None]) -> None:
+    def __init__(
+        self, server: viser.ViserServer, wish: Callable[[Wish], None], shown: Collection[str]
+    ) -> None:
         self._gui = server.gui
         self._wish = wish
         self._gui.configure_theme(show_logo=False, show_share_button=False)
@@ -46,7 +49,7 @@ class Panel:
         self._camera = self._gui.add_image(black, label="Camera", format="jpeg", visible=False)
         with self._gui.add_folder("Layers", expand_by_default=True):
             for name, layer in LAYERS.items():
-                self._add_layer(name, layer.label, layer.shown)
+                self._add_layer(name, layer.label, name in shown)
         with self._gui.add_folder("Drive by hand", expand_by_default=False):
             self._add_driving()
         with self._gui.add_folder("Nodes", expand_by_default=False):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import time
+from collections.abc import Collection
 from typing import Any
 
 import viser
@@ -34,25 +35,35 @@ class Viewer:
         server: viser's server.
         robot: The ROS side.
         find_mesh: Finds the meshes of the robot's description.
+        shown: The layers that are shown at first; those of `LAYERS` by default.
     """
 
     def __init__(
-        self, server: viser.ViserServer, robot: RobotSide, find_mesh: looks.FindMesh
+        self,
+        server: viser.ViserServer,
+        robot: RobotSide,
+        find_mesh: looks.FindMesh,
+        shown: Collection[str] | None = None,
     ) -> None:
         self._robot = robot
         self._find_mesh = find_mesh
         self.wishes: queue.SimpleQueue[Wish] = queue.SimpleQueue()
         self._scene = Scene(server)
         self._body = RobotScene(server)
-        self._panel = Panel(server, self.wishes.put)
+        usual = {name for name, layer in LAYERS.items() if layer.shown}
+        self._shown = usual if shown is None else set(shown)
+        self._panel = Panel(server, self.wishes.put, self._shown)
         self._pointer = Pointer(server, self.wishes.put)
         self._tool = Tool.LOOK
-        self._shown = {name for name, layer in LAYERS.items() if layer.shown}
         self._base = ""
         self._waiting: dict[str, Any] = {}
         self._due = 0.0
         self._viewers = 0
         self._server = server
+        for name in usual ^ self._shown:
+            self._scene.show(name, name in self._shown)
+            self._body.show(name, name in self._shown)
+        self._panel.show_camera("camera" in self._shown)
         server.on_client_connect(self._on_viewers)
         server.on_client_disconnect(self._on_viewers)
 

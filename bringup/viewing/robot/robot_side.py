@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -41,11 +41,13 @@ class RobotOptions:
         namespace: Of its topics and services.
         fixed_frame: The frame to draw and to command in.
         command_topic: Of velocities by hand.
+        topics: Other names of topics, by the keys of `TOPICS`.
     """
 
     namespace: str = ""
     fixed_frame: str = "map"
     command_topic: str = "cmd_vel"
+    topics: Mapping[str, str] = field(default_factory=dict)
 
 
 class RobotSide:
@@ -72,7 +74,7 @@ class RobotSide:
         self.navigation = NavigationWatch(self.node, services)
         self.managed = ManagedNodes(services)
         self.entities = EntityWatch(services)
-        self._feed = Feed(self.node)
+        self._feed = Feed(self.node, options.topics)
         self._hand = HandDrive(self.node, options.command_topic)
         self._pose_out = self.node.create_publisher(
             PoseWithCovarianceStamped, "initialpose", qos.DEFAULT

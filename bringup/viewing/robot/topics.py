@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -146,7 +146,7 @@ TOPICS = {
     "slam_belief": Topic("particles", "pose", PoseWithCovarianceStamped, qos.DEFAULT, _belief),
     "plan": Topic("global_path", "plan", Path, qos.DEFAULT, lambda m: _path(m, _GLOBAL, 0.03)),
     "local_plan": Topic(
-        *("local_path", "received_global_plan", Path, qos.DEFAULT),
+        *("local_path", "local_plan", Path, qos.DEFAULT),
         lambda m: _path(m, _LOCAL, 0.05),
     ),
     "goal": Topic("goals", "goal_pose", PoseStamped, qos.DEFAULT, _goal),
@@ -161,16 +161,22 @@ class Feed:
 
     Args:
         node: The viewer's node.
+        names: Other names of topics, by the keys of `TOPICS`.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, names: Mapping[str, str]) -> None:
         self._node = node
+        self._topics = {
+            key: replace(topic, name=names.get(key, topic.name)) for key, topic in TOPICS.items()
+        }
         self._open: dict[str, tuple[str, Any]] = {}
         self._newest: dict[str, bytes] = {}
 
     def listen(self, layers: Collection[str]) -> None:
         """Subscribe to the topics of layers, and to no others."""
-        wanted = {key: self._name(topic) for key, topic in TOPICS.items() if topic.layer in layers}
+        wanted = {
+            key: self._name(topic) for key, topic in self._topics.items() if topic.layer in layers
+        }
         for key, (name, subscription) in list(self._open.items()):
             if wanted.get(key) != name:
                 self._node.destroy_subscription(subscription)

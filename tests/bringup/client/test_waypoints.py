@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -47,20 +48,27 @@ def test_what_is_no_tour_is_refused(tmp_path: Path, text: str, problem: str) -> 
         load_waypoints(_file(tmp_path, text))
 
 
+def _at(x: float, y: float, left: float = 0.0) -> Any:
+    """Return the feedback of a robot at a place [m] with some distance left [m]."""
+    position, upright = SimpleNamespace(x=x, y=y), SimpleNamespace(x=0.0, y=0.0, z=0.0, w=1.0)
+    pose = SimpleNamespace(pose=SimpleNamespace(position=position, orientation=upright))
+    return SimpleNamespace(distance_remaining=left, current_pose=pose)
+
+
 class Driven:
     """A robot that reaches all but the way-points with a negative x."""
 
     session = SimpleNamespace(run_until=lambda *args, **options: False)
 
     def goto(self, x: float, y: float, yaw: float, timeout: float, progress: Any) -> Any:
-        progress(SimpleNamespace(distance_remaining=1.5))
+        progress(_at(x, y, 1.5))
         return SimpleNamespace(succeeded=x >= 0.0, reason="aborted: no way (308)")
 
 
 def test_a_tour_skips_what_fails_and_sums_up() -> None:
     lines: list[str] = []
     robot: Any = Driven()
-    reached = Tour(robot, lines.append).drive([(1, 1, 0), (-1, 0, 0), (0, 0, 0)], 1.0, 0.1)
+    reached = Tour(robot, lines.append).drive([(1, 1, 0), (-1, 0, 0), (0, 0, 0)], 1.0, 0.1, 0.3)
     assert reached == 2
     text = "\n".join(lines)
     assert "Waypoint 2 / 3 → X: -1.00 Y: 0.00 Yaw: 0.00" in text
@@ -85,3 +93,30 @@ def test_arrival_is_where_the_robot_was_at_last() -> None:
     for at in (None, SimpleNamespace(pose=pose)):
         progress(SimpleNamespace(distance_remaining=0.0, current_pose=at))
     assert progress.arrival == " - arrived at (1.00, -2.00), yaw 1.57"
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a goal ended, as `GoalEnd`."""
+
+    succeeded: bool
+    reason: str = ""
+
+
+@pytest.mark.parametrize(("tolerance", "reached"), [(0.3, False), (0.6, True)])
+def test_a_goal_that_was_moved_is_reached_within_the_tolerance(
+    tolerance: float, reached: bool
+) -> None:
+    progress = Progress(lambda line: None)
+    progress(_at(1.0, 0.5))
+    end: Any = progress.judged(cast(Any, Ended(True)), 1.0, 1.0, tolerance)
+    assert end.succeeded is reached
+    said = "asked for (1.00, 1.00), reached (1.00, 0.50), 0.50 m off: the planner took"
+    assert end.reason.startswith(said) is not reached
+
+
+def test_a_goal_that_failed_stays_so() -> None:
+    progress = Progress(lambda line: None)
+    progress(_at(5.0, 5.0))
+    end: Any = progress.judged(cast(Any, Ended(False, "aborted")), 1.0, 1.0, 0.3)
+    assert end.reason == "aborted"

@@ -135,6 +135,12 @@ BROKEN = {
     "a paused simulation": (replace(HEALTHY, clock=Clock(0.0)), "clock", "stands still"),
     "a clock set back": (replace(HEALTHY, clock=Clock(3.0, 2)), "clock", "set back 2 times"),
     "a slow simulation": (replace(HEALTHY, clock=Clock(1.5)), "clock", "runs at 0.50 of real"),
+    "nodes of another clock": (
+        replace(HEALTHY, on_system_time=("/amcl", "/b", "/c", "/d", "/e")),
+        "clock",
+        "/sim publishes /clock, and /amcl, /b, /c, /d and 1 more stamp by the system's clock: "
+        "start them with use_sim_time:=true",
+    ),
     "a node asleep": (
         replace(HEALTHY, states={"/amcl": "inactive"}),
         "lifecycle",
@@ -161,7 +167,19 @@ BROKEN = {
         "rates",
         "/scan of /sim comes at 2.0 Hz, 5 are needed",
     ),
-    "a dead topic": (replace(HEALTHY, counts={"/odom": 0}), "rates", "nothing comes on /odom"),
+    "a dead topic": (
+        replace(HEALTHY, counts={"/odom": 0}),
+        "rates",
+        "nothing comes on /odom, which /sim .reliable, ",
+    ),
+    "a dead lidar of another name": (
+        replace(
+            _with(_end("/lidar", "/front/scan", True, reliable=False)),
+            counts={**HEALTHY.counts, "/front/scan": 0},
+        ),
+        "rates",
+        "nothing comes on /front/scan, which /lidar .best effort, volatile. publishes",
+    ),
     "no localization": (_frames(odom=None), "transforms", "no transform map -> odom"),
     "no odometry": (_frames(base_footprint=None), "transforms", "no transform odom -> base"),
     "a late frame": (
@@ -191,6 +209,11 @@ BROKEN = {
         "no frame base_footprint or base_link",
     ),
     "no lidar": (_without(ENDPOINTS[2]), "lidar", "nobody publishes /scan, and /amcl"),
+    "a scan of another name": (
+        _with(_end("/collision_monitor", "/laser/scan", False)),
+        "lidar",
+        "nobody publishes /laser/scan, and /collision_monitor wait for it: scans come on /scan",
+    ),
     "a covered lidar": (_scan(returns=0.01), "lidar", "1% of the lidar's beams hit anything"),
     "a lidar in the body": (_scan(near=0.3), "lidar", "30% of the lidar's beams hit the robot"),
     "left for right": (_scan(upside_down=True), "lidar", "left and right are swapped"),

@@ -14,7 +14,7 @@ from bringup.ros2.main import main, real_ros2
 from bringup.ros2.programs.bag import translated
 from bringup.ros2.tables import COMMANDS
 from bringup.ros2.verbs import forward, launch
-from bringup.ros2.verbs.forward import ros_arguments
+from bringup.ros2.verbs.forward import RosArguments, ros_arguments
 
 ALL = [(command.name, verb) for command in COMMANDS for verb in command.verbs]
 
@@ -130,15 +130,20 @@ def test_the_daemon_is_not_running(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_an_unknown_program_names_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "tf2_rso", "tf2_echo"]) == 1
-    assert capsys.readouterr().err == "Package 'tf2_rso' not found; did you mean 'tf2_ros'?\n"
+    told = capsys.readouterr().err
+    assert told.startswith("Package 'tf2_rso' not found; did you mean 'tf2_ros'?; 'ros2 run FILE")
 
 
 def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
     words = "-f a --ros-args --remap /cmd_vel:=/b -p stamped:=true -p speed:=0.5 -- -t c"
-    assert ros_arguments(words.split()) == (
+    assert ros_arguments(words.split()) == RosArguments(
         ["-f", "a", "-t", "c"],
         {"cmd_vel": "/b"},
         {"stamped": "true", "speed": "0.5"},
+    )
+    words = "a --ros-args --params-file p.yaml --log-level x:=debug --log-level warn -e -- b"
+    assert ros_arguments(words.split()) == RosArguments(
+        ["a", "b"], files=["p.yaml"], level="warn", unused=["-e"]
     )
 
 
@@ -154,6 +159,18 @@ def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
             "nav2_map_server map_saver_cli -f a --occ 65 --fmt png --ros-args -r map:=/plan",
             "save-map a --timeout 10.0 --topic /plan --occ 65 --fmt png",
         ),
+        ("slam_toolbox async_slam_toolbox_node", "slam"),
+        (
+            "slam_toolbox sync_slam_toolbox_node --ros-args --params-file s.yaml"
+            " -p use_sim_time:=false -r scan:=/front -r __ns:=/a -r map:=/m --log-level debug",
+            "slam --params s.yaml --use-sim-time false --scan-topic /front --namespace /a"
+            " --param map_name:=/m --param synchronous:=true --log-level debug",
+        ),
+        (
+            "slam_toolbox localization_slam_toolbox_node --ros-args -p map_file_name:=room",
+            "slam --param map_file_name:=room --param mode:=localization",
+        ),
+        ("slam_toolbox lifelong_slam_toolbox_node", "slam --param mode:=lifelong"),
     ],
 )
 def test_run_becomes_a_command_of_arjuna(
@@ -179,9 +196,65 @@ def test_run_becomes_a_command_of_arjuna(
         (
             "slam_toolbox online_async_launch.py slam_params_file:=s.yaml autostart:=true",
             "slam --params s.yaml",
-            ["autostart:=true"],
+            [],
         ),
-        ("slam_toolbox online_sync_launch.py use_sim_time:=False", "robot --slam", []),
+        (
+            "slam_toolbox online_async_launch.py autostart:=false use_lifecycle_manager:=true",
+            "slam",
+            ["no effect: autostart:=false (nodes start", "no effect: use_lifecycle_manager:=true"],
+        ),
+        (
+            "slam_toolbox online_sync_launch.py use_sim_time:=False",
+            "slam --param synchronous:=true --use-sim-time false",
+            [],
+        ),
+        ("slam_toolbox offline_launch.py", "slam --param synchronous:=true", []),
+        (
+            "slam_toolbox localization_launch.py slam_params_file:=s.yaml",
+            "slam --param mode:=localization --params s.yaml",
+            [],
+        ),
+        ("slam_toolbox lifelong_launch.py use_sim_time:=true", "slam --param mode:=lifelong", []),
+        (
+            "nav2_bringup slam_launch.py params_file:=p.yaml use_sim_time:=false",
+            "slam --param synchronous:=true --use-sim-time false --params p.yaml",
+            [],
+        ),
+        (
+            "nav2_bringup localization_launch.py map:=m.yaml use_composition:=True",
+            "nav --without-navigation --map m.yaml",
+            ["no effect: use_composition:=True (each group of nodes is one process)"],
+        ),
+        (
+            "nav2_bringup navigation_launch.py use_sim_time:=false params_file:=p.yaml",
+            "robot --without-localization --params p.yaml",
+            [],
+        ),
+        (
+            "nav2_bringup navigation_launch.py map:=m.yaml mapp:=m.yaml --debug",
+            "nav --without-localization",
+            ["map:=m.yaml (unknown argument", "mapp:=m.yaml (unknown", "--debug (unknown option"],
+        ),
+        (
+            "nav2_bringup bringup_launch.py use_localization:=False namespace:=/a log_level:=warn",
+            "nav --without-localization --namespace /a --log-level warn",
+            [],
+        ),
+        (
+            "nav2_bringup bringup_launch.py map:=m.yaml namespace:=a use_namespace:=false",
+            "nav --map m.yaml",
+            ["no effect: namespace (use_namespace is false)"],
+        ),
+        (
+            "nav2_bringup bringup_launch.py mpa:=m.yaml slam:=true use_respawn:=False",
+            "nav --slam",
+            ["mpa:=m.yaml (unknown argument; did you mean 'map'?)", "use_respawn:=False"],
+        ),
+        (
+            "nav2_bringup rviz_launch.py namespace:=a rviz_config:=x.rviz",
+            "view --namespace a --config x.rviz",
+            [],
+        ),
     ],
 )
 def test_a_known_launch_file_becomes_a_command_of_arjuna(
@@ -198,7 +271,30 @@ def test_a_known_launch_file_becomes_a_command_of_arjuna(
     told = capsys.readouterr().out
     assert f"$ python -m bringup {expected}\n" in told
     assert all(word in told for word in unused)
+    assert told.count("no effect") == len(unused)
     parse(started[0])
+
+
+def test_the_map_may_be_named_by_the_parameter_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[list[str]] = []
+    monkeypatch.setattr(launch, "arjuna", lambda command, rest: started.append([command, *rest]))
+    path = tmp_path / "nav2.yaml"
+    path.write_text("map_server: {ros__parameters: {yaml_filename: a/room.yaml}}")
+    main(["launch", "nav2_bringup", "localization_launch.py", f"params_file:={path}"])
+    expected = ["nav", "--without-navigation", "--map", "a/room.yaml", "--params", str(path)]
+    assert started == [expected]
+
+
+@pytest.mark.parametrize(("package", "file"), launch.LAUNCHES)
+def test_every_launch_file_lists_its_arguments(
+    package: str, file: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["launch", package, file, "--show-args"]) == 0
+    told = capsys.readouterr().out
+    assert "use_sim_time" in told
+    assert "Without an effect here: " in told
 
 
 def test_an_unknown_launch_file_names_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:

@@ -84,3 +84,12 @@ def test_a_check_that_raises_leaves_the_old_file(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="no"):
         write_atomically(path, b"new", refuse)
     assert path.read_bytes() == b"old"
+
+
+def test_a_link_at_the_part_s_name_is_not_written_through(tmp_path: Path) -> None:
+    foreign = tmp_path / "foreign"
+    foreign.write_bytes(b"mine")
+    (tmp_path / ".file.part").symlink_to(foreign)
+    write_atomically(tmp_path / "file", b"new")
+    assert (tmp_path / "file").read_bytes() == b"new"
+    assert foreign.read_bytes() == b"mine"

@@ -183,3 +183,24 @@ def test_colours_are_averaged_to_shades(tmp_path: Path) -> None:
     header = {"image": "m.png", "resolution": 0.05, "origin": [0, 0, 0]}
     (tmp_path / "m.yaml").write_text(yaml.safe_dump(header))
     assert load_map(tmp_path / "m.yaml").data.tolist() == [[100, 0]]
+
+
+@pytest.mark.parametrize("ending", ["yaml", "png"])
+def test_a_file_of_something_else_is_not_overwritten(tmp_path: Path, ending: str) -> None:
+    foreign = tmp_path / f"notes.{ending}"
+    foreign.write_bytes(b"name: mine")
+    with pytest.raises(MapError, match="it is not overwritten; choose another name"):
+        save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "notes", "png")
+    assert foreign.read_bytes() == b"name: mine"
+    assert list(tmp_path.iterdir()) == [foreign]
+
+
+@pytest.mark.parametrize("image_format", ["pgm", "png"])
+def test_a_map_is_overwritten_and_one_without_its_image_too(
+    tmp_path: Path, image_format: str
+) -> None:
+    for _ in range(2):
+        _, image = save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "room", image_format)
+    image.unlink()
+    save_map(OccupancyGrid(FRAME, TRINARY), tmp_path / "room", image_format)
+    np.testing.assert_array_equal(load_map(tmp_path / "room.yaml").data, TRINARY)

@@ -100,7 +100,7 @@ class Play:
             self._far.set_map(grid)
         self._has_map = grid is not None
         self._unmapped: list[PlacedScan] = []
-        self._config = load(FollowerConfig, _shipped("controller_server"))
+        self._config = load(FollowerConfig, _followed())
         self._follower: PathFollower | None = None
         self._stands = _LOOKS if people else -math.inf
         self._T_true_map = self._T_true_odom = SE2()
@@ -220,6 +220,12 @@ def shipped_zones() -> dict[str, Any]:
     """Return the zones of Arjuna's collision monitor."""
     values = _shipped("collision_monitor")
     return {name: values[name] for name in ("polygons", *values["polygons"])}
+
+
+def _followed() -> dict[str, Any]:
+    """Return the parameters that Arjuna follows paths with, without those of its node alone."""
+    values = _shipped("controller_server")
+    return {key: each for key, each in values.items() if not key.endswith("_velocity_threshold")}
 
 
 def _shipped(node: str) -> dict[str, Any]:

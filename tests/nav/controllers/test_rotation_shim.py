@@ -126,3 +126,18 @@ def test_a_turn_that_would_soon_hit_something_is_refused(
         assert result.velocity == STILL
     else:
         assert (result.velocity.v, result.velocity.w) == (0.0, W_MAX)
+
+
+def test_in_an_open_loop_a_turn_goes_on_from_what_was_commanded() -> None:
+    for closed, rates in ((True, (0.075, 0.075)), (False, (0.075, 0.15))):
+        controller = shim(closed_loop=closed, max_angular_accel=1.5)
+        for rate in rates:
+            assert asked(controller, SE2(0.0, 0.0, -1.5)).velocity.w == pytest.approx(rate)
+
+
+def test_it_may_turn_as_the_paths_pose_looks() -> None:
+    aside = X_AXIS + np.array([0.0, 0.0, -1.2])
+    for looks, first in ((False, 0.0), (True, -0.075)):
+        controller = shim(use_path_orientations=looks, max_angular_accel=1.5)
+        controller.set_path(aside)
+        assert asked(controller, SE2()).velocity.w == pytest.approx(first)

@@ -10,12 +10,13 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
+from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file
 from bringup import cli
 from bringup.cli_parser import parse
 from bringup.parameters import inputs
 from bringup.processes import interactive
-from bringup.stack import LOCALIZATION_GROUP
+from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
 
 pytestmark = pytest.mark.ros
 BURGER = str(shipped_file("urdf/burger.urdf"))
@@ -107,6 +108,36 @@ def test_a_maps_folder_is_that_of_every_node_that_reads_or_writes_maps() -> None
     parameters = inputs.gather(parse(["slam", "--maps-folder", "mine"]))
     for node in ("map_saver", "slam_toolbox"):
         assert parameters[node]["maps_folder"] == str(Path("mine").resolve())
+
+
+@pytest.mark.parametrize("command", ["nav", "robot"])
+@pytest.mark.parametrize(
+    ("words", "groups"),
+    [
+        ("--map m.yaml", (LOCALIZATION_GROUP, NAVIGATION_GROUP)),
+        ("--map m.yaml --without-navigation", (LOCALIZATION_GROUP,)),
+        ("--slam --without-navigation", (SLAM_GROUP,)),
+        ("--without-localization", (NAVIGATION_GROUP,)),
+    ],
+)
+def test_a_half_of_the_stack_may_be_left_out(
+    command: str, words: str, groups: tuple[Group, ...]
+) -> None:
+    assert inputs.groups_of(parse([command, *words.split()])) == groups
+
+
+def test_both_halves_may_not_be_left_out() -> None:
+    with pytest.raises(ArjunaError, match="nothing is left to run"):
+        inputs.groups_of(parse(["nav", "--without-localization", "--without-navigation"]))
+
+
+def test_parameters_of_the_command_line_win_over_files(tmp_path: Path) -> None:
+    path = tmp_path / "slam.yaml"
+    path.write_text("slam_toolbox: {ros__parameters: {mode: mapping, resolution: 0.1}}")
+    words = ["--param", "mode:=lifelong", "--param", "slam_toolbox:map_update_interval:=3.0"]
+    values = inputs.gather(parse(["slam", "--params", str(path), *words]))["slam_toolbox"]
+    named = {"mode": "lifelong", "resolution": 0.1, "map_update_interval": 3.0}
+    assert {key: values[key] for key in named} == named
 
 
 def test_a_domain_is_that_of_the_processes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -10,10 +11,11 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
 from bringup.cli_parser import parse
-from bringup.parameters.files import load_parameters
+from bringup.parameters.files import load_parameters, merged, shipped_parameters
 from bringup.parameters.foreign.conversion import Conversion, converted
 from bringup.parameters.foreign.ros1_names import TABLES, targets
 from bringup.parameters.reading import check_file
+from bringup.parameters.robot_names import KEYS
 from tests.helpers.nav.stock_files import FILES
 
 pytestmark = pytest.mark.ros
@@ -112,7 +114,54 @@ CASES = {
         "dwb_core::DWBLocalPlanner",
         "move_base: planner_patience",
     ),
-    "DWA": (DWA, "controller_server", "FollowPath.decel_lim_x", -1.0, "min_vel_theta"),
+    "DWA": (DWA, "controller_server", "FollowPath.decel_lim_x", -1.0, ""),
+    "a least turn": (DWA, "behavior_server", "min_rotational_vel", 0.3, ""),
+    "a patience": (MOVE_BASE, "bt_navigator", "replanning_frequency", 1.0, "tried once more"),
+    "no recoveries": (
+        "{recovery_behavior_enabled: false, max_planning_retries: 9,"
+        " clearing_rotation_allowed: true}",
+        "bt_navigator",
+        "number_of_retries",
+        0,
+        "clearing_rotation_allowed: true (a recovery spins here in any case",
+    ),
+    "no spin": ("{clearing_rotation_allowed: false}", "bt_navigator", "spin_dist", 0.0, ""),
+    "a range alone": ("{maxRange: 12.0, delta: 0.1}", "slam_toolbox", "max_laser_range", 12.0, ""),
+    "a way out": (
+        "TrajectoryPlannerROS: {escape_vel: -0.2, meter_scoring: false}",
+        "bt_navigator",
+        "backup_speed",
+        0.2,
+        "weights are of metres here",
+    ),
+    "a way out that is none": (
+        "TrajectoryPlannerROS: {escape_vel: 0.2, sim_time: 2.0}",
+        "controller_server",
+        "FollowPath.sim_time",
+        2.0,
+        "escape_vel: 0.2 (the way out is backwards here",
+    ),
+    "a look ahead": (
+        "TrajectoryPlannerROS: {heading_lookahead: 0.5}",
+        "controller_server",
+        "FollowPath.GoalAlign.forward_point_distance",
+        0.5,
+        "",
+    ),
+    "a weight of metres": (
+        TRAJECTORY,
+        "controller_server",
+        "FollowPath.PathDist.scale",
+        1.2,
+        "",
+    ),
+    "a weight of cells": (
+        "TrajectoryPlannerROS: {pdist_scale: 0.6}",
+        "controller_server",
+        "FollowPath.PathDist.scale",
+        24.0,
+        "",
+    ),
     "a weight": (DWA, "controller_server", "FollowPath.PathAlign.scale", 32.0, ""),
     "TrajectoryPlanner": (
         TRAJECTORY,
@@ -147,7 +196,7 @@ def written(folder: Path, text: str) -> Path:
 
 def checked(folder: Path, text: str) -> Conversion:
     result = converted(written(folder, text))
-    assert result.problems == []
+    assert (result.unknown, result.problems) == ([], [])
     return result
 
 
@@ -162,6 +211,45 @@ def test_a_ros1_file_becomes_one_that_loads(case: str, tmp_path: Path) -> None:
     assert check_file(ours).refused_by(strict=True) == []
 
 
+def _base_frames(text: str, folder: Path) -> set[str]:
+    """Return the base frames that a file leads to, over the shipped parameters."""
+    loaded = load_parameters([written(folder, checked(folder, text).text)])
+    whole = merged(shipped_parameters(), loaded)
+    return {f for n, k in KEYS["base_frame"].items() if (f := whole.get(n, {}).get(k))}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "amcl: {base_frame_id: robot_footprint}",
+        "{amcl: {base_frame_id: /robot_footprint},"
+        " local_costmap: {robot_base_frame: robot_footprint}}",
+        "bt_navigator: {ros__parameters: {robot_base_frame: robot_footprint}}",
+        "{base_frame: robot_footprint, delta: 0.1}",
+    ],
+)
+def test_a_robot_has_one_base_frame(text: str, tmp_path: Path) -> None:
+    assert _base_frames(text, tmp_path) == {"robot_footprint"}
+
+
+def test_two_base_frames_stay_two(tmp_path: Path) -> None:
+    text = "{amcl: {base_frame_id: foot}, global_costmap: {robot_base_frame: body}}"
+    assert {"foot", "body"} <= _base_frames(text, tmp_path)
+
+
+def test_a_controller_s_accelerations_are_the_velocity_smoother_s(tmp_path: Path) -> None:
+    def smoother(text: str) -> dict[str, Any]:
+        ours = written(tmp_path, checked(tmp_path, text).text)
+        return load_parameters([ours])["velocity_smoother"]
+
+    limits = "FollowPath: {max_linear_accel: 1.5, max_linear_decel: 2.0}"
+    text = f"controller_server: {{ros__parameters: {{controller_plugins: [FollowPath], {limits}}}}}"
+    found = smoother(text)
+    assert (found["max_accel"][0], found["max_decel"][0]) == (1.5, -2.0)
+    own = "velocity_smoother: {ros__parameters: {max_accel: [0.7, 0.0, 1.0]}}"
+    assert smoother(f"{text}\n{own}")["max_accel"] == [0.7, 0.0, 1.0]
+
+
 @pytest.mark.parametrize("name", FILES)
 def test_a_nav2_file_keeps_only_what_is_used(name: str, tmp_path: Path) -> None:
     ours = tmp_path / "ours.yaml"
@@ -172,21 +260,22 @@ def test_a_nav2_file_keeps_only_what_is_used(name: str, tmp_path: Path) -> None:
 def test_all_that_nobody_knows_is_told_at_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = written(tmp_path, "amcl: {kid_err: 0.1, max_particles: 80, laser_z_hti: 0.3}")
-    assert cli.run(parse(["params", "convert", str(path)])) == 1
+    path = written(tmp_path, "amcl: {kid_err: 0.1, max_particles: 800, laser_z_hti: 0.3}")
+    assert cli.run(parse(["params", "convert", str(path)])) == 0  # it wrote what it knows
     told = capsys.readouterr()
     assert "amcl: nobody knows 'kid_err'; did you mean 'kld_err'?" in told.err
     assert "'laser_z_hti'; did you mean 'laser_z_hit'?" in told.err
-    assert "max_particles: 80" in told.out
+    assert "max_particles: 800" in told.out
 
 
 def test_a_file_of_no_known_node_is_told_once(tmp_path: Path) -> None:
     result = converted(written(tmp_path, "{speed_lim_v: 0.8, accel_lim_w: 2.0}"))
-    assert len(result.problems) == 1
+    assert len(result.unknown) == 1
     assert (
         "of no node that is known: 'speed_lim_v', 'accel_lim_w'; valid: amcl, gmapping"
-        in (result.problems[0])
+        in (result.unknown[0])
     )
+    assert result.problems == ["nothing in it has a meaning here"]
 
 
 def test_the_page_has_every_name() -> None:
@@ -210,7 +299,7 @@ def test_a_launch_file_becomes_one_that_loads(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     result = converted(path)
-    assert result.problems == []
+    assert (result.unknown, result.problems) == ([], [])
     assert result.notes == ["amcl: gui_publish_rate", "amcl: remap from map to plan"]
     ours = tmp_path / "ours.yaml"
     ours.write_text(result.text, encoding="utf-8")

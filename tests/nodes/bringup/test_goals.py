@@ -1,4 +1,4 @@
-"""The client's goals: one whose server died without a word is sent again."""
+"""The client's goals: sent again where that heals, waited for where that does, and else ended."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
+from bringup.client.session import ClientError
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
@@ -26,22 +27,42 @@ class NoConfig:
     """No parameters."""
 
 
-class Forgetful(GoalNode):
-    """Takes goals, says nothing of the first `forgets` ones, and refuses some after that."""
+class Server(GoalNode):
+    """Takes goals: `forgets` of them are lost, the next is reached after `takes` [s]."""
 
     Config = NoConfig
-    DEFAULT_NAME = "forgetful"
-    forgets = 2
+    DEFAULT_NAME = "server"
+    forgets, takes, restarts_after, admits = 0, 0.0, 5.0, True
 
     def configure(self) -> None:
-        self.taken = 0
-        self.server = self.keep(GoalServer(self, NavigateToPose, "navigate_to_pose", self._on_goal))
+        self.taken, self._due, self._is_old = 0, 0.0, False
+        self._serve()
+        self.every(0.5, self._work)
+
+    def _serve(self) -> None:
+        self.server = self.keep(
+            GoalServer(
+                self,
+                NavigateToPose,
+                "navigate_to_pose",
+                self._on_goal,
+                admit=lambda goal: None if self.admits else "it is busy",
+            )
+        )
 
     def _on_goal(self) -> None:
         self.taken += 1
-        if self.server.preempt_requested:
-            self.server.accept_pending()
-        if self.taken > self.forgets:
+        self._due, self._is_old = self.now + self.takes, self.taken <= self.forgets
+        self._due += self.restarts_after if self._is_old else 0.0
+
+    def _work(self) -> None:
+        if self.now < self._due:
+            return
+        if self._is_old:  # as a process that is started again: nobody knows the goal any more
+            self._is_old = False
+            self.server._server._goal_handles.clear()
+            self.server._current = None
+        elif self.server.goal is not None:
             self.server.succeed(NavigateToPose.Result())
 
 
@@ -51,6 +72,7 @@ class BenchSession:
     def __init__(self, bench: RosBench) -> None:
         self._bench = bench
         self.client = bench.node
+        self.at: dict[float, Callable[[], Any]] = {}  # what happens at a time [s]
 
     @property
     def now(self) -> float:
@@ -64,6 +86,8 @@ class BenchSession:
             if self.now >= deadline:
                 return False
             self._bench.advance(0.1)
+            for due in [due for due in self.at if due <= self.now]:
+                self.at.pop(due)()
         return True
 
     def call(self, service_type: Any, name: str, request: Any, timeout: float = 5.0) -> Any:
@@ -77,14 +101,48 @@ def bench() -> Iterator[RosBench]:
     bench.close()
 
 
-@pytest.mark.parametrize(("timeout", "succeeds"), [(60.0, True), (15.0, False)])
-def test_a_goal_of_which_nothing_is_heard_is_sent_again(
-    bench: RosBench, timeout: float, succeeds: bool
-) -> None:
-    node = Forgetful(bench.process)
+def _server(bench: RosBench, active: bool = True, **settings: Any) -> Server:
+    node = Server(bench.process)
+    for name, value in settings.items():
+        setattr(node, name, value)
     node.trigger_configure()
-    node.trigger_activate()
+    if active:
+        node.trigger_activate()
     bench.process.drain()
+    return node
+
+
+@pytest.mark.parametrize(("timeout", "succeeds"), [(60.0, True), (15.0, False)])
+def test_a_goal_that_is_lost_is_sent_again(bench: RosBench, timeout: float, succeeds: bool) -> None:
+    node = _server(bench, forgets=2)
     end = Goals(BenchSession(bench)).navigate(SE2(1.0, 0.0), timeout)
     assert end.succeeded is succeeds
     assert node.taken == (3 if succeeds else 2)
+
+
+def test_a_goal_of_which_nothing_is_heard_yet_is_sent_once(bench: RosBench) -> None:
+    node = _server(bench, takes=45.0)
+    end = Goals(BenchSession(bench)).navigate(SE2(1.0, 0.0), 90.0)
+    assert (end.succeeded, node.taken) == (True, 1)
+
+
+def test_a_server_that_is_not_active_is_waited_for(bench: RosBench) -> None:
+    node = _server(bench, active=False)
+    session = BenchSession(bench)
+    session.at = {5.0: node.trigger_activate}
+    end = Goals(session).navigate(SE2(1.0, 0.0), 90.0)
+    assert (end.succeeded, node.taken) == (True, 1)
+    assert 5.0 <= session.now < 8.0
+
+
+def test_a_server_that_is_never_active_is_named(bench: RosBench) -> None:
+    _server(bench, active=False)
+    with pytest.raises(ClientError, match="'navigate_to_pose' is still inactive; 'doctor' says"):
+        Goals(BenchSession(bench)).navigate(SE2(1.0, 0.0), 600.0)
+
+
+def test_a_goal_that_an_active_server_refuses_has_failed(bench: RosBench) -> None:
+    node = _server(bench, admits=False)
+    end = Goals(BenchSession(bench)).navigate(SE2(1.0, 0.0), 60.0)
+    assert (end.succeeded, end.refused, node.taken) == (False, True, 0)
+    assert "refuses the goal: another goal runs" in end.reason

@@ -106,7 +106,7 @@ def test_a_style_is_understood(style: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", STRANGERS)
 def test_another_program_s_file_is_told_in_a_sentence(name: str, tmp_path: Path) -> None:
     result = of(tmp_path, STRANGERS[name])
-    (problem,) = result.problems
+    (problem,) = result.unknown
     assert problem.startswith(f"of {name}, which is not here: ")
     assert result.text.strip() == "{}"
 
@@ -118,7 +118,7 @@ def test_a_file_without_a_meaning_is_told(tmp_path: Path) -> None:
 
 def test_names_that_are_near_none_are_told_together(tmp_path: Path) -> None:
     result = of(tmp_path, "amcl: {min_particels: 9, zebra: 1, quokka: 2, kld_err: 0.1}")
-    near, far = result.problems
+    near, far = result.unknown
     assert near == "amcl: nobody knows 'min_particels'; did you mean 'min_particles'?"
     assert far.startswith("amcl: nobody knows 'zebra', 'quokka'; valid: min_particles, ")
 

@@ -221,7 +221,7 @@ collision_monitor: {ros__parameters: {polygons: [Stop, Approach], observation_so
     assert check_file(written(tmp_path, text)).problems == []
     values = understood(tmp_path, text).parameters["collision_monitor"]
     assert values["Stop.points"] == "[[0.3, 0.3], [0.3, -0.3], [0.0, -0.3], [0.0, 0.3]]"
-    assert (values["Stop.min_points"], values["Approach.min_points"]) == (4, 6)
+    assert (values["Stop.max_points"], values["Approach.max_points"]) == (3, 5)
     assert values["scan_topic"] == "/front"
 
 

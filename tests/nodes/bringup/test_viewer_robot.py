@@ -15,16 +15,17 @@ pytest.importorskip("viser", reason="no viewer here")
 
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped, Twist, TwistStamped
 from nav2_msgs.srv import ClearEntireCostmap, ManageLifecycleNodes
+from nav_msgs.msg import Path
 from rclpy.lifecycle import LifecycleNode
 from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_msg, header, transform_msg
+from arjuna_core.ros.convert import grid_msg, header, path_msg, transform_msg
 from arjuna_core.se2 import SE2
 from bringup.viewing.drawing import wishes
-from bringup.viewing.drawing.values import Picture, Points
+from bringup.viewing.drawing.values import Lines, Picture, Points
 from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
 from tests.helpers.processes import wait_until
 from tests.helpers.ros import RosBench
@@ -35,9 +36,9 @@ pytestmark = pytest.mark.ros
 class Bench:
     """A viewer's ROS side beside a node that plays the robot."""
 
-    def __init__(self) -> None:
+    def __init__(self, **options: Any) -> None:
         self.ros = RosBench()
-        self.viewer = RobotSide(RobotOptions(), self.ros.process.context)
+        self.viewer = RobotSide(RobotOptions(**options), self.ros.process.context)
 
     def until(self, done: Callable[[], Any]) -> None:
         wait_until(done, self._step, "the viewer")
@@ -103,6 +104,15 @@ def test_a_scan_by_another_name_is_found(bench: Bench) -> None:
     bench.viewer.listen({"scan"})
     publish = lambda: bench.ros.publish(LaserScan, "/front/laser", scan_at(2.0))  # noqa: E731
     assert isinstance(bench.drawn("scan", publish), Points)
+
+
+def test_a_configuration_s_topic_is_listened_to() -> None:
+    with closing(Bench(topics={"plan": "my_plan"})) as bench:
+        bench.viewer.listen({"global_path"})
+        message = path_msg(np.zeros((2, 3)), "map", 0.0)
+        plan = bench.drawn("plan", lambda: bench.ros.publish(Path, "/my_plan", message))
+        assert isinstance(plan, Lines)
+        assert bench.ros.node.count_subscribers("/plan") == 0
 
 
 def test_nothing_is_subscribed_to_unless_it_is_shown(bench: Bench) -> None:

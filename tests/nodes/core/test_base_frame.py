@@ -42,7 +42,7 @@ def test_a_wrong_base_frame_is_said_with_its_cure(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     robot = stack(group, parameters=WRONG)
-    robot.run(3.0)
+    robot.run(4.0)
     said = [line for line in capfd.readouterr().err.splitlines() if "chassis" in line]
     told = [line for line in said if f"[{node}" in line or f".{node}]" in line]
     assert f"set {parameter}: base_footprint" in told[0]

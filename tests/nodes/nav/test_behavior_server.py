@@ -152,3 +152,19 @@ def test_spinning_stops_where_a_corner_would_hit() -> None:
     robot.run_until_done(goal, 4.0)
     assert_failed(goal, 703)
     robot.close()
+
+
+def test_it_moves_in_a_frame_of_its_own_and_asks_for_a_young_pose() -> None:
+    robot = PlayedRobot({"behavior_server": {"local_frame": "map", "transform_tolerance": 0.1}})
+    robot.bring_up(LOCAL_COSTMAP, BEHAVIOR_SERVER)
+    robot.run(0.5)
+    goal = backup(robot, 0.2, 0.2)
+    robot.run_until_done(goal, 4.0)
+    assert goal.status == SUCCEEDED
+    goal = backup(robot, 0.4, 0.2)
+    robot.run(0.2)
+    robot.localized = False
+    robot.run_until_done(goal, 0.3)
+    assert_failed(goal, 712)
+    assert "over the tolerance of 0.1 s" in goal.result.error_msg
+    robot.close()

@@ -20,6 +20,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
+from bringup.parameters.files import shipped_parameters
 from bringup.stack import COLLISION_MONITOR, LOCAL_COSTMAP, NAVIGATION_GROUP
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
 from tests.nav.worlds import block
@@ -158,7 +159,11 @@ def test_a_scan_that_is_stamped_by_its_first_ray_slows_nothing(robot: PlayedRobo
 
 
 def test_a_robot_without_a_scanner_is_not_held() -> None:
-    robot = PlayedRobot({"local_costmap/local_costmap": {"plugins": ["inflation_layer"]}})
+    parameters, name = shipped_parameters(), "local_costmap/local_costmap"
+    layers = ("obstacle_layer.", "voxel_layer.")
+    near = {k: v for k, v in parameters[name].items() if not k.startswith(layers)}
+    parameters[name] = {**near, "plugins": ["inflation_layer"]}
+    robot = PlayedRobot(parameters, shipped=False)
     robot.bring_up(LOCAL_COSTMAP, COLLISION_MONITOR)
     robot.sees = False
     robot.run(0.5)

@@ -16,7 +16,7 @@ from nav2_msgs.action import FollowPath
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import Path
 
-from arjuna_core.ros.convert import path_msg
+from arjuna_core.ros.convert import path_msg, poses_from_path
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import CONTROLLER_SERVER, LOCAL_COSTMAP
@@ -279,6 +279,22 @@ def test_the_lookahead_point_is_shown(robot: PlayedRobot) -> None:
     assert len(shown) < 20.0 * robot.now
 
 
+def test_the_local_plan_is_what_the_robot_drives_next(robot: PlayedRobot) -> None:
+    plans = robot.bench.collect(Path, "/local_plan")
+    goal = follow(robot, path((3.0, 0.0)))
+    robot.run(2.0)
+    assert {plan.header.frame_id for plan in plans} == {"base_link"}
+    before, plan = robot.pose, poses_from_path(plans[-1])
+    assert plan[0] == pytest.approx((0.0, 0.0, 0.0))
+    robot.run(1.7)
+    end = before @ SE2.from_array(plan[-1])
+    assert robot.pose.distance(end) < 0.1
+    robot.run_until_done(goal, 30.0)
+    count = len(plans)
+    robot.run(1.0)
+    assert len(plans) == count  # nothing is driven
+
+
 def test_the_end_s_heading_is_turned_to(robot: PlayedRobot) -> None:
     route = path_msg(polyline([(0.0, 0.0), (1.0, 0.0)], np.pi), "map", 0.0)
     goal = follow(robot, route)
@@ -286,3 +302,22 @@ def test_the_end_s_heading_is_turned_to(robot: PlayedRobot) -> None:
     assert goal.status == SUCCEEDED
     assert abs(abs(robot.pose.theta) - math.pi) < 0.15
     assert robot.pose.distance(SE2(1.0, 0.0)) < 0.15
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_zero_is_commanded_at_the_end_unless_it_is_not_to_be(stops: bool) -> None:
+    robot = made(publish_zero_velocity=stops, **{"arrival.enabled": False})
+    goal = follow(robot, path((1.0, 0.0)))
+    robot.run_until_done(goal, 10.0)
+    assert goal.status == SUCCEEDED
+    assert (robot.commands[-1] == STILL) is stops
+    robot.close()
+
+
+def test_slow_measurements_count_as_standing() -> None:
+    robot = made(min_x_velocity_threshold=1.0, min_theta_velocity_threshold=9.0)
+    goal = follow(robot, path((1.0, 0.0)))
+    robot.run(2.0)
+    assert robot.command.v > 0.1
+    assert {each.speed for each in goal.feedback} == {0.0}
+    robot.close()

@@ -198,3 +198,17 @@ def test_a_thing_without_wheels_or_truth_has_no_topics_of_them(
     node = start_sim(bench, robot=str(path), publish_ground_truth=False)
     names = {name for name, _ in node.get_topic_names_and_types()}
     assert names.isdisjoint({"/odom", "/scan", "/imu/data", "/ground_truth/odom"})
+
+
+def test_a_command_that_is_cut_is_said_once(
+    bench: RosBench, capfd: pytest.CaptureFixture[str]
+) -> None:
+    sim = start_sim(bench)
+    for speed in (5.0, 6.0, 0.5, 7.0):
+        command = Twist()
+        command.linear.x = speed
+        bench.publish(Twist, "/cmd_vel", command)
+        run(bench, sim, 2)
+    said = [line for line in capfd.readouterr().err.splitlines() if "is cut to" in line]
+    (line,) = said
+    assert "cmd_vel: a command of 5 m/s is cut to 1 m/s, by plugin 'skid_steer_drive'" in line

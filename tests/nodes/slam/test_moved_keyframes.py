@@ -54,6 +54,29 @@ def test_keyframes_can_be_moved_by_hand_and_are_put_back(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
+@pytest.mark.parametrize("mode", ["mapping", "localization"])
+def test_the_interactive_mode_is_off_until_it_is_toggled(robot: Robot, mode: str) -> None:
+    started(robot, enable_interactive_mode=True, mode=mode)
+    robot.drive(5)
+    assert len(robot.maps) == 1
+    assert len(robot.poses) == 5
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    robot.drive(5)
+    assert len(robot.poses) == 5
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    robot.drive(5)
+    assert len(robot.poses) == 10
+
+
+def test_where_it_is_not_allowed_nothing_is_toggled_closed_or_cleared(robot: Robot) -> None:
+    started(robot, enable_interactive_mode=False)
+    robot.call(ToggleInteractive, "toggle_interactive_mode")
+    robot.call(LoopClosure, "manual_loop_closure")
+    robot.call(Clear, "clear_changes")
+    robot.drive(5)
+    assert len(robot.poses) == 5
+
+
 def test_feedback_of_no_keyframe_or_no_pose_is_ignored(robot: Robot) -> None:
     node = started(robot, enable_interactive_mode=True)
     robot.call(Pause, "pause_new_measurements")

@@ -72,7 +72,7 @@ def test_a_robot_that_stands_still_does_not_publish_the_map_again(robot: Robot) 
     assert len(robot.maps) == 1
 
 
-def test_a_map_is_saved_inside_the_maps_folder_only(robot: Robot, tmp_path: Path) -> None:
+def test_a_map_is_saved_inside_the_open_folders_only(robot: Robot, tmp_path: Path) -> None:
     started(robot, maps_folder=str(tmp_path))
     no_map = SaveMap.Response.RESULT_NO_MAP_RECEIEVD
     assert robot.call(SaveMap, "save_map", name=String(data="room")).result == no_map
@@ -173,7 +173,7 @@ def test_bad_scans_do_not_stop_it(robot: Robot) -> None:
 
 
 def test_the_lifecycle_can_be_walked_twice(robot: Robot) -> None:
-    node = SlamToolboxNode(robot.bench.process)
+    node = SlamToolboxNode(robot.bench.process, {"minimum_time_interval": 0.0})
     for _ in range(2):
         for step in (node.trigger_configure, node.trigger_activate):
             assert step() == TransitionCallbackReturn.SUCCESS

@@ -16,6 +16,7 @@ from slam_toolbox.srv import DeserializePoseGraph, Reset, SaveMap, SerializePose
 from std_msgs.msg import String
 from std_srvs.srv import Empty
 
+from arjuna_core.files.maps import load_map
 from arjuna_core.ros.convert import pose_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.localization import Localizer
@@ -43,15 +44,80 @@ def again(robot: Robot, k: int) -> None:
     robot.poses.clear()
 
 
-def test_a_graph_is_saved_inside_the_maps_folder_only(robot: Robot, tmp_path: Path) -> None:
+def test_a_graph_is_saved_inside_the_open_folders_only(robot: Robot, tmp_path: Path) -> None:
     started(robot, maps_folder=str(tmp_path / "maps"))
     assert robot.call(SerializePoseGraph, "serialize_map", filename="a").result == FAILED
     robot.drive(5)
     assert robot.call(SerializePoseGraph, "serialize_map", filename="../a").result == FAILED
-    assert robot.call(SerializePoseGraph, "serialize_map", filename="").result == FAILED
     assert list(tmp_path.rglob("*.posegraph")) == []
     assert robot.call(SerializePoseGraph, "serialize_map", filename="sub/a").result == OK
     assert (tmp_path / "maps/sub/a.posegraph").is_file()
+    assert robot.call(SerializePoseGraph, "serialize_map", filename="").result == OK
+    assert (tmp_path / "maps/.posegraph").is_file()  # as slam_toolbox has it
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The user's home, with a working folder in it."""
+    (tmp_path / "home/work").mkdir(parents=True)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.chdir(tmp_path / "home/work")
+    return tmp_path / "home"
+
+
+@pytest.mark.parametrize("name", ["{home}/maps/room", "~/room", "../room", "room", "a.b/room"])
+def test_maps_and_graphs_go_to_any_path_of_the_home_and_come_back(
+    robot: Robot, home: Path, name: str
+) -> None:
+    node = started(robot)
+    robot.drive(20)
+    name = name.format(home=home)
+    for _ in range(2):  # over what was saved before, too
+        saved = robot.call(SaveMap, "save_map", name=String(data=name)).result
+        assert saved == SaveMap.Response.RESULT_SUCCESS
+        assert robot.call(SerializePoseGraph, "serialize_map", filename=name).result == OK
+    (map_file,) = home.rglob("room.yaml")
+    assert (load_map(map_file).data == 100).sum() > 100
+    count = len(node.slam.graph)
+    robot.call(Reset, "reset")
+    fields = {"filename": name, "match_type": Request.START_AT_FIRST_NODE}
+    robot.call(DeserializePoseGraph, "deserialize_map", **fields)
+    assert len(node.slam.graph) == count
+
+
+def test_a_map_without_a_name_is_named_as_map_saver_does(robot: Robot, home: Path) -> None:
+    started(robot)
+    robot.drive(20)
+    assert robot.call(SaveMap, "save_map").result == SaveMap.Response.RESULT_SUCCESS
+    assert sorted(path.name for path in (home / "work").iterdir()) == ["map_2.pgm", "map_2.yaml"]
+    robot.call(DeserializePoseGraph, "deserialize_map", match_type=Request.START_AT_FIRST_NODE)
+    robot.drive(5)
+    assert robot.error() < 0.03
+
+
+@pytest.mark.parametrize("name", ["/etc/room", "{home}/../room", "~/.config/room", "~/link/room"])
+def test_nothing_is_saved_elsewhere(robot: Robot, home: Path, name: str) -> None:
+    (home / "link").symlink_to(home.parent)
+    before = sorted(home.parent.rglob("*"))
+    started(robot)
+    robot.drive(5)
+    name = name.format(home=home)
+    refused = SaveMap.Response.RESULT_UNDEFINED_FAILURE
+    assert robot.call(SaveMap, "save_map", name=String(data=name)).result == refused
+    assert robot.call(SerializePoseGraph, "serialize_map", filename=name).result == FAILED
+    assert sorted(home.parent.rglob("*")) == before
+
+
+@pytest.mark.parametrize("ending", ["yaml", "pgm", "posegraph"])
+def test_a_file_of_something_else_is_not_overwritten(robot: Robot, home: Path, ending: str) -> None:
+    (home / f"notes.{ending}").write_text("name: mine\n")
+    started(robot)
+    robot.drive(5)
+    saved = robot.call(SaveMap, "save_map", name=String(data="~/notes")).result
+    graph = robot.call(SerializePoseGraph, "serialize_map", filename="~/notes").result
+    assert (saved == SaveMap.Response.RESULT_UNDEFINED_FAILURE) == (ending != "posegraph")
+    assert (graph == FAILED) == (ending == "posegraph")
+    assert (home / f"notes.{ending}").read_text() == "name: mine\n"
 
 
 @pytest.mark.parametrize(

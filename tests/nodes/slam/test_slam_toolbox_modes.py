@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 from typing import Any
@@ -19,15 +20,17 @@ from arjuna_core.config import load
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, time_msg, transform_msg
 from arjuna_core.se2 import SE2
+from arjuna_slam.config import SlamConfig
 from arjuna_slam.matching.scan_filter import Skip
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
 from arjuna_slam.slam_node_config import SlamNodeConfig
-from bringup.parameters.files import for_node, load_parameters
+from bringup.parameters.files import for_node, load_parameters, shipped_parameters
 from tests.helpers.slam_robot import DT, LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room
 
 pytestmark = pytest.mark.ros
-STOCK = Path(__file__).with_name("slam_toolbox_online_async.yaml")
+FOREIGN = Path(__file__).resolve().parents[2] / "foreign" / "slam_toolbox"
+STOCK = FOREIGN / "mapper_params_online_async.yaml"
 
 
 class Notes:
@@ -74,6 +77,60 @@ def test_what_has_no_meaning_is_unset_unless_given() -> None:
     assert SlamNodeConfig().set_in_vain == []
     config = load(SlamNodeConfig, {"ceres_trust_strategy": "DOGLEG", "scan_buffer_size": 10})
     assert config.set_in_vain == ["ceres_trust_strategy", "scan_buffer_size"]
+
+
+# slam_toolbox 2.7: slam_mapper.cpp, slam_toolbox_common.cpp, laser_utils.cpp
+THEIRS = {
+    "odom_frame": "odom", "map_frame": "map", "base_frame": "base_footprint",
+    "scan_topic": "/scan", "map_name": "/map", "resolution": 0.05, "max_laser_range": 25.0,
+    "scan_queue_size": 1, "throttle_scans": 1, "minimum_time_interval": 0.5,
+    "map_update_interval": 10.0, "transform_publish_period": 0.05, "transform_timeout": 0.5,
+    "position_covariance_scale": 1.0, "yaw_covariance_scale": 1.0,
+    "enable_interactive_mode": False, "use_map_saver": True, "debug_logging": False,
+    "map_file_name": "", "map_start_pose": (), "map_start_at_dock": False,
+    "use_scan_matching": True, "minimum_travel_distance": 0.5, "minimum_travel_heading": 0.5,
+    "do_loop_closing": True, "loop_search_maximum_distance": 3.0,
+    "loop_match_minimum_response_coarse": 0.35, "loop_match_minimum_response_fine": 0.45,
+    "correlation_search_space_dimension": 0.5, "loop_search_space_dimension": 8.0,
+    "coarse_search_angle_offset": 0.349, "distance_variance_penalty": 0.5,
+    "angle_variance_penalty": 1.0, "minimum_distance_penalty": 0.05, "minimum_angle_penalty": 0.9,
+    "min_pass_through": 2, "occupancy_threshold": 0.1,
+}  # fmt: skip
+
+
+def test_what_a_file_leaves_out_is_as_in_slam_toolbox() -> None:
+    config = SlamNodeConfig()
+    assert {name: getattr(config, name) for name in THEIRS} == THEIRS
+
+
+def test_the_shipped_values_are_those_of_the_mapper_itself() -> None:
+    config = load(SlamNodeConfig, shipped_parameters()["slam_toolbox"])
+    own = {f.name: getattr(SlamConfig(), f.name) for f in dataclasses.fields(SlamConfig)}
+    assert {name: getattr(config.core, name) for name in own} == own
+
+
+ADMITTED = {
+    "resolution": 0.0, "max_laser_range": 0.0, "throttle_scans": 0, "map_update_interval": 0.01,
+    "scan_queue_size": 0, "position_covariance_scale": 0.0, "yaw_covariance_scale": 0.0,
+    "distance_variance_penalty": 0.0, "angle_variance_penalty": 0.0,
+    "minimum_distance_penalty": 1.5, "minimum_angle_penalty": 1.5,
+    "loop_search_space_dimension": 0.0, "coarse_search_angle_offset": 6.28,
+    "loop_match_minimum_response_fine": 2.0, "loop_match_minimum_response_coarse": 2.0,
+    "occupancy_threshold": 1.2, "min_pass_through": 5000,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ADMITTED)
+def test_what_slam_toolbox_admits_maps_here(robot: Robot, notes: Notes, name: str) -> None:
+    started(robot, **{name: ADMITTED[name]})
+    robot.drive(12)
+    assert robot.error() < 0.05
+    assert robot.maps
+    corrected = name in ("resolution", "max_laser_range", "throttle_scans", "map_update_interval")
+    assert [text for text in notes.warnings if text.startswith(f"{name} is ")] == [
+        text for text in notes.warnings if corrected
+    ]
+    assert len(notes.warnings) == corrected
 
 
 def test_every_third_scan_or_none_too_soon_if_so_asked(robot: Robot) -> None:

@@ -205,8 +205,8 @@ def test_the_angle_counts_where_the_path_leads_away(
     [
         (0.2, 0.0, False),
         (0.2, math.pi, True),
-        (3.0, 0.0, True),
-        (3.0, 3.1, False),
+        (3.0, 0.0, False),
+        (3.0, 3.1, True),
         (1.2, 1.0, True),
     ],
 )
@@ -346,3 +346,24 @@ def test_all_collide_where_the_outline_counts_and_has_no_room(consider: bool) ->
     assert cost_critic(CostConfig(consider_footprint=consider), still, scene)[1] is consider
     own = ObstaclesConfig(consider_footprint=consider)
     assert obstacles_critic(own, still, scene, 0.25)[1] is consider
+
+
+def test_alignment_may_count_headings_a_radian_as_a_metre() -> None:
+    scene = made_scene()
+    plain, looks = (
+        PathAlignConfig(
+            cost_weight=1.0,
+            offset_from_furthest=10,
+            trajectory_point_step=STEPS - 1,
+            use_path_orientations=with_headings,
+        )
+        for with_headings in (False, True)
+    )
+    gaps, both = path_align(plain, R, scene), path_align(looks, R, scene)
+    assert gaps is not None
+    assert both is not None
+    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(scene.path[:, :2], axis=0).T)))
+    driven = np.hypot(R.x[-1] - R.x[0], R.y[-1] - R.y[0])
+    at = [int(np.abs(along - way).argmin()) for way in driven]
+    off = wrapped(R.yaw[-1] - scene.path[at, 2])
+    assert both == pytest.approx(np.hypot(gaps, off), rel=1e-4)

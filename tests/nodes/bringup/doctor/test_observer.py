@@ -79,6 +79,7 @@ def test_what_is_broken_in_a_running_robot_is_named(stack: Callable[..., LockSte
     found = {name: "\n".join(map(str, each)) for name, each in diagnose(snapshot).items()}
     other.destroy_node()
     assert "/meddler hears nothing of /sim on /scan: it asks for transient local" in found["qos"]
+    assert "/sim publishes /clock, and /meddler stamp by the system's clock" in found["clock"]
     assert "frame lidar_link has 2 parents" in found["transforms"]
     assert "no transform map -> odom" in found["transforms"]
     assert "/amcl is inactive, not active" in found["lifecycle"]

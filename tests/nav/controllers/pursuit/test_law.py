@@ -13,10 +13,8 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.base import ControlResult, ControlStatus
-from arjuna_nav.controllers.regulated_pure_pursuit import (
-    RegulatedPurePursuit,
-    RegulatedPurePursuitConfig,
-)
+from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
+from arjuna_nav.controllers.pursuit.controller import RegulatedPurePursuit
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import clearances

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.config import param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.motion import crossing, rollout
+from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
 from arjuna_nav.controllers.tracked_path import TrackedPath
 from arjuna_nav.controllers.turning import Turning
 from arjuna_nav.costmap.collision import first_collision
@@ -26,69 +25,6 @@ _SHARES = (0.7, 0.5, 0.35)
 """Of the lookahead, tried one after the other: a far point's arc cuts the corners of the path."""
 
 _ASIDE = 0.35  # bearing from which a turn on the spot helps where no arc is free [rad]
-
-
-@dataclass(frozen=True)
-class RegulatedPurePursuitConfig:
-    """Parameters of regulated pure pursuit, by Nav2's names."""
-
-    desired_linear_vel: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
-    lookahead_dist: float = param(0.6, "Fixed lookahead.", unit="m", minimum=0.0)
-    min_lookahead_dist: float = param(0.3, "Least scaled lookahead.", unit="m", minimum=0.0)
-    max_lookahead_dist: float = param(0.9, "Greatest scaled lookahead.", unit="m", minimum=0.0)
-    lookahead_time: float = param(1.5, "Scaled lookahead per speed.", unit="s", minimum=0.0)
-    use_velocity_scaled_lookahead_dist: bool = param(False, "Whether lookahead grows with speed.")
-    min_approach_linear_velocity: float = param(
-        0.05, "Least speed towards the goal.", unit="m/s", minimum=0.0
-    )
-    approach_velocity_scaling_dist: float = param(
-        0.6, "Distance from the goal at which to slow down.", unit="m", minimum=0.0
-    )
-    use_collision_detection: bool = param(True, "Whether to stop before obstacles.")
-    max_allowed_time_to_collision_up_to_carrot: float = param(
-        1.0, "How far ahead collisions are looked for.", unit="s", minimum=0.0
-    )
-    use_regulated_linear_velocity_scaling: bool = param(True, "Whether bends slow down.")
-    use_cost_regulated_linear_velocity_scaling: bool = param(True, "Whether obstacles slow down.")
-    cost_scaling_dist: float = param(
-        0.6, "Distance to obstacles that slows down.", unit="m", minimum=0.0
-    )
-    cost_scaling_gain: float = param(1.0, "Speed left per distance.", minimum=0.0)
-    inflation_cost_scaling_factor: float = param(
-        3.0,
-        "The costmap's cost_scaling_factor, where it tells none; 0: obstacles slow nothing down.",
-        unit="1/m",
-        minimum=0.0,
-    )
-    regulated_linear_scaling_min_radius: float = param(
-        0.90, "Radius of bends that slow down.", unit="m", minimum=0.0
-    )
-    regulated_linear_scaling_min_speed: float = param(
-        0.25, "Least regulated speed.", unit="m/s", minimum=0.0
-    )
-    use_rotate_to_heading: bool = param(True, "Whether to turn on the spot.")
-    rotate_to_heading_min_angle: float = param(
-        0.785, "Heading error that starts a turn on the spot.", unit="rad", minimum=0.0
-    )
-    rotate_to_heading_angular_vel: float = param(
-        1.8, "Yaw rate on the spot and greatest in bends.", unit="rad/s", minimum=0.0
-    )
-    rotate_to_heading_gain: float = param(
-        1.5, "Yaw rate per angle left; stable with 0.25 s to motion.", unit="1/s", minimum=0.1
-    )
-    min_rotate_to_heading_angular_vel: float = param(
-        0.1, "Yaw rate below which the wheels stick.", unit="rad/s", minimum=0.0
-    )
-    rotate_to_heading_settled_angle: float = param(
-        0.05, "Angle left below which the wheels may stick.", unit="rad", minimum=0.0
-    )
-    same_goal_tolerance: float = param(
-        0.1, "Distance between the ends of two paths to the same goal.", unit="m", minimum=0.0
-    )
-    max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
-    max_robot_pose_search_dist: float = param(
-        2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
-    )
 
 
 class RegulatedPurePursuit:
@@ -151,17 +87,19 @@ class RegulatedPurePursuit:
             return NO_PATH
         self._path.advance(pose)
         goal = self._path.goal
-        near = is_there(pose, goal, self._xy_goal_tolerance, self._arrived)
-        self._arrived = near and (self._arrived or paths.ends_here(self.path, pose))
+        stays = self._arrived and self._config.stateful
+        near = is_there(pose, goal, self._xy_goal_tolerance, stays)
+        self._arrived = near and (stays or paths.ends_here(self.path, pose))
         if self._arrived:
             self.carrot = None
             command = Velocity(0.0, self._turn(wrap(goal.theta - pose.theta)))
             return self._checked(command, pose, costmap, math.inf)
         lookahead = self._lookahead(velocity)
         carrot = pose.inverse() @ self._carrot(pose, lookahead)
-        if self._must_turn(carrot):
-            self.carrot = carrot
-            return self._turn_on(math.atan2(carrot.y, carrot.x), pose, costmap)
+        ahead = self._regulating(pose, carrot)
+        if self._must_turn(ahead):
+            self.carrot = ahead
+            return self._turn_on(math.atan2(ahead.y, ahead.x), pose, costmap)
         failed = result = self._along(carrot, pose, velocity, costmap)
         for share in _SHARES:
             if result.status is ControlStatus.SUCCEEDED:
@@ -218,6 +156,12 @@ class RegulatedPurePursuit:
         before, after = (SE2.from_array(entry) for entry in self.path[i - 1 : i + 1])
         return before.interpolate(after, crossing(pose, before, after, distance))
 
+    def _regulating(self, pose: SE2, carrot: SE2) -> SE2:
+        """Return the point, seen from the robot, by which bends slow down and turns begin."""
+        if not self._config.use_fixed_curvature_lookahead:
+            return carrot
+        return pose.inverse() @ self._carrot(pose, self._config.curvature_lookahead_dist)
+
     def _must_turn(self, carrot: SE2) -> bool:
         """Tell whether to turn on the spot; once begun, down to half the angle that begins it."""
         angle = abs(math.atan2(carrot.y, carrot.x))
@@ -241,10 +185,10 @@ class RegulatedPurePursuit:
     def _pursue(self, carrot: SE2, pose: SE2, velocity: Velocity, costmap: Costmap) -> Velocity:
         """Return the velocity along the arc through the carrot, regulated."""
         config = self._config
-        curvature = 2.0 * carrot.y / max(carrot.x**2 + carrot.y**2, 1e-6)
+        curvature, regulating = _curvature(carrot), _curvature(self._regulating(pose, carrot))
         desired = config.desired_linear_vel
         speed = min(desired, self.speed_limit)
-        slower = self._in_bend(desired, curvature), self._near_obstacles(desired, pose, costmap)
+        slower = self._in_bend(desired, regulating), self._near_obstacles(desired, pose, costmap)
         regulated = min(speed, *slower)  # not one after the other: each says what it allows
         floor = min(config.regulated_linear_scaling_min_speed, speed)
         v = self._towards_goal(max(regulated, floor), pose)
@@ -298,3 +242,8 @@ class RegulatedPurePursuit:
                 return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
         self._last_w = command.w
         return ControlResult(ControlStatus.SUCCEEDED, command)
+
+
+def _curvature(point: SE2) -> float:
+    """Return the bend [1/m] of the arc to a point seen from the robot."""
+    return 2.0 * point.y / max(point.x**2 + point.y**2, 1e-6)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
 from arjuna_nav.controllers import (
     Controller,
     ControlStatus,
@@ -154,3 +155,42 @@ def test_a_speed_limit_and_a_wall_do_not_slow_it_down_twice() -> None:
         result = controller.compute(start, Unicycle(start).velocity, costmap_of(grid), 0.0)
         speeds.append(result.velocity.v)
     assert speeds[1] == pytest.approx(min(speeds[0], 0.3))
+
+
+@pytest.mark.parametrize(("fixed", "speed"), [(False, 0.5), (True, 0.447)])
+def test_a_bend_beyond_the_lookahead_may_slow_it_down(fixed: bool, speed: float) -> None:
+    """By hand: 1.2 m off lies (0.8, 0.894), on an arc of 0.805 m, of 0.9 m that are free."""
+    config = RegulatedPurePursuitConfig(
+        lookahead_dist=0.4,
+        use_fixed_curvature_lookahead=fixed,
+        curvature_lookahead_dist=1.2,
+        rotate_to_heading_min_angle=1.5,
+    )
+    controller = RegulatedPurePursuit(config, Footprint.circle(0.25))
+    controller.set_path(polyline([(1.0, 1.0), (1.8, 1.0), (1.8, 4.0)], math.pi / 2))
+    costmap = costmap_of(empty_grid(6.0, 6.0))
+    result = controller.compute(SE2(1.0, 1.0), Velocity(0.5), costmap, 0.0)
+    assert result.velocity.v == pytest.approx(speed, abs=0.003)
+    assert result.velocity.w == pytest.approx(0.0, abs=1e-6), "it steers by the near point"
+
+
+def test_turns_begin_by_the_fixed_point() -> None:
+    config = RegulatedPurePursuitConfig(
+        lookahead_dist=0.4, use_fixed_curvature_lookahead=True, curvature_lookahead_dist=1.2
+    )
+    controller = RegulatedPurePursuit(config, Footprint.circle(0.25))
+    controller.set_path(polyline([(1.0, 1.0), (1.8, 1.0), (1.8, 4.0)], math.pi / 2))
+    result = controller.compute(SE2(1.0, 1.0), Velocity(), costmap_of(empty_grid(6.0, 6.0)), 0.0)
+    assert result.velocity.w > 0.0
+
+
+@pytest.mark.parametrize("stateful", [True, False])
+def test_it_may_drive_on_where_it_was_carried_off_the_goal(stateful: bool) -> None:
+    controller = RegulatedPurePursuit(
+        RegulatedPurePursuitConfig(stateful=stateful), Footprint.circle(0.25)
+    )
+    controller.set_path(polyline([(1.0, 1.0), (3.0, 1.0)], 1.5))
+    costmap = costmap_of(empty_grid(6.0, 6.0))
+    for x in (2.8, 2.74):  # within 0.25 m of it, and just without
+        result = controller.compute(SE2(x, 1.0), Velocity(), costmap, 0.0)
+    assert (result.velocity.v == 0.0) is stateful

@@ -1,0 +1,77 @@
+"""Parameters of regulated pure pursuit, by Nav2's names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from arjuna_core.config import param
+
+
+@dataclass(frozen=True)
+class RegulatedPurePursuitConfig:
+    """Parameters of regulated pure pursuit, by Nav2's names."""
+
+    desired_linear_vel: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
+    lookahead_dist: float = param(0.6, "Fixed lookahead.", unit="m", minimum=0.0)
+    min_lookahead_dist: float = param(0.3, "Least scaled lookahead.", unit="m", minimum=0.0)
+    max_lookahead_dist: float = param(0.9, "Greatest scaled lookahead.", unit="m", minimum=0.0)
+    lookahead_time: float = param(1.5, "Scaled lookahead per speed.", unit="s", minimum=0.0)
+    use_velocity_scaled_lookahead_dist: bool = param(False, "Whether lookahead grows with speed.")
+    min_approach_linear_velocity: float = param(
+        0.05, "Least speed towards the goal.", unit="m/s", minimum=0.0
+    )
+    approach_velocity_scaling_dist: float = param(
+        0.6, "Distance from the goal at which to slow down.", unit="m", minimum=0.0
+    )
+    use_collision_detection: bool = param(True, "Whether to stop before obstacles.")
+    max_allowed_time_to_collision_up_to_carrot: float = param(
+        1.0, "How far ahead collisions are looked for.", unit="s", minimum=0.0
+    )
+    use_regulated_linear_velocity_scaling: bool = param(True, "Whether bends slow down.")
+    use_cost_regulated_linear_velocity_scaling: bool = param(True, "Whether obstacles slow down.")
+    cost_scaling_dist: float = param(
+        0.6, "Distance to obstacles that slows down.", unit="m", minimum=0.0
+    )
+    cost_scaling_gain: float = param(1.0, "Speed left per distance.", minimum=0.0)
+    inflation_cost_scaling_factor: float = param(
+        3.0,
+        "The costmap's cost_scaling_factor, where it tells none; 0: obstacles slow nothing down.",
+        unit="1/m",
+        minimum=0.0,
+    )
+    regulated_linear_scaling_min_radius: float = param(
+        0.90, "Radius of bends that slow down.", unit="m", minimum=0.0
+    )
+    regulated_linear_scaling_min_speed: float = param(
+        0.25, "Least regulated speed.", unit="m/s", minimum=0.0
+    )
+    use_fixed_curvature_lookahead: bool = param(
+        False, "Whether bends slow down, and turns begin, by a point at a distance of its own."
+    )
+    curvature_lookahead_dist: float = param(0.6, "Distance of that point.", unit="m", minimum=0.0)
+    stateful: bool = param(
+        True, "Whether the robot stays at the goal once it was there, and turns only."
+    )
+    use_rotate_to_heading: bool = param(True, "Whether to turn on the spot.")
+    rotate_to_heading_min_angle: float = param(
+        0.785, "Heading error that starts a turn on the spot.", unit="rad", minimum=0.0
+    )
+    rotate_to_heading_angular_vel: float = param(
+        1.8, "Yaw rate on the spot and greatest in bends.", unit="rad/s", minimum=0.0
+    )
+    rotate_to_heading_gain: float = param(
+        1.5, "Yaw rate per angle left; stable with 0.25 s to motion.", unit="1/s", minimum=0.1
+    )
+    min_rotate_to_heading_angular_vel: float = param(
+        0.1, "Yaw rate below which the wheels stick.", unit="rad/s", minimum=0.0
+    )
+    rotate_to_heading_settled_angle: float = param(
+        0.05, "Angle left below which the wheels may stick.", unit="rad", minimum=0.0
+    )
+    same_goal_tolerance: float = param(
+        0.1, "Distance between the ends of two paths to the same goal.", unit="m", minimum=0.0
+    )
+    max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
+    max_robot_pose_search_dist: float = param(
+        2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
+    )

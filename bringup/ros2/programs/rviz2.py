@@ -1,0 +1,34 @@
+"""`rviz2`: the view in a browser in its place, with a configuration's displays."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from bringup.ros2.main import real_program
+from bringup.ros2.verbs.forward import arjuna, ros_arguments
+
+
+def main(words: Sequence[str]) -> None:
+    """Become `arjuna view`, with RViz's options as ours.
+
+    Args:
+        words: RViz's own words; those between `--ros-args` and `--` are passed over.
+    """
+    parser = argparse.ArgumentParser(prog="rviz2", description=__doc__)
+    parser.add_argument("-d", "--display-config", metavar="FILE", help="an .rviz file")
+    parser.add_argument("-f", "--fixed-frame", metavar="FRAME", help="to draw in")
+    given, _ = parser.parse_known_args(ros_arguments(list(words)).own)
+    options = ["--config", given.display_config] if given.display_config else []
+    arjuna("view", [*options, *(["--frame", given.fixed_frame] if given.fixed_frame else [])])
+
+
+def run() -> None:
+    """Start RViz where a ROS that has it is sourced, else the view."""
+    real = real_program("rviz2", os.environ, Path(sys.argv[0]))
+    if real is not None:
+        os.execv(real, [real, *sys.argv[1:]])  # noqa: S606 - the program that the user asked for
+    main(sys.argv[1:])

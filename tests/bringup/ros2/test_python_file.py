@@ -1,0 +1,56 @@
+"""Claims: `ros2 run FILE.py` runs what a listing only defines, once."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from bringup.ros2.main import main
+
+MAIN = "import sys\n\ndef main():\n    print('ran', *sys.argv[1:])\n"
+
+
+@pytest.mark.parametrize(
+    "ending",
+    ["", "if __name__ == '__main__':\n    main()\n", "main()\n", "sys.exit(main())\n"],
+)
+def test_main_is_called_once_whether_or_not_the_file_calls_it(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    ending: str,
+) -> None:
+    monkeypatch.setattr(sys, "argv", list(sys.argv))
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    path = tmp_path / "listing.py"
+    path.write_text(MAIN + ending)
+    if "exit" in ending:
+        with pytest.raises(SystemExit, match=r"^$"):
+            main(["run", str(path), "a", "--ros-args", "-p", "b:=1"])
+    else:
+        assert main(["run", str(path), "a", "--ros-args", "-p", "b:=1"]) == 0
+    assert capsys.readouterr().out == "ran a --ros-args -p b:=1\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (
+            "class Talker:\n    pass\n\ndef helper():\n    pass\n",
+            "defines Talker, helper and calls",
+        ),
+        ("", "defines nothing and calls none of it"),
+        ("def main(:\n", "is no Python: "),
+        (None, "cannot be read: No such file"),
+    ],
+)
+def test_what_cannot_run_says_why(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str | None, problem: str
+) -> None:
+    path = tmp_path / "listing.py"
+    if text is not None:
+        path.write_text(text)
+    assert main(["run", str(path)]) == 1
+    assert problem in capsys.readouterr().err

@@ -1,0 +1,49 @@
+"""Where the robot is: what is wrong with a transform is said with its cure."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from arjuna_core.se2 import SE2
+from arjuna_core.transforms import TransformBuffer, TransformError
+from arjuna_nav.nodes.frames import robot_pose
+
+pytestmark = pytest.mark.ros
+
+
+def _node(now: float, *edges: tuple[str, str]) -> Any:
+    """Return what `robot_pose` needs of a node, with transforms of 10 s."""
+    tree = TransformBuffer()
+    for parent, child in edges:
+        tree.insert(parent, child, 10.0, SE2(1.0, 0.0))
+    return SimpleNamespace(transforms=tree, now=now)
+
+
+CHAIN = (("map", "odom"), ("odom", "robot_footprint"))
+
+
+@pytest.mark.parametrize(
+    ("now", "edges", "base", "said"),
+    [
+        (10.1, CHAIN, "base_link", "'map' carries 'robot_footprint'; set robot_base_frame: robot_"),
+        (10.1, CHAIN[1:], "base_link", "'odom' carries 'robot_footprint'; set robot_base_frame"),
+        (10.1, (), "base_link", "is odometry's transform on /tf"),
+        (10.1, CHAIN[1:], "robot_footprint", "no transform connects 'map' and 'robot_footprint'"),
+        (12.0, CHAIN, "robot_footprint", "2.00 s old, over the tolerance of 0.3 s"),
+        (1.8e9, CHAIN, "robot_footprint", "start this node with use_sim_time:=true"),
+    ],
+)
+def test_a_pose_that_is_not_known_names_the_cure(
+    now: float, edges: tuple[tuple[str, str], ...], base: str, said: str
+) -> None:
+    with pytest.raises(TransformError, match=said):
+        robot_pose(_node(now, *edges), "map", base, 0.3)
+
+
+def test_a_pose_that_is_known_is_returned() -> None:
+    assert robot_pose(_node(10.1, *CHAIN), "map", "robot_footprint", 0.3) == SE2(2.0, 0.0)
