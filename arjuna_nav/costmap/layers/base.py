@@ -191,7 +191,7 @@ def combine(costs: NDArray[np.uint8], own: NDArray[np.uint8], method: int) -> No
     elif method == 1:
         take = known & ((costs == UNKNOWN) | (own > costs))
     else:
-        take = known & (costs != UNKNOWN) & (own > costs)
+        take = known & (own > costs)  # unknown is the greatest number
     costs[take] = own[take]
 
 
