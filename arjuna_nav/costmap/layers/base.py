@@ -157,6 +157,10 @@ class Layer(Protocol):
             window: Where they lie in the costmap.
         """
 
+    def own_costs(self) -> NDArray[np.uint8] | None:
+        """Return what it alone knows, of the costmap's cells; None where it keeps no costs."""
+        return None
+
     def move(self, frame: GridFrame) -> None:
         """Go on in another grid of the same resolution; `master.frame` is still the one before."""
 
@@ -187,7 +191,7 @@ def combine(costs: NDArray[np.uint8], own: NDArray[np.uint8], method: int) -> No
     elif method == 1:
         take = known & ((costs == UNKNOWN) | (own > costs))
     else:
-        take = known & (costs != UNKNOWN) & (own > costs)
+        take = known & (own > costs)  # unknown is the greatest number
     costs[take] = own[take]
 
 

@@ -58,6 +58,10 @@ class SensedLayer(Layer):
         if kept is not None:
             self.data[window] = kept
 
+    def own_costs(self) -> NDArray[np.uint8] | None:
+        """Return what sensors have seen."""
+        return self.data
+
     def _take(self, now: float) -> dict[str, list[Any]]:
         """Return what has come since the last update [s], by source."""
         received = self._received

@@ -141,6 +141,10 @@ class StaticLayer(Layer):
         else:
             np.copyto(costs, own, where=covered[window])
 
+    def own_costs(self) -> NDArray[np.uint8] | None:
+        """Return the map's costs, unknown outside it; None while it cannot be placed."""
+        return self._shown if self._placement is not None else None
+
     def _locate(self, frame_id: str) -> None:
         """Look up where the map lies in the frame of a costmap that follows the robot."""
         if not self.master.config.rolling_window:

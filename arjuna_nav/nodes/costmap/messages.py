@@ -21,11 +21,13 @@ from arjuna_nav.costmap.layers.voxel import VoxelLayer
 from arjuna_nav.costmap.window import Window
 
 
-def costmap_raw_msg(costmap: Costmap, frame_id: str, now: float) -> CostmapMsg:
-    """Return the costs themselves as nav2_msgs/Costmap."""
+def costmap_raw_msg(
+    costmap: Costmap, frame_id: str, now: float, layer: str = "master"
+) -> CostmapMsg:
+    """Return the costs themselves as nav2_msgs/Costmap, of all layers or of one."""
     metadata = CostmapMetaData(
         update_time=time_msg(costmap.stamp),
-        layer="master",
+        layer=layer,
         resolution=costmap.frame.resolution,
         size_x=costmap.frame.width,
         size_y=costmap.frame.height,

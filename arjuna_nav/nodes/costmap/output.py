@@ -13,6 +13,8 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.costmap import Costmap, LayeredCostmap
+from arjuna_nav.costmap.layers.sensed import SensedLayer
+from arjuna_nav.costmap.layers.static import StaticLayer
 from arjuna_nav.costmap.layers.voxel import VoxelLayer
 from arjuna_nav.nodes.costmap.messages import (
     costmap_grid_msg,
@@ -38,6 +40,14 @@ class CostmapOutput:
         self._raw = node.publisher(CostmapMsg, "costmap_raw", qos.LATCHED)
         self._grid_update = node.publisher(OccupancyGridUpdate, "costmap_updates", qos.LATCHED)
         self._raw_update = node.publisher(CostmapUpdate, "costmap_raw_updates", qos.LATCHED)
+        self._layers = {
+            name: (
+                node.publisher(OccupancyGrid, name, qos.LATCHED),
+                node.publisher(CostmapMsg, f"{name}_raw", qos.LATCHED),
+            )
+            for name, layer in layered.layers.items()
+            if isinstance(layer, SensedLayer | StaticLayer)
+        }
         self._voxels = {
             name: node.publisher(VoxelGrid, "voxel_grid", qos.LATCHED)
             for name, layer in layered.layers.items()
@@ -71,13 +81,27 @@ class CostmapOutput:
         if changed is not None:
             self._grid_update.publish(costmap_grid_update_msg(costmap, changed, frame_id, now))
             self._raw_update.publish(costmap_raw_update_msg(costmap, changed, frame_id, now))
+        self._publish_layers(layered, frame_id, now)
+        pose = self._node.transforms.try_lookup(frame_id, self._node.config.robot_base_frame)
+        if pose is not None and self._footprint.get_subscription_count() > 0:
+            self._footprint.publish(polygon_msg(layered.footprint.at(pose), frame_id, now))
+
+    def _publish_layers(self, layered: LayeredCostmap, frame_id: str, now: float) -> None:
+        """Publish what single layers hold, to those who listen."""
+        for name, (grid, raw) in self._layers.items():
+            own = layered.layers[name].own_costs()
+            if own is None or own.shape != layered.costmap.frame.shape:
+                continue
+            costmap = Costmap(layered.costmap.frame, own, layered.costmap.stamp)
+            if grid.get_subscription_count():
+                height = self._node.config.map_vis_z
+                grid.publish(costmap_grid_msg(costmap, frame_id, now, height))
+            if raw.get_subscription_count():
+                raw.publish(costmap_raw_msg(costmap, frame_id, now, name))
         for name, publisher in self._voxels.items():
             layer = layered.layers[name]
             if isinstance(layer, VoxelLayer) and layer.enabled:
                 publisher.publish(voxel_grid_msg(layer, frame_id, now))
-        pose = self._node.transforms.try_lookup(frame_id, self._node.config.robot_base_frame)
-        if pose is not None and self._footprint.get_subscription_count() > 0:
-            self._footprint.publish(polygon_msg(layered.footprint.at(pose), frame_id, now))
 
     def _wants_all(self, costmap: Costmap) -> bool:
         """Whether the whole is due: always, or for a new place or a new reader."""

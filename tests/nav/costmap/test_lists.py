@@ -33,7 +33,7 @@ def random_source(rng: np.random.Generator) -> dict[str, Any]:
         "max_obstacle_height": float(rng.choice([0.1, 2.0])),
         "obstacle_max_range": float(rng.uniform(1.0, 3.0)),
         "obstacle_min_range": float(rng.uniform(0.0, 0.5)),
-        "raytrace_max_range": float(rng.uniform(1.0, 3.0)),
+        "raytrace_max_range": float(rng.uniform(1.0, 4.5)),
         "raytrace_min_range": float(rng.uniform(0.0, 0.5)),
     }
 

@@ -15,6 +15,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from map_msgs.msg import OccupancyGridUpdate
+from nav2_msgs.msg import Costmap as CostmapMsg
 from nav2_msgs.msg import CostmapFilterInfo, SpeedLimit
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from rcl_interfaces.srv import SetParameters
@@ -28,7 +29,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, header, transform_msg
 from arjuna_core.se2 import SE2
 from bringup.stack import LOCAL_COSTMAP
-from tests.helpers.nav.costmaps import FREE, LETHAL, LOCAL, cost
+from tests.helpers.nav.costmaps import FREE, LETHAL, LOCAL, cost, costmap_from_msg
 from tests.helpers.nav.navigation import PlayedRobot
 
 pytestmark = pytest.mark.ros
@@ -152,6 +153,27 @@ def test_a_map_lies_in_a_window_that_rolls_in_odom() -> None:
         robot.bench.publish(OccupancyGridUpdate, "/plan_updates", part, qos.DEFAULT)
         robot.run(0.3)
         assert [cost(robot, LOCAL, x, 0.02) for x in (0.48, 0.52, 1.48)] == [FREE, LETHAL, LETHAL]
+
+
+def test_what_a_single_layer_holds_is_published() -> None:
+    layer = {"observation_sources": "front", "front": LIDAR}
+    layers = {"plugins": ["static_layer", "obstacle_layer"], "obstacle_layer": layer}
+    with costmap(**layers) as robot:
+        mount(robot, "front", 0.0, 0.3, 0.0, 0.0)
+        grids = {
+            name: robot.bench.collect(CostmapMsg, f"/{LOCAL}/{name}_raw")
+            for name in ("static_layer", "obstacle_layer")
+        }
+        shown = robot.bench.collect(OccupancyGridMsg, f"/{LOCAL}/obstacle_layer")
+        send(robot, "/map", wall(2.0), "odom")
+        robot.run(0.5)
+        scan(robot, "front", 1.02)
+        robot.run(1.2)
+        mapped, seen = (costmap_from_msg(messages[-1]) for messages in grids.values())
+        assert [seen.cost_at(x, 0.02) for x in (1.02, 2.02)] == [LETHAL, FREE]
+        assert [mapped.cost_at(x, 0.02) for x in (1.02, 2.02)] == [FREE, LETHAL]
+        assert grids["obstacle_layer"][-1].metadata.layer == "obstacle_layer"
+        assert np.count_nonzero(shown[-1].data) == (seen.data == LETHAL).sum()
 
 
 ZONES = {"plugin": "nav2_costmap_2d::KeepoutFilter", "filter_info_topic": "zone_info"}

@@ -95,6 +95,23 @@ def test_a_container_combines_its_layers_first(method: int, expected: int) -> No
     assert layered.costmap.cost_at(1.05, 0.05) == 60
 
 
+def test_what_changes_in_a_container_is_as_if_all_were_made_again() -> None:
+    plugin = "nav2_costmap_2d::PluginContainerLayer"
+    inside = {"plugin": plugin, "plugins": ["obstacle_layer", "inflation_layer"]}
+    layers = {"obstacle_layer": scans(), "inflation_layer": {"inflation_radius": 0.6}}
+    layered = LayeredCostmap(
+        costmap_config(plugins=("static_layer", "inside"), inside=inside | layers)
+    )
+    layered.set_map(GRID)
+    for k, distance in enumerate((1.05, 1.25, 1.65)):
+        layered.receive("inside", "obstacle_layer.scan", beam(distance))
+        layered.update(SE2(), float(k))
+        windowed = layered.costmap.data.copy()
+        assert (windowed > FREE).sum() > 50
+        layered.compose_again()
+        np.testing.assert_array_equal(layered.costmap.data, windowed)
+
+
 def test_a_container_without_layers_knows_nothing() -> None:
     plugin = {"plugin": "nav2_costmap_2d::PluginContainerLayer", "combination_method": 0}
     config = costmap_config(plugins=("empty",), track_unknown_space=True, empty=plugin)
