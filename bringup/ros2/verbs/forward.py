@@ -151,6 +151,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
         _slam_toolbox, parameter="synchronous:=true"
     ),
     ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
+    ("rviz2", "rviz2"): f"{_PROGRAMS}.rviz2",
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
     ("tf2_ros", "tf2_echo"): f"{_PROGRAMS}.tf2_echo",
     ("tf2_tools", "view_frames"): f"{_PROGRAMS}.view_frames",
