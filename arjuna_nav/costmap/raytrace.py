@@ -94,10 +94,11 @@ def _clear_ray(
     height, width = data.shape
     row, column = math.floor(sensor[1] + start * s), math.floor(sensor[0] + start * c)
     row1, column1 = math.floor(sensor[1] + length * s), math.floor(sensor[0] + length * c)
-    if 0 <= min(row, row1) <= max(row, row1) < height:
-        if 0 <= min(column, column1) <= max(column, column1) < width:
-            _clear_inside(data, row, column, row1, column1, keep_end)
-            return
+    low, high = min(row, row1), max(row, row1)
+    left, right = min(column, column1), max(column, column1)
+    if low >= 0 and high < height and left >= 0 and right < width:
+        _clear_inside(data, row, column, row1, column1, keep_end)
+        return
     for r, c in line_cells(row, column, row1, column1):
         if keep_end and r == row1 and c == column1:
             break

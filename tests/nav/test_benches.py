@@ -21,6 +21,7 @@ from tests.bench import barn, goals, planner
 from tests.helpers.nav.barn import CELL, START, load_worlds
 from tests.helpers.nav.barn_made import make_worlds
 from tests.helpers.nav.drives import Ground
+from tests.helpers.nav.navfn_maps import COURSES
 from tests.nav.worlds import block, empty_grid
 
 _CYLINDER = (
@@ -136,7 +137,7 @@ def test_scenarios_of_movingai_are_solved(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_navfn_is_timed_beside_its_arrays_in_c(monkeypatch: pytest.MonkeyPatch) -> None:
-    courses = {name: planner.COURSES[name] for name in ("rooms 500, far", "maze 500, 1.2 m")}
+    courses = {name: COURSES[name] for name in ("rooms 500, far", "maze 500, 1.2 m")}
     monkeypatch.setattr(planner, "COURSES", courses)
     found = run(planner, "--sizes", "--arrays", "1").get("arrays", {})
     if not found:

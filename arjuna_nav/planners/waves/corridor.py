@@ -175,9 +175,10 @@ def _halved(sums: NDArray[np.int32]) -> NDArray[np.int32]:
 @njit(cache=True)
 def _pooled(sums: NDArray[np.int32], size: int) -> NDArray[np.uint8]:
     """Return each coarse cell's value, LETHAL where none of its cells is open."""
-    result = np.full(sums.shape[1:], LETHAL, np.uint8)
-    for row in range(result.shape[0]):
-        for column in range(result.shape[1]):
+    _, height, width = sums.shape
+    result = np.full((height, width), LETHAL, np.uint8)
+    for row in range(height):
+        for column in range(width):
             total, count = sums[0, row, column], sums[1, row, column]
             if count > 0:
                 blocked = _BLOCKED - _BLOCKED * count // (size * size)

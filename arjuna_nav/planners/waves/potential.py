@@ -189,4 +189,5 @@ def _offer(
     lowers = potential[cell] > value + least[cost]
     queue[count] = cell
     seen[cell] = _QUEUED if lowers else cost
-    return count + lowers
+    queued: int = count + lowers
+    return queued

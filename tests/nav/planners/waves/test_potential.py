@@ -64,9 +64,9 @@ def test_paths_cost_what_those_of_the_formula_cost() -> None:
     for seed in range(60):
         data, (start, goal) = random_map(seed)
         seeds, end = np.array([[*start, 0.0]]), (int(goal[0]), int(goal[1]))
-        plain = plain_potential(data, COSTS, seeds)
+        plain = plain_potential(data, COSTS, seeds).astype(np.float32)
         if np.isfinite(plain[end]) and np.hypot(*(start - goal)) > 20.0:
-            ways = descend(spread(data, COSTS, seeds, end), end), descend(plain, end)
+            ways = [descend(found, end) for found in (spread(data, COSTS, seeds, end), plain)]
             prices.append(price_along(ways[0], data) / price_along(ways[1], data))
     assert len(prices) > 20
     assert np.mean(prices) < 1.003
