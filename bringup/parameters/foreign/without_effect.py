@@ -205,9 +205,7 @@ _NODES: Mapping[Kind, Mapping[str, str]] = {
         "the simulator speaks ROS": "ros_gz_bridge gz_* gazebo* loopback_simulator",
     },
     Kind.NO_EFFECT: {
-        "masks come from servers that others start": "*filter_info_server *mask_server",
         "objects are not followed": "following_server",
-        "no collision is reported": "collision_detector",
         "robot_localization's second filter": "ekf_* ukf_*",
         "GPS is fused by the waypoint follower alone": "navsat_transform*",
         "no such node": (
@@ -217,7 +215,7 @@ _NODES: Mapping[Kind, Mapping[str, str]] = {
         ),
     },
 }
-_SAFE_NODES = ("*filter_info_server", "*mask_server", "collision_detector", "twist_mux")
+_SAFE_NODES = ("twist_mux",)
 
 
 @cache
