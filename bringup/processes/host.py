@@ -181,9 +181,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("group", choices=sorted(groups))
     parser.add_argument("--namespace", default="", help="the robot's")
     parser.add_argument("--parameters", type=json.loads, default={}, help="JSON: node: name: value")
+    parser.add_argument("--alone", action="store_true", help="no supervisor reads its events")
     arguments, _ = parser.parse_known_args(argv)  # what follows --ros-args is rclpy's
+    report = (lambda line: None) if arguments.alone else show
     try:
-        host = Host(groups[arguments.group], arguments.parameters, arguments.namespace, show)
+        host = Host(groups[arguments.group], arguments.parameters, arguments.namespace, report)
     except ArjunaError as error:
         sys.stderr.write(f"error: {error}\n")
         return _REFUSED
