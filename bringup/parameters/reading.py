@@ -23,7 +23,7 @@ from bringup.parameters.files import (
 from bringup.parameters.foreign.older import section_as_today
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Kind, Remark, lines
-from bringup.stack import VELOCITY_CHAIN, NodeSpec, all_nodes, further_nodes
+from bringup.stack import SIM, VELOCITY_CHAIN, NodeSpec, all_nodes, further_nodes
 
 _STAMPED = "enable_stamped_cmd_vel"
 
@@ -88,7 +88,7 @@ def _of_one_type(parameters: Parameters) -> Parameters:
     """Return parameters in which the whole chain of velocities is stamped if one of it is."""
     if not any(parameters.get(name, {}).get(_STAMPED) for name in VELOCITY_CHAIN):
         return parameters
-    return merged({name: {_STAMPED: True} for name in VELOCITY_CHAIN}, parameters)
+    return merged({name: {_STAMPED: True} for name in (*VELOCITY_CHAIN, SIM.name)}, parameters)
 
 
 def read_over(path: Path, below: Parameters, namespace: str = "") -> ReadFile:
