@@ -19,6 +19,7 @@ _BLOCKED = 60  # added to a coarse cell's value by the share that is blocked: pa
 _WORTHWHILE = 256 * 256  # cells; a wave covers fewer in a millisecond
 _DOUBTFUL = 1.1  # a path dearer than estimated by this factor may not be the best
 _WHOLE = 2 / 3  # of the open coarse cells, or walls too thin to be seen may stand anywhere
+_APART = 36  # rows between those by which that is judged
 _ONE = np.uint32(1 << 16)  # cell, in a sum of values
 _WIDTH = 6.0  # least slack: three coarse cells to either side of a straight path [cells]
 
@@ -74,9 +75,10 @@ def corridors(
         return None
     if data.size < _WORTHWHILE:
         return ()
-    sums = _sums(data, costs, 1 << _FINE)
-    if np.count_nonzero(sums[1] == 1 << 2 * _FINE) < _WHOLE * np.count_nonzero(sums[1]):
+    counts = _sums(_strips(data), costs, 1 << _FINE)[1]
+    if np.count_nonzero(counts == 1 << 2 * _FINE) < _WHOLE * np.count_nonzero(counts):
         return ()
+    sums = _sums(data, costs, 1 << _FINE)
     ask = costs, start, goal, slack, width
     coarse = _corridor(_pooled(_halved(sums), 1 << _COARSE), _COARSE, *ask)
     if coarse is None:
@@ -139,6 +141,14 @@ def is_outside(within: Corridor, row: int, column: int) -> bool:
     """Return whether a cell of the map lies outside of a corridor."""
     bounded = within.open.shape[0] > 0
     return bounded and not within.open[row >> within.shift, column >> within.shift]
+
+
+def _strips(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a ninth of a map: rows of whole coarse cells, apart."""
+    height, width = data.shape
+    apart = min(_APART, height)
+    rows = data[: height // apart * apart].reshape(-1, apart, width)[:, : 1 << _FINE]
+    return rows.reshape(-1, width)
 
 
 @njit(cache=True)
