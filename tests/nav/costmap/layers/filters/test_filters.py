@@ -88,7 +88,7 @@ def test_zones_are_kept_in_whatever_a_new_map_makes_of_the_grid() -> None:
 def test_a_robot_in_a_zone_may_leave_it_if_that_is_asked(
     overrides: int, inside: int, cost: int
 ) -> None:
-    values = {"override_lethal_cost": bool(overrides), "lethal_override_cost": 200}
+    values: dict[str, Any] = {"override_lethal_cost": bool(overrides), "lethal_override_cost": 200}
     layered = filtered("KeepoutFilter", **values)
     give(layered, 0, mask(100, 40))
     layered.update(SE2(0.5, 0.0) if inside else SE2(-0.5, 0.0), 0.1)
