@@ -74,6 +74,7 @@ class StaticLayer(Layer):
         self._placement: Placement | None = None
         self._shown: NDArray[np.uint8] = self._costs  # of the costmap's cells
         self._before: tuple[Window, NDArray[np.uint8]] | None = None  # where it is cleared
+        self._updated: Window | None = None  # cells of the map that have changed
         self._problem = ""
 
     @property
@@ -93,7 +94,7 @@ class StaticLayer(Layer):
     def receive(self, source: str, value: PlacedMap | MapUpdate) -> None:
         """Take a map, or a part of it; a part that does not lie in the map is left out."""
         if isinstance(value, PlacedMap):
-            self._map, self._before, self._placement = value, None, None
+            self._map, self._before, self._placement, self._updated = value, None, None, None
             self._costs = interpret_map(value.grid.data, self.master.config)
             return
         rows, columns = (
@@ -104,7 +105,7 @@ class StaticLayer(Layer):
         if rows.start >= 0 and rows.stop <= height and columns.start >= 0 and columns.stop <= width:
             self._restore()
             self._costs[rows, columns] = interpret_map(value.data, self.master.config)
-            self._placement = None
+            self._updated = joined(self._updated, (rows, columns))
 
     def missing(self) -> str:
         """Return that no map has come, where none has."""
@@ -120,11 +121,11 @@ class StaticLayer(Layer):
         if self._map is None:
             return None
         self._locate(self._map.frame_id)
-        before, changed = self._placement, None
         if self._T_global_map is not None and self.config.footprint_clearing_enabled:
-            changed = self._clear_footprint(self._T_global_map.inverse() @ T_global_base)
-            if before is not None and before.covered is not None and changed is not None:
-                self._placement = None
+            self._clear_footprint(self._T_global_map.inverse() @ T_global_base)
+        before, changed, self._updated = self._placement, self._updated, None
+        if before is not None and before.covered is not None and changed is not None:
+            self._placement = None
         self._place()
         return changed if self._placement is before else whole(self.master.frame.shape)
 
@@ -166,10 +167,9 @@ class StaticLayer(Layer):
             self._placement = Placement(frame, T_global_map, self._map.grid.frame)
             self._shown = self._placement.read(self._costs, UNKNOWN)
 
-    def _clear_footprint(self, T_map_base: SE2) -> Window | None:
-        """Free the map's cells under the robot; return which of them have changed."""
+    def _clear_footprint(self, T_map_base: SE2) -> None:
+        """Free the map's cells under the robot."""
         assert self._map is not None
-        restored = self._before[0] if self._before is not None else None
         self._restore()
         frame = self._map.grid.frame
         corners = frame.origin.inverse().apply(self.master.footprint.at(T_map_base))
@@ -180,10 +180,11 @@ class StaticLayer(Layer):
         fill_polygon(self._costs, corners, FREE)
         if self.config.restore_cleared_footprint:
             self._before = window, before
-        return joined(restored, within(window, self._costs[window] != before))
+        self._updated = joined(self._updated, within(window, self._costs[window] != before))
 
     def _restore(self) -> None:
         """Undo the clearing under the robot."""
         if self._before is not None:
             window, costs = self._before
             self._costs[window], self._before = costs, None
+            self._updated = joined(self._updated, window)

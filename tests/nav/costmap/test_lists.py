@@ -235,8 +235,8 @@ def test_any_list_of_layers_and_sources_is_as_nav2s_rules_say(seed: int) -> None
     layered.set_map(OccupancyGrid(FRAME, data))
     plain.set_map(OccupancyGrid(FRAME, data))
     for k in range(3):
-        x, y = rng.uniform(-2.0, 2.0, 2).tolist()
-        pose = SE2(x, y, float(rng.uniform(-3.0, 3.0)))
+        x, y, yaw = rng.uniform((-2.0, -2.0, -3.0), (2.0, 2.0, 3.0)).tolist()
+        pose = SE2(x, y, yaw)
         latest: dict[tuple[str, str], PlacedScan] = {}
         for name, layer in layered.layers.items():
             for one in (one for one in layer.inputs() if one.data_type == "LaserScan"):

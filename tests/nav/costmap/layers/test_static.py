@@ -131,6 +131,23 @@ def test_parts_of_a_map_are_taken_where_they_lie_in_it(rolls: bool) -> None:
     ]
 
 
+def test_a_part_of_a_large_map_composes_no_more_than_itself() -> None:
+    layered = fixed(footprint_clearing_enabled=True)
+    layered.update(SE2(3.0, 1.0), 0.0)
+    layered.take_changed()
+    layered.receive("static_layer", "updates", MapUpdate(0, 5, np.full((2, 3), -1)))
+    layered.update(SE2(3.0, 1.0), 0.1)
+    assert layered.costmap.data[0, 5] == layered.costmap.cost_at(3.0, 1.0) == FREE
+    rows, columns = layered.take_changed() or (slice(0), slice(0))
+    assert (rows.start, columns.start) == (0, 5)
+    assert rows.stop < 20
+    layered.update(SE2(1.0, 2.0), 0.2)
+    windowed = layered.costmap.data.copy()
+    layered.compose_again()
+    np.testing.assert_array_equal(layered.costmap.data, windowed)
+    assert windowed[10, 30] == LETHAL, "where the robot was before"
+
+
 @pytest.mark.parametrize("restores", [False, True])
 def test_the_map_is_free_under_the_robot_and_after_it_if_that_is_asked(restores: bool) -> None:
     layered = fixed(footprint_clearing_enabled=True, restore_cleared_footprint=restores)
