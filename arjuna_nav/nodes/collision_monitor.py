@@ -90,8 +90,9 @@ class CollisionMonitorNode(ManagedNode):
             return Verdict(STILL, Action.STOP, _BLIND)
         sight, seen_by, trust = seen
         slowed = Velocity(velocity.v * trust, velocity.w * trust)
-        verdict = self._watch.monitor.judge(slowed, sight.points, self._watch.footprint(),
-            sight.motions, sight.speeds, seen_by)  # fmt: skip
+        points, motions, speeds = sight
+        outline = self._watch.footprint()
+        verdict = self._watch.monitor.judge(slowed, points, outline, motions, speeds, seen_by)
         if trust < 1.0 and verdict.action is Action.DO_NOTHING:
             return Verdict(slowed, Action.SLOWDOWN, _BLIND)
         return verdict

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,11 +23,13 @@ class Guide:
         left: `(height, width) float32` what it costs from each cell to the end, inf where that
             does not matter or no way leads there.
         whole: Whether it is known from everywhere, not about the likely way alone.
+        price: What it costs from the likeliest start, inf where the end is not the goal.
     """
 
     end: Cell
     left: NDArray[np.float32]
     whole: bool
+    price: float
 
 
 def guide(
@@ -53,19 +56,20 @@ def guide(
     exits = seeds[:, :2].astype(np.int64)
     first = int(exits[0, 0]), int(exits[0, 1])
     within = () if slack is None else corridors(data, costs, first, goal, slack, width)
-    if np.isfinite(costs[data[goal]]):
+    if within is not None and np.isfinite(costs[data[goal]]):
         left = guided(
             lambda one: spread(data, costs, _seed(goal), corridor=one.open, shift=one.shift),
             lambda potential: float(potential[first]),
             within,
         )
         if np.isfinite(left[tuple(exits.T)]).any():
-            return Guide(goal, left, not within)
-    reached = spread(data, costs, seeds)
+            return Guide(goal, left, not within, float(left[first]))
+    reached = query.approach(costs, seeds)
     end = query.reachable_end(reached)
     if end is None:
         return query.failure(reached)
-    return Guide(end, spread(data, costs, _seed(end)), True)
+    left = spread(data, costs, _seed(end))
+    return Guide(end, left, True, float(left[first]) if end == goal else math.inf)
 
 
 def _seed(cell: Cell) -> NDArray[np.float64]:

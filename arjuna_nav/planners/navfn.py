@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -13,11 +14,12 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult
-from arjuna_nav.planners.query import ask
+from arjuna_nav.planners.nearby import Plan, nearby_first
+from arjuna_nav.planners.query import Query, ask
+from arjuna_nav.planners.theta_star import line_cost
 from arjuna_nav.planners.waves.corridor import corridors, guided
 from arjuna_nav.planners.waves.descent import descend
 from arjuna_nav.planners.waves.potential import NEUTRAL, spread, traversal_costs
-from arjuna_nav.planners.way_out import WayOut
 
 _SLACK, _SLACK_ASTAR = 0.005, 0.0  # of ways that are looked at, over the best estimate
 
@@ -62,29 +64,47 @@ class NavFn:
         `tolerance`. A start where the robot may not be, within an obstacle's inscribed radius, is
         led out of there first, within `escape_radius`.
         """
-        config = self._config
-        costs = traversal_costs(config.allow_unknown)
-        query = ask(config, costmap, start, goal)
+        costs = traversal_costs(self._config.allow_unknown)
+        return nearby_first(
+            lambda part: self._plan(part, costs, start, goal), costmap, costs, start, goal
+        )
+
+    def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
+        query = ask(self._config, costmap, start, goal)
         if isinstance(query, PlanResult):
-            return query
-        potential = self._potential(costmap.data, costs, query.out, query.goal_cell)
+            return Plan(query)
+        direct = _straight(query, costs)
+        if direct is not None:
+            return Plan(query.answer(direct), 0.0)
+        potential = self._potential(query, costs)
         end = query.reachable_end(potential)
         if end is None:
-            return query.failure(potential)
-        return query.answer(descend(potential, end)[::-1])
+            return Plan(query.failure(potential))
+        price = float(potential[end]) if end == query.goal_cell else math.inf
+        return Plan(query.answer(descend(potential, end)[::-1]), price)
 
-    def _potential(
-        self,
-        data: NDArray[np.uint8],
-        costs: NDArray[np.float32],
-        out: WayOut,
-        goal: tuple[int, int],
-    ) -> NDArray[np.float32]:
-        """Return the potential about the best way, or of the whole map where that is needed."""
-        seeds = out.seeds(NEUTRAL)
+    def _potential(self, query: Query, costs: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the potential about the best path, or of the whole map where that is needed."""
+        data, goal, seeds = query.costmap.data, query.goal_cell, query.out.seeds(NEUTRAL)
         slack = _SLACK_ASTAR if self._config.use_astar else _SLACK
+        within = corridors(data, costs, query.out.nearest, goal, slack)
+        if within is None:
+            return query.approach(costs, seeds)
         return guided(
-            lambda within: spread(data, costs, seeds, goal, within.open, within.shift),
+            lambda one: spread(data, costs, seeds, goal, one.open, one.shift),
             lambda potential: float(potential[goal] - seeds[0, 2]),
-            corridors(data, costs, out.nearest, goal, slack),
+            within,
         )
+
+
+def _straight(query: Query, costs: NDArray[np.float32]) -> NDArray[np.float64] | None:
+    """Return the straight way `(N, 2)`, half a cell apart, if it crosses the cheapest cells alone.
+
+    No path is shorter or cheaper, so that no wave need look for one.
+    """
+    (row0, column0), (row1, column1) = query.out.nearest, query.goal_cell
+    length = math.hypot(row1 - row0, column1 - column0)
+    cost = line_cost(query.costmap.data, costs, row0, column0, row1, column1)
+    if len(query.out.exits) > 1 or cost > float(costs.min()) * length * (1.0 + 1e-6):
+        return None
+    return np.linspace((row0, column0), (row1, column1), max(math.ceil(2.0 * length), 1) + 1)

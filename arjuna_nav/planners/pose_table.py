@@ -83,6 +83,14 @@ def slot_of(index: RowIndex, row: int, column: int, heading: int) -> tuple[int, 
 
 
 @njit(cache=True)
+def row_at(index: RowIndex, row: int, column: int, heading: int) -> int:
+    """Return the row of the pose in a cell and heading, -1 for none."""
+    if index.blocks[row // BLOCK, column // BLOCK] < 0:
+        return -1
+    return int(index.slots[slot_of(index, row, column, heading)])
+
+
+@njit(cache=True)
 def begun(start: NDArray[np.float64], size: int = ROOM) -> PoseTable:
     """Return a table with room for `size` rows whose first is the start `(3,)`."""
     table = PoseTable(

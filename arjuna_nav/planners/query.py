@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.planners.base import PlanResult, PlanStatus
-from arjuna_nav.planners.waves.potential import traversal_costs
+from arjuna_nav.planners.waves.potential import spread, traversal_costs
+from arjuna_nav.planners.waves.reach import reachable
 from arjuna_nav.planners.way_out import WayOut
 
 Cell = tuple[int, int]
@@ -58,6 +59,22 @@ class Query:
             return None
         row, column = cells[np.lexsort((values[tuple(cells.T)], distances))[0]]
         return int(row), int(column)
+
+    def approach(
+        self, costs: NDArray[np.float32], seeds: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """Return the potential as far as the goal or the reachable cell nearest to it.
+
+        Where no cell within the tolerance can be reached, it is 0 in each that can be.
+
+        Args:
+            costs: What it costs to cross a cell by its value, `(256,) float32`.
+            seeds: `(N, 3)` row, column and potential of the cells where the wave begins.
+        """
+        data = self.costmap.data
+        reached = np.where(reachable(data, costs, seeds), np.float32(0.0), np.float32(np.inf))
+        end = self.reachable_end(reached)
+        return reached if end is None else spread(data, costs, seeds, end)
 
     def failure(self, values: NDArray[np.float32]) -> PlanResult:
         """Say why nothing near the goal was reached."""
@@ -144,8 +161,9 @@ def _with_ends(
     """Return the path as poses that look along it, from the exact start to the goal's heading."""
     first = np.array([start.x, start.y])
     last = np.array([goal.x, goal.y]) if reached else points[-1]
-    distances = np.minimum(np.hypot(*(points - first).T), np.hypot(*(points - last).T))
-    between = points[distances > spacing]  # centres of cells beside the exact ends make kinks
+    x, y = points.T
+    squares = [(x - end[0]) ** 2 + (y - end[1]) ** 2 for end in (first, last)]
+    between = points[np.minimum(*squares) > spacing**2]  # cells beside the exact ends make kinks
     return oriented(np.vstack((first, between, last)), goal.theta)
 
 

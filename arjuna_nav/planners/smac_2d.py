@@ -16,6 +16,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.nearby import Plan, nearby_first
 from arjuna_nav.planners.query import ask, oriented
 from arjuna_nav.planners.relaxation import relax, touches
 from arjuna_nav.planners.waves.corridor import Corridor, corridors, guided, is_outside
@@ -73,25 +74,36 @@ class Smac2D:
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame; see `NavFn.plan` for both ends."""
+        costs = self._costs()
+        found = nearby_first(
+            lambda part: self._plan(part, costs, start, goal), costmap, costs, start, goal
+        )
+        if found.status is not PlanStatus.SUCCEEDED:
+            return found
+        return smoothed(found, costmap, self._config.smoother)
+
+    def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
+        """Return a plan before it is smoothed."""
         config = self._config
         query = ask(config, costmap, start, goal)
         if isinstance(query, PlanResult):
-            return query
+            return Plan(query)
         seeds = query.out.seeds(1.0)
         limit = config.max_iterations if config.max_iterations > 0 else costmap.data.size
-        data, costs, goal_cell = costmap.data, self._costs(), query.goal_cell
+        data, goal_cell = costmap.data, query.goal_cell
         values, before, spent = guided(
             lambda within: _a_star(data, costs, seeds, goal_cell, limit, within),
             lambda found: float((found[0][goal_cell] - seeds[0, 2]) * _SCALE),
-            corridors(data, costs * _SCALE, query.out.nearest, goal_cell, _SLACK),
+            corridors(data, costs * _SCALE, query.out.nearest, goal_cell, _SLACK) or (),
         )
         end = query.reachable_end(values)
         if end is None and spent:
             message = f"no path within max_iterations = {limit} cells"
-            return PlanResult.failed(PlanStatus.TIMEOUT, message)
+            return Plan(PlanResult.failed(PlanStatus.TIMEOUT, message))
         if end is None:
-            return query.failure(values)
-        return smoothed(query.answer(_way(before, end)), costmap, config.smoother)
+            return Plan(query.failure(values))
+        price = float(values[end]) if end == goal_cell else math.inf
+        return Plan(query.answer(_way(before, end)), price)
 
     def _costs(self) -> NDArray[np.float32]:
         """Return what a cell's length costs by its value, `(256,) float32`."""

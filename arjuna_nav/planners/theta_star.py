@@ -18,6 +18,7 @@ from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult
 from arjuna_nav.planners.guide import guide
+from arjuna_nav.planners.nearby import Plan, nearby_first
 from arjuna_nav.planners.query import ask
 from arjuna_nav.planners.waves.potential import NEUTRAL
 
@@ -61,18 +62,25 @@ class ThetaStar:
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame; see `NavFn.plan` for both ends."""
+        costs = _weights(self._config)
+        scaled = costs * np.float32(NEUTRAL / self._config.w_euc_cost)
+        return nearby_first(
+            lambda part: self._plan(part, costs, start, goal), costmap, scaled, start, goal
+        )
+
+    def _plan(self, costmap: Costmap, costs: NDArray[np.float32], start: SE2, goal: SE2) -> Plan:
         config = self._config
         query = ask(config, costmap, start, goal)
         if isinstance(query, PlanResult):
-            return query
-        costs, seeds = _weights(config), query.out.seeds(1.0)
-        scale = np.float32(NEUTRAL / config.w_euc_cost)
+            return Plan(query)
+        seeds, scale = query.out.seeds(1.0), np.float32(NEUTRAL / config.w_euc_cost)
         found = guide(query, costs * scale, seeds * (1.0, 1.0, scale), _SLACK)
         if isinstance(found, PlanResult):
-            return found
+            return Plan(found)
         data, options = costmap.data, (config.w_heuristic_cost / scale, config.how_many_corners)
         parents = _theta_star(data, costs, seeds, found.end, found.left, *options)
-        return query.answer(_spaced(_corners(parents, found.end, data.shape[1])))
+        way = _spaced(_corners(parents, found.end, data.shape[1]))
+        return Plan(query.answer(way), found.price)
 
 
 def _weights(config: ThetaStarConfig) -> NDArray[np.float32]:

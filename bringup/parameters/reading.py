@@ -23,7 +23,7 @@ from bringup.parameters.files import (
 from bringup.parameters.foreign.older import section_as_today
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Kind, Remark, lines
-from bringup.stack import VELOCITY_CHAIN, NodeSpec, all_nodes
+from bringup.stack import VELOCITY_CHAIN, NodeSpec, all_nodes, further_nodes
 
 _STAMPED = "enable_stamped_cmd_vel"
 
@@ -98,13 +98,28 @@ def read_over(path: Path, below: Parameters, namespace: str = "") -> ReadFile:
         InputFileError: The file cannot be read, is no YAML or of another form.
     """
     given = load_parameters([path])
-    understood = understand(given, below, all_nodes(), namespace)
+    further = further_nodes([*below, *given])
+    nodes = [*all_nodes(), *further]
+    understood = understand(given, below, nodes, namespace)
     after = understood.parameters
-    specs = [spec for spec in all_nodes() if after.get(spec.name) != below.get(spec.name)]
+    missing = _without_missing_masks(after, further)
+    specs = [spec for spec in nodes if after.get(spec.name) != below.get(spec.name)]
     problems = [*understood.problems, *problems_of(understood.parameters, specs)]
     at = _Places(path, given)
-    remarks = [one._replace(place=at(one.where)) for one in understood.remarks]
+    remarks = [one._replace(place=at(one.where)) for one in [*understood.remarks, *missing]]
     return ReadFile(understood.parameters, remarks, [f"{at(text)}: {text}" for text in problems])
+
+
+def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) -> list[Remark]:
+    """Take out the masks that nobody has, as stock files name them; return a remark on each."""
+    remarks = []
+    for spec in further:
+        if name := _lacking_map(parameters.get(spec.name, {})):
+            del parameters[spec.name]["yaml_filename"]
+            reason = f"there is no {name}: nothing is kept out or slowed down by it"
+            where = f"{spec.name}: yaml_filename"
+            remarks.append(Remark(Kind.NO_EFFECT, where, reason, safety=True))
+    return remarks
 
 
 class _Places:

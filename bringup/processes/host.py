@@ -18,7 +18,7 @@ from bringup.processes.lifecycle.manager import LifecycleManager
 from bringup.processes.reporter import Reporter
 from bringup.processes.supervisor import QUIT_EXIT
 from bringup.processes.twins import Twins
-from bringup.stack import ALL_GROUPS, Group
+from bringup.stack import ALL_GROUPS, Group, with_further
 from bringup.terminal import show
 
 _LINGER = 1.0  # [s] after a client asked to quit
@@ -48,6 +48,7 @@ class Host:
         namespace: str = "",
         write: Callable[[str], None] = lambda line: None,
     ) -> None:
+        group = with_further(group, parameters)
         use_sim_time = sim_time_of(parameters, [spec.name for spec in group.nodes])
         self.process = Process(f"{group.name}_host", use_sim_time, namespace=namespace)
         self.nodes = [create_node(self.process, spec, parameters) for spec in group.nodes]
@@ -180,9 +181,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("group", choices=sorted(groups))
     parser.add_argument("--namespace", default="", help="the robot's")
     parser.add_argument("--parameters", type=json.loads, default={}, help="JSON: node: name: value")
+    parser.add_argument("--alone", action="store_true", help="no supervisor reads its events")
     arguments, _ = parser.parse_known_args(argv)  # what follows --ros-args is rclpy's
+    report = (lambda line: None) if arguments.alone else show
     try:
-        host = Host(groups[arguments.group], arguments.parameters, arguments.namespace, show)
+        host = Host(groups[arguments.group], arguments.parameters, arguments.namespace, report)
     except ArjunaError as error:
         sys.stderr.write(f"error: {error}\n")
         return _REFUSED

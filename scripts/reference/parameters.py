@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from arjuna_core.plugins import canonical
+from arjuna_core.plugins import PluginTypes, canonical
 from bringup.parameters.composition import node_class
 from bringup.parameters.files import for_node, shipped_parameters
 from bringup.parameters.listing import bounds, described, scalar
@@ -41,11 +41,13 @@ def _not_loaded(spec: NodeSpec) -> Iterator[str]:
     config, values = node_class(spec).Config, for_node(shipped_parameters(), spec.name)
     rows = list(described(config, values))
     loaded = {canonical(str(row.value)) for row in rows}
-    for kind in dict.fromkeys(row.info.plugins for row in rows if row.info.plugins is not None):
+    for kind in dict.fromkeys(
+        r.info.plugins for r in rows if isinstance(r.info.plugins, PluginTypes)
+    ):
         for name in kind.types:
             if name not in loaded:
                 yield f"### `{name}`\n\nA {kind.what} of `{spec.name}`.\n"
-                wraps = hasattr(kind.resolve(name), "config_for")
+                wraps = kind.what == "controller" and hasattr(kind.resolve(name), "config_for")
                 given = {"primary_controller": kind.default} if wraps else {}
                 yield from _table(kind.config_of(name, given), given)
 

@@ -94,7 +94,7 @@ def _scans(layered: LayeredCostmap, repeats: int) -> float:
     def update(k: int) -> None:
         ranges = smooth + rng.normal(0.0, 0.02, _BEAMS)
         pose = SE2(0.02 * k, 0.013 * k, 0.01 * k)
-        scan = Scan(ranges, -math.pi, 2.0 * math.pi / _BEAMS, 0.1, 12.0)
+        scan = Scan(ranges, -math.pi, 2.0 * math.pi / _BEAMS, 0.1, 12.0, stamp=0.1 * k)
         see(layered, pose, 0.1 * k, [PlacedScan(scan, pose)])
 
     return _median(update, repeats)

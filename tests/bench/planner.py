@@ -1,4 +1,4 @@
-"""Plans on large maps, corner to corner, and on MovingAI's maps against their optima."""
+"""Plans on large maps, NavFn beside its array version in C, and MovingAI's maps."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.costmap.inflation import Inflation
 from arjuna_nav.planners import NavFn, NavFnConfig, Planner, PlanStatus
 from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.hybrid.config import HybridConfig, SmacLatticeConfig
@@ -27,17 +26,17 @@ from arjuna_nav.planners.hybrid.lattice import SmacLattice
 from arjuna_nav.planners.hybrid.planner import Hybrid
 from arjuna_nav.planners.smac_2d import Smac2D, Smac2DConfig
 from arjuna_nav.planners.theta_star import ThetaStar, ThetaStarConfig
+from tests.helpers.nav.navfn_maps import COURSES, RESOLUTION, ROBOT_RADIUS, rooms
+from tests.helpers.nav.navfn_peer import ArrayNavFn, compiled
 
-_RESOLUTION = 0.05
-_ROBOT_RADIUS = 0.28
 _FREE = frozenset(b".GS")
 PLANNERS: dict[str, Planner] = {
     "NavFn": NavFn(NavFnConfig()),
     "NavFn, A*": NavFn(NavFnConfig(use_astar=True)),
     "Theta*": ThetaStar(ThetaStarConfig()),
     "Smac 2D": Smac2D(Smac2DConfig(max_iterations=0)),
-    "Smac Hybrid-A*": Hybrid(HybridConfig(), Footprint.circle(_ROBOT_RADIUS)),
-    "Smac lattice": SmacLattice(SmacLatticeConfig(), Footprint.circle(_ROBOT_RADIUS)),
+    "Smac Hybrid-A*": Hybrid(HybridConfig(), Footprint.circle(ROBOT_RADIUS)),
+    "Smac lattice": SmacLattice(SmacLatticeConfig(), Footprint.circle(ROBOT_RADIUS)),
 }
 
 
@@ -48,6 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--repeats", type=int, default=5, help="the best of them (%(default)s)")
     parser.add_argument("--maps", type=int, default=2, help="random maps a size (%(default)s)")
+    parser.add_argument(
+        "--arrays", type=int, default=7, help="repeats beside NavFn in C; 0: none (%(default)s)"
+    )
     parser.add_argument(
         "--scenarios", type=Path, metavar="DIR", help="a folder of MovingAI's .map and .scen files"
     )
@@ -71,34 +73,53 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             ratio = max(row[name][1] / next(iter(row.values()))[1] for row in rows)
             result[f"{name} {size}"] = {"ms": worst, "length_ratio": ratio}
             print(f"{name:18}{size:6} x {size:<6}{worst:8.1f} ms   length x {ratio:.4f}")
+    if arguments.arrays > 0:
+        result["arrays"] = against_arrays(arguments.arrays)
     if arguments.scenarios is not None:
         for name, planner in PLANNERS.items():
             result[name] = _scenarios(name, planner, arguments.scenarios, arguments.limit)
     return result
 
 
-def large_map(size: int, seed: int) -> Costmap:
-    """Return a square map of walls with doors and of boxes, inflated; its corners are free."""
-    rng = np.random.default_rng(seed)
-    data = np.zeros((size, size), np.uint8)
-    walls = range(100, size - 50, 160)
-    for at in walls:
-        data[at : at + 4, :] = data[:, at : at + 4] = 254
-    for at in walls:
-        for room in range(0, size - 20, 160):  # a door of 1.2 m into each room
-            row, column = np.minimum(room + rng.integers(0, 60, 2), size - 40)
-            data[row : row + 24, at : at + 4] = data[at : at + 4, column : column + 24] = 0
-    for row, column in rng.integers(0, size - 20, (size * size // 6000, 2)):
-        data[row : row + rng.integers(2, 16), column : column + rng.integers(2, 16)] = 254
-    data[:60, :60] = data[-60:, -60:] = 0
-    Inflation(0.6, 5.0, _ROBOT_RADIUS, _RESOLUTION).apply(data)
-    return Costmap(GridFrame(_RESOLUTION, size, size), data)
+def against_arrays(repeats: int) -> dict[str, dict[str, float]]:
+    """Time NavFn on nine maps, in turn with its array version in C; none without a compiler.
+
+    Returns:
+        For each map the median times of the processor [ms], their ratio, and the lengths [m].
+    """
+    library, result = compiled(), {}
+    if library is None:
+        print("NavFn by arrays: no C compiler")
+        return {}
+    for name, make in COURSES.items():
+        course = make()
+        planner = NavFn(NavFnConfig(use_astar=course.astar))
+        peer = ArrayNavFn(library, course.costmap.data.shape)
+        ends = [SE2(*course.costmap.frame.to_point(*c)) for c in (course.start, course.goal)]
+        cells = course.start, course.goal, course.astar
+        times, path, way = [], np.empty((0, 3)), np.empty((0, 2))
+        for _ in range(repeats + 1):
+            before = time.process_time()
+            path = planner.plan(course.costmap, *ends).path
+            between = time.process_time()
+            way = peer.plan(course.costmap.data, *cells)
+            times.append((between - before, time.process_time() - between))
+        peer.close()
+        ours, theirs = (1e3 * float(t) for t in np.median(times[1:], axis=0))
+        lengths = [float(np.hypot(*np.diff(p[:, :2], axis=0).T).sum()) for p in (path, way)]
+        row = {"ms": ours, "arrays_ms": theirs, "ratio": ours / theirs}
+        result[name] = {**row, "m": lengths[0], "arrays_m": lengths[1] * RESOLUTION}
+        print(
+            f"{name:18}{ours:8.2f} ms, arrays in C {theirs:8.2f} ms: {ours / theirs:5.2f}"
+            f"   {lengths[0]:8.1f} m, {lengths[1] * RESOLUTION:8.1f} m"
+        )
+    return result
 
 
 def _large(size: int, seed: int, repeats: int) -> dict[str, tuple[float, float]]:
     """Return each planner's best time [ms] and length [m] from the first corner to the last."""
-    costmap = large_map(size, seed)
-    edge = size * _RESOLUTION
+    costmap = rooms(size, seed)
+    edge = size * RESOLUTION
     start, goal = SE2(0.5, 0.5), SE2(edge - 0.5, edge - 0.5)
     rows = {}
     for name, planner in PLANNERS.items():

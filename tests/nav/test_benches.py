@@ -21,6 +21,7 @@ from tests.bench import barn, goals, planner
 from tests.helpers.nav.barn import CELL, START, load_worlds
 from tests.helpers.nav.barn_made import make_worlds
 from tests.helpers.nav.drives import Ground
+from tests.helpers.nav.navfn_maps import COURSES
 from tests.nav.worlds import block, empty_grid
 
 _CYLINDER = (
@@ -129,10 +130,21 @@ def test_scenarios_of_movingai_are_solved(tmp_path: Path, monkeypatch: pytest.Mo
     scenario = "version 1\n0\tu.map\t5\t3\t0\t0\t3\t2\t5.0\n"
     (tmp_path / "u.map.scen").write_text(scenario, encoding="ascii")
     assert planner.read_map(tmp_path / "u.map").sum() == 11
-    result = run(planner, "--sizes", "--scenarios", str(tmp_path))
+    result = run(planner, "--sizes", "--arrays", "0", "--scenarios", str(tmp_path))
     for found in result.values():
         assert (found["solved"], found["scenarios"]) == (1, 1)
         assert 0.9 < found["octile_ratio"] < 1.05
+
+
+def test_navfn_is_timed_beside_its_arrays_in_c(monkeypatch: pytest.MonkeyPatch) -> None:
+    courses = {name: COURSES[name] for name in ("rooms 500, far", "maze 500, 1.2 m")}
+    monkeypatch.setattr(planner, "COURSES", courses)
+    found = run(planner, "--sizes", "--arrays", "1").get("arrays", {})
+    if not found:
+        pytest.skip("no C compiler here")
+    assert list(found) == list(courses)
+    for row in found.values():
+        assert row["m"] == pytest.approx(row["arrays_m"], rel=0.02)
 
 
 @pytest.mark.ros

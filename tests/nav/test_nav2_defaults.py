@@ -75,7 +75,7 @@ def ours(section: str) -> dict[str, Any]:
 def same(a: Any, b: Any) -> bool:
     if isinstance(a, bool) or isinstance(b, bool) or isinstance(a, str):
         return bool(a == b)
-    return a == pytest.approx(list(b) if isinstance(a, (list, tuple)) else b)
+    return bool(a == pytest.approx(list(b) if isinstance(a, (list, tuple)) else b))
 
 
 @pytest.mark.parametrize("section", NAV2)

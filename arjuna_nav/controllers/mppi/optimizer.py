@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.twist import Velocity
@@ -109,22 +110,41 @@ class Optimizer:
 
     def _smooth(self, limits: Limits) -> None:
         """Fit the controls, those driven before among them, by a running quadratic."""
-        v, w = _smoothed(self._history[:, 0], self.v), _smoothed(self._history[:, 1], self.w)
-        self.v = np.clip(v, limits.v_min, limits.v_max)
-        self.w = np.clip(w, -limits.w_max, limits.w_max)
+        self.v = _smoothed(self._history[:, 0], self.v, limits.v_min, limits.v_max)
+        self.w = _smoothed(self._history[:, 1], self.w, -limits.w_max, limits.w_max)
 
     def advance(self, time: float) -> Velocity:
         """Return the controls a time [s] ahead, and move on by it."""
-        at = np.arange(self._config.time_steps) + time / self._config.model_dt
-        index = np.arange(self._config.time_steps)
-        self.v = np.interp(at, index, self.v).astype(np.float32)
-        self.w = np.interp(at, index, self.w).astype(np.float32)
+        steps = time / self._config.model_dt
+        self.v, self.w = _later(self.v, steps), _later(self.w, steps)
         command = Velocity(float(self.v[0]), float(self.w[0]))
-        self._history = np.vstack((self._history[1:], (command.v, command.w)))
+        self._history[:-1] = self._history[1:]
+        self._history[-1] = command.v, command.w
         return command
 
 
-def _smoothed(before: NDArray[np.float64], values: Array) -> Array:
-    padded = np.concatenate((before, values, np.repeat(values[-1:], _HISTORY)), dtype=np.float64)
-    result: Array = np.convolve(padded, _SMOOTHING, "valid").astype(np.float32)
+@njit(cache=True)
+def _smoothed(before: NDArray[np.float64], values: Array, low: float, high: float) -> Array:
+    """Return values by a running quadratic, within limits; their last one goes on."""
+    result, count = np.empty_like(values), len(values)
+    for i in range(count):
+        total = 0.0
+        for k in range(len(_SMOOTHING)):
+            j = i + k - _HISTORY
+            value = before[j] if j < 0 else values[min(j, count - 1)]
+            total += _SMOOTHING[k] * value
+        result[i] = min(max(total, low), high)
+    return result
+
+
+@njit(cache=True)
+def _later(values: Array, steps: float) -> Array:
+    """Return the values so many steps on, linear between them; the last one goes on."""
+    result, last = np.empty_like(values), len(values) - 1
+    whole = math.floor(steps)
+    part = steps - whole
+    for i in range(len(values)):
+        j = i + whole
+        value = values[min(j, last)]
+        result[i] = value + part * (values[min(j + 1, last)] - value)
     return result

@@ -122,9 +122,8 @@ def _gaps(
     count, index = np.zeros(batch, np.float32), np.zeros(batch, np.int32)
     last = len(path) - 1
     for t in range(step, steps, step):
+        _add_steps(x[t - step], y[t - step], x[t], y[t], way)
         for b in range(batch):
-            dx, dy = x[t, b] - x[t - step, b], y[t, b] - y[t - step, b]
-            way[b] += math.sqrt(dx * dx + dy * dy)
             i = index[b]
             while i < last and along[i + 1] <= way[b]:
                 i += 1
@@ -142,3 +141,11 @@ def _gaps(
     for b in range(batch):
         total[b] = total[b] / max(count[b], _F(1.0))
     return total
+
+
+@njit(cache=True, fastmath=True)
+def _add_steps(x0: Array, y0: Array, x1: Array, y1: Array, way: Array) -> None:
+    """Add the lengths of steps, by vectors."""
+    for b in range(len(way)):
+        dx, dy = x1[b] - x0[b], y1[b] - y0[b]
+        way[b] += math.sqrt(dx * dx + dy * dy)

@@ -52,19 +52,36 @@ class Sightings(NamedTuple):
         """Tell whether a scan is like these."""
         return self.ranges.shape[1] == beams and bool((self.angles == (angle_min, increment)).all())
 
-    def add(
-        self,
-        stamp: float,
-        T_fixed_sensor: SE2,
-        ranges: NDArray[np.float64],
-        points: NDArray[np.float64],
-    ) -> int:
-        """Put a scan in the oldest one's place, and return its number."""
+    def begin(self, stamp: float, T_fixed_sensor: SE2) -> int:
+        """Take the oldest scan's room for one to be placed, and return its number."""
         oldest = int(self.added[0]) % len(self.stamps)
         self.added[0] += 1
         self.stamps[oldest], self.sensors[oldest] = stamp, T_fixed_sensor.array()
-        self.ranges[oldest], self.points[oldest] = ranges, points
         return oldest
+
+
+@njit(cache=True)
+def place(
+    scans: Sightings, number: int, ranges: NDArray[np.float64], limits: tuple[float, float]
+) -> None:
+    """Fill in a scan's ranges and where its beams end.
+
+    Args:
+        scans: The scans.
+        number: Of `Sightings.begin`.
+        ranges: `(N,)` [m]; inf is no return, NaN invalid.
+        limits: The shortest and the longest valid range [m].
+    """
+    x, y, theta = scans.sensors[number]
+    for i in range(len(ranges)):
+        length = ranges[i]
+        hit = limits[0] <= length < limits[1]
+        bearing = theta + scans.angles[0] + scans.angles[1] * i
+        scans.points[number, i, 0] = x + length * math.cos(bearing) if hit else math.nan
+        scans.points[number, i, 1] = y + length * math.sin(bearing) if hit else math.nan
+        if not hit:
+            length = math.inf if length >= limits[1] else math.nan  # NaN: too near, or none
+        scans.ranges[number, i] = length
 
 
 @njit(cache=True)

@@ -33,6 +33,8 @@ _KINDS = np.array(
 _PIECES = np.array([3, 3, 3, 4, 4, 4, 4, 5])
 _TURNED = np.array([False, False, True, False, False, True, True, False])
 """Words that are others when driven from their end."""
+Lengths = tuple[float, float, float, float, float]
+_NONE: Lengths = (math.nan, 0.0, 0.0, 0.0, 0.0)
 
 
 @njit(cache=True)
@@ -45,123 +47,147 @@ def shortest(x: float, y: float, phi: float, reverse: bool) -> NDArray[np.float6
         phi: Heading [rad].
         reverse: Whether it may be driven backwards: Reeds and Shepp's, else Dubins'.
     """
-    best, found = np.inf, np.zeros((2, 5))
+    _, word, variant, lengths = _best(x, y, phi, reverse, 0.0)
+    found, count = np.zeros((2, 5)), _PIECES[word]
+    for i in range(count):
+        j = count - 1 - i if variant & 4 else i
+        found[0, i] = -_KINDS[word, j] if variant & 2 else _KINDS[word, j]
+        found[1, i] = -lengths[j] if variant & 1 else lengths[j]
+    return found
+
+
+@njit(cache=True)
+def length_to(x: float, y: float, phi: float, reverse: bool, enough: float) -> float:
+    """Return the length of the shortest curve, or of the first one no longer than is enough.
+
+    See `shortest`. Where a search knows a bound that is greater, most words need no look: a
+    third of the time.
+    """
+    total: float = _best(x, y, phi, reverse, enough)[0]
+    return total
+
+
+@njit(cache=True)
+def _best(
+    x: float, y: float, phi: float, reverse: bool, enough: float
+) -> tuple[float, int, int, Lengths]:
+    """Return the length of the shortest word, its number, its variant and its pieces' lengths.
+
+    A word that is no longer than `enough` ends the search for a shorter one.
+
+    A variant's bits say whether it is driven backwards, mirrored, and from its end.
+    """
+    c, s = math.cos(phi), math.sin(phi)
+    ends = (x, y), (x * c + y * s, x * s - y * c)
+    best, best_word, best_variant, best_lengths = np.inf, 0, 0, _NONE
     for word in range(8 if reverse else 3):
         for variant in range(8):
             flip, mirror, turned = variant & 1, variant & 2, variant & 4
             if (turned and not _TURNED[word]) or ((flip or turned) and not reverse):
                 continue
-            u, v, angle = x, y, phi
-            if turned:
-                u = x * math.cos(phi) + y * math.sin(phi)
-                v = x * math.sin(phi) - y * math.cos(phi)
-            if flip:
-                u, angle = -u, -angle
-            if mirror:
-                v, angle = -v, -angle
-            exists, lengths = _word(word, u, v, angle)
+            u, v = ends[1] if turned else ends[0]
+            opposite = (flip > 0) != (mirror > 0)
+            angle, sine = (-phi, -s) if opposite else (phi, s)
+            pose = -u if flip else u, -v if mirror else v, angle, c, sine
+            exists, lengths = _short_word(word, pose) if word < 3 else _long_word(word, pose)
             if not reverse:
-                exists = _forwards(word, lengths, exists)
-            total = np.abs(lengths).sum()
-            if not exists or total >= best:
-                continue
-            best, count = total, _PIECES[word]
-            found[:] = 0.0
-            for i in range(count):
-                j = count - 1 - i if turned else i
-                found[0, i] = -_KINDS[word, j] if mirror else _KINDS[word, j]
-                found[1, i] = -lengths[j] if flip else lengths[j]
-    return found
+                exists, lengths = _forwards(word, lengths, exists)
+            total = 0.0
+            for one in lengths:
+                total += abs(one)
+            if exists and total < best:
+                best, best_word, best_variant, best_lengths = total, word, variant, lengths
+                if best <= enough:
+                    return best, best_word, best_variant, best_lengths
+    return best, best_word, best_variant, best_lengths
 
 
 @njit(cache=True)
-def _forwards(word: int, lengths: NDArray[np.float64], exists: bool) -> bool:
-    """Make a word's arcs go forwards, which ends at the same pose; tell whether it ends at all."""
-    for i in range(3):
-        if _KINDS[word, i] != 0.0:
-            lengths[i] = lengths[i] % (2.0 * math.pi)
-            if lengths[i] > 2.0 * math.pi - 1e-6:
-                lengths[i] = 0.0
-    return exists or (not math.isnan(lengths[0]) and lengths[1] >= 0.0)
+def _forwards(word: int, lengths: Lengths, exists: bool) -> tuple[bool, Lengths]:
+    """Make a word's arcs go forwards, which ends at the same pose; return whether it ends."""
+    first, second, third = lengths[0], lengths[1], _ahead(lengths[2])
+    if word == 2:
+        second = _ahead(second)
+    exists = exists or (not math.isnan(first) and second >= 0.0)
+    return exists, (_ahead(first), second, third, 0.0, 0.0)
 
 
 @njit(cache=True)
-def _word(word: int, x: float, y: float, phi: float) -> tuple[bool, NDArray[np.float64]]:
-    """Return whether a word of the table leads to a pose, and its lengths."""
-    if word < 3:
-        return _short_word(word, x, y, phi)
-    return _long_word(word, x, y, phi)
+def _ahead(arc: float) -> float:
+    arc = arc % (2.0 * math.pi)
+    return 0.0 if arc > 2.0 * math.pi - 1e-6 else arc
 
 
 @njit(cache=True)
-def _short_word(word: int, x: float, y: float, phi: float) -> tuple[bool, NDArray[np.float64]]:
-    """Return the same for the words of three pieces."""
-    lengths = np.zeros(5)
-    lengths[0] = np.nan
-    near_x, near_y = x - math.sin(phi), y - 1.0 + math.cos(phi)
-    far_x, far_y = x + math.sin(phi), y - 1.0 - math.cos(phi)
-    near, far = math.hypot(near_x, near_y), math.hypot(far_x, far_y)
+def _short_word(word: int, pose: Lengths) -> tuple[bool, Lengths]:
+    """Return whether a word of three pieces leads to `(x, y, phi, cos, sin)`, and its lengths.
+
+    The first is NaN where there is no such word.
+    """
+    x, y, phi, c, s = pose
+    lengths = _NONE
     exists = False
     if word == 0:  # 8.1
+        near_x, near_y = x - s, y - 1.0 + c
         t = math.atan2(near_y, near_x)
         v = _wrapped(phi - t)
         exists = t >= -_TINY and v >= -_TINY
-        _put(lengths, t, near, v, 0.0, 0.0)
-    elif word == 1 and far >= 2.0:  # 8.2
-        u = math.sqrt(far * far - 4.0)
-        t = _wrapped(math.atan2(far_y, far_x) + math.atan2(2.0, u))
-        v = _wrapped(t - phi)
-        exists = t >= -_TINY and v >= -_TINY
-        _put(lengths, t, u, v, 0.0, 0.0)
-    elif word == 2 and near <= 4.0:  # 8.3 and 8.4
-        u = -2.0 * math.asin(0.25 * near)
-        t = _wrapped(math.atan2(near_y, near_x) + 0.5 * u + math.pi)
-        exists = t >= -_TINY and u <= _TINY
-        _put(lengths, t, u, _wrapped(phi - t + u), 0.0, 0.0)
+        lengths = t, math.hypot(near_x, near_y), v, 0.0, 0.0
+    elif word == 1:  # 8.2
+        far_x, far_y = x + s, y - 1.0 - c
+        far = math.hypot(far_x, far_y)
+        if far >= 2.0:
+            u = math.sqrt(far * far - 4.0)
+            t = _wrapped(math.atan2(far_y, far_x) + math.atan2(2.0, u))
+            v = _wrapped(t - phi)
+            exists = t >= -_TINY and v >= -_TINY
+            lengths = t, u, v, 0.0, 0.0
+    else:  # 8.3 and 8.4
+        near_x, near_y = x - s, y - 1.0 + c
+        near = math.hypot(near_x, near_y)
+        if near <= 4.0:
+            u = -2.0 * math.asin(0.25 * near)
+            t = _wrapped(math.atan2(near_y, near_x) + 0.5 * u + math.pi)
+            exists = t >= -_TINY and u <= _TINY
+            lengths = t, u, _wrapped(phi - t + u), 0.0, 0.0
     return exists, lengths
 
 
 @njit(cache=True)
-def _long_word(word: int, x: float, y: float, phi: float) -> tuple[bool, NDArray[np.float64]]:
+def _long_word(word: int, pose: Lengths) -> tuple[bool, Lengths]:
     """Return the same for the words of four and five pieces."""
-    lengths = np.zeros(5)
-    near_x, near_y = x - math.sin(phi), y - 1.0 + math.cos(phi)
-    far_x, far_y = x + math.sin(phi), y - 1.0 - math.cos(phi)
-    near, far = math.hypot(near_x, near_y), math.hypot(far_x, far_y)
-    exists = False
+    x, y, phi, c, s = pose
+    far_x, far_y = x + s, y - 1.0 - c
+    far = math.hypot(far_x, far_y)
     if word == 3 and far <= 2.0:  # 8.7
         u = math.acos(0.25 * (2.0 + far))
         t, v = _ends(u, -u, far_x, far_y, phi)
-        exists = t >= -_TINY and v <= _TINY
-        _put(lengths, t, u, -u, v, 0.0)
-    elif word == 4 and 4.0 <= far * far <= 20.0:  # 8.8
+        return t >= -_TINY and v <= _TINY, (t, u, -u, v, 0.0)
+    if word == 4 and 4.0 <= far * far <= 20.0:  # 8.8
         u = -math.acos((20.0 - far * far) / 16.0)
         t, v = _ends(u, u, far_x, far_y, phi)
-        exists = u >= -_HALF and t >= -_TINY and v >= -_TINY
-        _put(lengths, t, u, u, v, 0.0)
-    elif word == 5 and near >= 2.0:  # 8.9
-        r = math.sqrt(near * near - 4.0)
-        t = _wrapped(math.atan2(near_y, near_x) + math.atan2(r, -2.0))
-        v = _wrapped(phi - _HALF - t)
-        exists = t >= -_TINY and 2.0 - r <= _TINY and v <= _TINY
-        _put(lengths, t, -_HALF, 2.0 - r, v, 0.0)
-    elif word == 6 and far >= 2.0:  # 8.10
+        return u >= -_HALF and t >= -_TINY and v >= -_TINY, (t, u, u, v, 0.0)
+    if word == 5:  # 8.9
+        near_x, near_y = x - s, y - 1.0 + c
+        near = math.hypot(near_x, near_y)
+        if near >= 2.0:
+            r = math.sqrt(near * near - 4.0)
+            t = _wrapped(math.atan2(near_y, near_x) + math.atan2(r, -2.0))
+            v = _wrapped(phi - _HALF - t)
+            exists = t >= -_TINY and 2.0 - r <= _TINY and v <= _TINY
+            return exists, (t, -_HALF, 2.0 - r, v, 0.0)
+    if word == 6 and far >= 2.0:  # 8.10
         t = math.atan2(far_x, -far_y)
         v = _wrapped(t + _HALF - phi)
         exists = t >= -_TINY and 2.0 - far <= _TINY and v <= _TINY
-        _put(lengths, t, -_HALF, 2.0 - far, v, 0.0)
-    elif word == 7 and far >= 2.0:  # 8.11
+        return exists, (t, -_HALF, 2.0 - far, v, 0.0)
+    if word == 7 and far >= 2.0:  # 8.11
         u = 4.0 - math.sqrt(far * far - 4.0)
         t = _wrapped(math.atan2((4.0 - u) * far_x - 2.0 * far_y, -2.0 * far_x + (u - 4.0) * far_y))
         v = _wrapped(t - phi)
         exists = u <= _TINY and t >= -_TINY and v >= -_TINY
-        _put(lengths, t, -_HALF, u, -_HALF, v)
-    return exists, lengths
-
-
-@njit(cache=True)
-def _put(out: NDArray[np.float64], a: float, b: float, c: float, d: float, e: float) -> None:
-    out[0], out[1], out[2], out[3], out[4] = a, b, c, d, e
+        return exists, (t, -_HALF, u, -_HALF, v)
+    return False, _NONE
 
 
 @njit(cache=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,9 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 from arjuna_nav.planners.guide import guide
 from arjuna_nav.planners.hybrid.config import PoseSearchConfig
-from arjuna_nav.planners.hybrid.moves import Moves
+from arjuna_nav.planners.hybrid.moves import STEP, Moves
 from arjuna_nav.planners.hybrid.search import Rules, Terrain, driven, search
+from arjuna_nav.planners.nearby import Plan, nearby_first
 from arjuna_nav.planners.query import Cell, Query, ask
 from arjuna_nav.planners.waves.potential import NEUTRAL
 
@@ -42,10 +44,19 @@ class PoseSearch(abc.ABC):
         to it within `tolerance`, with the goal's heading. A start within an obstacle's inscribed
         radius is led out of there first, in a straight line from cell to cell.
         """
-        config, costmap = self._config, self._grid(costmap)
+        return nearby_first(
+            lambda part: self._plan(part, start, goal),
+            self._grid(costmap),
+            self._costs(),
+            start,
+            goal,
+        )
+
+    def _plan(self, costmap: Costmap, start: SE2, goal: SE2) -> Plan:
+        config = self._config
         query = ask(config, costmap, start, goal)
         if isinstance(query, PlanResult):
-            return query
+            return Plan(query)
         way_out, first = _first(query)
         rules, moves = self._rules(costmap), self._moves(costmap, first)
         heading, first[2] = first[2], moves.angles[moves.start]
@@ -54,7 +65,7 @@ class PoseSearch(abc.ABC):
             seeds = query.out.seeds(NEUTRAL)[:1]
             found = guide(query, self._costs(), seeds, slack, rules.radius)
             if isinstance(found, PlanResult):
-                return found
+                return Plan(found)
             end, terrain = _end(query, found.end), self._terrain(costmap, found.left)
             left = rules._replace(limit=rules.limit - looked)
             nodes, row, curve, more = search(first, end, terrain, left, moves)
@@ -62,17 +73,19 @@ class PoseSearch(abc.ABC):
             if row >= 0:
                 poses = np.vstack((way_out, driven(nodes, row, curve, moves)))
                 poses[0, 2] = heading
-                return PlanResult(PlanStatus.SUCCEEDED, _placed(poses, costmap, goal))
+                cells = float(nodes.values[row]) + STEP * len(curve)
+                price = NEUTRAL * cells if found.end == query.goal_cell else math.inf
+                return Plan(PlanResult(PlanStatus.SUCCEEDED, _placed(poses, costmap, goal)), price)
             if found.whole:
                 break
         if looked >= rules.limit:
             message = f"no path within max_iterations = {rules.limit} poses"
-            return PlanResult.failed(PlanStatus.TIMEOUT, message)
+            return Plan(PlanResult.failed(PlanStatus.TIMEOUT, message))
         message = (
             f"no path from ({start.x:.2f}, {start.y:.2f}) to ({goal.x:.2f}, {goal.y:.2f}) that "
             f"bends by {config.minimum_turning_radius:g} m at the least; {looked} poses tried"
         )
-        return PlanResult.failed(PlanStatus.NO_VALID_PATH, message)
+        return Plan(PlanResult.failed(PlanStatus.NO_VALID_PATH, message))
 
     def _costs(self) -> NDArray[np.float32]:
         """Return what a cell of a straight costs by its value, `(256,) float32`."""

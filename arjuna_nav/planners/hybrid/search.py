@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from arjuna_nav.costmap.collision import collides_in_cells
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
-from arjuna_nav.planners.hybrid.curves import along, shortest
+from arjuna_nav.planners.hybrid.curves import along, length_to, shortest
 from arjuna_nav.planners.hybrid.moves import STEP, Moves
 from arjuna_nav.planners.pose_table import (
     PoseTable,
     RowIndex,
     begun,
     indexed,
+    row_at,
     rows_to,
     slot_of,
     with_block,
@@ -28,6 +29,8 @@ from arjuna_nav.planners.pose_table import (
 _SPIN = 32  # poses of half a turn on the spot that are looked at for collisions
 _PATIENCE = 200_000  # poses looked at after which what is left weighs twice as much
 _LONGER = 8.4  # turning radii at most by which Dubins' curve is longer than the straight line
+
+_LONGER_REVERSE = math.pi + 1e-6  # and Reeds and Shepp's, which all but turns on the spot
 
 
 class Terrain(NamedTuple):
@@ -125,28 +128,30 @@ def _expand(
     pose, last = nodes.poses[row], nodes.kinds[row]
     heading = moves.ends[last] if last >= 0 else moves.start
     side = moves.sides[last] if last >= 0 else 0
+    height, width = terrain.data.shape
     for move in range(moves.first[heading], moves.first[heading + 1]):
-        price = moves.prices[move]
+        price, end = moves.prices[move], moves.begins[move + 1] - 1
         if side != 0 and moves.sides[move] == -side:
             price += moves.changes[move]
+        r, c = math.floor(pose[1] + moves.poses[end, 1]), math.floor(pose[0] + moves.poses[end, 0])
+        if not (0 <= r < height and 0 <= c < width) or terrain.left[r, c] == np.inf:
+            continue
+        other = row_at(index, r, c, moves.ends[move])  # most are known: before they are driven to
+        least = nodes.values[row] + price * rules.straight
+        if other >= 0 and (nodes.done[other] or nodes.values[other] <= least):
+            continue
         value = nodes.values[row] + price * _drive(pose, move, terrain, rules, moves)
-        if value == np.inf:
+        if value == np.inf or (other >= 0 and nodes.values[other] <= value):
             continue
         reached = nodes.poses[count]
-        reached[:] = pose + moves.poses[moves.begins[move + 1] - 1]
-        r, c = math.floor(reached[1]), math.floor(reached[0])
-        index = with_block(index, r, c)
-        slot = slot_of(index, r, c, moves.ends[move])
-        other = np.int64(index.slots[slot])
-        if other >= 0 and (nodes.done[other] or nodes.values[other] <= value):
-            continue
-        left = _left(reached, goal, terrain, rules)
-        if left == np.inf:
-            continue
+        for k in range(3):
+            reached[k] = pose[k] + moves.poses[end, k]
         if other >= 0:
             nodes.done[other] = True
-        index.slots[slot] = count
+        index = with_block(index, r, c)
+        index.slots[slot_of(index, r, c, moves.ends[move])] = count
         nodes.values[count], nodes.before[count], nodes.kinds[count] = value, row, move
+        left = _left(reached, goal, terrain, rules)
         heapq.heappush(queue, (value / trust + left, np.int64(count)))
         count += 1
     return count, index
@@ -165,12 +170,14 @@ def _left(
     if rules.spins:
         return by_costs
     dx, dy = (goal[0] - pose[0]) / rules.radius, (goal[1] - pose[1]) / rules.radius
-    if by_costs >= (math.hypot(dx, dy) + _LONGER) * rules.radius * rules.straight:
+    unit = rules.radius * rules.straight
+    longer, enough = _LONGER_REVERSE if rules.reverse else _LONGER, by_costs / unit
+    if enough >= math.hypot(dx, dy) + longer:
         return by_costs
     c, s = math.cos(pose[2]), math.sin(pose[2])
-    curve = shortest(c * dx + s * dy, c * dy - s * dx, goal[2] - pose[2], rules.reverse)
-    by_bends: float = np.abs(curve[1]).sum() * rules.radius * rules.straight
-    return max(by_costs, by_bends)
+    turn = goal[2] - pose[2]
+    length = length_to(c * dx + s * dy, c * dy - s * dx, turn, rules.reverse, enough)
+    return max(by_costs, length * unit)
 
 
 @njit(cache=True)
@@ -178,10 +185,17 @@ def _drive(
     pose: NDArray[np.float64], move: int, terrain: Terrain, rules: Rules, moves: Moves
 ) -> float:
     """Return the factor on a piece's price by the costs along it, inf where it collides."""
-    total, first, end = 0.0, moves.begins[move], moves.begins[move + 1]
+    data, total = terrain.data, 0.0
+    first, end = moves.begins[move], moves.begins[move + 1]
+    plain = INSCRIBED if terrain.circular else min(terrain.safe_cost, INSCRIBED)
     for k in range(first, end):
-        step = moves.poses[k]
-        cost = cost_at(pose[0] + step[0], pose[1] + step[1], pose[2] + step[2], terrain)
+        x, y = pose[0] + moves.poses[k, 0], pose[1] + moves.poses[k, 1]
+        row, column = math.floor(y), math.floor(x)
+        inside = 0 <= row < data.shape[0] and 0 <= column < data.shape[1]
+        if inside and data[row, column] < plain:  # most: a call of `cost_at` takes ten times this
+            total += data[row, column]
+            continue
+        cost = cost_at(x, y, pose[2] + moves.poses[k, 2], terrain)
         if cost == np.inf:
             return np.inf
         total += cost

@@ -35,7 +35,7 @@ def descend(potential: NDArray[np.float32], start: tuple[int, int]) -> NDArray[n
     lowest = _lowest(potential, row, column)
     while lowest != (row, column):
         d_r, d_c = _gradient(potential, r, c)
-        norm = math.hypot(d_r, d_c)
+        norm = math.sqrt(d_r * d_r + d_c * d_c)
         cell, here = lowest, here + 1
         next_r, next_c = float(lowest[0]), float(lowest[1])
         if norm > 0.0 and here <= _STEPS_IN_CELL:
@@ -64,17 +64,18 @@ def _gradient(potential: NDArray[np.float32], r: float, c: float) -> tuple[float
     if not (1 <= row < height - 2 and 1 <= column < width - 2):
         return 0.0, 0.0
     a, b = r - row, c - column
-    d_r = d_c = 0.0
-    for i in range(2):
-        for j in range(2):
-            weight = (a if i else 1.0 - a) * (b if j else 1.0 - b)
-            y, x = row + i, column + j
-            along_r = 0.5 * (potential[y + 1, x] - potential[y - 1, x])
-            along_c = 0.5 * (potential[y, x + 1] - potential[y, x - 1])
-            if not (math.isfinite(along_r) and math.isfinite(along_c)):
-                return 0.0, 0.0
-            d_r += weight * along_r
-            d_c += weight * along_c
+    low, right = potential[row, column], potential[row, column + 1]
+    up, up_right = potential[row + 1, column], potential[row + 1, column + 1]
+    d_r = (1.0 - a) * (1.0 - b) * 0.5 * (up - potential[row - 1, column])
+    d_r += (1.0 - a) * b * 0.5 * (up_right - potential[row - 1, column + 1])
+    d_r += a * (1.0 - b) * 0.5 * (potential[row + 2, column] - low)
+    d_r += a * b * 0.5 * (potential[row + 2, column + 1] - right)
+    d_c = (1.0 - a) * (1.0 - b) * 0.5 * (right - potential[row, column - 1])
+    d_c += (1.0 - a) * b * 0.5 * (potential[row, column + 2] - low)
+    d_c += a * (1.0 - b) * 0.5 * (up_right - potential[row + 1, column - 1])
+    d_c += a * b * 0.5 * (potential[row + 1, column + 2] - up)
+    if not math.isfinite(d_r + d_c):
+        return 0.0, 0.0
     return d_r, d_c
 
 

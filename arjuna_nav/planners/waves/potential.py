@@ -6,19 +6,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
+from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN
 
 EVERYWHERE: NDArray[np.bool_] = np.empty((0, 0), np.bool_)
 """The corridor of a search that has none."""
 
 NEUTRAL = 50.0  # COST_NEUTRAL and COST_FACTOR of nav2_navfn_planner
 COST_FACTOR = 0.8
-_BUCKET_WIDTH = 10.0  # a fifth of the least step: order within a bucket hardly matters
-_BUCKETS = 64  # more than the 252 / 10 that the potentials in a wave span
-_RING = _BUCKETS - 1
-_GAIN = np.float32(0.01)  # less is no better way
+_BAND = np.float32(2.0 * NEUTRAL)  # priInc of nav2_navfn_planner
+_SETTLED = (1.0, 2.0 * NEUTRAL)  # the gradient at the target looks two cells about it
+_WORTH_A_LOOK = np.float32(0.5)  # of a cell's cost, by which a neighbour has to be lower
 _INF = np.float32(np.inf)
 _C0, _C1, _C2 = np.float32(0.7040), np.float32(0.5307), np.float32(0.2301)
+_QUEUED = np.uint8(LETHAL)
 _NOWHERE = (-1, -1)
 
 
@@ -42,132 +42,152 @@ def spread(
     target: tuple[int, int] = _NOWHERE,
     corridor: NDArray[np.bool_] = EVERYWHERE,
     shift: int = 0,
+    beyond: tuple[float, float] = _SETTLED,
 ) -> NDArray[np.float32]:
     """Return the potential of each cell: what it costs to reach it from the nearest seed.
 
     Args:
         data: `(height, width) uint8` costs of a costmap.
-        costs: Of `traversal_costs`.
+        costs: Of `traversal_costs`; a LETHAL cell is closed.
         seeds: `(N, 3)` row, column and potential of the cells where the wave begins.
         target: Cell at which the wave may stop; without, it covers all that can be reached.
         corridor: Where the wave may go, a cell for each `2**shift` squared of the data's;
             empty for everywhere.
         shift: See `corridor`.
+        beyond: Factor on the target's potential, and what is added, up to which all potentials
+            are final where the wave stops.
 
     Returns:
-        `(height, width) float32`, inf where the wave did not come.
+        `(height, width) float32`, inf where the wave did not come; not contiguous.
 
-    Source: Konolige's NavFn as in nav2_navfn_planner: the quadratic fit of the eikonal equation.
-        The queue is a ring of buckets (Dial 1969), each a list of cells, its nodes reused so that
-        they stay in the cache: `bench planner` shows half the time of nav2's arrays in C++.
+    Source: Konolige's NavFn as in nav2_navfn_planner: the quadratic fit of the eikonal equation,
+        and three buffers of cells in bands of potential, which are the buckets of Meyer and
+        Sanders, Delta-stepping: a parallelizable shortest path algorithm, 2003. A rim of closed
+        cells, unsigned numbers of cells and no branch where a cell is queued make it take half the
+        time of the same in C (`bench planner`). Nav2 looks again at a cell that lies 0.707 of its
+        cost above a new neighbour; with 0.5 potentials are 3 % too high at the most, not 4.
     """
-    potential = np.full(data.shape, np.inf, np.float32)
-    pending = np.zeros(data.shape, np.uint8)
-    nodes = np.empty((2, 2 * (data.size + len(seeds))), np.int32)
-    _spread(data, costs, seeds, target, corridor, shift, potential, pending, nodes)
-    return potential
+    height, width = data.shape
+    rimmed = height + 2, width + 2
+    cells = np.full(rimmed, LETHAL, np.uint8)
+    if corridor.size:
+        _open_corridor(data, corridor, shift, cells)
+    else:
+        cells[1:-1, 1:-1] = data
+    potential = np.full(rimmed, np.inf, np.float32)
+    goal = (target[0] + 1) * rimmed[1] + target[1] + 1 if target != _NOWHERE else -1
+    numbers = (seeds[:, 0] + 1) * rimmed[1] + seeds[:, 1] + 1
+    _spread(
+        cells.ravel(),
+        costs,
+        rimmed[1],
+        numbers.astype(np.uint32),
+        seeds[:, 2].astype(np.float32),
+        goal,
+        (np.float32(beyond[0]), np.float32(beyond[1])),
+        potential.ravel(),
+        cells.ravel().copy(),
+        np.empty((3, data.size + 1), np.uint32),
+    )
+    return potential[1:-1, 1:-1]
 
 
 @njit(cache=True)
+def _open_corridor(
+    data: NDArray[np.uint8], corridor: NDArray[np.bool_], shift: int, cells: NDArray[np.uint8]
+) -> None:
+    """Copy the data of the corridor into cells that have a rim."""
+    size, (height, width) = 1 << shift, data.shape
+    for i in range(corridor.shape[0]):
+        for j in range(corridor.shape[1]):
+            if corridor[i, j]:
+                for row in range(i * size, min((i + 1) * size, height)):
+                    for column in range(j * size, min((j + 1) * size, width)):
+                        cells[row + 1, column + 1] = data[row, column]
+
+
+@njit(cache=True, error_model="numpy")
 def _spread(
-    data: NDArray[np.uint8],
+    cells: NDArray[np.uint8],
     costs: NDArray[np.float32],
-    seeds: NDArray[np.float64],
-    target: tuple[int, int],
-    corridor: NDArray[np.bool_],
-    shift: int,
-    potential: NDArray[np.float32],
-    pending: NDArray[np.uint8],
-    nodes: NDArray[np.int32],
-) -> None:
-    """Fill `potential`; `pending` has each cell's bucket + 1, `nodes` the cells and their nexts."""
-    height, width = data.shape
-    heads = np.full(_BUCKETS, -1, np.int32)
-    free = np.array([-1, 0], np.int32)  # the first free node, and the first never used
-    for row, column, value in seeds:
-        potential[int(row), int(column)] = value
-        _push(int(row), int(column), width, int(value / _BUCKET_WIDTH), pending, heads, nodes, free)
-    current, empty, bounded = 0, 0, corridor.shape[0] > 0
-    while empty < _BUCKETS:
-        slot = current & _RING
-        if heads[slot] < 0:
-            current, empty = current + 1, empty + 1
-            if target[0] >= 0 and current * _BUCKET_WIDTH > potential[target] + 2.0 * NEUTRAL:
-                break
-            continue
-        empty, cell = 0, _pop(slot, heads, nodes, free)
-        row = cell // width
-        column = cell - row * width
-        if pending[row, column] != slot + 1:  # it has moved to another bucket
-            continue
-        pending[row, column] = 0
-        here = potential[row, column]
-        for k in range(4):
-            r, c = row + (k == 0) - (k == 1), column + (k == 2) - (k == 3)
-            if not (0 <= r < height and 0 <= c < width) or potential[r, c] <= here:
-                continue
-            cost = costs[data[r, c]]
-            if cost == _INF or (bounded and not corridor[r >> shift, c >> shift]):
-                continue
-            value = _fit(potential, cost, r, c)
-            if value < potential[r, c] - _GAIN:
-                potential[r, c] = value
-                number = max(int(value / _BUCKET_WIDTH), current)
-                _push(r, c, width, number, pending, heads, nodes, free)
-
-
-@njit(cache=True, inline="always")
-def _fit(potential: NDArray[np.float32], cost: np.float32, row: int, column: int) -> np.float32:
-    """Return a cell's potential from its lower neighbour in each direction."""
-    height, width = potential.shape
-    down = potential[row - 1, column] if row > 0 else _INF
-    up = potential[row + 1, column] if row < height - 1 else _INF
-    left = potential[row, column - 1] if column > 0 else _INF
-    right = potential[row, column + 1] if column < width - 1 else _INF
-    vertical, horizontal = min(down, up), min(left, right)
-    low, difference = min(vertical, horizontal), abs(vertical - horizontal)
-    value: np.float32 = low + cost
-    if difference < cost:
-        ratio = difference / cost
-        value = low + cost * (_C0 + ratio * (_C1 - _C2 * ratio))
-    return value
-
-
-@njit(cache=True, inline="always")
-def _push(
-    row: int,
-    column: int,
     width: int,
-    number: int,
-    pending: NDArray[np.uint8],
-    heads: NDArray[np.int32],
-    nodes: NDArray[np.int32],
-    free: NDArray[np.int32],
+    seeds: NDArray[np.uint32],
+    values: NDArray[np.float32],
+    target: int,
+    beyond: tuple[np.float32, np.float32],
+    potential: NDArray[np.float32],
+    seen: NDArray[np.uint8],
+    queues: NDArray[np.uint32],
 ) -> None:
-    """Put a cell into a bucket, unless it is in it; its node in another stays till its turn comes.
+    """Fill `potential`; all arrays are flat, `width` is that of a row with its rim.
 
-    Half of the nodes are kept for cells that are in none: where the others run out, a cell stays
-    where it is, which costs time but no truth.
+    The queues are of the cells looked at now, the next ones of the band, and those of later bands.
+    `seen` is what a neighbour sees of `cells`: a cell that stands in a queue is closed to it.
     """
-    slot, before, node = number & _RING, pending[row, column], free[0]
-    if before == slot + 1 or (before > 0 and node < 0 and free[1] >= nodes.shape[1] // 2):
-        return
-    pending[row, column] = slot + 1
-    if node >= 0:
-        free[0] = nodes[1, node]
-    else:
-        node = free[1]
-        free[1] += 1
-    nodes[0, node], nodes[1, node] = row * width + column, heads[slot]
-    heads[slot] = node
+    one, row = np.uint32(1), np.uint32(width)
+    least = costs * _WORTH_A_LOOK
+    now, following, later = queues[0], queues[1], queues[2]
+    count, n_following, n_later = 0, 0, 0
+    for i in range(len(seeds)):
+        potential[seeds[i]] = values[i]
+    for i in range(len(seeds)):
+        for cell in (seeds[i] - one, seeds[i] + one, seeds[i] - row, seeds[i] + row):
+            count = _offer(cell, values[i], least, potential, seen, now, count)
+    limit, lowest = np.min(values) + _BAND, _INF
+    while count > 0:
+        for i in range(count):
+            cell = now[i]
+            seen[cell] = cells[cell]
+            left, right, up, down = cell - one, cell + one, cell - row, cell + row
+            across = min(potential[left], potential[right])
+            along = min(potential[up], potential[down])
+            value = _fit(across, along, costs[cells[cell]])
+            if not value < potential[cell]:
+                continue
+            potential[cell] = value
+            for other in (left, right, up, down):
+                if value < limit:
+                    n_following = _offer(
+                        other, value, least, potential, seen, following, n_following
+                    )
+                else:
+                    n_later = _offer(other, value, least, potential, seen, later, n_later)
+            if value >= limit:
+                lowest = min(lowest, value)
+        now, following, count, n_following = following, now, n_following, 0
+        if count == 0:
+            if target >= 0 and beyond[0] * potential[target] + beyond[1] < lowest:
+                return
+            limit, lowest = lowest + _BAND, _INF
+            now, later, count, n_later = later, now, n_later, 0
 
 
-@njit(cache=True, inline="always")
-def _pop(
-    slot: int, heads: NDArray[np.int32], nodes: NDArray[np.int32], free: NDArray[np.int32]
+@njit(cache=True, error_model="numpy")
+def _fit(across: np.float32, along: np.float32, cost: np.float32) -> np.float32:
+    """Return a cell's potential from its lower neighbour in each direction."""
+    low, difference = min(across, along), abs(across - along)
+    ratio = difference / cost
+    value: np.float32 = low + cost * (_C0 + ratio * (_C1 - _C2 * ratio))
+    return value if difference < cost else low + cost
+
+
+@njit(cache=True)
+def _offer(
+    cell: np.uint32,
+    value: np.float32,
+    least: NDArray[np.float32],
+    potential: NDArray[np.float32],
+    seen: NDArray[np.uint8],
+    queue: NDArray[np.uint32],
+    count: int,
 ) -> int:
-    """Take the cell put last into a bucket that is not empty, and free its node."""
-    node = heads[slot]
-    cell, heads[slot] = nodes[0, node], nodes[1, node]
-    nodes[1, node], free[0] = free[0], node
-    return int(cell)
+    """Queue a cell if its neighbour's new value may lower it; return how many are queued.
+
+    Without a branch: whether it may is as hard to foresee as can be.
+    """
+    cost = seen[cell]
+    lowers = potential[cell] > value + least[cost]
+    queue[count] = cell
+    seen[cell] = _QUEUED if lowers else cost
+    queued: int = count + lowers
+    return queued

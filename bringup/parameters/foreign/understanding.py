@@ -255,7 +255,7 @@ def _plugin_lists(config: type[Any]) -> Iterator[tuple[str, tuple[str, ...], Plu
     """Return name, default and kind of each list of plug-ins that a node has."""
     for item in dataclasses.fields(config):
         kind = info_of(item).plugins if item.metadata else None
-        if kind is not None:
+        if isinstance(kind, PluginTypes):
             yield item.name, item.default, kind  # type: ignore[misc]
 
 

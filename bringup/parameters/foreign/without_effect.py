@@ -46,19 +46,26 @@ _NOT_NEEDED: Table = {
         ),
     },
     "planner_server": {
-        "plans come as they are asked for": "expected_planner_frequency",
-        "the search needs no such limit": (
+        "Nav2 only warns below it": "expected_planner_frequency",
+        "how Nav2's search is made fast or cut short": (
             "*.max_on_approach_iterations *.terminal_checking_interval *.lookup_table_size"
             " *.cache_obstacle_heuristic *.downsample_obstacle_heuristic"
+            " *.allow_primitive_interpolation *.analytic_expansion_max_cost_override"
         ),
         "of other versions": "service_qos partial_plan*",
     },
     "controller_server": {
         "of other versions": "search_window local_costmap.* path_handler_plugins *.class",
-        "plans are pruned always": "*.prune_plan *.shorten_transformed_plan",
+        "plans are pruned, and trajectories judged, whole": (
+            "*.prune_plan *.shorten_transformed_plan *.short_circuit_trajectory_evaluation"
+            " *.include_last_point *.default_critic_namespaces *.trajectory_generator_name"
+        ),
+        "the costmap's own counts": "*.transform_tolerance *.inflation_layer_name",
     },
-    "smoother_server": {"the global costmap is at hand in the process": "footprint_topic"},
-    "behavior_server": {"of Nav2 before Humble": "costmap_topic footprint_topic"},
+    "behavior_server": {
+        "of Nav2 before Humble": "costmap_topic footprint_topic",
+        "no behavior of Nav2's reads it": "global_frame",
+    },
     "bt_navigator": {
         "every tree node of Nav2 is built in": "plugin_lib_names",
         "of Nav2 before Humble": "default_bt_xml_filename",
@@ -90,47 +97,38 @@ _NO_EFFECT: Table = {
         "Nav2 turns the last pose into the path's direction": "*.use_final_approach_orientation",
         "Nav2 searches on a coarser costmap": "*.downsampl* *.coarse_search_resolution",
         "Nav2 weighs costs by their square": "*.use_quadratic_cost_penalty",
-        "Nav2 searches so": (
-            "*.allow_primitive_interpolation *.goal_heading_mode *.max_cost_override"
-        ),
+        "Nav2 searches so": "*.goal_heading_mode",
         "Nav2 publishes the expansions": "*.debug_visualizations",
     },
     "controller_server": {
-        "Nav2 takes slower speeds for none": "*min_*_velocity_threshold",
-        "Nav2 sends no zero at a goal's end": "publish_zero_velocity",
         "Nav2 takes odometry's mean over it": "odom_duration",
-        "Nav2 drives paths in reverse": "*.allow_reversing *.allow_backward *.split_path",
-        "Nav2 slows down so where a goal is cancelled": "*cancel_deceleration",
-        "Nav2 looks so far ahead for curvature": (
-            "*.curvature_lookahead_dist *.use_fixed_curvature_lookahead"
-            " *.interpolate_curvature_after_goal"
+        "Nav2 drives paths in reverse": (
+            "*.allow_reversing *.allow_backward *.split_path *.enforce_path_inversion *.inversion_*"
         ),
+        "Nav2 slows down so where a goal is cancelled": "*cancel_deceleration",
         "Nav2 drives so": (
-            "*.max_linear_accel *.max_linear_decel *.use_approach_linear_velocity_scaling"
-            " *.use_dynamic_window *.min_distance_to_obstacle *.goal_dist_tol *.stateful"
-            " *.use_interpolation *.transform_tolerance *.closed_loop *.max_cost_threshold"
-            " *.initial_rotation* *.final_rotation *.rotation_scaling_factor"
-            " *.in_place_collision_resolution *.motion_target_dist *.use_path_orientations"
-            " *.open_loop *.inflation_layer_name *.reset_period *.advanced.*"
-            " *.TrajectoryValidator.*"
+            "*.interpolate_curvature_after_goal *.use_approach_linear_velocity_scaling"
+            " *.use_dynamic_window *.min_distance_to_obstacle *.goal_dist_tol *.use_interpolation"
+            " *.max_linear_accel *.max_linear_decel *.max_cost_threshold *.initial_rotation*"
+            " *.final_rotation *.rotation_scaling_factor *.in_place_collision_resolution"
+            " *.motion_target_dist *.reset_period *.advanced.* *.TrajectoryValidator.*"
         ),
         "Nav2 publishes it": (
             "*.publish_* *.marker_lifetime *.visualize *.Visualization.* *.TrajectoryVisualizer.*"
             " *.debug_trajectory_details"
         ),
         "Nav2 drives sideways": (
-            "*.min_vel_y *.max_vel_y *.acc_lim_y *.decel_lim_y *.min_y_velocity_threshold"
+            "*.min_vel_y *.max_vel_y *.acc_lim_y *.decel_lim_y min_y_velocity_threshold"
             " *.vy_samples *.vy_max *.vy_std *.ay_max *.ay_min *.motion_model=omni"
         ),
         "Nav2 keeps this turning radius": "*.AckermannConstraints.* *.motion_model=ackermann",
         "Nav2 samples so": (
-            "*.trajectory_generator_name *.default_critic_namespaces *.discretize_by_time"
-            " *.time_granularity *.include_last_point *.limit_vel_cmd_in_traj *.min_speed_theta"
-            " *.sim_period *.x_only_threshold *.short_circuit_trajectory_evaluation"
+            "*.discretize_by_time *.time_granularity *.limit_vel_cmd_in_traj *.min_speed_theta"
+            " *.sim_period *.x_only_threshold"
         ),
     },
     "smoother_server": {
-        "Nav2 takes costs from this topic": "costmap_topic",
+        "Nav2 takes costs and outline from these topics": "costmap_topic footprint_topic",
         "Nav2 looks up transforms so": "robot_base_frame transform_tolerance",
         "the constrained smoother": (
             "*.path_downsampling_factor *.path_upsampling_factor *.keep_* *.optimizer.* *.w_curve"
@@ -142,9 +140,7 @@ _NO_EFFECT: Table = {
     },
     "behavior_server": {
         "Nav2 takes costs and outlines from these topics": "*_costmap_topic *_footprint_topic",
-        "Nav2 looks up transforms so": (
-            "local_frame global_frame robot_base_frame transform_tolerance odom_topic"
-        ),
+        "Nav2 takes the speed from it": "odom_topic",
         "Nav2 ramps the speed so": "*.acceleration_limit *.deceleration_limit *.minimum_speed",
     },
     "bt_navigator": {
@@ -180,19 +176,6 @@ _NO_EFFECT: Table = {
             " *.service_name"
         ),
     },
-    "collision_monitor": {
-        "Nav2 draws the zone": "*.visualize *.polygon_pub_topic",
-        "Nav2 moves points by what the robot has driven": (
-            "base_shift_correction transform_tolerance"
-        ),
-        "Nav2 stops by it": (
-            "observation_sources *.footprint_topic *.polygon_sub_topic *.sources_names"
-            " *.polygon_subscribe_transient_local *.holonomic *.velocity_polygons *.linear_min"
-            " *.linear_max *.theta_min *.theta_max *.direction_* *.min_height *.max_height"
-            " *.min_range *.use_global_height *.obstacles_angle *.topic *.type *.enabled"
-            " *.sampling_distance *.source_timeout"
-        ),
-    },
     "ekf_filter_node": {
         "robot_localization fuses so": (
             "frequency two_d_mode map_frame odom_frame base_link_frame* world_frame odom[1-9]*"
@@ -210,10 +193,6 @@ _NO_EFFECT: Table = {
     },
 }
 _SAFETY: Mapping[str, str] = {
-    "collision_monitor": (
-        "observation_sources *.polygon_sub_topic *.velocity_polygons *.footprint_topic *.type"
-        " *.source_timeout"
-    ),
     "controller_server": "*.AckermannConstraints.* *.motion_model",
 }
 """Names that keep a robot from harm where they have an effect."""
@@ -226,9 +205,7 @@ _NODES: Mapping[Kind, Mapping[str, str]] = {
         "the simulator speaks ROS": "ros_gz_bridge gz_* gazebo* loopback_simulator",
     },
     Kind.NO_EFFECT: {
-        "masks come from servers that others start": "*filter_info_server *mask_server",
         "objects are not followed": "following_server",
-        "no collision is reported": "collision_detector",
         "robot_localization's second filter": "ekf_* ukf_*",
         "GPS is fused by the waypoint follower alone": "navsat_transform*",
         "no such node": (
@@ -238,13 +215,13 @@ _NODES: Mapping[Kind, Mapping[str, str]] = {
         ),
     },
 }
-_SAFE_NODES = ("*filter_info_server", "*mask_server", "collision_detector", "twist_mux")
+_SAFE_NODES = ("twist_mux",)
 
 
 @cache
 def _entries(node: str) -> tuple[tuple[str, Kind, str], ...]:
     """Return pattern, kind and reason of each name of a node, its own before everybody's."""
-    tables = ((Kind.NO_EFFECT, _NO_EFFECT), (Kind.NOT_NEEDED, _NOT_NEEDED))
+    tables = ((Kind.NOT_NEEDED, _NOT_NEEDED), (Kind.NO_EFFECT, _NO_EFFECT))
     return tuple(
         (pattern, kind, reason)
         for name in (node, "*")

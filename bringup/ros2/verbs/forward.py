@@ -137,6 +137,11 @@ def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
     arjuna("slam", options)
 
 
+def _publish_states(words: list[str]) -> None:
+    """Run robot_state_publisher."""
+    importlib.import_module(f"{_PROGRAMS}.robot_state_publisher").start(ros_arguments(words))
+
+
 # What `ros2 run PACKAGE EXECUTABLE` runs
 PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("nav2_map_server", "map_saver_cli"): _save_map,
@@ -151,6 +156,8 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
         _slam_toolbox, parameter="synchronous:=true"
     ),
     ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
+    ("robot_state_publisher", "robot_state_publisher"): _publish_states,
+    ("rviz2", "rviz2"): f"{_PROGRAMS}.rviz2",
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
     ("tf2_ros", "tf2_echo"): f"{_PROGRAMS}.tf2_echo",
     ("tf2_tools", "view_frames"): f"{_PROGRAMS}.view_frames",

@@ -7,6 +7,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
@@ -63,7 +64,7 @@ class User:
         """Publish an initial pose, as RViz does."""
         message = PoseWithCovarianceStamped(header=header("map", self.robot.now))
         message.pose.pose = pose_msg(pose)
-        message.pose.covariance = planar_covariance([[0.25, 0, 0], [0, 0.25, 0], [0, 0, 0.07]])
+        message.pose.covariance = planar_covariance(np.diag([0.25, 0.25, 0.07]))
         self._pose.publish(message)
         self.robot.run(1.0)
 

@@ -8,7 +8,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import SE2
 from bringup.cli_parser import parse
 from bringup.lockstep import LockStep
-from bringup.parameters.files import Parameters, merged
+from bringup.parameters.files import merged
 from bringup.parameters.inputs import gather
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
 from tests.helpers.nav.drives import placed
@@ -45,13 +45,18 @@ def waffle(folder: Path) -> Path:
     return path
 
 
-def in_its_world(folder: Path, changes: Parameters | None = None) -> LockStep:
-    """Return the robot with localization and navigation active; it does not know where it is."""
+def in_its_world(folder: Path, text: str = "") -> LockStep:
+    """Return the robot with localization and navigation active; it does not know where it is.
+
+    Args:
+        folder: Where its files go.
+        text: Its parameter file; Nav2's own if empty.
+    """
     file = folder / "nav2_params.yaml"
-    file.write_text(nav2_file(), encoding="utf-8")
+    file.write_text(text or nav2_file(), encoding="utf-8")
     words = ["--robot", str(waffle(folder)), "--params", str(file)]
     where = ["--map", str(shipped_file("maps/pillar_arena.yaml"))]
-    parameters = merged(gather(parse(["nav", *where, *words])), placed(START), changes or {})
+    parameters = merged(gather(parse(["nav", *where, *words])), placed(START))
     sim = {"sim": {"world": str(shipped_file("worlds/pillar_arena.world"))}}
     robot = LockStep(merged(parameters, sim), strict=True)
     robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)

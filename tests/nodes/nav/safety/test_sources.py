@@ -121,7 +121,7 @@ def test_what_it_alone_sees_stops_the_robot(scene: Scene) -> None:
     robot = scene.robot
     for seed in range(SCENES):
         rng = np.random.default_rng(seed)
-        robot.pose = SE2(*rng.uniform(-3.0, 3.0, 2).tolist(), float(rng.uniform(-3.1, 3.1)))
+        robot.pose = SE2.from_array(rng.uniform(-3.0, 3.0, 3))
         scene.obstacle = None
         scene.drive(0.3, 0.4)
         assert robot.command.v == pytest.approx(0.3), "it stands before nothing"

@@ -96,7 +96,11 @@ def test_a_picture_is_saved_at_each_waypoint(
     image_format: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    values = {"image_topic": "/eye", "save_dir": "seen", "image_format": image_format}
+    values: dict[str, Any] = {
+        "image_topic": "/eye",
+        "save_dir": "seen",
+        "image_format": image_format,
+    }
     robot = made(NAV2 + "PhotoAtWaypoint", **values)
     goal = follow(robot)
     robot.run_until_done(goal, 5.0)

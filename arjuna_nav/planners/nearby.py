@@ -1,0 +1,77 @@
+"""Plans on the part of a costmap about the start and the goal, whatever the size of the map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.window import Window, clipped
+from arjuna_nav.planners.base import PlanResult
+
+_LEAST = 0.99  # of a straight line's length that a potential has, by the fit of `potential`
+_MARGIN = 40  # about both ends, where they lie side by side [cells]
+_SHARE = 0.5  # of the map, above which a part saves nothing
+
+
+class Plan(NamedTuple):
+    """A planner's answer.
+
+    Attributes:
+        result: The answer.
+        price: What the path costs, inf where it does not end at the goal.
+    """
+
+    result: PlanResult
+    price: float = math.inf
+
+
+def nearby_first(
+    plan: Callable[[Costmap], Plan],
+    costmap: Costmap,
+    costs: NDArray[np.float32],
+    start: SE2,
+    goal: SE2,
+) -> PlanResult:
+    """Return a plan from about the start and the goal if no path beyond can be better, else of all.
+
+    Args:
+        plan: Plans on a costmap.
+        costmap: All of it.
+        costs: What it costs to cross a cell by its value, `(256,) float32`.
+        start: Where the robot is.
+        goal: Where it is to be.
+
+    Source: an ellipse holds all points by which a path of a length may lead; here its box.
+    """
+    ends = [costmap.frame.to_cell(one.x, one.y) for one in (start, goal)]
+    if all(costmap.frame.contains(*end) and costs[costmap.data[end]] < np.inf for end in ends):
+        reach = max(_MARGIN, math.ceil(math.dist(*ends)))
+        rows, columns = zip(*ends, strict=True)
+        window = clipped(
+            min(rows) - reach,
+            max(rows) + reach + 1,
+            min(columns) - reach,
+            max(columns) + reach + 1,
+            costmap.data.shape,
+        )
+        part = _part(costmap, window)
+        if part.data.size < _SHARE * costmap.data.size:
+            found = plan(part)
+            if found.price <= _LEAST * float(costs.min()) * math.hypot(math.dist(*ends), 2 * reach):
+                return found.result
+    return plan(costmap).result
+
+
+def _part(costmap: Costmap, window: Window) -> Costmap:
+    """Return a window of a costmap as a costmap of its own."""
+    frame, data = costmap.frame, np.ascontiguousarray(costmap.data[window])
+    corner = SE2(window[1].start * frame.resolution, window[0].start * frame.resolution)
+    frame = replace(frame, width=data.shape[1], height=data.shape[0], origin=frame.origin @ corner)
+    return replace(costmap, frame=frame, data=data, hits=None)
