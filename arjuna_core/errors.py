@@ -97,8 +97,12 @@ def _plain(name: str) -> str:
 
 
 def _mistakes(name: str, other: str) -> int:
-    """Return how many letters of two names differ, those that look alike left out."""
-    return _edits(name.translate(_LOOK_ALIKES), other.translate(_LOOK_ALIKES))
+    """Return how many letters of two names differ, those that look alike left out.
+
+    A name cut short is one of two mistakes, however long the rest is.
+    """
+    edits = _edits(name.translate(_LOOK_ALIKES), other.translate(_LOOK_ALIKES))
+    return min(edits, 2) if other.startswith(name) else edits
 
 
 def _edits(name: str, other: str) -> int:

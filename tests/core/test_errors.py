@@ -41,6 +41,11 @@ def test_a_close_name_is_suggested_and_else_all_are_listed() -> None:
     assert nearest("zzz", []) == "valid: none"
 
 
+def test_a_name_cut_short_means_the_shortest_that_begins_so() -> None:
+    valid = ["ComputePathThroughPoses", "ComputePathToPose", "ComputeRoute"]
+    assert nearest("ComputePath", valid) == "did you mean 'ComputePathToPose'?"
+
+
 NAMES = [
     *(f"odom_alpha{i}" for i in range(1, 6)),
     *("laser_z_hit", "laser_z_max", "laser_z_rand", "laser_z_short", "kld_err", "kld_z"),
