@@ -6,10 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.lifecycle import TransitionCallbackReturn
-from rclpy.node import Node
 
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros.process import Process
+from arjuna_core.ros.process import Process, Transport
 from bringup.parameters.composition import create_node
 from bringup.parameters.files import Parameters
 from bringup.stack import Group, with_further
@@ -32,6 +31,8 @@ class LockStep:
         strict: Whether what a callback raises is raised by `step`, for tests.
         beside: One with the simulator of several robots, of which this is one in its namespace;
             it steps that one, and is closed before it.
+        transport: How its nodes talk: `local` hands objects over; `dds` goes through the
+            middleware, as nodes of rclpy's own need that are to live in it. The run is the same.
 
     Attributes:
         process: The process of every node.
@@ -47,13 +48,15 @@ class LockStep:
         isolated: bool = True,
         strict: bool = False,
         beside: LockStep | None = None,
+        transport: Transport = "local",
     ) -> None:
         self._parameters = parameters
         self._beside = beside
         shared = None if beside is None else beside.process
-        self.process: Process = Process("lockstep", True, isolated, namespace, strict, shared)
-        self.client = Node("lockstep_client", context=self.process.context, namespace=namespace)
-        self.process.executor.add_node(self.client)
+        self.process: Process = Process(
+            "lockstep", True, isolated, namespace, strict, shared, transport
+        )
+        self.client = self.process.make_node("lockstep_client", namespace=namespace)
         self.nodes: dict[str, Any] = {}
         self.on_tick: Callable[[], None] = lambda: None
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from arjuna_core.ros.process import Transport
     from bringup.lockstep import LockStep
     from bringup.stack import Group
 
@@ -45,7 +46,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
 @pytest.fixture
 def stack() -> Iterator[Callable[..., LockStep]]:
-    """Return a maker of lock-step robots: `stack(*groups, seed=0, parameters={})`.
+    """Return a maker of lock-step robots: `stack(*groups, seed=0, parameters={}, transport)`.
 
     The simulator runs always, with the groups beside it. All are closed at the end. What a
     callback raises fails the test.
@@ -58,10 +59,14 @@ def stack() -> Iterator[Callable[..., LockStep]]:
     with ExitStack() as opened:
 
         def make(
-            *groups: Group, seed: int = 0, parameters: dict[str, dict[str, Any]] | None = None
+            *groups: Group,
+            seed: int = 0,
+            parameters: dict[str, dict[str, Any]] | None = None,
+            transport: Transport = "local",
         ) -> LockStep:
             overrides = merged(parameters or {}, {"sim": {"seed": seed}})
-            robot = LockStep(merged(shipped_parameters(), overrides), strict=True)
+            values = merged(shipped_parameters(), overrides)
+            robot = LockStep(values, strict=True, transport=transport)
             opened.enter_context(closing(robot))
             robot.start(SIM_GROUP, *groups)
             return robot

@@ -63,25 +63,28 @@ def structure_of(message: Any, ruled: Collection[str]) -> Structure:
     """
     found: dict[str, list[str]] = {}
     _walk(message, "", found)
+    own = "_" if hasattr(message, "_check_fields") else ""  # rclpy's, behind properties
     within = {kind: found.pop(kind) for kind in list(found) if kind.startswith(_WITHIN)}
     numbers = found.pop("double", []) + found.pop("float", [])
     texts = found.pop("string", [])
-    special = tuple(_part(kind, found[kind]) for kind in _SPECIAL if kind in found)
-    many = tuple(_part(kind, found[kind]) for kind in found if kind not in _SPECIAL)
+    special = tuple(_part(kind, found[kind], own) for kind in _SPECIAL if kind in found)
+    many = tuple(_part(kind, found[kind], own) for kind in found if kind not in _SPECIAL)
     rules = tuple(
-        _part(kind.removeprefix(_WITHIN), paths)
+        _part(kind.removeprefix(_WITHIN), paths, own)
         for kind, paths in within.items()
         if kind.removeprefix(_WITHIN) in ruled
     )
-    return Structure(_part("double", numbers), _part("string", texts), special, many, rules)
+    floats, strings = _part("double", numbers, own), _part("string", texts, own)
+    return Structure(floats, strings, special, many, rules)
 
 
-def _part(kind: str, paths: list[str]) -> Part:
+def _part(kind: str, paths: list[str], own: str) -> Part:
+    """Return the fields of some paths, whose values stand behind names with a prefix."""
     if not paths:
         return Part(kind, (), lambda message: ())
     if paths == [""]:
         return Part(kind, ("",), lambda message: (message,))
-    get = attrgetter(*paths)
+    get = attrgetter(*(".".join(own + name for name in path.split(".")) for path in paths))
     if len(paths) > 1:
         return Part(kind, tuple(paths), get)
     return Part(kind, tuple(paths), lambda message: (get(message),))

@@ -12,6 +12,7 @@ from rclpy.action import ActionClient
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_server import YIELDING
 from arjuna_core.ros.health.bounded import bound
+from arjuna_core.ros.local.action_client import LocalActionClient
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.retirement import retire
 
@@ -22,6 +23,22 @@ class _SettlingActionClient(ActionClient):
     def destroy(self) -> None:
         """Leave the graph, once what is under way has come."""
         retire(self._node, self, self._client_handle.destroy_when_not_in_use)
+
+
+def _action_client(node: ManagedNode, action_type: Any, name: str) -> Any:
+    """Return an action client of the transport that a node speaks through."""
+    if node.transport is not None:
+        return LocalActionClient(node, action_type, name)
+    parts = action_type.Impl
+    bound([GoalStatusArray, parts.FeedbackMessage, parts.GetResultService.Response])
+    return _SettlingActionClient(
+        node,
+        action_type,
+        name,
+        goal_service_qos_profile=qos.SERVICES,
+        result_service_qos_profile=qos.SERVICES,
+        cancel_service_qos_profile=qos.SERVICES,
+    )
 
 
 @dataclass(frozen=True)
@@ -56,16 +73,7 @@ class GoalClient:
     def __init__(self, node: ManagedNode, action_type: Any, name: str) -> None:
         self.name = name
         self._node = node
-        parts = action_type.Impl
-        bound([GoalStatusArray, parts.FeedbackMessage, parts.GetResultService.Response])
-        self._client = _SettlingActionClient(
-            node,
-            action_type,
-            name,
-            goal_service_qos_profile=qos.SERVICES,
-            result_service_qos_profile=qos.SERVICES,
-            cancel_service_qos_profile=qos.SERVICES,
-        )
+        self._client = _action_client(node, action_type, name)
         self._running: dict[int, Any] = {}
         self._sequence = self._cancelled_up_to = 0
         self._destroyed = False

@@ -25,12 +25,11 @@ _REQUEST = 30.0  # [s] at most; it may read a file
 class ManagedNode(Guarded, LifecycleNode):
     """A lifecycle node: parameters from a dataclass, periodic work on ROS time, shared transforms.
 
-    What belongs where: `__init__` only stores and declares; `configure` reads files, builds the
-    core and creates publishers, subscriptions and services; `activate` starts work; `deactivate`
-    stops it; `cleanup` drops what `configure` made. Each raises an ArjunaError to refuse, which
-    is logged and fails the transition. Callbacks ask `self.active` before they act. What else one
-    raises ends in the process's guard: the message is dropped, the request answered as failed, the
-    transition ends in `unconfigured`, and the node goes on.
+    `__init__` only stores and declares; `configure` reads files, builds the core and creates
+    publishers, subscriptions and services; `activate` starts work; `deactivate` stops it; `cleanup`
+    drops what `configure` made. Each raises an ArjunaError to refuse, which is logged and fails the
+    transition. What else a callback raises ends in the process's guard: the message is dropped, the
+    request answered as failed, the transition ends in `unconfigured`, and the node goes on.
 
     Attributes:
         Config: The frozen dataclass of the node's parameters.
@@ -43,6 +42,7 @@ class ManagedNode(Guarded, LifecycleNode):
         namespace: Namespace of the node, below that of the process.
     """
 
+    trusted = True
     Config: ClassVar[type[Any]]
     DEFAULT_NAME: ClassVar[str]
 
@@ -54,7 +54,7 @@ class ManagedNode(Guarded, LifecycleNode):
         namespace: str = "",
     ) -> None:
         self.process = process
-        self.guard = process.guard
+        self.guard, self.transport = process.guard, process.transport
         sim_time = [Parameter("use_sim_time", value=True)] if process.use_sim_time else []
         super().__init__(
             name or self.DEFAULT_NAME,
@@ -62,7 +62,7 @@ class ManagedNode(Guarded, LifecycleNode):
             context=process.context,
             parameter_overrides=sim_time,
         )
-        self._drop_own_clock_subscription()
+        self._use_clock_of(process)
         self._guard_lifecycle_services()
         describe_sim_time(self)
         self.active = False
@@ -71,8 +71,10 @@ class ManagedNode(Guarded, LifecycleNode):
         self._binding = ParameterBinding(self, self.Config, values or {}, self.on_config)
         process.add(self)
 
-    def _drop_own_clock_subscription(self) -> None:
-        """The process sets this node's clock; a second /clock subscription is all cost."""
+    def _use_clock_of(self, process: Process) -> None:
+        """Let the process set the time; a second subscription to /clock would be all cost."""
+        if process.transport is not None:  # rcl warns of a clock that many actions' timers share
+            self._clock = process.clock
         for subscription in list(self.subscriptions):
             if subscription.topic_name == "/clock":
                 self.destroy_subscription(subscription)
@@ -81,9 +83,11 @@ class ManagedNode(Guarded, LifecycleNode):
         """Guard the services that rclpy makes without `create_service`."""
         change = self._service_change_state
         change.callback = self._allowed_only(change.callback)
-        for service in self.services:
-            if not hasattr(service.callback, "__wrapped__"):
-                service.callback = self.answering(service.srv_name, service.callback)
+        for service in list(self.services):
+            if hasattr(service.callback, "__wrapped__"):
+                continue
+            service.callback = self.answering(service.srv_name, service.callback)
+            self.adopt(service)
 
     def _allowed_only(self, change: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
         """Refuse a transition that is unknown or not allowed now: rclpy raises."""
@@ -158,8 +162,13 @@ class ManagedNode(Guarded, LifecycleNode):
         name = self.process.absolute(topic)
 
         def deliver(message: Any) -> None:
-            if (self.active or while_inactive) and not self.problem_of(name, message):
+            if not (self.active or while_inactive):
+                return
+            problem = self.process.problem_of(message)
+            if problem is None:
                 callback(message)
+            else:
+                self.guard.refused(self, name, problem)
 
         subscription = self.create_subscription(message_type, name, deliver, profile)
         self._keep(self.destroy_subscription, subscription)
@@ -178,18 +187,14 @@ class ManagedNode(Guarded, LifecycleNode):
         self._keep(self._retire, made)
 
     def problem_of(self, source: str, message: Any) -> str | None:
-        """Return why a message, request or goal cannot be used, and count it; None if it can."""
+        """Return why a request or goal cannot be used, and count it; None if it can."""
         problem = problem_of(message, self.process.now)
         if problem is not None:
             self.guard.refused(self, source, problem)
         return problem
 
     def _retire(self, service: Any) -> None:
-        """Destroy a service after the requests that have come are answered.
-
-        The executor forgets it at its next turn, which comes before the task; rclpy's own
-        `destroy_service` would make the answer of a request in between an error.
-        """
+        """Destroy a service behind the requests that came; rclpy makes those in between errors."""
         self._services.remove(service)
         self._wake_executor()
         self.executor.create_task(service.destroy)
@@ -283,7 +288,7 @@ class ManagedNode(Guarded, LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def destroy_node(self) -> None:
-        """Leave the graph, with the publisher of transitions, which rclpy forgets."""
+        """Leave the graph, with what rclpy forgets."""
         super().destroy_node()
         self._state_machine.destroy_when_not_in_use()
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
+from rclpy.clock import ROSClock
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.task import Task
@@ -22,6 +23,9 @@ from arjuna_core.ros.health.bounded import raise_what_was_raised
 from arjuna_core.ros.health.diagnostics import Diagnostics
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.health.guarded import GuardedNode
+from arjuna_core.ros.local.doors import PlainNode
+from arjuna_core.ros.local.executor import LocalExecutor
+from arjuna_core.ros.local.registry import Registry
 from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
@@ -45,6 +49,9 @@ def _discovery(isolated: bool) -> Iterator[None]:
             os.environ[_RANGE] = before
 
 
+Transport = Literal["local", "dds"]
+
+
 class MissingNodeError(ArjunaError):
     """A node that must live in the same process does not."""
 
@@ -56,7 +63,7 @@ class ClockedNode(Protocol):
         """Return the node's name with its namespace."""
 
     def get_clock(self) -> Any:
-        """Return the rclpy clock that the process sets."""
+        """Return the node's rclpy clock."""
 
     def on_time_jump(self) -> None:
         """React to a clock that was set back."""
@@ -75,8 +82,8 @@ class Process:
     """One executor, one clock and one transform buffer for every node of a process.
 
     A node per process subscribes to /clock and /tf, not one per node: deserialising them is most
-    of what an idle sim-time node costs. The clock moves all nodes, in the order they were added,
-    and then runs what is due in them, so that one process runs the same way every time.
+    of what an idle sim-time node costs. It sets the time of all nodes, and then runs what is due
+    in them, in the order in which they were added: one process runs the same way every time.
 
     Args:
         name: The name of the process's own node.
@@ -88,8 +95,12 @@ class Process:
             counted, and the process goes on.
         beside: A process whose executor, place in the graph and guard it shares: of one that has
             several robots each has a clock, transforms and nodes below a namespace of its own.
+        transport: How the nodes of an isolated process talk: `local` hands objects over, `dds` goes
+            through the middleware, as every process does that is not isolated.
 
     Attributes:
+        clock: Its time; of the nodes of the local transport too, others have clocks of their own.
+        transport: What the nodes make their publishers and services of; None for the middleware.
         guard: Where what a callback raises ends.
         remarks: What of its nodes' parameters has no effect though safety hangs on it.
         on_long_step: Called before a step that may rightly take long, with how long at most [s].
@@ -103,6 +114,7 @@ class Process:
         namespace: str = "",
         strict: bool = False,
         beside: Process | None = None,
+        transport: Transport = "local",
     ) -> None:
         self.now = 0.0
         self._steps = 0
@@ -114,6 +126,11 @@ class Process:
             self.on_long_step = lambda patience: beside.on_long_step(patience)
         self.use_sim_time = use_sim_time
         self.namespace = namespace.strip("/")
+        self.executor: Any = beside.executor if beside else None
+        self.transport: Registry | None = beside.transport if beside else None
+        if beside is None and isolated and transport == "local":
+            self.executor = LocalExecutor()
+            self.transport = Registry(self.executor)
         with _discovery(isolated):
             self.context: Context = (
                 beside.context if beside else new_context(_ISOLATED_DOMAIN if isolated else None)
@@ -123,16 +140,18 @@ class Process:
             self.node = GuardedNode(
                 self.guard,
                 name,
+                self.transport,
                 context=self.context,
                 namespace=self.namespace,
                 start_parameter_services=not isolated,
             )
         describe_sim_time(self.node)
-        self.executor: EventsExecutor = (
-            beside.executor if beside else EventsExecutor(context=self.context)
-        )
+        if self.executor is None:
+            self.executor = EventsExecutor(context=self.context)
         self.nodes: list[ClockedNode] = []
-        self._clocks: list[Any] = []
+        self.clock = ROSClock()
+        self.clock._set_ros_time_is_active(use_sim_time)
+        self._clocks: list[Any] = [self.clock.handle]
         self.executor.add_node(self.node)
         self._diagnostics = Diagnostics(self.node, self.guard)
         self.transforms = TransformBuffer()
@@ -145,8 +164,22 @@ class Process:
     def add(self, node: ClockedNode) -> None:
         """Take a node into the executor and under the clock."""
         self.nodes.append(node)
-        self._clocks.append(node.get_clock().handle)
+        if self.transport is None:
+            self._clocks.append(node.get_clock().handle)
         self.executor.add_node(node)
+
+    def make_node(self, name: str, spun: bool = True, **options: Any) -> PlainNode:
+        """Return a plain node that talks with the others of the process, for clients and tests.
+
+        Args:
+            name: Its name.
+            spun: Whether its callbacks run with those of the others.
+            options: As rclpy's Node takes them.
+        """
+        node = PlainNode(self.transport, name, context=self.context, **options)
+        if spun:
+            self.executor.add_node(node)
+        return node
 
     def find(self, name: str) -> Any:
         """Return the node of a name below the robot's namespace that lives in this process.
@@ -172,15 +205,19 @@ class Process:
         outside = self.namespace and name.startswith("/") and not name.startswith(f"{own}/")
         return f"{own}{name}" if outside else name
 
+    def problem_of(self, message: Any) -> str | None:
+        """Return why the message that is delivered now cannot be used, or None."""
+        return problem_of(message, self.now) if self.transport is None else self.transport.problem
+
     def _on_clock(self, message: Any) -> None:
-        problem = problem_of(message)
+        problem = self.problem_of(message)
         if problem is not None:
             self.guard.refused(self.node, "clock", problem)
             return
         self._advance(seconds(message.clock), Time.from_msg(message.clock))
 
     def _on_system_time(self) -> None:
-        self._advance(self.node.get_clock().now().nanoseconds / 1e9, None)
+        self._advance(self.clock.now().nanoseconds / 1e9, None)
 
     def _advance(self, now: float, override: Time | None) -> None:
         jumped_back = now < self.now
@@ -193,7 +230,12 @@ class Process:
         if jumped_back:
             for node in self.nodes:
                 self.guard.call(node, "a clock set back", node.on_time_jump)
-        self.executor.create_task(self._run_due)
+        if self.transport is None:
+            self.executor.create_task(self._run_due)
+            return
+        self.transport.now = now
+        self.executor.put(self._run_due)
+        self.transport.run_timers()
 
     def _run_due(self) -> None:
         """Run what is due, behind the transforms and scans that were queued with the clock."""
@@ -218,8 +260,11 @@ class Process:
         Deliveries inside a process are queued before `publish` returns, and the queue is first
         in, first out: a marker that comes back at once proves that nothing was before it.
         """
-        while self.run_waiting() > 1:
-            pass
+        if self.transport is None:
+            while self.run_waiting() > 1:
+                pass
+        while self.transport is not None and len(self.executor):
+            self.guard.call(self.node, "executor", self.executor.run_all)
 
     def run_waiting(self) -> int:
         """Run everything that waits, but nothing that comes meanwhile; return how much it was."""

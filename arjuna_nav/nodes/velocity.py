@@ -10,6 +10,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
+from arjuna_core.ros.messages import fresh
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import STILL, Velocity
 
@@ -61,7 +62,7 @@ class VelocityOutput:
 
     def publish(self, velocity: Velocity) -> None:
         """Publish one velocity."""
-        twist = Twist()
+        twist = fresh(Twist)
         twist.linear.x, twist.angular.z = float(velocity.v), float(velocity.w)
         if self._stamped:
             stamp = header(self._frame, self._node.now)

@@ -8,10 +8,10 @@ from typing import Any
 
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose, Spin
-from rclpy.action import ActionClient
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import duration_msg, pose_stamped
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.graph import action_server_state
 from bringup.client.session import ClientError, Session, wait_for
@@ -207,7 +207,7 @@ class Goals:
         name = order.name
         client = self._clients.get(name)
         if client is None:
-            client = self._clients[name] = ActionClient(self._session.client, order.action, name)
+            client = self._clients[name] = action_client(self._session.client, order.action, name)
         what = f"a server of '{name}'"
         wait_for(self._session, client.server_is_ready, _ANSWER_TIMEOUT, what, _CURE)
         sent = client.send_goal_async(

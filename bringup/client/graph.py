@@ -8,9 +8,9 @@ from typing import Any
 from lifecycle_msgs.srv import GetState
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import GetParameters
-from rclpy.action import get_action_server_names_and_types_by_node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
+from arjuna_core.ros.local.action_client import served_actions
 from bringup.client.endpoint import Endpoint
 from bringup.client.session import Session
 
@@ -95,8 +95,7 @@ def action_server_state(session: Session, name: str) -> str:
     client = session.client
     action = client.resolve_service_name(name)
     for node, namespace in client.get_node_names_and_namespaces():
-        served = get_action_server_names_and_types_by_node(client, node, namespace)
-        if action in dict(served):
+        if action in served_actions(client, node, namespace):
             service = f"{namespace.rstrip('/')}/{node}{_SERVICE}"
             if service not in dict(client.get_service_names_and_types()):
                 return ""

@@ -8,9 +8,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from rclpy.node import Node
+
 from arjuna_core.ros.context import new_context
 from bringup.recording.bags.writer import BagFolder, SplitLimits
-from bringup.recording.recorder import Recorder
+from bringup.recording.recorder import OPTIONS, Recorder
 from bringup.recording.selection import TopicSelection
 
 _POLL = 0.02  # [s]
@@ -37,7 +39,7 @@ def record(
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     context = new_context()
-    recorder = Recorder(context, bag, show)
+    recorder = Recorder(Node("recorder", context=context, **OPTIONS), bag, show)
     show(f"records into {folder}; Ctrl-C ends it")
     try:
         _run(recorder, selection, stop)

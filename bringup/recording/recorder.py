@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
-from rclpy.context import Context
 from rclpy.node import Node
 
 from arjuna_core.ros.process import Process
@@ -34,6 +33,9 @@ TOPICS: dict[str, tuple[str, TopicQos]] = {
 }
 """What the demo records: with these the lock-step run listens from its first tick on."""
 
+OPTIONS: dict[str, Any] = {"start_parameter_services": False, "enable_rosout": False}
+"""Of the recorder's node."""
+
 
 class Writer(Protocol):
     """Where messages go."""
@@ -52,7 +54,7 @@ class Recorder:
     """Writes what is heard; `poll` it more often than a thousand messages of a topic come.
 
     Args:
-        context: The context to listen in.
+        node: The node that listens, and is destroyed at the end.
         writer: Where the messages go.
         note: Takes lines about topics.
         clock: The time to stamp messages with [s]; when they arrived if None.
@@ -64,14 +66,12 @@ class Recorder:
 
     def __init__(
         self,
-        context: Context,
+        node: Node,
         writer: Writer,
         note: Callable[[str], None] = lambda line: None,
         clock: Callable[[], float] | None = None,
     ) -> None:
-        self._node = Node(
-            "recorder", context=context, start_parameter_services=False, enable_rosout=False
-        )
+        self._node = node
         self._writer = writer
         self._clock = clock
         self.listener = TopicListener(self._node, note)
@@ -116,7 +116,8 @@ def demo_recorder(process: Process, path: Path) -> Recorder:
         RecordingError: The file exists or cannot be written.
     """
     writer = McapFile(path)
-    recorder = Recorder(process.context, writer, clock=lambda: process.now)
+    node = process.make_node("recorder", spun=False, **OPTIONS)
+    recorder = Recorder(node, writer, clock=lambda: process.now)
     for topic, (type_name, offer) in TOPICS.items():
         recorder.listener.listen(topic, type_name, (offer,))
     return recorder

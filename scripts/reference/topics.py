@@ -42,7 +42,7 @@ _OF_EVERY_NODE = (
 def page() -> str:
     """Return the page; it starts every node in this process for it."""
     room = {"map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))}}
-    with closing(LockStep(merged(shipped_parameters(), room))) as robot:
+    with closing(LockStep(merged(shipped_parameters(), room), transport="dds")) as robot:
         robot.start(*_GROUPS)
         names = [spec.name for group in _GROUPS for spec in group.nodes]
         lines = [line for name in names for line in _node(robot.client, name)]

@@ -108,14 +108,14 @@ def _cross(world: BarnWorld, arguments: argparse.Namespace, seed: int) -> Run:
 def _drive(robot: Any, world: BarnWorld, frame: str) -> Run:
     """Send the goal; a touch, the goal, an end without it or the time limit ends the run."""
     from nav2_msgs.action import NavigateToPose
-    from rclpy.action import ActionClient
 
     from arjuna_core.ros.convert import pose_stamped
+    from arjuna_core.ros.local.action_client import action_client
 
     drive, start = Drive(robot), robot.now
     goal = START @ SE2(AHEAD, 0.0)
     request = NavigateToPose.Goal(pose=pose_stamped(SE2(AHEAD, 0.0), frame, 0.0))
-    client = ActionClient(robot.client, NavigateToPose, "navigate_to_pose")
+    client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
     robot.process.drain()
     sent = client.send_goal_async(request)
     robot.process.drain()

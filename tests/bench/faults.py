@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose
-from rclpy.action import ActionClient
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.health.faults import Faults
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from bringup.lockstep import LockStep
 from bringup.parameters import options
@@ -125,7 +125,7 @@ def _driven(robot: LockStep, trial: Trial, rng: np.random.Generator, lasts: floa
     drive = Drive(robot)
     faults = Faults([*robot.process.nodes, robot.process.node], rng, lambda: robot.now)
     goal = _GOALS[int(rng.integers(len(_GOALS)))]
-    client = ActionClient(robot.client, NavigateToPose, "navigate_to_pose")
+    client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
     robot.run_until(client.server_is_ready, 5.0, "navigation")
     sent = client.send_goal_async(NavigateToPose.Goal(pose=pose_stamped(goal, "map", 0.0)))
     robot.run_until(sent.done, 5.0, "an answer")

@@ -37,5 +37,6 @@ class EchoNode(ManagedNode):
         self.server = self.keep(GoalServer(self, Wait, "wait"))
 
     def _on_twist(self, message: Any) -> None:
-        message.linear.x *= self.config.gain
-        self.out.publish(message)
+        scaled = Twist()
+        scaled.linear.x = message.linear.x * self.config.gain
+        self.out.publish(scaled)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
-from arjuna_core.ros.process import Process
+from arjuna_core.ros.process import Process, Transport
 from tests.helpers.processes import wait_until
 
 TICK = 0.02
@@ -21,16 +20,16 @@ class RosBench:
 
     Args:
         strict: Whether what a callback raises fails the test.
+        transport: `dds` where the middleware is the subject, or nodes of rclpy's own take part.
 
     Attributes:
         process: The process that the nodes under test are made in.
         node: A plain node for clients of the test.
     """
 
-    def __init__(self, strict: bool = True) -> None:
-        self.process = Process("bench", isolated=True, strict=strict)
-        self.node = Node("bench_client", context=self.process.context)
-        self.process.executor.add_node(self.node)
+    def __init__(self, strict: bool = True, transport: Transport = "local") -> None:
+        self.process = Process("bench", isolated=True, strict=strict, transport=transport)
+        self.node = self.process.make_node("bench_client")
         self._clock = self.node.create_publisher(Clock, "/clock", qos.LATEST)
         self._publishers: dict[str, Any] = {}
         self._ticks = 0

@@ -10,10 +10,10 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from nav2_msgs.action import NavigateToPose
-from rclpy.action import ActionClient
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 
@@ -35,7 +35,7 @@ def driven(stack: Callable[..., LockStep]) -> list[SE2]:
     robot.run(1.0)
     poses: list[SE2] = []
     robot.on_tick = lambda: poses.append(robot.sim.last.truth.pose)
-    client = ActionClient(robot.client, NavigateToPose, "navigate_to_pose")
+    client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
     robot.process.drain()
     goal = NavigateToPose.Goal(pose=pose_stamped(GOAL, "map", 0.0), behavior_tree=TREE)
     sent = client.send_goal_async(goal)

@@ -53,7 +53,9 @@ class Bench:
     """A robot that knows the room, and a script's navigator."""
 
     def __init__(self, stack: Stack, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.robot = stack(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=PARAMETERS)
+        self.robot = stack(
+            LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=PARAMETERS, transport="dds"
+        )
         self.robot.run(0.5)
         self.navigator = commander(self.robot, monkeypatch)
         self.navigator.setInitialPose(at(0.0, 0.0))

@@ -13,11 +13,11 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import DockRobot, UndockRobot
-from rclpy.action import ActionClient
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2, wrap
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 
@@ -65,7 +65,7 @@ def show_the_dock(robot: LockStep) -> None:
 
 def run(robot: LockStep, action: Any, name: str, goal: Any) -> Any:
     """Send a goal and return its end."""
-    client = ActionClient(robot.client, action, name)
+    client = action_client(robot.client, action, name)
     robot.process.drain()
     sent = client.send_goal_async(goal)
     robot.run_until(sent.done, 1.0, f"an answer of {name}")

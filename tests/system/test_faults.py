@@ -12,13 +12,13 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from nav2_msgs.action import NavigateToPose
 from nav2_msgs.srv import LoadMap
-from rclpy.action import ActionClient
 from std_msgs.msg import String
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.health.faults import Fault, Faults
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from tests.helpers.nav.faults import BLIND, BORNE, DEAD
@@ -44,7 +44,7 @@ class Drive:
         self.moved: list[tuple[float, float]] = []
         self._last = truth(robot)
         robot.on_tick = self._tick
-        client = ActionClient(robot.client, NavigateToPose, "navigate_to_pose")
+        client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
         robot.run_until(client.server_is_ready, 5.0, "navigation")
         goal = NavigateToPose.Goal(pose=pose_stamped(FAR, "map", 0.0))
         sent = client.send_goal_async(goal)

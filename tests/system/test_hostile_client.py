@@ -17,13 +17,13 @@ from lifecycle_msgs.srv import ChangeState
 from nav2_msgs.action import FollowPath, SmoothPath
 from nav2_msgs.srv import IsPathValid, LoadMap, SaveMap
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
-from rclpy.action import ActionClient
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 from simulation_interfaces.srv import GetEntities, LoadWorld, SpawnEntity
 
 from arjuna_core.checks import limits
 from arjuna_core.ros import qos
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP
@@ -69,7 +69,7 @@ class Client:
 
     def send(self, action: Any, name: str, goal: Any) -> Any:
         """Send a goal and return its result."""
-        client = ActionClient(self.robot.client, action, name)
+        client = action_client(self.robot.client, action, name)
         self.robot.run_until(client.server_is_ready, 5.0, f"a server of {name}")
         sent = client.send_goal_async(goal)
         self.robot.run_until(sent.done, 5.0, "an answer")

@@ -11,10 +11,10 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose
-from rclpy.action import ActionClient
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.stack import (
@@ -71,7 +71,7 @@ def test_a_goal_on_a_map_is_reached_and_one_seed_gives_one_run(stack: Stack) -> 
 
 def test_cancellation_stops_the_robot_within_its_stopping_distance(stack: Stack) -> None:
     robot = on_map(stack)
-    client = ActionClient(robot.client, NavigateToPose, "navigate_to_pose")
+    client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
     robot.process.drain()
     request = NavigateToPose.Goal(pose=pose_stamped(SE2(3.0, 1.2), "map", robot.now))
     sent = client.send_goal_async(request)

@@ -13,12 +13,12 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose
-from rclpy.action import ActionClient
 from sensor_msgs.msg import LaserScan
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
@@ -71,7 +71,7 @@ def send(world: LockStep, robots: dict[str, LockStep]) -> dict[str, Any]:
     world.run(1.0)
     answers = {}
     for name, robot in robots.items():
-        client = ActionClient(robot.client, NavigateToPose, "navigate_to_pose")
+        client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
         goal = NavigateToPose.Goal(pose=pose_stamped(GOALS[name], "map", 0.0))
         answers[name] = client.send_goal_async(goal)
     return answers

@@ -38,7 +38,9 @@ DECODER = Decoder()
 
 
 def listen(robot: LockStep, path: Path, *topics: str) -> Recorder:
-    recorder = Recorder(robot.process.context, McapFile(path), clock=lambda: robot.now)
+    recorder = Recorder(
+        robot.process.make_node("recorder", spun=False), McapFile(path), clock=lambda: robot.now
+    )
     for topic in topics:
         type_name, offer = TOPICS[topic]
         recorder.listener.listen(topic, type_name, (offer,))
@@ -80,7 +82,8 @@ def cells(bag: Bag) -> list[bytes]:
 
 def play(bag: Bag, group: Group, parameters: dict[str, dict[str, Any]], path: Path) -> Bag:
     """Play what the robot said to a group of nodes alone, and record what these say."""
-    with closing(LockStep(merged(shipped_parameters(), parameters))) as robot:
+    values = merged(shipped_parameters(), parameters)
+    with closing(LockStep(values, transport="dds")) as robot:  # the player is rclpy's
         recorder = listen(robot, path, "/tf", *RESULTS)
         robot.start(group)
         topics = [each for name, each in bag.topics.items() if name not in RESULTS]

@@ -11,10 +11,10 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from nav2_msgs.action import NavigateToPose
-from rclpy.action import ActionClient
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
@@ -53,7 +53,7 @@ def step(robots: dict[str, LockStep], times: int) -> None:
 
 def send(robot: LockStep, goal: SE2) -> Any:
     """Send a goal; return the future of the answer."""
-    client = ActionClient(robot.client, NavigateToPose, "navigate_to_pose")
+    client = action_client(robot.client, NavigateToPose, "navigate_to_pose")
     return client.send_goal_async(NavigateToPose.Goal(pose=pose_stamped(goal, "map", 0.0)))
 
 

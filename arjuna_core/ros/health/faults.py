@@ -66,6 +66,7 @@ class Faults:
             raise ValueError(f"nobody publishes '{topic}'; valid: {', '.join(topics)}")
         for publisher in publishers:
             self._healthy.append((publisher, publisher.publish))
+            publisher.trusted = False
             publisher.publish = self._failing(publisher.publish, fault)
 
     def _failing(self, publish: Publish, fault: Fault) -> Publish:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -74,13 +75,42 @@ class Guard:
         except Exception as error:
             if self.strict:
                 raise
-            return self._caught(node, source, error)
+            return Failure(self._caught(node, source, error))
 
-    def _caught(self, node: Any, source: str, error: Exception) -> Failure:
+    def guarded(
+        self,
+        node: Any,
+        source: str,
+        callback: Callable[..., Any],
+        otherwise: Callable[..., Any],
+    ) -> Callable[..., Any]:
+        """Return a callback whose exceptions end here.
+
+        Args:
+            node: Whose callback it is; its log is told.
+            source: What calls it, such as a topic.
+            callback: What may raise.
+            otherwise: Called with the reason and the arguments where it did, for what to return.
+        """
+
+        @functools.wraps(callback)
+        def run(*arguments: Any) -> Any:
+            try:
+                return callback(*arguments)
+            except ExternalShutdownException:
+                raise
+            except Exception as error:
+                if self.strict:
+                    raise
+                return otherwise(self._caught(node, source, error), *arguments)
+
+        return run
+
+    def _caught(self, node: Any, source: str, error: Exception) -> str:
         reason = f"{type(error).__name__}: {error}"
         cause = "".join(traceback.format_exception(error))
         self._count(node, source, "failed", reason, cause)
-        return Failure(reason)
+        return reason
 
     def refused(self, node: Any, source: str, reason: str) -> None:
         """Count a message, request or goal that was not taken, and say why."""

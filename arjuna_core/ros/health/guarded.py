@@ -12,10 +12,12 @@ from arjuna_core.checks.message import unread, untyped
 from arjuna_core.ros import qos
 from arjuna_core.ros.health import answers
 from arjuna_core.ros.health.bounded import bound
-from arjuna_core.ros.health.guard import Failure, Guard
+from arjuna_core.ros.health.guard import Guard
+from arjuna_core.ros.local.doors import Doors
+from arjuna_core.ros.local.registry import Registry
 
 
-class Guarded:
+class Guarded(Doors):
     """Guards each callback that a node is given; a mixin that stands before rclpy's Node.
 
     rclpy makes its own services and subscriptions (parameters, types, lifecycle) in `__init__`
@@ -44,15 +46,7 @@ class Guarded:
             callback: What may raise.
             otherwise: Called with the reason and the arguments where it did, for what to return.
         """
-
-        @functools.wraps(callback)
-        def run(*arguments: Any) -> Any:
-            result = self.guard.call(self, source, callback, *arguments)
-            if isinstance(result, Failure):
-                return otherwise(result.reason, *arguments)
-            return result
-
-        return run
+        return self.guard.guarded(self, source, callback, otherwise)
 
     def answering(self, name: str, callback: Callable[..., Any]) -> Callable[..., Any]:
         """Return a service's callback that answers also where it fails, or cannot be read."""
@@ -73,32 +67,36 @@ class Guarded:
         self.guard.refused(self, source, problem)
 
     def create_subscription(
-        self, kind: Any, topic: str, callback: Any, *options: Any, **named: Any
+        self, msg_type: Any, topic: str, callback: Any, *options: Any, **named: Any
     ) -> Any:
         """Create a subscription whose callback is guarded; what cannot be read does not come."""
+        if self.transport is not None:
+            guarded = self.guarded(topic, callback)
+            return super().create_subscription(msg_type, topic, guarded, *options, **named)
 
         @functools.wraps(callback)
         def deliver(message: Any) -> Any:
             problem = unread(message)
             return callback(message) if problem is None else self._refuse_unread(topic, problem)
 
-        bound([kind])
+        bound([msg_type])
         guarded = self.guarded(topic, deliver)
-        return super().create_subscription(kind, topic, guarded, *options, **named)  # type: ignore[misc]
+        return super().create_subscription(msg_type, topic, guarded, *options, **named)
 
     def create_service(
-        self, kind: Any, name: str, callback: Any, *options: Any, **named: Any
+        self, srv_type: Any, srv_name: str, callback: Any, *options: Any, **named: Any
     ) -> Any:
         """Create a service that answers also where its callback fails, and many at once."""
         named.setdefault("qos_profile", qos.SERVICES)
-        bound([kind.Request])
-        answering = self.answering(name, callback)
-        return super().create_service(kind, name, answering, *options, **named)  # type: ignore[misc]
+        if self.transport is None:
+            bound([srv_type.Request])
+        answering = self.answering(srv_name, callback)
+        return super().create_service(srv_type, srv_name, answering, *options, **named)
 
     def create_timer(self, period: float, callback: Any, *options: Any, **named: Any) -> Any:
         """Create a timer whose callback is guarded."""
         guarded = self.guarded("timer", callback)
-        return super().create_timer(period, guarded, *options, **named)  # type: ignore[misc]
+        return super().create_timer(period, guarded, *options, **named)
 
 
 class GuardedNode(Guarded, Node):
@@ -107,9 +105,12 @@ class GuardedNode(Guarded, Node):
     Args:
         guard: The process's.
         name: The node's name.
+        transport: The process's; None for the middleware.
         options: As rclpy's Node takes them.
     """
 
-    def __init__(self, guard: Guard, name: str, **options: Any) -> None:
-        self.guard = guard
+    def __init__(
+        self, guard: Guard, name: str, transport: Registry | None = None, **options: Any
+    ) -> None:
+        self.guard, self.transport = guard, transport
         super().__init__(name, **options)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import importlib
-from collections.abc import Iterable
 from typing import Any
 
 from rosidl_parser import definition
@@ -40,9 +39,9 @@ def interface(kind: Any) -> Any:
     return getattr(getattr(module, whole), part) if is_part else getattr(module, kind.name)
 
 
-def fields_of(cls: type[Any]) -> Iterable[tuple[str, Any]]:
+def fields_of(cls: type[Any]) -> list[tuple[str, Any]]:
     """Return the names and the types of a message's fields."""
-    return zip(cls.get_fields_and_field_types(), cls.SLOT_TYPES, strict=True)
+    return list(zip(cls.get_fields_and_field_types(), cls.SLOT_TYPES, strict=True))
 
 
 def layout_of(cls: type[Any]) -> type[ctypes.Structure]:

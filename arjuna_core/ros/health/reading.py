@@ -21,7 +21,7 @@ from arjuna_core.ros.health.layout import c_type_of, fields_of, interface, layou
 _Values = Iterator[Any]
 _Make = Callable[[_Values], Any]
 _Places = list[tuple[int, str]]
-_CODES = {"boolean": "?", "octet": "c", "float": "f", "double": "d"} | {
+CODES = {"boolean": "?", "octet": "c", "float": "f", "double": "d"} | {
     f"{sign}int{bits}": code.upper() if sign else code
     for sign in ("", "u")
     for bits, code in ((8, "b"), (16, "h"), (32, "i"), (64, "q"))
@@ -101,7 +101,7 @@ def _field(kind: Any, at: int, places: _Places) -> _Make:
 
 
 def _code(kind: Any) -> str:
-    code = _CODES.get(getattr(kind, "typename", ""))
+    code = CODES.get(getattr(kind, "typename", ""))
     if code is None:
         raise _UnknownKindError(str(kind))
     return code

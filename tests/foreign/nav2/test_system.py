@@ -16,12 +16,12 @@ from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.action import FollowWaypoints, NavigateThroughPoses, NavigateToPose
 from rcl_interfaces.srv import SetParameters
-from rclpy.action import ActionClient
 from rclpy.parameter import Parameter
 from simulation_interfaces.srv import SpawnEntity
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg, pose_stamped
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 from tests.foreign.nav2.waffle import START, in_its_world
@@ -70,7 +70,7 @@ class User:
 
     def send(self, action: Any, name: str, goal: Any) -> Any:
         """Send a goal; return its handle."""
-        client = ActionClient(self.robot.client, action, name)
+        client = action_client(self.robot.client, action, name)
         self.robot.process.drain()
         sent = client.send_goal_async(goal)
         self.robot.run_until(sent.done, 5.0, "an answer")

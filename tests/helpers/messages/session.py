@@ -66,7 +66,7 @@ class Barrage:
 
     def __init__(self, stack: str, seed: int, log: Any) -> None:
         values = merged(shipped_parameters(), _ON_MAP, {"sim": {"seed": seed}})
-        self.robot = LockStep(values)
+        self.robot = LockStep(values, transport="dds")
         self._groups = STACKS[stack]
         self._rng = np.random.default_rng(seed)
         self._filler = Filler(self._rng)

@@ -10,7 +10,6 @@ from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry
-from rclpy.action import ActionClient
 from rclpy.lifecycle import TransitionCallbackReturn
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
@@ -18,6 +17,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, scan_msg, time_msg, transform_msg
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from bringup.parameters.composition import create_node
@@ -216,7 +216,7 @@ class PlayedRobot:
     def send(self, action_type: Any, name: str, request: Any) -> Goal:
         """Send a goal; time stands still."""
         if name not in self._clients:
-            self._clients[name] = ActionClient(self.bench.node, action_type, name)
+            self._clients[name] = action_client(self.bench.node, action_type, name)
             self.bench.process.drain()
         return Goal(self.bench, self._clients[name], request)
 

@@ -88,7 +88,7 @@ class Studio:
 @pytest.fixture
 def studio() -> Iterator[Studio]:
     with ExitStack() as opened:
-        ros = opened.enter_context(closing(RosBench()))
+        ros = opened.enter_context(closing(RosBench(transport="dds")))
         bridge = opened.enter_context(closing(Bridge("127.0.0.1", 0, ros.process.context)))
         address = f"ws://127.0.0.1:{bridge.port}"
         socket = opened.enter_context(connect(address, subprotocols=["foxglove.sdk.v1"]))  # type: ignore[list-item]

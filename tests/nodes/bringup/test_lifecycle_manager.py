@@ -65,7 +65,7 @@ class Managed:
     """A bench with two fake nodes under a manager."""
 
     def __init__(self, refuse: str = "", autostart: bool = False, commandable: bool = True) -> None:
-        self.bench = RosBench()
+        self.bench = RosBench(transport="dds")
         self.diary: list[str] = []
         for name, refused in (("first", ""), ("second", refuse)):
             node = FakeNode(self.bench.process, {"refuse": refused}, name=name)

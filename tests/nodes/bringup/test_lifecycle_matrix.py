@@ -1,4 +1,4 @@
-"""Every node of every stack: all its transitions, twice, and what it leaves behind."""
+"""Every node of every stack, in the middleware: all its transitions, and what it leaves behind."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PARAMETERS = merged(shipped_parameters(), NEEDED)
 
 @pytest.fixture
 def bench() -> Iterator[RosBench]:
-    bench = RosBench()
+    bench = RosBench(transport="dds")
     yield bench
     bench.close()
 

@@ -37,7 +37,7 @@ class Bench:
     """A viewer's ROS side beside a node that plays the robot."""
 
     def __init__(self, **options: Any) -> None:
-        self.ros = RosBench()
+        self.ros = RosBench(transport="dds")
         self.viewer = RobotSide(RobotOptions(**options), self.ros.process.context)
 
     def until(self, done: Callable[[], Any]) -> None:

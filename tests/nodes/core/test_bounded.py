@@ -63,7 +63,7 @@ class ReadingNode(GoalNode):
 
 @pytest.fixture
 def bench() -> Iterator[RosBench]:
-    bench = RosBench()
+    bench = RosBench(transport="dds")
     yield bench
     bench.close()
 

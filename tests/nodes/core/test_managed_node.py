@@ -14,13 +14,13 @@ from geometry_msgs.msg import Twist
 from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import Wait
 from rcl_interfaces.srv import SetParameters
-from rclpy.action import ActionClient
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.ros.process import Process
 from tests.helpers.echo import EchoNode
 from tests.helpers.ros import RosBench
@@ -28,9 +28,9 @@ from tests.helpers.ros import RosBench
 pytestmark = pytest.mark.ros
 
 
-@pytest.fixture
-def bench() -> Iterator[RosBench]:
-    bench = RosBench()
+@pytest.fixture(params=["local", "dds"])
+def bench(request: pytest.FixtureRequest) -> Iterator[RosBench]:
+    bench = RosBench(transport=request.param)
     yield bench
     bench.close()
 
@@ -201,7 +201,7 @@ def test_a_goal_that_yields_never_takes_the_place_of_another(
 
 def test_of_many_goals_at_once_each_gets_a_result(bench: RosBench, node: EchoNode) -> None:
     deep = {f"{k}_service_qos_profile": qos.SERVICES for k in ("goal", "result", "cancel")}
-    client = ActionClient(bench.node, Wait, "wait", **deep)
+    client = action_client(bench.node, Wait, "wait", **deep)
     bench.process.drain()
     sent = [client.send_goal_async(Wait.Goal()) for _ in range(100)]
     bench.process.drain()

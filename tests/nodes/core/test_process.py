@@ -87,6 +87,15 @@ def _start() -> object:
     return transform_msg(SE2(), "odom", "base_link", 0.0)
 
 
+def test_of_transforms_in_one_message_the_impossible_are_refused(bench: RosBench) -> None:
+    good = transform_msg(SE2(1.0, 0.0), "odom", "base_link", 0.0)
+    bad = transform_msg(SE2(), "odom", "odom", 0.0)
+    bench.publish(TFMessage, "/tf", TFMessage(transforms=[bad, good]))
+    assert bench.process.transforms.lookup("odom", "base_link") == SE2(1.0, 0.0)
+    (tally,) = bench.process.guard.tallies.values()
+    assert tally.count == 1
+
+
 def test_what_waits_is_run_without_waiting_for_what_it_queues(bench: RosBench) -> None:
     """Else a process in which work comes faster than it is done could not end."""
     runs: list[int] = []

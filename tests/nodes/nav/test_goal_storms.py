@@ -12,9 +12,9 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
-from rclpy.action import ActionClient
 
 from arjuna_core.ros import qos
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
@@ -45,7 +45,7 @@ class Storm:
         self._rng = np.random.default_rng(seed)
         deep = {f"{k}_service_qos_profile": qos.SERVICES for k in ("goal", "result", "cancel")}
         node = robot.bench.node
-        self._clients = {k: ActionClient(node, t, k, **deep) for k, t in _ACTIONS.items()}
+        self._clients = {k: action_client(node, t, k, **deep) for k, t in _ACTIONS.items()}
         self._sent: list[Any] = []
         self._results: dict[int, Any] = {}
         robot.bench.process.drain()

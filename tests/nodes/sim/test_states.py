@@ -10,7 +10,6 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient
 from simulation_interfaces.action import SimulateSteps
 from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import (
@@ -22,6 +21,7 @@ from simulation_interfaces.srv import (
 )
 from std_msgs.msg import Float64
 
+from arjuna_core.ros.local.action_client import action_client
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import OK, names, run, spawn, start_sim
@@ -53,7 +53,7 @@ def _reset(bench: RosBench, scope: int) -> Any:
 
 
 def _goal(bench: RosBench, steps: int, feedback: list[Any] | None = None) -> Any:
-    client = ActionClient(bench.node, SimulateSteps, "/simulate_steps")
+    client = action_client(bench.node, SimulateSteps, "/simulate_steps")
     bench.process.drain()
     seen = [] if feedback is None else feedback
     future = client.send_goal_async(

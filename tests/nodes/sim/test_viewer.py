@@ -71,7 +71,7 @@ def test_the_viewer_follows_and_the_physics_does_not_notice(bench: RosBench) -> 
     (window,) = Window.opened
     assert 25 <= len(window.places) <= 31
     assert window.places[-1] == pytest.approx(np.frombuffer(watched)[-6], abs=0.02)
-    other = RosBench()
+    other = RosBench(transport="dds")
     try:
         assert drive(start_sim(other), 1.0) == watched
     finally:

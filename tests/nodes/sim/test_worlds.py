@@ -161,7 +161,7 @@ def test_features_name_what_is_served_and_nothing_else(bench: RosBench, sim: Sim
     } <= named
     assert SimulatorFeatures.NAMED_POSES not in named
     assert sorted(response.features.spawn_formats) == ["sdf", "urdf"]
-    services = dict(sim.get_service_names_and_types_by_node("sim", "/"))
+    services = dict(bench.node.get_service_names_and_types())
     for name in ("spawn_entity", "delete_entity", "load_world", "get_entity_bounds"):
         assert f"/{name}" in services
     assert "/get_named_poses" not in services

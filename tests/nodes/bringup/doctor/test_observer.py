@@ -34,7 +34,7 @@ def _robot(stack: Callable[..., LockStep], **amcl: Any) -> LockStep:
         "map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))},
         "amcl": amcl,
     }
-    return stack(LOCALIZATION_GROUP, parameters=parameters)
+    return stack(LOCALIZATION_GROUP, parameters=parameters, transport="dds")
 
 
 def _findings(robot: LockStep) -> dict[str, str]:

@@ -27,13 +27,15 @@ pytestmark = pytest.mark.ros
 
 @pytest.fixture
 def bench() -> Iterator[RosBench]:
-    with closing(RosBench()) as bench:
+    with closing(RosBench(transport="dds")) as bench:
         yield bench
 
 
 def record(bench: RosBench, folder: Path) -> Bag:
     """Record a latched and a plain topic."""
-    with closing(Recorder(bench.process.context, BagFolder(folder))) as recorder:
+    with closing(
+        Recorder(bench.process.make_node("recorder", spun=False), BagFolder(folder))
+    ) as recorder:
         latched = bench.node.create_publisher(String, "/once", qos.LATCHED)
         bench.publish(String, "/often", String(data="-"))
         recorder.listener.discover(lambda name: name in ("/once", "/often"))
@@ -55,8 +57,10 @@ def play(bench: RosBench, bag: Bag, **options: object) -> None:
 
 def test_the_same_bytes_arrive_that_were_recorded(tmp_path: Path, bench: RosBench) -> None:
     bag = record(bench, tmp_path / "first")
-    with closing(RosBench()) as other:
-        recorder = Recorder(other.process.context, BagFolder(tmp_path / "second"))
+    with closing(RosBench(transport="dds")) as other:
+        recorder = Recorder(
+            other.process.make_node("recorder", spun=False), BagFolder(tmp_path / "second")
+        )
         with closing(recorder):
             player = Player(other.process.context, bag.topics.values(), {})
             recorder.listener.discover(lambda name: name in bag.topics)
@@ -76,7 +80,7 @@ def test_the_same_bytes_arrive_that_were_recorded(tmp_path: Path, bench: RosBenc
 
 def test_topics_take_new_names_and_the_clock_runs(tmp_path: Path, bench: RosBench) -> None:
     bag = record(bench, tmp_path / "bag")
-    with closing(RosBench()) as other:
+    with closing(RosBench(transport="dds")) as other:
         heard = other.collect(String, "/renamed")
         clock = other.collect(Clock, "/clock", qos.CLOCK)
         play(other, bag, remap={"/often": "/renamed"}, clock=True)

@@ -72,7 +72,7 @@ def test_an_existing_recording_is_never_overwritten(recording: Path, bench: RosB
 
 
 def record(bench: RosBench, folder: Path) -> Recorder:
-    return Recorder(bench.process.context, BagFolder(folder))
+    return Recorder(bench.process.make_node("recorder", spun=False), BagFolder(folder))
 
 
 def test_topics_that_appear_later_are_found_and_hidden_ones_left(
@@ -116,7 +116,9 @@ def test_messages_that_never_arrived_are_counted(tmp_path: Path, bench: RosBench
 
 def test_an_unknown_type_is_noted_once_and_left_out(tmp_path: Path, bench: RosBench) -> None:
     notes: list[str] = []
-    recorder = Recorder(bench.process.context, BagFolder(tmp_path / "bag"), notes.append)
+    recorder = Recorder(
+        bench.process.make_node("recorder", spun=False), BagFolder(tmp_path / "bag"), notes.append
+    )
     with closing(recorder):
         assert not recorder.listener.listen("/x", "nowhere_msgs/msg/Thing", ())
     assert notes == ["/x is left out: its type nowhere_msgs/msg/Thing is not installed"]

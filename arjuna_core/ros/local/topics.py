@@ -1,0 +1,192 @@
+"""Topics of one process: publishers hand their messages to subscriptions as they are."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.exceptions import InvalidHandle
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+
+from arjuna_core.checks.message import problem_of
+from arjuna_core.ros.local.cdr import to_cdr
+from arjuna_core.ros.local.registry import Registry
+from arjuna_core.ros.messages import copier
+
+
+class LocalSubscription:
+    """The end of a topic where messages arrive; what rclpy's Subscription is to its owner.
+
+    Of more than its QoS's depth the oldest are lost. A raw one, of a node that no executor runs,
+    is emptied by `take_message`.
+
+    Args:
+        registry: The process's.
+        node: The node that listens.
+        msg_type: The topic's type.
+        topic_name: The topic's full name.
+        callback: Takes each message, or its bytes.
+        qos_profile: What is asked of publishers.
+        raw: Whether messages come as bytes.
+
+    Attributes:
+        waiting: Messages, and why they cannot be used; or bytes, and their numbers.
+    """
+
+    def __init__(
+        self,
+        registry: Registry,
+        node: Any,
+        msg_type: Any,
+        topic_name: str,
+        callback: Callable[[Any], Any],
+        qos_profile: QoSProfile,
+        raw: bool,
+    ) -> None:
+        self._registry = registry
+        self.node = node
+        self.msg_type, self.topic_name, self.qos_profile = msg_type, topic_name, qos_profile
+        self.callback, self.raw = callback, raw
+        self.waiting: deque[tuple[Any, Any]] = deque(maxlen=_depth(qos_profile))
+        self.topic = topic_name
+        self.handle = self
+        self.event_handlers: tuple[Any, ...] = ()
+        registry.subscriptions[topic_name].append(self)
+        for publisher in registry.publishers[topic_name]:
+            publisher.meet(self)
+
+    def deliver(self) -> None:
+        """Call back with the message that came first, if one waits."""
+        if self.waiting:
+            message, self._registry.problem = self.waiting.popleft()
+            self.callback(message)
+
+    def take_message(self, kind: Any, raw: bool) -> Any:
+        """Return the bytes that wait and their numbers, as rclpy's handle does; None if none."""
+        return self.waiting.popleft() if self.waiting else None
+
+    def __enter__(self) -> LocalSubscription:
+        """Return the handle, which nobody destroys meanwhile."""
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        """Do nothing."""
+
+    def get_publisher_count(self) -> int:
+        """Return how many publishers send to it."""
+        return sum(self in each.readers for each in self._registry.publishers[self.topic_name])
+
+    def destroy(self) -> None:
+        """Listen no more; what waits is not delivered."""
+        self.waiting.clear()
+        self._registry.subscriptions[self.topic_name].remove(self)
+        for publisher in self._registry.publishers[self.topic_name]:
+            if self in publisher.readers:
+                publisher.readers.remove(self)
+
+
+class LocalPublisher:
+    """The end of a topic where messages enter; what rclpy's Publisher is to its owner.
+
+    Those who listen share a copy of each message, which nobody changes.
+
+    Args:
+        registry: The process's.
+        node: The node that publishes.
+        msg_type: The topic's type.
+        topic_name: The topic's full name.
+        qos_profile: What is offered; TRANSIENT_LOCAL keeps the last for those who come late.
+
+    Attributes:
+        readers: The subscriptions that it sends to.
+        trusted: Whether its messages need no check, for a node of ours makes them.
+    """
+
+    def __init__(
+        self, registry: Registry, node: Any, msg_type: Any, topic_name: str, qos_profile: QoSProfile
+    ) -> None:
+        self._registry = registry
+        self.node = node
+        self.msg_type, self.topic_name, self.qos_profile = msg_type, topic_name, qos_profile
+        self.topic = topic_name
+        self.readers: list[LocalSubscription] = []
+        self.trusted: bool = node.trusted
+        self._copy = copier(msg_type)
+        latched = qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        self._kept: deque[Any] = deque(maxlen=_depth(qos_profile) if latched else 0)
+        self._count = 0
+        self.event_handlers: tuple[Any, ...] = ()
+        self._destroyed = False
+        registry.publishers[topic_name].append(self)
+        for reader in registry.subscriptions[topic_name]:
+            self.meet(reader)
+
+    def publish(self, message: Any) -> None:
+        """Hand a message to every subscription, in the order in which they came.
+
+        Raises:
+            TypeError: It is of another type.
+            InvalidHandle: The publisher is destroyed.
+        """
+        if isinstance(message, bytes):
+            message = deserialize_message(message, self.msg_type)
+        if not isinstance(message, self.msg_type):
+            raise TypeError(f"Expected {self.msg_type}, got {type(message)}")
+        if self._destroyed:
+            raise InvalidHandle(f"the publisher of '{self.topic_name}' is destroyed")
+        self._count += 1
+        if not (self.readers or self._kept.maxlen):
+            return
+        message = self._copy(message)
+        self._registry.watch(self.topic_name, message)
+        problem = None if self.trusted else problem_of(message, self._registry.now)
+        self._kept.append((message, problem))
+        self._send((message, problem), self.readers, self._count)
+
+    def _send(self, judged: Any, readers: list[LocalSubscription], count: int) -> None:
+        executor, taken = self._registry.executor, None
+        for reader in readers:
+            if not reader.raw:
+                reader.waiting.append(judged)
+            else:
+                taken = taken or (to_cdr(judged[0]), self._registry.message_info(count))
+                reader.waiting.append(taken)
+            if reader.node in executor.nodes:
+                executor.put(reader.deliver)
+
+    def meet(self, reader: LocalSubscription) -> None:
+        """Send to a subscription from now on, if what it asks is offered, and what was kept."""
+        if reader.msg_type is self.msg_type and _suits(self.qos_profile, reader.qos_profile):
+            self.readers.append(reader)
+            if reader.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL:
+                for number, judged in enumerate(self._kept, self._count - len(self._kept) + 1):
+                    self._send(judged, [reader], number)
+
+    def get_subscription_count(self) -> int:
+        """Return how many subscriptions it sends to."""
+        return len(self.readers)
+
+    def destroy(self) -> None:
+        """Send no more."""
+        self._destroyed = True
+        self.readers.clear()
+        self._registry.publishers[self.topic_name].remove(self)
+
+
+def _depth(profile: QoSProfile) -> int | None:
+    return None if profile.history == HistoryPolicy.KEEP_ALL else max(int(profile.depth), 1)
+
+
+def _suits(offer: QoSProfile, request: QoSProfile) -> bool:
+    """Return whether a subscription may ask for what a publisher offers, as DDS sees it."""
+    unreliable = (
+        offer.reliability == ReliabilityPolicy.BEST_EFFORT
+        and request.reliability == ReliabilityPolicy.RELIABLE
+    )
+    forgetful = (
+        offer.durability == DurabilityPolicy.VOLATILE
+        and request.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    )
+    return not (unreliable or forgetful)
