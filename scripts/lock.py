@@ -10,9 +10,10 @@ from scripts.steps import Step, StepError, run
 
 HEADER = """\
 # Every package that `make {target}` installs, exact, for Linux x86-64 and Python 3.10 to 3.13.
-# Made from {source} by `make lock`; do not edit by hand.
+# Made from {source} by `make lock`; do not edit by hand. A line's comment names its extras.
 """
-OPTIONS = ["--universal", "--python-version", "3.10", "--no-header", "--no-annotate", "--upgrade"]
+OPTIONS = ["--universal", "--python-version", "3.10", "--no-header", "--upgrade"]
+_NAME = re.compile(r"[\w.-]+")
 LOCKS = {"setup": LOCK, "docs": ROOT / "requirements-docs.lock"}
 """The lock files, by the target that installs what stands in them."""
 
@@ -28,7 +29,8 @@ def main() -> int:
             source, result = lock.with_suffix(".in"), STATE / "lock.txt"
             command = [str(tool / "bin" / "uv"), "pip", "compile", *OPTIONS, str(source)]
             run(Step(f"resolving {source.name}", [*command, "-o", str(result)], log))
-            lock.write_text(header(target) + for_linux(result.read_text()))
+            pinned = with_extras(result.read_text(), source.read_text())
+            lock.write_text(header(target) + for_linux(pinned))
     except StepError as error:
         sys.stderr.write(f"error: {error}\n")
         return 1
@@ -38,6 +40,58 @@ def main() -> int:
 def header(target: str) -> str:
     """Return the first lines of the lock file that a target installs from."""
     return HEADER.format(target=target, source=LOCKS[target].with_suffix(".in").name)
+
+
+def with_extras(resolved: str, source: str) -> str:
+    """Return the pinned lines, each that only extras need with their names as its comment.
+
+    Args:
+        resolved: uv's answer: pinned lines, each followed by comments that say who asks for it.
+        source: The file it is made from; a line `# extra: NAME` begins what an extra asks for.
+    """
+    wanted = _direct(source)
+    asked_by: dict[str, set[str]] = {}
+    lines = []
+    for line in resolved.splitlines():
+        if not line.lstrip().startswith("#"):
+            lines.append(line)
+            name = _NAME.match(line)[0].lower()  # type: ignore[index]
+        elif word := line.strip(" #").removeprefix("via").strip():
+            asked_by.setdefault(name, set()).add(word)
+    own = {name for extra, names in wanted.items() if extra for name in names}
+    needed = {extra: _closure(names, asked_by, own) for extra, names in wanted.items()}
+    base = needed.pop("")
+    marked = []
+    for line in lines:
+        name = _NAME.match(line)[0].lower()  # type: ignore[index]
+        extras = "" if name in base else " ".join(sorted(e for e in needed if name in needed[e]))
+        marked.append(f"{line}  # {extras}" if extras else line)
+    return "\n".join(marked) + "\n"
+
+
+def _direct(source: str) -> dict[str, set[str]]:
+    """Return the names that each extra asks for, under "" what every user needs."""
+    wanted: dict[str, set[str]] = {"": set()}
+    extra = ""
+    for line in source.splitlines():
+        if begun := re.match(r"# extra: (\w+)", line):
+            extra = begun[1]
+            wanted[extra] = set()
+        elif line and not line.startswith("#"):
+            wanted[extra].add(_NAME.match(line)[0].lower())  # type: ignore[index]
+    return wanted
+
+
+def _closure(names: set[str], asked_by: dict[str, set[str]], own: set[str]) -> set[str]:
+    """Return names and all they ask for, but for what an extra asks for by itself."""
+    reached = set(names)
+    while new := {
+        name
+        for name, users in asked_by.items()
+        if name not in reached and users & reached and (name not in own or names & own)
+    }:
+        reached |= new
+    return reached
 
 
 def for_linux(text: str) -> str:

@@ -142,6 +142,7 @@ def compile_packages(
     objects = [item for package in packages for item in _objects(package, out)]
     for package in packages:
         (target / package.name).mkdir(parents=True, exist_ok=True)
+    objects.sort(key=lambda item: -item.source.stat().st_size)  # no core waits for the longest
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         with step(f"compile {len(objects)} units"):
             _run_all(pool, toolchain.compile_object, objects)
