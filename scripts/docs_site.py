@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from scripts.installing import PIP
+from scripts.installing import PIP, locked
 from scripts.lock import LOCKS
 from scripts.setup_env import ROOT, STATE, digest
 from scripts.steps import Step, StepError, run, say
@@ -48,7 +48,7 @@ def install() -> None:
     run(
         Step(
             "mkdocs",
-            [str(VENV / "bin" / "python"), *PIP, "--no-compile", "-r", str(LOCKS["docs"])],
+            [str(VENV / "bin" / "python"), *PIP, "--no-compile", *locked(LOCKS["docs"])],
             log,
         )
     )

@@ -37,6 +37,11 @@ def install(title: str, log: Path, python: Path, uv: Path | None, arguments: lis
     run(Step(title, [str(python), *PIP, "--no-compile", *arguments], log))
 
 
+def locked(requirements: Path) -> list[str]:
+    """Return the words that install a file of locked lines, and nothing of another hash."""
+    return ["--require-hashes", "-r", str(requirements)]
+
+
 def find_uv(lock: Path, python: Path, folder: Path, log: Path) -> Path | None:
     """Return uv as the lock file has it, installed beside the environment; None where it is not."""
     pins = lines_of(lock, INSTALLER)
@@ -46,7 +51,10 @@ def find_uv(lock: Path, python: Path, folder: Path, log: Path) -> Path | None:
     if stamp.is_file() and stamp.read_text() == pins[0] and uv.exists():
         return uv
     shutil.rmtree(folder, ignore_errors=True)
-    command = [str(python), *PIP, "--no-compile", "--target", str(folder), *pins]
+    folder.mkdir()
+    requirements = folder / "requirements.txt"
+    requirements.write_text("\n".join(pins) + "\n")
+    command = [str(python), *PIP, "--no-compile", "--target", str(folder), *locked(requirements)]
     with log.open("wb") as stream:
         done = subprocess.run(  # noqa: S603 - fixed program, no shell
             command, stdin=subprocess.DEVNULL, stdout=stream, stderr=stream, env=clean_environment()

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from scripts import installing, kernels, preflight
-from scripts.installing import find_uv
+from scripts.installing import find_uv, locked
 from scripts.locked import EXTRAS, lines_of, wanted_extras
 from scripts.steps import Step, StepError, run, say, stopped_at_the_end
 
@@ -132,7 +132,7 @@ def install_packages(packages: str, extras: list[str]) -> None:
     chosen = STATE / "requirements.txt"
     chosen.write_text("\n".join(dict.fromkeys(lines)) + "\n")
     title = "Python packages" if fresh else f"Python packages of {', '.join(extras)}"
-    install(title, "packages", ["-r", str(chosen)])
+    install(title, "packages", locked(chosen))
     write_stamp("packages", packages)
     for extra in extras:
         write_stamp(f"extra-{extra}", extra_key(extra))

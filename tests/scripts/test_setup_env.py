@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 from scripts import setup_env
-from scripts.lock import for_linux, with_extras
+from scripts.lock import for_linux, with_extras, with_hashes
 from scripts.steps import Step, StepError, run
 
 PIN = re.compile(
-    r"^([A-Za-z0-9_.-]+)==([^ ;]+)( ; python_version [<>=]+ '[0-9.]+(\.\*)?')?(  # [a-z ]+)?$"
+    r"^([A-Za-z0-9_.-]+)==([^ ;]+)( ; python_version [<>=]+ '[0-9.]+(\.\*)?')?"
+    r"( --hash=sha256:[0-9a-f]{64})+(  # [a-z ]+)?$"
 )
 
 
@@ -198,3 +199,34 @@ def test_a_pinned_line_names_the_extras_that_alone_need_it() -> None:
         "scipy==7",
         "yourdfpy==8",
     ]
+
+
+PYLOCK = """
+[[packages]]
+name = "numba"
+version = "1.0"
+sdist = { url = "https://x/numba-1.0.tar.gz", hashes = {sha256 = "0" } }
+wheels = [
+    { url = "https://x/numba-1.0-cp311-cp311-manylinux_2_x86_64.whl", hashes = {sha256 = "a"} },
+    { url = "https://x/numba-1.0-cp39-cp39-manylinux_2_x86_64.whl", hashes = {sha256 = "b"} },
+    { url = "https://x/numba-1.0-cp313-cp313t-manylinux_2_x86_64.whl", hashes = {sha256 = "c"} },
+    { url = "https://x/numba-1.0-cp311-cp311-musllinux_1_2_x86_64.whl", hashes = {sha256 = "d"} },
+    { url = "https://x/numba-1.0-cp311-cp311-manylinux_2_aarch64.whl", hashes = {sha256 = "e"} },
+    { url = "https://x/numba-1.0-cp38-abi3-manylinux2014_x86_64.whl", hashes = {sha256 = "f"} },
+]
+
+[[packages]]
+name = "xacro"
+version = "2.0"
+sdist = { url = "https://x/xacro-2.0.tar.gz", hashes = {sha256 = "9" } }
+"""
+
+
+def test_a_pinned_line_has_the_hashes_of_the_files_that_fit() -> None:
+    pylock = re.sub(r'sha256 = "(.)"', lambda match: f'sha256 = "{match[1] * 64}"', PYLOCK)
+    assert with_hashes("numba==1.0 ; python_version < '3.11'  # view\nxacro==2.0\n", pylock) == (
+        f"numba==1.0 ; python_version < '3.11' --hash=sha256:{'a' * 64} --hash=sha256:{'f' * 64}"
+        f"  # view\nxacro==2.0 --hash=sha256:{'9' * 64}\n"
+    )
+    with pytest.raises(StepError, match="no file of yaml==3 can be installed on Linux on x86-64"):
+        with_hashes("yaml==3\n", pylock)
