@@ -113,16 +113,15 @@ def _compile_wing(entries: list[tuple[str, str, Any]]) -> None:
 
 def _take_turns() -> None:
     """Let one process at a time write: Numba reads an index, adds to it and writes it back."""
-    from numba.core.caching import IndexDataCacheFile
-
-    save = IndexDataCacheFile.save
+    cache_file: Any = importlib.import_module("numba.core.caching").IndexDataCacheFile
+    save = cache_file.save
 
     def save_alone(file: Any, key: Any, data: Any) -> None:
         with (STATE / "kernels.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             save(file, key, data)
 
-    IndexDataCacheFile.save = save_alone
+    cache_file.save = save_alone
 
 
 def _sources(root: Path) -> Iterator[tuple[str, str]]:

@@ -59,11 +59,11 @@ def encode(kind: Any) -> Any:
     """
     if isinstance(kind, types.Array) and kind.aligned:
         return f"{encode(kind.dtype)}[{kind.ndim}{kind.layout}{'' if kind.mutable else 'r'}]"
-    if isinstance(kind, types.BaseNamedTuple):
-        cls = kind.instance_class
-        return [f"{cls.__module__}:{cls.__name__}", *map(encode, kind.types)]
     if isinstance(kind, types.BaseTuple):
-        return ["tuple", *map(encode, kind.types)]
+        cls = getattr(kind, "instance_class", None)  # a named tuple's
+        head = "tuple" if cls is None else f"{cls.__module__}:{cls.__name__}"
+        parts: Any = kind
+        return [head, *map(encode, parts)]
     if isinstance(kind, types.IntegerLiteral):
         return ["literal", kind.literal_value]
     if isinstance(kind, types.Number | types.Boolean | types.NoneType):
@@ -89,6 +89,6 @@ def decode(value: Any) -> Any:
 
 def _decode_word(word: str) -> Any:
     if array := _ARRAY.fullmatch(word):
-        dtype, dimensions, layout, readonly = array.groups()
-        return types.Array(_decode_word(dtype), int(dimensions), layout, readonly=bool(readonly))
+        layout: Any = array[3]
+        return types.Array(_decode_word(array[1]), int(array[2]), layout, readonly=bool(array[4]))
     return {"bool": types.boolean, "none": types.none}.get(word) or getattr(types, word)
