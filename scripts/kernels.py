@@ -84,7 +84,7 @@ def compile_all(entries: list[tuple[str, str, Any]]) -> None:
         with contextlib.suppress(ImportError):  # its compilation says what is missing
             importlib.import_module(module)
     wings = [list(group) for _, group in groupby(sorted(entries, key=_wing), key=_wing)]
-    tasks = sorted(wings, key=len, reverse=True)
+    tasks = sorted(wings, key=_size, reverse=True)
     context = multiprocessing.get_context("fork")  # the imports are shared
     with context.Pool(min(os.cpu_count() or 1, len(tasks)), _take_turns) as pool:
         for _ in pool.imap_unordered(_compile_wing, tasks):
@@ -93,6 +93,12 @@ def compile_all(entries: list[tuple[str, str, Any]]) -> None:
 
 def _wing(entry: tuple[str, str, Any]) -> str:
     return ".".join(entry[0].split(".")[:2])
+
+
+def _size(entries: list[tuple[str, str, Any]]) -> int:
+    """Return the length of a wing's modules [bytes], which says how long they take to compile."""
+    paths = {ROOT.joinpath(*module.split(".")).with_suffix(".py") for module, _, _ in entries}
+    return sum(path.stat().st_size for path in paths if path.exists())
 
 
 def _compile_wing(entries: list[tuple[str, str, Any]]) -> None:
