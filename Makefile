@@ -7,17 +7,20 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONHOME
 # Without it each process compiles all that it imports anew: 2 s of a node's 3 to start.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup demo test check docs wheel lock clean
+.PHONY: help setup core demo test check docs wheel lock clean
 .DEFAULT_GOAL := help
 
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/^([a-z]+):.*## /  make \1\t/' | expand -t 16
 
-setup:  ## install everything into .venv (skips what is done)
+setup:  ## install everything into .venv (skips what is done); EXTRAS="view tune" only these extras
 	@command -v $(PYTHON) >/dev/null || { echo "error: missing $(PYTHON); sudo apt-get install -y python3" >&2; exit 2; }
 	@$(PYTHON) -m scripts.setup_env
 
-demo: setup  ## drive through a world, map it and navigate: writes out/demo
+core:  # what the demo needs, without the extras
+	@$(MAKE) --no-print-directory setup EXTRAS="$(EXTRAS)"
+
+demo: core  ## drive through a world, map it and navigate: writes out/demo
 	@$(VENV) -m bringup demo --out out/demo
 
 test: setup  ## run the tests in random order, on all cores

@@ -9,6 +9,8 @@ import sys
 from arjuna_core.errors import ArjunaError
 
 OK, REFUSED, INTERRUPTED = 0, 2, 130
+EXTRAS = {"foxglove": "view", "optuna": "tune", "pyarrow": "campaign", "rerun": "view"}
+"""The modules that not every command needs, and the extra of `make setup` that installs each."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -30,8 +32,19 @@ def run(arguments: argparse.Namespace) -> int:
     except ArjunaError as error:
         sys.stderr.write(f"error: {error}\n")
     except ModuleNotFoundError as error:
-        sys.stderr.write(f"error: the module {error.name} is not installed; run 'make setup'\n")
+        sys.stderr.write(f"error: {_lacking(error.name or '')}\n")
     except KeyboardInterrupt:
         sys.stderr.write("\nstopped\n")
         return INTERRUPTED
     return REFUSED
+
+
+def _lacking(module: str) -> str:
+    """Return what to say of a module that is not there, with the words that install it."""
+    extra = EXTRAS.get(module.partition(".")[0])
+    if extra is None:
+        return f"the module {module} is not installed; run 'make setup'"
+    return (
+        f"the module {module} is not installed; run 'make setup EXTRAS={extra}',"
+        " or 'make setup' for all there is"
+    )

@@ -13,8 +13,9 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from scripts.installing import PIP, locked
 from scripts.lock import LOCKS
-from scripts.setup_env import ROOT, STATE, digest, install_from
+from scripts.setup_env import ROOT, STATE, digest
 from scripts.steps import Step, StepError, run, say
 
 VENV = STATE / "docs-venv"
@@ -44,7 +45,13 @@ def install() -> None:
         return
     log = STATE / "docs.log"
     run(Step("environment for mkdocs", [sys.executable, "-m", "venv", "--clear", str(VENV)], log))
-    run(Step("mkdocs", [str(VENV / "bin" / "pip"), *install_from(LOCKS["docs"])], log))
+    run(
+        Step(
+            "mkdocs",
+            [str(VENV / "bin" / "python"), *PIP, "--no-compile", *locked(LOCKS["docs"])],
+            log,
+        )
+    )
     stamp.write_text(key)
 
 

@@ -14,7 +14,9 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from scripts import preflight
+from scripts import installing, kernels, preflight
+from scripts.installing import find_uv, locked
+from scripts.locked import EXTRAS, lines_of, wanted_extras
 from scripts.steps import Step, StepError, run, say, stopped_at_the_end
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -23,6 +25,7 @@ PYTHON = VENV / "bin" / "python"
 STATE = ROOT / ".setup"
 LOCK = ROOT / "requirements.lock"
 MESSAGES = ROOT / "arjuna_interfaces"
+REINSTALL = "--force-reinstall"
 UNFINISHED = VENV / "unfinished"
 """Lies in the environment while its packages change."""
 BUILD_PREFIXES = ("ros-", "numpy=", "setuptools=", "empy=", "lark-parser=", "pyyaml=")
@@ -46,19 +49,21 @@ def main() -> int:
 
 def set_up() -> int:
     """Run the steps whose stamps do not hold."""
-    packages, messages, ours = keys()
-    if UNFINISHED.exists() or not stamp_holds("packages", packages):
+    extras = wanted_extras()
+    packages, messages, ours, compiled = keys()
+    missing = [extra for extra in extras if not stamp_holds(f"extra-{extra}", extra_key(extra))]
+    fresh = UNFINISHED.exists() or not stamp_holds("packages", packages)
+    if fresh or missing:
         if not passes(preflight.ALWAYS + preflight.TO_INSTALL + compile_checks(messages)):
             return 2
-        install_packages(packages, messages)
-    if not stamp_holds("messages", messages):
-        if not passes(compile_checks(messages)):
-            return 2
-        install_messages(messages)
-    if not stamp_holds("ours", ours):
-        pip("Arjuna itself", "ours", "install", "--no-deps", "--no-build-isolation", "-e", ".")
-        write_stamp("ours", ours)
+        install_packages(packages, missing)
+    if not passes(() if stamp_holds("messages", messages) else compile_checks(messages)):
+        return 2
     forget_moved()
+    build_beside_kernels(messages, compiled)
+    if not stamp_holds("ours", ours):
+        install("Arjuna itself", "ours", ["--no-build-isolation", "-e", "."])
+        write_stamp("ours", ours)
     return 0
 
 
@@ -72,16 +77,23 @@ def forget_moved() -> None:
     known.write_text("\n".join(sorted(modules)))
 
 
-def keys() -> tuple[str, str, str]:
-    """Return the hashes of what the packages, the messages and our own install depend on."""
+def keys() -> tuple[str, str, str, str]:
+    """Return the hashes of what packages, messages, our own install and kernels depend on."""
     python = f"{sys.version} {sys.base_prefix}"
-    lines = LOCK.read_text().splitlines()
+    lines = lines_of(LOCK)
     packages = digest([python, *lines])
     files = sorted(path for path in MESSAGES.rglob("*") if is_source(path))
     contents = [f"{path.relative_to(ROOT)} {digest([path.read_bytes()])}" for path in files]
     messages = digest([python, *build_lines(lines), *contents])
     ours = digest([packages, str(ROOT), (ROOT / "pyproject.toml").read_bytes()])
-    return packages, messages, ours
+    listed = kernels.LIST.read_bytes()
+    compiled = digest([packages, listed, *kernels.digests(ROOT).values()])
+    return packages, messages, ours, compiled
+
+
+def extra_key(extra: str) -> str:
+    """Return the hash of what an extra's packages depend on."""
+    return digest([sys.version, *lines_of(LOCK, extra)])
 
 
 def is_source(path: Path) -> bool:
@@ -109,20 +121,46 @@ def compile_checks(messages: str) -> tuple[Callable[[], preflight.Missing | None
     return () if built_wheel(messages) else preflight.TO_COMPILE
 
 
-def install_packages(packages: str, messages: str) -> None:
-    """Make the environment and fill it, compiling the message packages beside the rest."""
-    create_environment()
-    build_only = STATE / "build-requirements.txt"
-    build_only.write_text("\n".join(build_lines(LOCK.read_text().splitlines())) + "\n")
-    pip("ROS packages", "ros", *install_from(build_only))
-    rest = pip_step("Python packages", "packages", *install_from(LOCK))
-    with stopped_at_the_end(rest), messages_step(messages) as build:
-        rest.finish()
-        write_stamp("packages", packages)
-        UNFINISHED.unlink()
-        if build:
-            build.finish()
-            keep_wheel(messages)
+def install_packages(packages: str, extras: list[str]) -> None:
+    """Make the environment if need be, and fill it."""
+    fresh = UNFINISHED.exists() or not stamp_holds("packages", packages)
+    if fresh:
+        create_environment()
+        extras = [*extras, *kept_extras(set(extras))]
+    UNFINISHED.touch()
+    lines = [*(lines_of(LOCK) if fresh else ()), *(x for e in extras for x in lines_of(LOCK, e))]
+    chosen = STATE / "requirements.txt"
+    chosen.write_text("\n".join(dict.fromkeys(lines)) + "\n")
+    title = "Python packages" if fresh else f"Python packages of {', '.join(extras)}"
+    install(title, "packages", locked(chosen))
+    write_stamp("packages", packages)
+    for extra in extras:
+        write_stamp(f"extra-{extra}", extra_key(extra))
+    UNFINISHED.unlink()
+
+
+def kept_extras(others: set[str]) -> list[str]:
+    """Return the extras that the environment has already, to be brought up to date too."""
+    return [e for e in EXTRAS if e not in others and (VENV / f"extra-{e}.stamp").exists()]
+
+
+def install(title: str, log: str, arguments: list[str]) -> None:
+    """Install something into the environment."""
+    uv = find_uv(LOCK, PYTHON, STATE / "uv-bin", STATE / "uv.log")
+    installing.install(title, STATE / f"{log}.log", PYTHON, uv, arguments)
+
+
+def build_beside_kernels(messages: str, compiled: str) -> None:
+    """Build and install the message packages, and compile the kernels beside it."""
+    if stamp_holds("compiled", compiled):
+        install_messages(messages)
+        return
+    command = [str(PYTHON), "-m", "scripts.kernels", "compile"]
+    step = Step("compiling kernels", command, STATE / "kernels.log")
+    with stopped_at_the_end(step):
+        install_messages(messages)
+        step.finish()
+    write_stamp("compiled", compiled)
 
 
 def create_environment() -> None:
@@ -136,19 +174,15 @@ def create_environment() -> None:
     UNFINISHED.touch()
 
 
-def install_from(requirements: Path) -> list[str]:
-    """Return pip's arguments; the lock file is complete, so nothing is left to resolve."""
-    return ["install", "--no-deps", "--no-compile", "-r", str(requirements)]
-
-
 def install_messages(messages: str) -> None:
     """Install the message packages, built first if no build of these sources is kept."""
+    if stamp_holds("messages", messages):
+        return
     with messages_step(messages) as build:
         if build:
             build.finish()
             keep_wheel(messages)
-    wheel = str(built_wheel(messages))
-    pip("message packages", "install-messages", "install", "--no-deps", "--force-reinstall", wheel)
+    install("message packages", "install-messages", [REINSTALL, str(built_wheel(messages))])
     write_stamp("messages", messages)
 
 
@@ -191,11 +225,6 @@ def wheel_folder(messages: str) -> Path:
 def pip_step(title: str, log: str, *arguments: str) -> Step:
     """Start pip in the environment."""
     return Step(title, [str(PYTHON), "-m", "pip", *arguments], STATE / f"{log}.log")
-
-
-def pip(title: str, log: str, *arguments: str) -> None:
-    """Run pip in the environment to its end."""
-    run(pip_step(title, log, *arguments))
 
 
 def stamp_holds(name: str, key: str) -> bool:

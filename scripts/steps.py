@@ -35,9 +35,12 @@ class Step:
         title: What it does, for the progress line.
         command: The program and its arguments.
         log: Its log; what it held is replaced.
+        variables: What is set in its environment where nothing is yet.
     """
 
-    def __init__(self, title: str, command: list[str], log: Path) -> None:
+    def __init__(
+        self, title: str, command: list[str], log: Path, variables: dict[str, str] | None = None
+    ) -> None:
         self.title = title
         self._log = log
         self._start = time.monotonic()
@@ -48,7 +51,7 @@ class Step:
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
-                env=clean_environment(),
+                env={**(variables or {}), **clean_environment()},
                 start_new_session=True,
             )
 

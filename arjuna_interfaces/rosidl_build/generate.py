@@ -31,6 +31,7 @@ from rosidl_typesupport_introspection_c import generate_c as generate_introspect
 
 from rosidl_build.definitions import InterfacePackage
 from rosidl_build.progress import say, step
+from rosidl_build.templates import remember_scans
 
 TYPE_SUPPORTS = ("rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c")
 
@@ -69,6 +70,7 @@ def generate(packages: list[InterfacePackage], prefix: Path, out: Path) -> None:
     `out/GENERATOR/PACKAGE/`: one folder a generator, because two of them write files of one name.
     """
     context = multiprocessing.get_context("fork")  # workers inherit what the parent parsed
+    remember_scans()
     with step(f"parse {sum(len(p.files) for p in packages)} definitions"):
         _use_memo()
         with context.Pool(os.cpu_count()) as pool:

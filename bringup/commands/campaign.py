@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -47,6 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     if arguments.file is None or arguments.jobs < 1:
         raise ArjunaError("say which campaign to run, with at least one job; --help has both")
+    if importlib.util.find_spec("pyarrow") is None:  # said before hours of runs, not after
+        raise ModuleNotFoundError(name="pyarrow")
     campaign = load_campaign(arguments.file)
     folder = arguments.out or Path("out/campaigns") / campaign.name
     return _run(campaign, folder, arguments.jobs, vars(arguments).get("main"))

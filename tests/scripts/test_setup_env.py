@@ -8,10 +8,13 @@ from pathlib import Path
 import pytest
 
 from scripts import setup_env
-from scripts.lock import for_linux
+from scripts.lock import for_linux, with_extras, with_hashes
 from scripts.steps import Step, StepError, run
 
-PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^ ;]+)( ; python_version [<>=]+ '[0-9.]+(\.\*)?')?$")
+PIN = re.compile(
+    r"^([A-Za-z0-9_.-]+)==([^ ;]+)( ; python_version [<>=]+ '[0-9.]+(\.\*)?')?"
+    r"( --hash=sha256:[0-9a-f]{64})+(  # [a-z ]+)?$"
+)
 
 
 def locked() -> dict[str, str]:
@@ -48,7 +51,7 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (messages / "nav2_msgs" / "msg").mkdir(parents=True)
     (messages / "nav2_msgs" / "msg" / "Costmap.msg").write_text("uint8[] data\n")
     (tmp_path / "pyproject.toml").write_text("[project]\n")
-    (tmp_path / "requirements.lock").write_text("numpy==2.4.6\nruff==0.17.6\n")
+    (tmp_path / "requirements.lock").write_text("numpy==2.4.6\nruff==0.17.6\noptuna==5  # tune\n")
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
     (tmp_path / ".venv" / "bin" / "python").touch()
     (tmp_path / ".setup").mkdir()
@@ -75,7 +78,7 @@ def test_a_stamp_without_its_python_does_not_hold(checkout: Path) -> None:
 
 
 def test_a_changed_definition_builds_the_messages_anew_and_nothing_else(checkout: Path) -> None:
-    packages, messages, ours = setup_env.keys()
+    packages, messages, ours, _ = setup_env.keys()
     (setup_env.MESSAGES / "nav2_msgs" / "msg" / "Costmap.msg").write_text("int8[] data\n")
     assert setup_env.keys()[0] == packages
     assert setup_env.keys()[1] != messages
@@ -83,10 +86,34 @@ def test_a_changed_definition_builds_the_messages_anew_and_nothing_else(checkout
 
 
 def test_a_new_linter_does_not_build_the_messages_anew(checkout: Path) -> None:
-    packages, messages, _ = setup_env.keys()
+    packages, messages, _, _ = setup_env.keys()
     setup_env.LOCK.write_text("numpy==2.4.6\nruff==0.17.7\n")
     assert setup_env.keys()[0] != packages
     assert setup_env.keys()[1] == messages
+
+
+def test_another_extra_installs_nothing_else_anew(checkout: Path) -> None:
+    before = setup_env.keys(), setup_env.extra_key("view")
+    tune = setup_env.extra_key("tune")
+    setup_env.LOCK.write_text(setup_env.LOCK.read_text().replace("optuna==5", "optuna==6"))
+    assert (setup_env.keys(), setup_env.extra_key("view")) == before
+    assert setup_env.extra_key("tune") != tune
+
+
+def test_a_module_with_numba_compiles_the_kernels_anew(checkout: Path) -> None:
+    module = checkout / "arjuna_nav" / "navfn.py"
+    module.parent.mkdir()
+    module.write_text("from numba import njit\n")
+    before = setup_env.keys()
+    module.write_text("from numba import njit, prange\n")
+    assert setup_env.keys()[:3] == before[:3]
+    assert setup_env.keys()[3] != before[3]
+
+
+def test_extras_that_are_there_are_kept_up_to_date(checkout: Path) -> None:
+    setup_env.write_stamp("extra-view", "a")
+    assert setup_env.kept_extras({"tune"}) == ["view"]
+    assert setup_env.kept_extras({"view"}) == []
 
 
 def test_what_numba_compiled_goes_when_a_module_has_gone(checkout: Path) -> None:
@@ -146,3 +173,60 @@ def test_a_universal_resolution_is_cut_down_to_linux() -> None:
         "greenlet==4 ; python_version < '3.11'\n"
         "exact==5 ; python_full_version < '3.11.5'\n"
     )
+
+
+def test_a_pinned_line_names_the_extras_that_alone_need_it() -> None:
+    source = (
+        "scipy\nyourdfpy\n# extra: tune\noptuna\n# extra: view (in a browser)\nembreex\nrerun\n"
+    )
+    resolved = (
+        "embreex==1\n    # via\n    #   -r requirements.in\n    #   yourdfpy\n"
+        "mako==2\n    # via optuna\n"
+        "numpy==3 ; python_version < '3.11'\n    # via\n    #   optuna\n    #   scipy\n"
+        "optuna==4\n    # via -r requirements.in\n"
+        "pyarrow==5\n    # via\n    #   optuna\n    #   rerun\n"
+        "rerun==6\n    # via -r requirements.in\n"
+        "scipy==7\n    # via -r requirements.in\n"
+        "yourdfpy==8\n    # via -r requirements.in\n"
+    )
+    assert with_extras(resolved, source).splitlines() == [
+        "embreex==1  # view",
+        "mako==2  # tune",
+        "numpy==3 ; python_version < '3.11'",
+        "optuna==4  # tune",
+        "pyarrow==5  # tune view",
+        "rerun==6  # view",
+        "scipy==7",
+        "yourdfpy==8",
+    ]
+
+
+PYLOCK = """
+[[packages]]
+name = "numba"
+version = "1.0"
+sdist = { url = "https://x/numba-1.0.tar.gz", hashes = {sha256 = "0" } }
+wheels = [
+    { url = "https://x/numba-1.0-cp311-cp311-manylinux_2_x86_64.whl", hashes = {sha256 = "a"} },
+    { url = "https://x/numba-1.0-cp39-cp39-manylinux_2_x86_64.whl", hashes = {sha256 = "b"} },
+    { url = "https://x/numba-1.0-cp313-cp313t-manylinux_2_x86_64.whl", hashes = {sha256 = "c"} },
+    { url = "https://x/numba-1.0-cp311-cp311-musllinux_1_2_x86_64.whl", hashes = {sha256 = "d"} },
+    { url = "https://x/numba-1.0-cp311-cp311-manylinux_2_aarch64.whl", hashes = {sha256 = "e"} },
+    { url = "https://x/numba-1.0-cp38-abi3-manylinux2014_x86_64.whl", hashes = {sha256 = "f"} },
+]
+
+[[packages]]
+name = "xacro"
+version = "2.0"
+sdist = { url = "https://x/xacro-2.0.tar.gz", hashes = {sha256 = "9" } }
+"""
+
+
+def test_a_pinned_line_has_the_hashes_of_the_files_that_fit() -> None:
+    pylock = re.sub(r'sha256 = "(.)"', lambda match: f'sha256 = "{match[1] * 64}"', PYLOCK)
+    assert with_hashes("numba==1.0 ; python_version < '3.11'  # view\nxacro==2.0\n", pylock) == (
+        f"numba==1.0 ; python_version < '3.11' --hash=sha256:{'a' * 64} --hash=sha256:{'f' * 64}"
+        f"  # view\nxacro==2.0 --hash=sha256:{'9' * 64}\n"
+    )
+    with pytest.raises(StepError, match="no file of yaml==3 can be installed on Linux on x86-64"):
+        with_hashes("yaml==3\n", pylock)

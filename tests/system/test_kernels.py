@@ -1,0 +1,35 @@
+"""A demo finds what it calls compiled by the set-up."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from scripts.kernels import ROOT, read_list
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+pytestmark = [pytest.mark.ros, pytest.mark.system]
+DEADLINE = 600.0
+SAY_WHAT_A_DEMO_CALLS = """
+import json
+from scripts.kernels_in_use import of_a_demo
+print("called:" + json.dumps(of_a_demo()))
+"""
+
+
+def test_a_demo_calls_nothing_that_set_up_has_not_compiled() -> None:
+    """In a process of its own: what other tests call does not count."""
+    command = [sys.executable, "-c", SAY_WHAT_A_DEMO_CALLS]
+    done = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, timeout=DEADLINE, check=True
+    )
+    (line,) = [each for each in done.stdout.splitlines() if each.startswith("called:")]
+    called = {json.dumps(entry) for entry in json.loads(line.removeprefix("called:"))}
+    listed = {json.dumps(list(entry)) for entry in read_list()}
+    assert called
+    missing = sorted(called - listed)
+    assert not missing, f"run 'python -m scripts.kernels record': {missing}"
