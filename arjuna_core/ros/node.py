@@ -153,8 +153,8 @@ class ManagedNode(Guarded, LifecycleNode):
         profile: Any,
         *,
         while_inactive: bool = False,
-    ) -> None:
-        """Create a subscription that lives until cleanup; `/` is the robot's namespace.
+    ) -> Any:
+        """Create and return a subscription that lives until cleanup; `/` is the robot's namespace.
 
         It delivers only while the node is active, unless `while_inactive`: what is latched comes
         once, perhaps before activation. What cannot be used is refused and counted.
@@ -171,7 +171,12 @@ class ManagedNode(Guarded, LifecycleNode):
                 self.guard.refused(self, name, problem)
 
         subscription = self.create_subscription(message_type, name, deliver, profile)
-        self._keep(self.destroy_subscription, subscription)
+        return self._keep(self.destroy_subscription, subscription)
+
+    def unsubscribe(self, subscription: Any) -> None:
+        """End a subscription before cleanup does."""
+        self._made = [one for one in self._made if one[1] is not subscription]
+        self.destroy_subscription(subscription)
 
     def serve(self, service_type: Any, name: str, callback: Callable[[Any, Any], Any]) -> None:
         """Create a service that lives until cleanup; requests that cannot be used are refused."""

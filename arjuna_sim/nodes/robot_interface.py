@@ -52,11 +52,7 @@ class RobotInterface:
         self.contacts = ContactTopic(node, robot.robot.urdf.name)
         self._topic = self.topics.drive.command_topic
         self._stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
-        if self._stamped:
-            take = self._on_stamped
-            node.subscribe(TwistStamped, self._topic, take, qos.LATEST)
-        else:
-            node.subscribe(Twist, self._topic, self._on_twist, qos.LATEST)
+        self._commands = self._listen()
         node.every(_CHECK_PERIOD, self._check_command_type)
 
     def begin(self, now: float) -> None:
@@ -90,6 +86,12 @@ class RobotInterface:
         for camera in self._cameras:
             camera.close()
 
+    def _listen(self) -> Any:
+        """Subscribe to the commands, stamped or not."""
+        if self._stamped:
+            return self._node.subscribe(TwistStamped, self._topic, self._on_stamped, qos.LATEST)
+        return self._node.subscribe(Twist, self._topic, self._on_twist, qos.LATEST)
+
     def _on_stamped(self, message: Any) -> None:
         self._on_twist(message.twist)
 
@@ -100,12 +102,20 @@ class RobotInterface:
             self._node.get_logger().warning(f"{self._topic} ignored: {error}")
 
     def _check_command_type(self) -> None:
-        """Warn once where someone publishes the type that is not listened to."""
-        node, listened = self._node, _TYPES[self._stamped]
-        for info in node.get_publishers_info_by_topic(node.process.absolute(self._topic)):
-            if info.topic_type != listened and not self._warned:
-                self._warned = True
-                node.get_logger().warning(
-                    f"'{info.node_name}' publishes {self._topic} as {info.topic_type}, but"
-                    f" {listened} is listened to; the parameter enable_stamped_cmd_vel chooses"
-                )
+        """Listen to the other type where that alone is published; warn once where both are."""
+        node, listened, other = self._node, _TYPES[self._stamped], _TYPES[not self._stamped]
+        published = node.get_publishers_info_by_topic(node.process.absolute(self._topic))
+        senders = {info.topic_type: info.node_name for info in published}
+        if other not in senders:
+            return
+        if listened not in senders:
+            node.unsubscribe(self._commands)
+            self._stamped = not self._stamped
+            self._commands = self._listen()
+            node.get_logger().info(f"{self._topic}: '{senders[other]}' sends {other}: it is taken")
+        elif not self._warned:
+            self._warned = True
+            node.get_logger().warning(
+                f"'{senders[other]}' publishes {self._topic} as {other}, but {listened}, which"
+                f" '{senders[listened]}' publishes, is listened to"
+            )

@@ -39,7 +39,10 @@ class SimConfig(SimulatorConfig):
         1.0, "Simulated per real time; 0 is as fast as it goes.", minimum=0.0, maximum=1000.0
     )
     enable_stamped_cmd_vel: bool = param(
-        False, "Whether cmd_vel is TwistStamped instead of Twist.", read_only=True
+        False,
+        "Whether cmd_vel is TwistStamped instead of Twist; that of the two which alone is published"
+        " is taken, whatever this says.",
+        read_only=True,
     )
     publish_ground_truth: bool = param(
         True,

@@ -80,7 +80,8 @@ def _image(image_format: str) -> Callable[[Path], Path]:
 def _parameters(folder: Path) -> Path:
     path = folder / "nav.yaml"
     lines = shipped_file("params/arjuna_nav.yaml").read_bytes().splitlines(keepends=True)
-    path.write_bytes(b"".join(lines[:80]))
+    last = lines.index(b"planner_server:\n")
+    path.write_bytes(b"".join(lines[:last]))
     return path
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -74,7 +75,8 @@ def test_transform_comes_before_what_it_belongs_to(bench: RosBench) -> None:
     sim = start_sim(bench)
     order: list[str] = []
     for kind, topic in ((Clock, "/clock"), (TFMessage, "/tf"), (Odometry, "/odom")):
-        bench.node.create_subscription(kind, topic, lambda _, t=topic: order.append(t), qos.TF)
+        taken = partial(lambda name, _: order.append(name), topic)
+        bench.node.create_subscription(kind, topic, taken, qos.TF)
     bench.node.create_subscription(LaserScan, "/scan", lambda _: order.append("/scan"), qos.TF)
     bench.process.drain()
     run(bench, sim, 5)
@@ -122,10 +124,29 @@ def test_wrong_command_type_is_warned_of_once(
 ) -> None:
     sim = start_sim(bench)
     # A participant refuses a second type on a topic, so the other process is played here.
-    other = SimpleNamespace(node_name="teleop", topic_type="geometry_msgs/msg/TwistStamped")
-    monkeypatch.setattr(sim, "get_publishers_info_by_topic", lambda topic: [other])
+    both = [
+        SimpleNamespace(node_name=name, topic_type=f"geometry_msgs/msg/{kind}")
+        for name, kind in (("teleop", "TwistStamped"), ("nav", "Twist"))
+    ]
+    monkeypatch.setattr(sim, "get_publishers_info_by_topic", lambda topic: both)
     run(bench, sim, 250)
     assert capfd.readouterr().err.count("publishes cmd_vel as geometry_msgs/msg/TwistStamped") == 1
+
+
+def test_the_type_that_alone_is_published_is_taken(
+    bench: RosBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sim = start_sim(bench)
+    stamped = SimpleNamespace(node_name="nav", topic_type="geometry_msgs/msg/TwistStamped")
+    monkeypatch.setattr(sim, "get_publishers_info_by_topic", lambda topic: [stamped])
+    run(bench, sim, 100)
+    command = TwistStamped()
+    command.twist.linear.x = 0.4
+    for _ in range(40):
+        bench.publish(TwistStamped, "/cmd_vel", command)
+        run(bench, sim, 1)
+    assert sim.last is not None
+    assert sim.last.truth.v == pytest.approx(0.4, abs=0.02)
 
 
 def test_reset_goes_back_in_time_and_repeats_the_scans(bench: RosBench) -> None:
