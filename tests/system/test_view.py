@@ -85,7 +85,8 @@ class Watched:
 @pytest.fixture
 def watched(stack: Callable[..., LockStep], tmp_path: Path) -> Iterator[Watched]:
     chosen = {"map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))}}
-    robot = stack(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=chosen)
+    groups = LOCALIZATION_GROUP, NAVIGATION_GROUP
+    robot = stack(*groups, parameters=chosen, transport="dds")  # the viewer has nodes of its own
     with closing(Watched(robot, tmp_path / "profile")) as made:
         made.until(lambda: made.side.frames.fixed, LOADING)
         made.until(made.says("2D goal"), LOADING)
