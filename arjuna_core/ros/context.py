@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import rclpy
@@ -20,6 +22,20 @@ _COLLECT = (10_000, 20, 20)
 Python's own (700, 10, 10) looks through all of a stack's 300 000 objects every 20 s of a run, which
 holds its nodes up for 0.15 s each time; messages are freed without it."""
 _GENERATOR = "rosidl_generator_py.generate_py_impl"
+
+
+@contextlib.contextmanager
+def discovery(isolated: bool) -> Iterator[None]:
+    """Set the discovery range for the contexts made within."""
+    before = os.environ.get(_RANGE)
+    os.environ[_RANGE] = "OFF" if isolated else before or "LOCALHOST"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_RANGE]
+        else:
+            os.environ[_RANGE] = before
 
 
 def new_context(domain_id: int | None = None) -> Context:

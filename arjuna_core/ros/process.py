@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, Literal, Protocol
 
 from rclpy.clock import ROSClock
@@ -17,7 +15,7 @@ from rosgraph_msgs.msg import Clock
 from arjuna_core.checks.message import problem_of
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
-from arjuna_core.ros.context import new_context
+from arjuna_core.ros.context import discovery, new_context
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.health.bounded import raise_what_was_raised
 from arjuna_core.ros.health.diagnostics import Diagnostics
@@ -31,22 +29,7 @@ from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
 _POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
 _DRAIN_STEP = 0.001  # [s, wall]; the queue holds a marker, so that it is never waited out
-_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _ISOLATED_DOMAIN = 231  # whose ports nobody uses: those who hold one of a domain are waited for
-
-
-@contextlib.contextmanager
-def _discovery(isolated: bool) -> Iterator[None]:
-    """Set the discovery range for the contexts made within."""
-    before = os.environ.get(_RANGE)
-    os.environ[_RANGE] = "OFF" if isolated else before or "LOCALHOST"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[_RANGE]
-        else:
-            os.environ[_RANGE] = before
 
 
 Transport = Literal["local", "dds"]
@@ -131,21 +114,7 @@ class Process:
         if beside is None and isolated and transport == "local":
             self.executor = LocalExecutor()
             self.transport = Registry(self.executor)
-        with _discovery(isolated):
-            self.context: Context = (
-                beside.context if beside else new_context(_ISOLATED_DOMAIN if isolated else None)
-            )
-            # the middleware reads the range when the context's first node is made
-            # clients that ask every node for its parameters wait for one that does not answer
-            self.node = GuardedNode(
-                self.guard,
-                name,
-                self.transport,
-                context=self.context,
-                namespace=self.namespace,
-                start_parameter_services=not isolated,
-            )
-        describe_sim_time(self.node)
+        self._make_own_node(name, isolated)
         if self.executor is None:
             self.executor = EventsExecutor(context=self.context)
         self.nodes: list[ClockedNode] = []
@@ -160,6 +129,26 @@ class Process:
             self.node.create_subscription(Clock, "clock", self._on_clock, qos.CLOCK)
         else:
             self.node.create_timer(0.01, self._on_system_time)
+
+    def _make_own_node(self, name: str, isolated: bool) -> None:
+        """Make the context, if it has no part in another's, and the process's own node."""
+        with discovery(isolated):
+            # the middleware reads the range when the context's first node is made
+            self.context: Context = (
+                self._beside.context
+                if self._beside
+                else new_context(_ISOLATED_DOMAIN if isolated else None)
+            )
+            # clients that ask every node for its parameters wait for one that does not answer
+            self.node = GuardedNode(
+                self.guard,
+                name,
+                self.transport,
+                context=self.context,
+                namespace=self.namespace,
+                start_parameter_services=not isolated,
+            )
+        describe_sim_time(self.node)
 
     def add(self, node: ClockedNode) -> None:
         """Take a node into the executor and under the clock."""

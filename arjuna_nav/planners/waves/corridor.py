@@ -73,10 +73,7 @@ def corridors(
     """
     if not np.isfinite(costs[data[goal]]):
         return None
-    if data.size < _WORTHWHILE:
-        return ()
-    counts = _sums(_strips(data), costs, 1 << _FINE)[1]
-    if np.count_nonzero(counts == 1 << 2 * _FINE) < _WHOLE * np.count_nonzero(counts):
+    if data.size < _WORTHWHILE or _is_maze(data, costs):
         return ()
     sums = _sums(data, costs, 1 << _FINE)
     ask = costs, start, goal, slack, width
@@ -89,6 +86,13 @@ def corridors(
         return fine, coarse
     fine = _corridor(cells, _FINE, *ask)
     return None if fine is None else (fine,)
+
+
+def _is_maze(data: NDArray[np.uint8], costs: NDArray[np.float32]) -> bool:
+    """Return whether few of a sample's coarse cells are free as a whole."""
+    counts = _sums(_strips(data), costs, 1 << _FINE)[1]
+    whole = np.count_nonzero(counts == 1 << 2 * _FINE)
+    return bool(whole < _WHOLE * np.count_nonzero(counts))
 
 
 def _corridor(

@@ -51,36 +51,28 @@ def spread(
         costs: Of `traversal_costs`; a LETHAL cell is closed.
         seeds: `(N, 3)` row, column and potential of the cells where the wave begins.
         target: Cell at which the wave may stop; without, it covers all that can be reached.
-        corridor: Where the wave may go, a cell for each `2**shift` squared of the data's;
-            empty for everywhere.
+        corridor: Where the wave may go, a cell for each `2**shift` squared of the data's, or empty.
         shift: See `corridor`.
-        beyond: Factor on the target's potential, and what is added, up to which all potentials
-            are final where the wave stops.
+        beyond: Factor on the target's potential, and what is added, up to which all are final.
 
     Returns:
         `(height, width) float32`, inf where the wave did not come; not contiguous.
 
     Source: Konolige's NavFn as in nav2_navfn_planner: the quadratic fit of the eikonal equation,
         and three buffers of cells in bands of potential, which are the buckets of Meyer and
-        Sanders, Delta-stepping: a parallelizable shortest path algorithm, 2003. A rim of closed
-        cells, unsigned numbers of cells and no branch where a cell is queued make it take half the
-        time of the same in C (`bench planner`). Nav2 looks again at a cell that lies 0.707 of its
-        cost above a new neighbour; with 0.5 potentials are 3 % too high at the most, not 4.
+        Sanders, Delta-stepping, 2003. A rim of closed cells, unsigned numbers of cells and no
+        branch where a cell is queued make it take half the time of the same in C (`bench planner`).
+        Nav2 looks again at a cell 0.707 of its cost above a new neighbour; with 0.5 potentials are
+        3 % too high at the most, not 4.
     """
-    height, width = data.shape
-    rimmed = height + 2, width + 2
-    cells = np.full(rimmed, LETHAL, np.uint8)
-    if corridor.size:
-        _open_corridor(data, corridor, shift, cells)
-    else:
-        cells[1:-1, 1:-1] = data
-    potential = np.full(rimmed, np.inf, np.float32)
-    goal = (target[0] + 1) * rimmed[1] + target[1] + 1 if target != _NOWHERE else -1
-    numbers = (seeds[:, 0] + 1) * rimmed[1] + seeds[:, 1] + 1
+    cells = _rimmed(data, corridor, shift)
+    potential, width = np.full(cells.shape, np.inf, np.float32), cells.shape[1]
+    goal = (target[0] + 1) * width + target[1] + 1 if target != _NOWHERE else -1
+    numbers = (seeds[:, 0] + 1) * width + seeds[:, 1] + 1
     _spread(
         cells.ravel(),
         costs,
-        rimmed[1],
+        width,
         numbers.astype(np.uint32),
         seeds[:, 2].astype(np.float32),
         goal,
@@ -90,6 +82,16 @@ def spread(
         np.empty((3, data.size + 1), np.uint32),
     )
     return potential[1:-1, 1:-1]
+
+
+def _rimmed(data: NDArray[np.uint8], corridor: NDArray[np.bool_], shift: int) -> NDArray[np.uint8]:
+    """Return the data of a corridor, closed all round and beside it."""
+    cells = np.full((data.shape[0] + 2, data.shape[1] + 2), LETHAL, np.uint8)
+    if corridor.size:
+        _open_corridor(data, corridor, shift, cells)
+    else:
+        cells[1:-1, 1:-1] = data
+    return cells
 
 
 @njit(cache=True)
@@ -104,6 +106,24 @@ def _open_corridor(
                 for row in range(i * size, min((i + 1) * size, height)):
                     for column in range(j * size, min((j + 1) * size, width)):
                         cells[row + 1, column + 1] = data[row, column]
+
+
+@njit(cache=True, error_model="numpy")
+def _begin(
+    seeds: NDArray[np.uint32],
+    values: NDArray[np.float32],
+    row: np.uint32,
+    least: NDArray[np.float32],
+    potential: NDArray[np.float32],
+    seen: NDArray[np.uint8],
+    queue: NDArray[np.uint32],
+) -> int:
+    """Queue the neighbours of the seeds; return how many there are."""
+    one, count = np.uint32(1), 0
+    for i in range(len(seeds)):
+        for cell in (seeds[i] - one, seeds[i] + one, seeds[i] - row, seeds[i] + row):
+            count = _offer(cell, values[i], least, potential, seen, queue, count)
+    return count
 
 
 @njit(cache=True, error_model="numpy")
@@ -127,12 +147,10 @@ def _spread(
     one, row = np.uint32(1), np.uint32(width)
     least = costs * _WORTH_A_LOOK
     now, following, later = queues[0], queues[1], queues[2]
-    count, n_following, n_later = 0, 0, 0
+    n_following, n_later = 0, 0
     for i in range(len(seeds)):
         potential[seeds[i]] = values[i]
-    for i in range(len(seeds)):
-        for cell in (seeds[i] - one, seeds[i] + one, seeds[i] - row, seeds[i] + row):
-            count = _offer(cell, values[i], least, potential, seen, now, count)
+    count = _begin(seeds, values, row, least, potential, seen, now)
     limit, lowest = np.min(values) + _BAND, _INF
     while count > 0:
         for i in range(count):
@@ -147,9 +165,8 @@ def _spread(
             potential[cell] = value
             for other in (left, right, up, down):
                 if value < limit:
-                    n_following = _offer(
-                        other, value, least, potential, seen, following, n_following
-                    )
+                    queued = _offer(other, value, least, potential, seen, following, n_following)
+                    n_following = queued
                 else:
                     n_later = _offer(other, value, least, potential, seen, later, n_later)
             if value >= limit:
