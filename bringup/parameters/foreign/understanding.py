@@ -26,6 +26,11 @@ _KEYWORD = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+")
 _FILLED = "a launch file fills '{}'; the default holds"
 _MISSPELT = 0.85  # likeness from which on a class is taken for one of Nav2's, misspelt
 _CLASS_KEYS = ("plugin", "robot_model_type")
+_MADE_OF = {
+    "collision_monitor": {"polygons", "observation_sources"},
+    "velocity_smoother": {"max_velocity", "min_velocity", "max_accel", "max_decel"},
+}
+"""Names that a whole section has of a node that has no classes."""
 
 
 class Understood(NamedTuple):
@@ -47,8 +52,8 @@ def understand(
 ) -> Understood:
     """Return what a file's parameters mean here, over those that hold already.
 
-    A section that names a class of Nav2's is whole: what it leaves out takes Nav2's default, but
-    for what is the robot's own. Any other section changes values of what is below it.
+    A section that names a class of Nav2's, or what its node is made of, is whole: what it leaves
+    out takes Nav2's default, but for what is the robot's own. Any other changes what is below it.
 
     Args:
         given: The file's parameters; those of `/**` go to each node that has them.
@@ -160,7 +165,7 @@ class _Section:
         self.remarks: list[Remark] = []
         self.problems: list[str] = []
         self._left_out: set[str] = set()
-        if _is_whole(given):
+        if _is_whole(spec.name, given):
             robot = keys_of_robot(spec.name)
             below = {key: value for key, value in below.items() if key in robot}
         values = as_today(spec.name, given)
@@ -243,12 +248,11 @@ class _Section:
         return None
 
 
-def _is_whole(given: Mapping[str, Any]) -> bool:
-    """Return whether a section names a class of Nav2's, as whole configurations do."""
-    return any(
-        key.endswith(_CLASS_KEYS) and isinstance(value, str) and "::" in canonical(value)
-        for key, value in given.items()
-    )
+def _is_whole(node: str, given: Mapping[str, Any]) -> bool:
+    """Return whether a section names what its node is made of, as whole configurations do."""
+    classes = (value for key, value in given.items() if key.endswith(_CLASS_KEYS))
+    named = any(isinstance(value, str) and "::" in canonical(value) for value in classes)
+    return named or not _MADE_OF.get(node, set()).isdisjoint(given)
 
 
 def _plugin_lists(config: type[Any]) -> Iterator[tuple[str, tuple[str, ...], PluginTypes]]:

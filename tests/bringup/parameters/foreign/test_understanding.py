@@ -70,6 +70,20 @@ def test_a_section_that_names_a_class_is_whole() -> None:
     assert value(found, node, "robot_radius") == shipped["robot_radius"]
 
 
+@pytest.mark.parametrize(
+    ("node", "given", "left_out", "default"),
+    [
+        ("velocity_smoother", {"max_velocity": [0.3, 0.0, 1.0]}, "max_accel", (2.5, 0.0, 3.2)),
+        ("collision_monitor", {"polygons": [], "observation_sources": []}, "source_timeout", 2.0),
+    ],
+)
+def test_what_a_node_without_classes_is_made_of_makes_its_section_whole(
+    node: str, given: dict[str, Any], left_out: str, default: Any
+) -> None:
+    assert shipped_parameters()[node][left_out] != default
+    assert value(understood({node: given}), node, left_out) == default
+
+
 def test_a_section_of_one_s_own_class_changes_what_is_below() -> None:
     mine = {"FollowPath.plugin": "docs.tutorial.none:Mine", "controller_frequency": 10.0}
     found = understood({"controller_server": mine}).parameters["controller_server"]
