@@ -57,9 +57,9 @@ def _collect(path: Path, item: Any, name: str, found: Parameters) -> None:
         if key != _KEY:
             _collect(path, value, _below(name, key), found)
             continue
-        if not isinstance(value, Mapping):
+        if not isinstance(value, Mapping | None):
             raise InputFileError(path, f"must map names to values, got {value!r}", f"{name}.{_KEY}")
-        found.setdefault(name, {}).update(_dotted(value))
+        found.setdefault(name, {}).update(_dotted(value or {}))
 
 
 def _below(name: str, key: str) -> str:
@@ -114,7 +114,8 @@ def sim_time_of(parameters: Parameters, names: Iterable[str]) -> bool:
     """
     said = [values[SIM_TIME] for name in names if SIM_TIME in (values := parameters.get(name, {}))]
     said = said or [parameters.get(EVERY_NODE, {}).get(SIM_TIME, True)]
-    return 2 * sum(map(bool, said)) >= len(said)
+    true = sum(str(value).lower() == "true" for value in said)  # launch files put it in as text
+    return 2 * true >= len(said)
 
 
 def node_of(name: str, known: Collection[str], namespace: str = "") -> str | None:

@@ -97,7 +97,7 @@ def _sections(
             filled = _filled(value, namespace)
             if isinstance(filled, str) and _is_placeholder(key, filled):
                 remarks.append(Remark(Kind.NO_EFFECT, f"{node}: {key}", _FILLED.format(value)))
-            else:
+            elif filled is not None:  # a name without a value says nothing
                 kept[key] = filled
     return found, remarks
 
@@ -215,6 +215,8 @@ class _Section:
     def _has_effect(self, key: str, value: Any, own: Mapping[str, Any]) -> bool:
         """Return whether a name and its value have an effect here; remark on it if not."""
         node = self._spec.name
+        if key.partition(".")[0] in self._left_out:
+            return False
         known = without_effect.of_value(node, key, value)
         of_text = isinstance(own.get(key, ""), (str, type(None)))
         if isinstance(value, str) and not of_text and _KEYWORD.fullmatch(value):
@@ -225,8 +227,7 @@ class _Section:
         known = known or self._of_another_plugin(key)
         kind, reason = known or (Kind.UNKNOWN, f"no such parameter{closest(key, own)}")
         safety = kind is Kind.NO_EFFECT and without_effect.is_safety(node, key)
-        if key.partition(".")[0] not in self._left_out:
-            self.remarks.append(Remark(kind, f"{node}: {key}", reason, safety))
+        self.remarks.append(Remark(kind, f"{node}: {key}", reason, safety))
         return False
 
     def _of_no_list(self, key: str, own: Mapping[str, Any]) -> tuple[Kind, str] | None:

@@ -93,3 +93,8 @@ def test_a_process_has_the_clock_that_its_nodes_name() -> None:
     assert sim_time_of({}, ["a"])
     assert sim_time_of(parameters, ["a"])
     assert not sim_time_of(parameters, ["a", "b"])
+    assert not sim_time_of({"a": {"use_sim_time": "False"}}, ["a"])  # a launch file's text
+
+
+def test_a_section_without_values_says_nothing(tmp_path: Path) -> None:
+    assert load_parameters([write(tmp_path, "amcl:\n  ros__parameters:\n")]) == {"amcl": {}}

@@ -25,7 +25,7 @@ def test_the_shipped_trees_are_built(path: Path) -> None:
 
 
 def test_there_are_shipped_trees() -> None:
-    assert len(SHIPPED) == 2
+    assert len(SHIPPED) == 9
 
 
 @pytest.mark.parametrize(

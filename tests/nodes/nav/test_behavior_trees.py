@@ -14,6 +14,7 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import NavigateThroughPoses
 from nav2_msgs.msg import BehaviorTreeLog
 
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, Goal, PlayedRobot, assert_failed
@@ -190,6 +191,18 @@ def test_a_tree_that_replans_only_where_the_path_is_not_free(
     begun = [c.node_name for c in changes if c.current_status == "RUNNING"]
     assert begun.count("ComputePathToPose") == 1
     assert begun.count("IsPathValid") > 3
+
+
+@pytest.mark.parametrize(
+    "name", sorted(path.name for path in shipped_file("behavior_trees").glob("navigate_w_*.xml"))
+)
+def test_a_goal_is_reached_by_each_tree_of_nav2_s_that_is_shipped(
+    robot: PlayedRobot, name: str
+) -> None:
+    goal = go(robot, GOAL, name)
+    robot.run_until_done(goal, 40.0)
+    assert goal.status == SUCCEEDED, goal.result.error_msg
+    assert robot.pose.distance(GOAL) < TOLERANCE
 
 
 def test_a_goal_that_is_moved_is_followed(robot: PlayedRobot, tmp_path: Path) -> None:
