@@ -102,7 +102,13 @@ class RobotInterface:
             self._node.get_logger().warning(f"{self._topic} ignored: {error}")
 
     def _check_command_type(self) -> None:
-        """Listen to the other type where that alone is published; warn once where both are."""
+        """Listen to the other type where that alone is published; warn once where both are.
+
+        A participant knows a topic by one type: the old subscription ends a check before the new.
+        """
+        if self._commands is None:
+            self._commands = self._listen()
+            return
         node, listened, other = self._node, _TYPES[self._stamped], _TYPES[not self._stamped]
         published = node.get_publishers_info_by_topic(node.process.absolute(self._topic))
         senders = {info.topic_type: info.node_name for info in published}
@@ -110,8 +116,7 @@ class RobotInterface:
             return
         if listened not in senders:
             node.unsubscribe(self._commands)
-            self._stamped = not self._stamped
-            self._commands = self._listen()
+            self._stamped, self._commands = not self._stamped, None
             node.get_logger().info(f"{self._topic}: '{senders[other]}' sends {other}: it is taken")
         elif not self._warned:
             self._warned = True
