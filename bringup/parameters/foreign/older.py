@@ -13,7 +13,6 @@ _KEYS = {
         "cmd_vel_teleop": "cmd_vel_teleop_topic",
         "recovery_plugins": "behavior_plugins",
     },
-    "collision_monitor": {"scan.topic": "scan_topic"},
     "controller_server": {
         "progress_checker_plugin": "progress_checker_plugins",
         "goal_checker_plugin": "goal_checker_plugins",

@@ -63,7 +63,7 @@ def test_what_has_another_name_here_is_used(tmp_path: Path) -> None:
     assert controller["moves.plugin"] == "nav2_controller::SimpleProgressChecker"
     assert local["plugins"] == ["voxel_layer", "inflation_layer"]
     assert local["voxel_layer.scan.obstacle_max_range"] == 2.5
-    assert parameters["collision_monitor"]["scan_topic"] == "scan"
+    assert parameters["collision_monitor"]["scan.topic"] == "scan"
 
 
 def test_the_recoveries_of_galactic_are_the_behaviors(tmp_path: Path) -> None:
@@ -222,7 +222,7 @@ collision_monitor: {ros__parameters: {polygons: [Stop, Approach], observation_so
     values = understood(tmp_path, text).parameters["collision_monitor"]
     assert values["Stop.points"] == "[[0.3, 0.3], [0.3, -0.3], [0.0, -0.3], [0.0, 0.3]]"
     assert (values["Stop.max_points"], values["Approach.max_points"]) == (3, 5)
-    assert values["scan_topic"] == "/front"
+    assert values["scan.topic"] == "/front"
 
 
 def misspelt(document: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
