@@ -67,6 +67,14 @@ def problems_of(parameters: Parameters, specs: Iterable[NodeSpec]) -> list[str]:
     return problems
 
 
+def problems_of_change(
+    before: Parameters, after: Parameters, specs: Iterable[NodeSpec]
+) -> list[str]:
+    """Return what those of the nodes would refuse whose parameters changed."""
+    changed = [spec for spec in specs if after.get(spec.name) != before.get(spec.name)]
+    return problems_of(after, changed)
+
+
 def check_parameters(parameters: Parameters, groups: tuple[Group, ...]) -> None:
     """Refuse parameters that some node of these groups would refuse, before anything starts.
 

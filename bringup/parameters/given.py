@@ -8,7 +8,7 @@ import yaml
 
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.yaml_file import plain
-from bringup.parameters.composition import problems_of
+from bringup.parameters.composition import problems_of_change
 from bringup.parameters.files import EVERY_NODE, Parameters
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.reading import write_remarks
@@ -53,9 +53,8 @@ def with_words(below: Parameters, words: Iterable[str], namespace: str = "") -> 
         return below
     understood = understand(given, below, all_nodes(), namespace)
     after = understood.parameters
-    specs = [spec for spec in all_nodes() if after.get(spec.name) != below.get(spec.name)]
     unknown = [str(one) for one in understood.remarks if one.kind is Kind.UNKNOWN]
-    problems = [*understood.problems, *unknown, *problems_of(after, specs)]
+    problems = [*understood.problems, *unknown, *problems_of_change(below, after, all_nodes())]
     if problems:
         raise ConfigError(*(f"--param: {problem}" for problem in problems))
     write_remarks(understood.remarks)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from arjuna_core.errors import ArjunaError, ConfigError, InputFileError
 from arjuna_core.files.maps import load_map
-from bringup.parameters.composition import problems_of
+from bringup.parameters.composition import problems_of_change
 from bringup.parameters.files import (
     Parameters,
     for_node,
@@ -103,11 +103,10 @@ def read_over(path: Path, below: Parameters, namespace: str = "") -> ReadFile:
     understood = understand(given, below, nodes, namespace)
     after = understood.parameters
     missing = _without_missing_masks(after, further)
-    specs = [spec for spec in nodes if after.get(spec.name) != below.get(spec.name)]
-    problems = [*understood.problems, *problems_of(understood.parameters, specs)]
+    problems = [*understood.problems, *problems_of_change(below, after, nodes)]
     at = _Places(path, given)
     remarks = [one._replace(place=at(one.where)) for one in [*understood.remarks, *missing]]
-    return ReadFile(understood.parameters, remarks, [f"{at(text)}: {text}" for text in problems])
+    return ReadFile(after, remarks, [f"{at(text)}: {text}" for text in problems])
 
 
 def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) -> list[Remark]:

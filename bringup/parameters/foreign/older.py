@@ -48,12 +48,6 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
 
 def _zones_as_today(values: dict[str, Any]) -> dict[str, Any]:
     """Return a collision monitor's values with zones as Nav2 has them since Iron."""
-    found: dict[str, Any] = {}
-    for key, value in values.items():
-        last = key.rpartition(".")[2]
-        if last == "points" and isinstance(value, list):
-            pairs = zip(value[::2], value[1::2], strict=False)
-            found[key] = str([list(pair) for pair in pairs])
-        else:
-            found[key] = value
-    return found
+    flat = {k: v for k, v in values.items() if k.endswith(".points") and isinstance(v, list)}
+    pairs = {key: zip(value[::2], value[1::2], strict=False) for key, value in flat.items()}
+    return values | {key: str([list(pair) for pair in each]) for key, each in pairs.items()}
