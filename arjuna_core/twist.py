@@ -1,21 +1,30 @@
-"""The motion of a robot that cannot move sideways."""
+"""The planar velocity of a robot's base."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import KW_ONLY, dataclass
 
 
 @dataclass(frozen=True)
 class Velocity:
-    """A planar twist of the robot's base without its sideways part.
+    """A planar twist in the frame of the robot's base.
 
     Attributes:
-        v: Forward speed [m/s].
-        w: Yaw rate, counter-clockwise [rad/s].
+        x: Forward speed [m/s].
+        y: Speed to the left [m/s].
+        yaw_rate: Counter-clockwise [rad/s].
     """
 
-    v: float = 0.0
-    w: float = 0.0
+    x: float = 0.0
+    _: KW_ONLY
+    y: float = 0.0
+    yaw_rate: float = 0.0
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether all parts are numbers."""
+        return all(map(math.isfinite, (self.x, self.y, self.yaw_rate)))
 
 
 STILL = Velocity()

@@ -15,8 +15,8 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.whole_file import read_bytes
 from arjuna_core.pose3 import ORIGIN
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.map_world import MAP_SUFFIXES
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.guess import save_guess
@@ -50,7 +50,7 @@ from arjuna_sim.simulator import Simulator
 _TIMESTEP = 0.004  # of a robot that no simulator has stepped yet [s]
 _SETTLE = 2.0  # in which a robot that tips over does [s]
 _UPRIGHT = 3.0  # [deg]
-_CREEP = Velocity(0.1, 0.0)
+_CREEP = Velocity(0.1)
 _ROBOT_SUFFIXES = (".urdf", ".xacro")
 _WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
 _ROOT = re.compile(rb"<\s*(sdf|robot)\b")

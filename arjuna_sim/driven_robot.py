@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.camera import Camera, CameraError, Shot
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.driving.bases import WheelSpeeds, base_of
 from arjuna_sim.devices.driving.controller import Drive
 from arjuna_sim.devices.driving.limits import Limits, limited

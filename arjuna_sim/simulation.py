@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.entities import PlaceTakenError
 from arjuna_sim.model.robot import SOLO, Robot

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.camera import Shot
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.further_sensors import Reading
 from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.files.urdf.robot_file import load_robot

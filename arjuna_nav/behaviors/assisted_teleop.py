@@ -50,7 +50,7 @@ class AssistedTeleop(TimedBehavior):
 
     def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
         part = self._safe_part(pose, costmap, now)
-        velocity = Velocity(self._command.v * part, self._command.w * part)
+        velocity = Velocity(self._command.x * part, yaw_rate=self._command.yaw_rate * part)
         return self._result(BehaviorStatus.RUNNING, velocity=velocity)
 
     def _safe_part(self, pose: SE2, costmap: Costmap, now: float) -> float:

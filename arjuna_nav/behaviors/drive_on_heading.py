@@ -55,4 +55,4 @@ class DriveOnHeading(TimedBehavior):
 
     def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
         time_left = (self._distance - self._progress) / abs(self._speed)
-        return self._unless_it_collides(Velocity(self._speed, 0.0), time_left, pose, costmap)
+        return self._unless_it_collides(Velocity(self._speed), time_left, pose, costmap)

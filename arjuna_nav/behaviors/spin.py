@@ -53,5 +53,5 @@ class Spin(TimedBehavior):
         config = self._config
         rate = math.sqrt(2.0 * config.rotational_acc_lim * self._left())
         rate = min(max(rate, config.min_rotational_vel), config.max_rotational_vel)
-        velocity = Velocity(0.0, math.copysign(rate, self._target))
+        velocity = Velocity(yaw_rate=math.copysign(rate, self._target))
         return self._unless_it_collides(velocity, self._left() / rate, pose, costmap)

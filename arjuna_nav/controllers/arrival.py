@@ -193,7 +193,7 @@ class Arrival:
         """Tell whether to take over: the path's rest is short, straight and ahead, or done with."""
         seen, config = pose.inverse() @ goal, self._config
         distance = math.hypot(seen.x, seen.y)
-        reach = max(config.distance, 1.2 * velocity.v**2 / (2.0 * config.deceleration))
+        reach = max(config.distance, 1.2 * velocity.x**2 / (2.0 * config.deceleration))
         return within or (distance <= reach and _is_straight_ahead(seen, left))
 
     def _advance(self, pose: SE2, goal: SE2, velocity: Velocity, heading: bool) -> float | None:
@@ -218,7 +218,7 @@ class Arrival:
             self._stage = _Stage.TURNING
             self._best = math.inf
         if self._stage is _Stage.TURNING:
-            if heading and self._turns(wrap(seen.theta), velocity.w):
+            if heading and self._turns(wrap(seen.theta), velocity.yaw_rate):
                 return abs(wrap(seen.theta)) * self._footprint.circumscribed_radius
             if not heading or abs(seen.x) <= _DRIFTED * self._config.xy_precision:
                 return None
@@ -242,19 +242,21 @@ class Arrival:
         seen, config = pose.inverse() @ goal, self._config
         distance, bearing = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
         if self._stage is _Stage.TURNING:
-            return Velocity(0.0, self._rate(seen.theta, velocity.w))
+            return Velocity(yaw_rate=self._rate(seen.theta, velocity.yaw_rate))
         if self._stage is _Stage.AIMING:
-            return Velocity(0.0, self._rate(bearing, velocity.w))
+            return Velocity(yaw_rate=self._rate(bearing, velocity.yaw_rate))
         v = self._braked(abs(seen.x), velocity, speed)
         if seen.x < 0.0:  # it has gone too far: straight back
-            return Velocity(-min(v, _CRAWL), 0.0)
+            return Velocity(-min(v, _CRAWL))
         if self._stage is _Stage.SETTLING:
             w = 0.0
         elif self._curve.active:
             w = self._curve.last(pose, velocity, v)
         else:
             w = _GAIN * bearing * min(v / 0.2, 1.0) if distance > _STEERS else 0.0
-        return Velocity(v, min(max(w, -config.max_angular_velocity), config.max_angular_velocity))
+        return Velocity(
+            v, yaw_rate=min(max(w, -config.max_angular_velocity), config.max_angular_velocity)
+        )
 
     def _begun(
         self, pose: SE2, goal: SE2, velocity: Velocity, speed: float, costmap: Costmap, turns: bool
@@ -267,13 +269,13 @@ class Arrival:
         share = 1.0 - pose.distance(goal) / _STEERS
         if not turns or share <= 0.0 or self._stage is not _Stage.DRIVING:
             return command
-        w = share * self._rate(goal.theta - pose.theta, velocity.w)
-        blocked = self._collides(pose, goal, Velocity(0.0, w), costmap)
-        return command if blocked else Velocity(command.v, w)
+        w = share * self._rate(goal.theta - pose.theta, velocity.yaw_rate)
+        blocked = self._collides(pose, goal, Velocity(yaw_rate=w), costmap)
+        return command if blocked else Velocity(command.x, yaw_rate=w)
 
     def _braked(self, distance: float, velocity: Velocity, speed: float) -> float:
         """Return the speed from which the robot stops within a distance [m/s]."""
-        way = max(distance - abs(velocity.v) * self._config.latency, 0.0)
+        way = max(distance - abs(velocity.x) * self._config.latency, 0.0)
         return min(speed, max(math.sqrt(2.0 * self._config.deceleration * way), _CRAWL))
 
     def _rate(self, angle: float, rate: float) -> float:
@@ -285,11 +287,11 @@ class Arrival:
     def _collides(self, pose: SE2, goal: SE2, command: Velocity, costmap: Costmap) -> bool:
         """Tell whether the stage's rest, driven at once, meets an obstacle."""
         seen = pose.inverse() @ goal
-        if command.v != 0.0:
-            rest, motion = abs(seen.x) / abs(command.v), Velocity(command.v, 0.0)
+        if command.x != 0.0:
+            rest, motion = abs(seen.x) / abs(command.x), Velocity(command.x)
         else:
             angle = math.atan2(seen.y, seen.x) if self._stage is _Stage.AIMING else seen.theta
-            rest, motion = 1.0, Velocity(0.0, angle)
+            rest, motion = 1.0, Velocity(yaw_rate=angle)
         arc = rollout(pose, motion, rest, costmap.frame.resolution)
         return first_collision(costmap, self._footprint, arc) is not None
 

@@ -76,7 +76,7 @@ class ArrivalCurve:
         if not self._free(pose, felt, seen, costmap):
             self._end = None
             return None
-        return Velocity(v, w)
+        return Velocity(v, yaw_rate=w)
 
     def last(self, pose: SE2, velocity: Velocity, v: float) -> float:
         """Return the yaw rate of the last bit, where the law would turn ever faster [rad/s].
@@ -96,7 +96,7 @@ class ArrivalCurve:
 
     def _felt(self, pose: SE2, velocity: Velocity) -> SE2:
         """Return where the robot is when it feels the command."""
-        return pose @ SE2.exp(np.array([velocity.v, 0.0, velocity.w]) * self._latency)
+        return pose @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * self._latency)
 
     def _free(self, pose: SE2, felt: SE2, seen: NDArray[np.float64], costmap: Costmap) -> bool:
         """Tell whether there is room all along the curve, and it ends at the goal."""

@@ -219,7 +219,7 @@ class PathFollower:
             return FollowResult(
                 FollowState.RUNNING, control.velocity, message=control.message, distance=distance
             )
-        if abs(velocity.v) > _STILL:
+        if abs(velocity.x) > _STILL:
             self._failing_since = None  # it brakes
         return self._bear(control.status, control.message, now, distance)
 
@@ -240,13 +240,13 @@ class PathFollower:
             return ControlResult(ControlStatus.SUCCEEDED, command)
         control = self._controller.compute(pose, velocity, costmap, now)
         if control.status is not ControlStatus.NO_VALID_CONTROL:
-            if control.velocity.v != 0.0:  # to turn about again is no way on
+            if control.velocity.x != 0.0:  # to turn about again is no way on
                 self._sought = False
             return control
         reach = self._footprint.circumscribed_radius + _GOES_BY
         if costmap.moves_within(pose.x, pose.y, reach):
             return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
-        if self._sought or abs(velocity.v) > _STILL:
+        if self._sought or abs(velocity.x) > _STILL:
             return control
         self._sought = True  # once: what is not found now is not found the next tick
         if passage.begin(pose, self._controller.path, costmap):
@@ -260,7 +260,7 @@ class PathFollower:
     ) -> Velocity:
         """Leave the rest to the controller if that drives on faster; return what to drive."""
         control = self._controller.compute(pose, velocity, costmap, now)
-        if control.status is not ControlStatus.SUCCEEDED or control.velocity.v <= command.v:
+        if control.status is not ControlStatus.SUCCEEDED or control.velocity.x <= command.x:
             return command
         self._manoeuvre.reset()
         self._passage.reset()

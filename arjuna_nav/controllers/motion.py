@@ -26,13 +26,13 @@ def rollout(pose: SE2, velocity: Velocity, duration: float, spacing: float) -> N
     Returns:
         `(N, 3) float64` [m, m, rad], the start first.
     """
-    duration = min(duration, 2.0 * math.pi / max(abs(velocity.w), 1e-9))
-    travel, turn = abs(velocity.v) * duration, abs(velocity.w) * duration
+    duration = min(duration, 2.0 * math.pi / max(abs(velocity.yaw_rate), 1e-9))
+    travel, turn = abs(velocity.x) * duration, abs(velocity.yaw_rate) * duration
     count = 1 + math.ceil(min(max(travel / spacing, turn / _TURN_STEP), _MOST))
     times = np.linspace(0.0, duration, count)
-    theta = pose.theta + velocity.w * times
-    middle = pose.theta + 0.5 * velocity.w * times
-    chord = velocity.v * times * np.sinc(velocity.w * times / (2.0 * math.pi))
+    theta = pose.theta + velocity.yaw_rate * times
+    middle = pose.theta + 0.5 * velocity.yaw_rate * times
+    chord = velocity.x * times * np.sinc(velocity.yaw_rate * times / (2.0 * math.pi))
     return np.column_stack(
         (pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle), theta)
     )

@@ -127,13 +127,13 @@ class RotationShim:
             self._primary.speed_limit = self.speed_limit
             result = self._primary.compute(pose, velocity, costmap, now)
             self.carrot = self._primary.carrot
-            self._last_w = result.velocity.w
+            self._last_w = result.velocity.yaw_rate
             return result
         self.carrot = None
-        rate = velocity.w if self._config.closed_loop else self._last_w
-        command = Velocity(0.0, self._turn.towards(angle, rate))
+        rate = velocity.yaw_rate if self._config.closed_loop else self._last_w
+        command = Velocity(yaw_rate=self._turn.towards(angle, rate))
         checked = self._checked(command, pose, costmap)
-        self._last_w = checked.velocity.w
+        self._last_w = checked.velocity.yaw_rate
         return checked
 
     def _angle(self, pose: SE2) -> float | None:
@@ -155,7 +155,7 @@ class RotationShim:
 
     def _checked(self, command: Velocity, pose: SE2, costmap: Costmap) -> ControlResult:
         """Return a turn, or NO_VALID_CONTROL where it would collide."""
-        duration = min(self._config.simulate_ahead_time, 1.0 / max(abs(command.w), 1e-3))
+        duration = min(self._config.simulate_ahead_time, 1.0 / max(abs(command.yaw_rate), 1e-3))
         arc = rollout(pose, command, duration, costmap.frame.resolution)
         if first_collision(costmap, self._footprint, arc) is None:
             return ControlResult(ControlStatus.SUCCEEDED, command)

@@ -30,18 +30,18 @@ def straight_off(
         footprint: The robot.
         fastest: That the robot may drive now [m/s].
     """
-    turns = abs(command.w) * footprint.circumscribed_radius > abs(command.v)
+    turns = abs(command.yaw_rate) * footprint.circumscribed_radius > abs(command.x)
     if not turns or fastest <= 0.0 or not collides(costmap, footprint, pose):
         return None
     speed = min(_SPEED, fastest)
-    ways = [Velocity(v, 0.0) for v in (speed, -speed)]
+    ways = [Velocity(v) for v in (speed, -speed)]
     steps = [_until_free(way, pose, costmap, footprint) for way in ways]
     return None if min(steps) == math.inf else ways[steps.index(min(steps))]
 
 
 def _until_free(way: Velocity, pose: SE2, costmap: Costmap, footprint: Footprint) -> float:
     """Return after how many poses of a way nothing is touched, inf where it meets something."""
-    arc = rollout(pose, way, _WAY / abs(way.v), costmap.frame.resolution)
+    arc = rollout(pose, way, _WAY / abs(way.x), costmap.frame.resolution)
     free = [k for k, at in enumerate(arc) if not collides(costmap, footprint, SE2.from_array(at))]
     hit = first_collision(costmap, footprint, arc)
     return free[0] if free and (hit is None or free[0] < hit) else math.inf

@@ -81,4 +81,4 @@ def at_the_end(
         return None
     if passed:
         return STILL
-    return Velocity(-config.v_linear_min if backward else config.v_linear_min, 0.0)
+    return Velocity(-config.v_linear_min if backward else config.v_linear_min)

@@ -44,7 +44,7 @@ def steer(config: ControlLawConfig, T_base_target: SE2, backward: bool = False) 
     near = config.v_linear_max * math.hypot(x, y) / config.slowdown_radius
     limits = np.array([config.v_linear_min, config.v_linear_max, near, config.v_angular_max])
     v, w = control_law.steer(side * x, side * y, T_base_target.theta, law, limits)
-    return Velocity(side * v, w)
+    return Velocity(side * v, yaw_rate=w)
 
 
 def foreseen(
@@ -71,5 +71,5 @@ def foreseen(
         if math.hypot(T_base_target.x, T_base_target.y) < config.v_linear_max * step:
             break
         velocity = steer(config, T_base_target, backward)
-        poses.append(poses[-1] @ SE2.exp(np.array([velocity.v, 0.0, velocity.w]) * step))
+        poses.append(poses[-1] @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * step))
     return np.array([each.array() for each in poses])

@@ -137,7 +137,7 @@ class BtNavigatorNode(ResumingNode):
 
     def _on_odometry(self, message: Any) -> None:
         twist = message.twist.twist
-        self._velocity = Velocity(twist.linear.x, twist.angular.z)
+        self._velocity = Velocity(twist.linear.x, yaw_rate=twist.angular.z)
         self._measured_at = seconds(message.header.stamp)
 
     def _on_goal_pose(self, message: Any) -> None:
@@ -209,7 +209,7 @@ class BtNavigatorNode(ResumingNode):
         state = NavigatorState(
             now=self.now,
             T_map_base=pose,
-            speed=self._velocity.v,
+            speed=self._velocity.x,
             goals=self._new_goals,
             cancel=server.cancel_requested,
             tree=self._asked.state(pose, self._velocity, self._measured_at),

@@ -89,7 +89,7 @@ class CollisionMonitorNode(ManagedNode):
         if seen is None:
             return Verdict(STILL, Action.STOP, _BLIND)
         sight, seen_by, trust = seen
-        slowed = Velocity(velocity.v * trust, velocity.w * trust)
+        slowed = Velocity(velocity.x * trust, yaw_rate=velocity.yaw_rate * trust)
         points, motions, speeds = sight
         outline = self._watch.footprint()
         verdict = self._watch.monitor.judge(slowed, points, outline, motions, speeds, seen_by)

@@ -119,7 +119,7 @@ class ControllerServerNode(GoalNode):
         v, w = twist.linear.x, twist.angular.z
         self._velocity = Velocity(
             v if abs(v) > config.min_x_velocity_threshold else 0.0,
-            w if abs(w) > config.min_theta_velocity_threshold else 0.0,
+            yaw_rate=w if abs(w) > config.min_theta_velocity_threshold else 0.0,
         )
 
     def _on_speed_limit(self, message: Any) -> None:
@@ -209,7 +209,7 @@ class ControllerServerNode(GoalNode):
         self._publish_carrot(self._follower.carrot)
         self._publish_local_plan(result.velocity)
         self._server.feedback(
-            FollowPath.Feedback(distance_to_goal=result.distance, speed=self._velocity.v)
+            FollowPath.Feedback(distance_to_goal=result.distance, speed=self._velocity.x)
         )
 
     def _publish_carrot(self, carrot: SE2 | None) -> None:
@@ -225,7 +225,7 @@ class ControllerServerNode(GoalNode):
         if self._local_plan_out.get_subscription_count() == 0:
             return
         times = np.linspace(0.0, _AHEAD, _POSES)
-        poses = [SE2.exp((velocity.v * t, 0.0, velocity.w * t)).array() for t in times]
+        poses = [SE2.exp((velocity.x * t, 0.0, velocity.yaw_rate * t)).array() for t in times]
         frame = self._costmap.config.robot_base_frame
         self._local_plan_out.publish(path_msg(np.array(poses), frame, self.now))
 

@@ -29,11 +29,13 @@ def subscribe_velocity(
 
     def take(message: Any) -> None:
         twist = message.twist if stamped else message
-        velocity = Velocity(twist.linear.x, twist.angular.z)
-        if math.isfinite(velocity.v) and math.isfinite(velocity.w):
+        velocity = Velocity(twist.linear.x, yaw_rate=twist.angular.z)
+        if math.isfinite(velocity.x) and math.isfinite(velocity.yaw_rate):
             callback(velocity)
         else:
-            node.get_logger().error(f"{topic} ignored: {velocity.v:g} m/s, {velocity.w:g} rad/s")
+            node.get_logger().error(
+                f"{topic} ignored: {velocity.x:g} m/s, {velocity.yaw_rate:g} rad/s"
+            )
 
     node.subscribe(TwistStamped if stamped else Twist, topic, take, qos.LATEST)
 
@@ -63,7 +65,7 @@ class VelocityOutput:
     def publish(self, velocity: Velocity) -> None:
         """Publish one velocity."""
         twist = fresh(Twist)
-        twist.linear.x, twist.angular.z = float(velocity.v), float(velocity.w)
+        twist.linear.x, twist.angular.z = float(velocity.x), float(velocity.yaw_rate)
         if self._stamped:
             stamp = header(self._frame, self._node.now)
             self._publisher.publish(TwistStamped(header=stamp, twist=twist))

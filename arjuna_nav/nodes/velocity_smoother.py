@@ -71,7 +71,7 @@ class VelocitySmootherNode(ManagedNode):
 
     def _on_odometry(self, message: Any) -> None:
         twist = message.twist.twist
-        self._measured = Velocity(twist.linear.x, twist.angular.z)
+        self._measured = Velocity(twist.linear.x, yaw_rate=twist.angular.z)
 
     def _carry_on(self) -> None:
         """Go on with the last command, unless one comes just now."""

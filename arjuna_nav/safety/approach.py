@@ -124,12 +124,12 @@ class Approach:
         """
         zone = self._config
         duration, step = zone.time_before_collision, zone.simulation_time_step
-        reach = footprint.circumscribed_radius + abs(velocity.v) * duration
+        reach = footprint.circumscribed_radius + abs(velocity.x) * duration
         near = points[np.hypot(*points.T) <= reach]
         if len(near) < self._least:
             return 1.0
         near, outline = self._free(near, footprint)
-        twist = np.array([velocity.v, 0.0, velocity.w])
+        twist = np.array([velocity.x, 0.0, velocity.yaw_rate])
         for k in range(1, math.ceil(duration / step)):
             seen = SE2.exp(twist * (k * step)).inverse().apply(near)
             if inside(outline, seen) >= self._least:
@@ -149,8 +149,8 @@ class Approach:
         Where all of them meet it the robot stands, unless it is met no sooner while it goes on.
         """
         time, radius = self._config.moving_time, footprint.circumscribed_radius
-        swing = min(abs(velocity.w) * time * radius, radius - footprint.inscribed_radius)
-        reach = time * (speeds + abs(velocity.v)) + swing
+        swing = min(abs(velocity.yaw_rate) * time * radius, radius - footprint.inscribed_radius)
+        reach = time * (speeds + abs(velocity.x)) + swing
         gaps, away = footprint.gaps(points)
         near = gaps <= reach + _ROOM
         if not near.any():
@@ -184,13 +184,13 @@ class Approach:
             urban scenarios, Automatika 2009.
         """
         zone = self._config
-        closing = velocity.v * away[:, 0] + abs(velocity.w) * footprint.circumscribed_radius
+        closing = velocity.x * away[:, 0] + abs(velocity.yaw_rate) * footprint.circumscribed_radius
         meets = closing > 0.0
         if not meets.any():
             return 1.0
         speeds, closing = speeds[meets], closing[meets]
         stops = max(
-            abs(velocity.v) / zone.deceleration, abs(velocity.w) / zone.angular_deceleration
+            abs(velocity.x) / zone.deceleration, abs(velocity.yaw_rate) / zone.angular_deceleration
         )
         if stops < _AT_ONCE:
             return 1.0
@@ -211,7 +211,7 @@ class Approach:
         ways = points + motions * times[:, None, None]
         found = []
         for part in _PARTS:
-            v, w = velocity.v * part, velocity.w * part
+            v, w = velocity.x * part, velocity.yaw_rate * part
             chord, turn = v * times * np.sinc(w * times / (2.0 * math.pi)), w * times
             x = ways[..., 0] - (chord * np.cos(0.5 * turn))[:, None]
             y = ways[..., 1] - (chord * np.sin(0.5 * turn))[:, None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +72,6 @@ def inside(outline: Footprint | None, points: NDArray[np.float64]) -> int:
     return 0 if outline is None else int(outline.holds(points).sum())
 
 
-def parts(velocity: Any) -> tuple[float, float, float]:
+def parts(velocity: Velocity) -> tuple[float, float, float]:
     """Return a velocity's forward, sideways [m/s] and turning part [rad/s]."""
-    return velocity.v, float(getattr(velocity, "y", 0.0)), velocity.w
+    return velocity.x, velocity.y, velocity.yaw_rate

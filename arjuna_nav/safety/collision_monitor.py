@@ -106,7 +106,7 @@ class CollisionMonitor:
                 return Verdict(STILL, Action.STOP, name)
             if ratio < least:
                 least = ratio
-                left = Velocity(velocity.v * ratio, velocity.w * ratio)
+                left = Velocity(velocity.x * ratio, yaw_rate=velocity.yaw_rate * ratio)
                 verdict = Verdict(left, zone.action, name)
         return verdict
 

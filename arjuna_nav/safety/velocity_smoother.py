@@ -120,7 +120,7 @@ class VelocitySmoother:
         if self._config.scale_velocities:
             ratio = min(_allowed(*change) for change in changes)
         steps = [min(max(ratio * change, low), high) for change, low, high in changes]
-        return Velocity(current.v + steps[0], current.w + steps[1])
+        return Velocity(current.x + steps[0], yaw_rate=current.yaw_rate + steps[1])
 
     def _clamped(self, value: float, axis: int) -> float:
         return min(max(value, self._config.min_velocity[axis]), self._config.max_velocity[axis])
@@ -138,11 +138,11 @@ class VelocitySmoother:
             0.0 if abs(value) < self._config.deadband_velocity[axis] else value
             for value, axis in zip(_values(velocity), _AXES, strict=True)
         ]
-        return Velocity(*kept)
+        return Velocity(kept[0], yaw_rate=kept[1])
 
 
 def _values(velocity: Velocity) -> tuple[float, float]:
-    return velocity.v, velocity.w
+    return velocity.x, velocity.yaw_rate
 
 
 def _allowed(change: float, low: float, high: float) -> float:

@@ -2,42 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_core.errors import ArjunaError
+from arjuna_core.twist import Velocity
 from arjuna_sim.model.settings import DriveSettings
-
-
-class CommandError(ArjunaError, ValueError):
-    """A velocity command is no pair of finite numbers."""
-
-
-@dataclass(frozen=True)
-class Velocity:
-    """A planar velocity of the robot's base.
-
-    Attributes:
-        v: Forward [m/s].
-        w: Turn, counter-clockwise [rad/s].
-        side: To the left [m/s].
-
-    Raises:
-        CommandError: A value is not finite.
-    """
-
-    v: float = 0.0
-    w: float = 0.0
-    side: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.v) and math.isfinite(self.w) and math.isfinite(self.side)):
-            values = f"v={self.v}, w={self.w}, side={self.side}"
-            raise CommandError(f"velocity ({values}) must be finite")
 
 
 @dataclass(frozen=True)
@@ -116,8 +88,8 @@ class Kinematics:
 
     def wheel_speeds(self, velocity: Velocity) -> tuple[float, float]:
         """Return the left and right wheels' speeds [rad/s] for a velocity of the base."""
-        across = velocity.w * self.track / 2
-        return (velocity.v - across) / self.radius, (velocity.v + across) / self.radius
+        across = velocity.yaw_rate * self.track / 2
+        return (velocity.x - across) / self.radius, (velocity.x + across) / self.radius
 
     def base_motion(self, left: float, right: float) -> tuple[float, float]:
         """Return the base's path and turn for the left and right wheels' turns [rad], or rates.

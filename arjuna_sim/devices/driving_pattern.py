@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 
 _REST = 1.0  # [s] after each manoeuvre, more than twice what braking from 1 m/s takes
 _QUARTER = math.pi / 2
@@ -58,28 +58,28 @@ class Manoeuvre:
     @property
     def kind(self) -> str:
         """Whether it is a `straight`, a `spin` or an `arc`."""
-        if self.command.w == 0.0:
+        if self.command.yaw_rate == 0.0:
             return "straight"
-        return "spin" if self.command.v == 0.0 else "arc"
+        return "spin" if self.command.x == 0.0 else "arc"
 
 
 def _turn(v: float, w: float, angle: float) -> Manoeuvre:
-    return Manoeuvre(Velocity(v, w), angle / abs(w))
+    return Manoeuvre(Velocity(v, yaw_rate=w), angle / abs(w))
 
 
 PATTERN = (
-    Manoeuvre(Velocity(0.5, 0.0), 4.0),
+    Manoeuvre(Velocity(0.5), 4.0),
     _turn(0.0, 1.0, _QUARTER),
-    Manoeuvre(Velocity(0.3, 0.0), 4.0),
+    Manoeuvre(Velocity(0.3), 4.0),
     _turn(0.0, 2.0, _QUARTER),
-    Manoeuvre(Velocity(1.0, 0.0), 2.0),
+    Manoeuvre(Velocity(1.0), 2.0),
     _turn(0.0, 0.5, math.pi),
     _turn(0.4, 0.5, math.pi),
     _turn(0.0, -1.0, _QUARTER),
     _turn(0.4, -0.5, math.pi),
     _turn(0.0, -2.0, _QUARTER),
     _turn(0.5, 1.0, math.pi),
-    Manoeuvre(Velocity(-0.3, 0.0), 4.0),
+    Manoeuvre(Velocity(-0.3), 4.0),
     _turn(0.6, -1.0, math.pi),
     _turn(0.0, -0.5, _QUARTER),
 )
@@ -105,7 +105,7 @@ class DriveLog:
     def path(self, manoeuvre: Manoeuvre, start: int, end: int) -> float:
         """Return the true length of a manoeuvre's path, negative backward [m]."""
         steps = np.diff(self.truth[start : end + 1, :2], axis=0)
-        return math.copysign(float(np.linalg.norm(steps, axis=1).sum()), manoeuvre.command.v)
+        return math.copysign(float(np.linalg.norm(steps, axis=1).sum()), manoeuvre.command.x)
 
 
 def drive(vehicle: Vehicle) -> DriveLog:

@@ -8,7 +8,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
-from arjuna_sim.devices.drive import CommandError, Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.settings import CameraSettings
 from arjuna_sim.nodes.camera import CameraTopics
@@ -96,10 +96,11 @@ class RobotInterface:
         self._on_twist(message.twist)
 
     def _on_twist(self, message: Any) -> None:
-        try:
-            self._command = Velocity(message.linear.x, message.angular.z, message.linear.y)
-        except CommandError as error:
-            self._node.get_logger().warning(f"{self._topic} ignored: {error}")
+        command = Velocity(message.linear.x, y=message.linear.y, yaw_rate=message.angular.z)
+        if command.is_finite:
+            self._command = command
+        else:
+            self._node.get_logger().warning(f"{self._topic} ignored: {command} must be finite")
 
     def _check_command_type(self) -> None:
         """Listen to the other type where that alone is published; warn once where both are.

@@ -135,7 +135,7 @@ def _draw_errors(panel: mpl.axes.Axes, result: Calibration) -> None:
     ):
         errors = [100.0 * abs(row.turn_error or row.path_error) for row in rows]
         panel.barh(places + shift, errors, 0.4, color=colour, label=label)
-    names = [f"{m.kind} {m.command.v:g} m/s {m.command.w:g} rad/s" for m in parts]
+    names = [f"{m.kind} {m.command.x:g} m/s {m.command.yaw_rate:g} rad/s" for m in parts]
     panel.set_yticks(places, names, fontsize=8)
     panel.axvline(100.0 * _TURN_BOUND, color="black", linestyle=":", label="bound of turns")
     panel.set(xscale="log", xlabel="error of turn (straight: of distance) [%]")

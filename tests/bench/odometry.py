@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
 from arjuna_sim.calibrate import SimulatedVehicle
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.calibration import calibrate
-from arjuna_sim.devices.drive import Kinematics, Velocity
+from arjuna_sim.devices.drive import Kinematics
 from arjuna_sim.devices.driving.bases import base_of
 from arjuna_sim.devices.driving.limits import limited
 from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
@@ -135,18 +136,18 @@ def _legs(
 ) -> Iterator[tuple[Velocity, float]]:
     limits, stop = limited(config.drive, robot.drive), (Velocity(), _REST)
     speed = min(_SPEED, limits.forward.value)
-    turn = Velocity(0.0, min(_TURN, limits.turn.value))
+    turn = Velocity(yaw_rate=min(_TURN, limits.turn.value))
     if robot.drive.kind is DriveKind.STEERED:
-        bend = base_of(robot, config.drive).reachable(Velocity(speed, turn.w))
-        turn = Velocity(speed, _BEND * bend.w)
+        bend = base_of(robot, config.drive).reachable(Velocity(speed, yaw_rate=turn.yaw_rate))
+        turn = Velocity(speed, yaw_rate=_BEND * bend.yaw_rate)
     yield stop
     for k in range(4):
         along = (round(math.cos(k * math.pi / 2)), round(math.sin(k * math.pi / 2)))
         v, side = along if sideways else (1, 0)
-        yield Velocity(speed * v, 0.0, speed * side), _EDGE / speed
+        yield Velocity(speed * v, y=speed * side), _EDGE / speed
         yield stop
         if not sideways:
-            yield turn, math.pi / 2 / turn.w
+            yield turn, math.pi / 2 / turn.yaw_rate
             yield stop
 
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.driving.bases import base_of
 from arjuna_sim.devices.driving.limits import limited
 from arjuna_sim.files.search_path import SearchPath
@@ -137,7 +137,7 @@ def _drive(robot: Robot, config: SimulatorConfig) -> tuple[float, float]:
     """Drive for 1 m and stop; return the path's error and the peak speed, by what was asked."""
     sim = _simulator(robot, level(), config)
     speed = min(_SPEED, limited(config.drive, robot.drive).forward.value)
-    peak = _follow(sim, Velocity(speed, 0.0), 1.0 / speed, lambda truth: truth.v)
+    peak = _follow(sim, Velocity(speed), 1.0 / speed, lambda truth: truth.v)
     return math.hypot(sim.truth().pose.x, sim.truth().pose.y) - 1.0, peak / speed
 
 
@@ -147,7 +147,7 @@ def _sideways(robot: Robot, config: SimulatorConfig) -> float | None:
         return None
     sim = _simulator(robot, level(), config)
     speed = min(_SPEED, limited(config.drive, robot.drive).forward.value)
-    _follow(sim, Velocity(0.0, 0.0, speed), 1.0 / speed, lambda truth: truth.side)
+    _follow(sim, Velocity(y=speed), 1.0 / speed, lambda truth: truth.side)
     return math.hypot(sim.truth().pose.x, sim.truth().pose.y - 1.0)
 
 
@@ -159,11 +159,12 @@ def _turn(robot: Robot, config: SimulatorConfig) -> tuple[float, float]:
     """
     sim = _simulator(robot, level(), config)
     limits = limited(config.drive, robot.drive)
-    command = Velocity(0.0, min(_TURN, limits.turn.value))
+    command = Velocity(yaw_rate=min(_TURN, limits.turn.value))
     if robot.drive.kind is DriveKind.STEERED:
         base, speed = base_of(robot, config.drive), min(_SPEED, limits.forward.value)
-        command = Velocity(speed, _BEND * base.reachable(Velocity(speed, command.w)).w)
-    rate = command.w
+        turned = base.reachable(Velocity(speed, yaw_rate=command.yaw_rate))
+        command = Velocity(speed, yaw_rate=_BEND * turned.yaw_rate)
+    rate = command.yaw_rate
     peak = _follow(sim, command, math.pi / 2 / rate, lambda truth: truth.w)
     return math.degrees(wrap(sim.truth().pose.theta - math.pi / 2)), peak / rate
 
@@ -197,8 +198,8 @@ def _stops_at(robot: Robot, config: SimulatorConfig, height: float) -> str | Non
     reach, depth = _reach(robot), _DEPTH * robot.drive.radius
     edge, goal = 2.0 * reach, 4.0 * reach + depth
     sim = _simulator(robot, sill(height, edge, depth), config)
-    command = Velocity(min(_SPEED, limited(config.drive, robot.drive).forward.value), 0.0)
-    for _ in range(round((2.0 * goal / command.v + 2.0) / config.tick)):
+    command = Velocity(min(_SPEED, limited(config.drive, robot.drive).forward.value))
+    for _ in range(round((2.0 * goal / command.x + 2.0) / config.tick)):
         truth = sim.step(command).truth
         if truth.pose.x > goal:
             upright = max(abs(truth.roll), abs(truth.pitch)) < 1.0

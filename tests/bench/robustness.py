@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import IDENTITY, SE2, wrap
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.simulator import Simulator
 from tests.slam.slam_room import room
 from tests.slam.trials import SCENARIOS, Figures, Log, measure, room_log, spoil
@@ -122,7 +122,7 @@ def _simulated(seed: int, spawn: SE2) -> tuple[Log, NDArray[np.float64]]:
 def _towards(pose: SE2, goal: tuple[float, float]) -> Velocity:
     error = wrap(math.atan2(goal[1] - pose.y, goal[0] - pose.x) - pose.theta)
     turn = min(max(_GAIN * error, -_TURN), _TURN)
-    return Velocity(_SPEED if abs(error) < 0.5 else 0.0, turn)
+    return Velocity(_SPEED if abs(error) < 0.5 else 0.0, yaw_rate=turn)
 
 
 _ROOMS: dict[str, Source] = {

@@ -13,7 +13,7 @@ from typing import Any
 
 import mujoco
 
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import ROBOT, ROOM, edited, simulator
 
@@ -116,7 +116,7 @@ def _ros_factor(seconds: float) -> float:
 
     def step(i: int) -> None:
         message = Twist()
-        message.linear.x, message.angular.z = _command(i).v, _command(i).w
+        message.linear.x, message.angular.z = _command(i).x, _command(i).yaw_rate
         commands.publish(message)
         lockstep.step()
 
@@ -141,7 +141,7 @@ def _once(step: Callable[[int], object], seconds: float, tick: float) -> float:
 
 def _command(i: int) -> Velocity:
     """Drive circles that stay in the room."""
-    return Velocity(0.4, 0.6 + 0.3 * math.sin(i / 200))
+    return Velocity(0.4, yaw_rate=0.6 + 0.3 * math.sin(i / 200))
 
 
 def _with_beams(count: int, folder: Path) -> Simulator:

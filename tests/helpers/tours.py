@@ -17,8 +17,8 @@ from scipy.sparse.csgraph import dijkstra
 from arjuna_core.grid import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.simulator import Simulator
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -165,7 +165,7 @@ def _towards(pose: SE2, target: NDArray[np.float64]) -> Velocity:
     if math.dist(target, (pose.x, pose.y)) < 0.1:
         return Velocity()
     turn = max(-_TURN, min(_TURN, 2.0 * off))
-    return Velocity(_SPEED * max(0.0, math.cos(off)) ** 3, turn)
+    return Velocity(_SPEED * max(0.0, math.cos(off)) ** 3, yaw_rate=turn)
 
 
 def with_odometry(steps: list[Step], kind: str, rng: np.random.Generator) -> list[Step]:

@@ -66,10 +66,12 @@ def check(kind: str, costmap: Costmap, pose: SE2, drive: Drive, seconds: float =
     start = pose
     for k in range(round(seconds / PERIOD)):
         velocity = drive(pose, k * PERIOD)
-        after = pose @ SE2.exp(np.array([velocity.v, 0.0, velocity.w]) * PERIOD)
+        after = pose @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * PERIOD)
         row, column = costmap.frame.to_cell(pose.x, pose.y)
         if lethal[row, column]:
-            assert velocity.v != 0.0 or velocity.w == 0.0, f"it turns on the spot after {k} ticks"
+            assert velocity.x != 0.0 or velocity.yaw_rate == 0.0, (
+                f"it turns on the spot after {k} ticks"
+            )
             there = costmap.frame.to_cell(after.x, after.y)
             assert field[there] >= field[row, column], f"it drives deeper after {k} ticks"
         pose = after
@@ -104,7 +106,7 @@ def test_teleoperation_goes_nowhere_but_out(v: float, w: float, kind: str, seed:
     teleop = AssistedTeleop(CONFIG, footprint, 0.0)
 
     def drive(at: SE2, now: float) -> Velocity:
-        teleop.take(Velocity(v, w), now)
+        teleop.take(Velocity(v, yaw_rate=w), now)
         return teleop.tick(at, costmap, now).velocity
 
     check(kind, costmap, pose, drive)
@@ -163,7 +165,7 @@ def test_it_backs_out_of_the_side_it_came_in_by(heading: float) -> None:
     out = math.copysign(0.2, -math.cos(heading))
     for speed, goes in ((out, out), (-out, 0.0)):
         straight = DriveOnHeading(speed, speed, CONFIG, robot, 0.0)
-        assert straight.tick(pose, costmap, 0.0).velocity == Velocity(goes, 0.0)
+        assert straight.tick(pose, costmap, 0.0).velocity == Velocity(goes)
     assert Spin(1.0, CONFIG, robot, 0.0).tick(pose, costmap, 0.0).velocity == Velocity()
 
 
@@ -175,4 +177,4 @@ def test_what_is_not_known_is_no_way_out() -> None:
     for speed, free in ((0.2, False), (-0.2, True)):
         behaviour = DriveOnHeading(speed, speed, CONFIG, Footprint.circle(0.25), 0.0)
         velocity = behaviour.tick(SE2(3.02, 3.02), costmap, 0.0).velocity
-        assert velocity == (Velocity(speed, 0.0) if free else Velocity())
+        assert velocity == (Velocity(speed) if free else Velocity())

@@ -14,7 +14,7 @@ from tests.helpers.nav.meetings import Meetings
 from tests.nav.worlds import block, empty_grid
 
 CORNERS = Body.box(0.4, 0.4).corners
-STILL, FORWARD, BACK = Velocity(), Velocity(0.3, 0.0), Velocity(-0.3, 0.0)
+STILL, FORWARD, BACK = Velocity(), Velocity(0.3), Velocity(-0.3)
 AHEAD, BESIDE = (0.44, 0.0, 0.25), (0.15, 0.44, 0.25)
 
 
@@ -33,8 +33,8 @@ def meet(velocity: Velocity, person: tuple[float, float, float], pose: SE2 = IDE
         (FORWARD, AHEAD, 1),
         (BACK, AHEAD, 0),
         (FORWARD, BESIDE, 0),
-        (Velocity(0.0, 1.0), BESIDE, 1),
-        (Velocity(0.0, -1.0), BESIDE, 0),
+        (Velocity(yaw_rate=1.0), BESIDE, 1),
+        (Velocity(yaw_rate=-1.0), BESIDE, 0),
     ],
 )
 def test_a_touch_is_the_robots_where_its_side_moves_towards_the_person(
@@ -46,7 +46,7 @@ def test_a_touch_is_the_robots_where_its_side_moves_towards_the_person(
 
 def test_one_touch_counts_once_and_as_the_robots_where_it_presses_on() -> None:
     meetings, person = Meetings(CORNERS), np.array([AHEAD])
-    for velocity, bumped in ((STILL, 0), (Velocity(0.05, 0.0), 0), (FORWARD, 1), (FORWARD, 1)):
+    for velocity, bumped in ((STILL, 0), (Velocity(0.05), 0), (FORWARD, 1), (FORWARD, 1)):
         meetings.update(SE2(), velocity, person)
         assert (meetings.met, meetings.bumped) == (1, bumped)
     meetings.update(SE2(), STILL, np.array([(1.0, 0.0, 0.25)]))

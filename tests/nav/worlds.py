@@ -114,9 +114,11 @@ class Unicycle:
         self._queue.append(command)
         target = self._queue.popleft() if len(self._queue) > self.delay else Velocity()
         dv, dw = self.acceleration * self.period, self.angular_acceleration * self.period
-        v = self.velocity.v + float(np.clip(target.v - self.velocity.v, -dv, dv))
-        w = self.velocity.w + float(np.clip(target.w - self.velocity.w, -dw, dw))
-        self.velocity = Velocity(v, w)
+        v = self.velocity.x + float(np.clip(target.x - self.velocity.x, -dv, dv))
+        w = self.velocity.yaw_rate + float(
+            np.clip(target.yaw_rate - self.velocity.yaw_rate, -dw, dw)
+        )
+        self.velocity = Velocity(v, yaw_rate=w)
         self.pose = self.pose @ SE2.exp(np.array([v, 0.0, w]) * self.period)
         self.trace.append(self.pose)
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.model.notes import Note
 from arjuna_sim.observation import Observation
 from arjuna_sim.simulator import Simulator

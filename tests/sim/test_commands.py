@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import DriveConfig, Velocity
+from arjuna_sim.devices.drive import DriveConfig
 from arjuna_sim.simulator import Simulator
 from tests.sim.builders import simulator
 from tests.sim.files.test_robots import FOUR, TWO, _robot
@@ -56,8 +57,8 @@ def test_robot_of_another_has_no_limits_of_ours(tmp_path: Path) -> None:
         last = sim.step(Velocity(1.6))
     assert last.truth.v == pytest.approx(1.6, rel=0.02)
     for _ in range(200):
-        last = sim.step(Velocity(0.0, 2.6))
-    assert sim.told.w == 2.6
+        last = sim.step(Velocity(yaw_rate=2.6))
+    assert sim.told.yaw_rate == 2.6
     assert sim.robots[""].take_cuts() == ()
 
 
@@ -67,8 +68,8 @@ def test_joints_speed_slows_the_robot_along_its_curve_and_is_said_once(tmp_path:
     )
     sim = simulator(robot=_robot(tmp_path, limited))
     for _ in range(100):
-        last = sim.step(Velocity(0.8, 2.0))
-    assert sim.told.w / sim.told.v == pytest.approx(2.0 / 0.8)
+        last = sim.step(Velocity(0.8, yaw_rate=2.0))
+    assert sim.told.yaw_rate / sim.told.x == pytest.approx(2.0 / 0.8)
     wheels = last.joints
     speeds = dict(zip(wheels.names, wheels.velocities, strict=True))
     assert max(map(abs, speeds.values())) == pytest.approx(8.0, rel=0.02)
@@ -81,6 +82,6 @@ def test_speed_beyond_all_sense_is_cut_and_said(tmp_path: Path, asked: float) ->
     """It would be too much for the physics' time step, which else ends the simulation."""
     sim = simulator(robot=_robot(tmp_path, FOUR))
     for _ in range(100):
-        last = sim.step(Velocity(asked, -asked))
+        last = sim.step(Velocity(asked, yaw_rate=-asked))
     assert abs(last.truth.v) < 60.0
     assert sum("what the physics can step" in text for text in sim.robots[""].take_cuts()) == 2

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.simulator import Simulator
@@ -37,7 +37,7 @@ def _drive(robot: Path, world: Path, seed: int) -> tuple[bytes, float, bool]:
     assert sim.obstacles_at(sim.spawn) == ()
     parts, is_noisy = [], False
     for _ in range(round(2.0 / sim.config.tick)):
-        seen = sim.step(Velocity(0.2, 0.4))
+        seen = sim.step(Velocity(0.2, yaw_rate=0.4))
         numbers = [*seen.odometry.T_odom_base.array(), *seen.truth.pose.array(), seen.truth.z]
         assert all(math.isfinite(number) for number in numbers)
         parts += [np.array(numbers), seen.joints.positions, seen.joints.velocities]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.se2 import SE2, wrap
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.model.settings import DriveKind
@@ -52,10 +52,10 @@ def _check(seen: Observation, wanted: SE2, way: float) -> None:
 @pytest.mark.parametrize(
     ("command", "seconds", "wanted"),
     [
-        (Velocity(0.4, 0.0), 2.5, SE2(1.0, 0.0, 0.0)),
-        (Velocity(0.0, 0.0, 0.4), 2.5, SE2(0.0, 1.0, 0.0)),
-        (Velocity(0.3, 0.0, -0.3), 2.0, SE2(0.6, -0.6, 0.0)),
-        (Velocity(0.0, 0.8), math.pi / 2 / 0.8, SE2(0.0, 0.0, math.pi / 2)),
+        (Velocity(0.4), 2.5, SE2(1.0, 0.0, 0.0)),
+        (Velocity(y=0.4), 2.5, SE2(0.0, 1.0, 0.0)),
+        (Velocity(0.3, y=-0.3), 2.0, SE2(0.6, -0.6, 0.0)),
+        (Velocity(yaw_rate=0.8), math.pi / 2 / 0.8, SE2(0.0, 0.0, math.pi / 2)),
     ],
     ids=["ahead", "sideways", "askew", "about"],
 )
@@ -71,7 +71,7 @@ def test_robot_circles_as_it_faces_outward(tmp_path: Path, name: str) -> None:
     """All three velocities at once, for half a turn."""
     robot, kind = SIDEWAYS[name]
     assert load_robot(robot.write(tmp_path), SearchPath()).drive.kind is kind
-    command, seconds = Velocity(0.1, 0.5, 0.3), math.pi / 0.5
+    command, seconds = Velocity(0.1, y=0.3, yaw_rate=0.5), math.pi / 0.5
     x, y = 2.0 * -0.3 / 0.5, 2.0 * 0.1 / 0.5
     _check(_driven(robot, tmp_path, command, seconds), SE2(x, y, math.pi), math.pi * 0.3 / 0.5)
 
@@ -86,7 +86,7 @@ def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
     axle = SE2(-0.12 if name == "tricycle" else -0.16, 0.0, 0.0)
     for speed in (0.4, -0.4):
         sim = simulator(robot=path)
-        run(sim, 2.5, Velocity(speed, speed * bend))
+        run(sim, 2.5, Velocity(speed, yaw_rate=speed * bend))
         seen = run(sim, 1.0, Velocity())
         turn = math.copysign(bend, bend * speed) if bend else 0.0
         arc = SE2.exp([math.copysign(1.0, speed), 0.0, turn])  # type: ignore[arg-type]
@@ -95,7 +95,7 @@ def test_car_follows_an_arc(tmp_path: Path, name: str, bend: float) -> None:
 
 def test_car_steers_no_farther_than_it_can(tmp_path: Path) -> None:
     sim = simulator(robot=cases.car("gz").write(tmp_path))
-    seen = run(sim, 4.0, Velocity(0.3, 2.0))
+    seen = run(sim, 4.0, Velocity(0.3, yaw_rate=2.0))
     joints = dict(zip(seen.joints.names, seen.joints.positions, strict=True))
     steered = [joints[f"front_{side}_wheel_steer_joint"] for side in ("left", "right")]
     assert max(steered) == pytest.approx(0.5, abs=0.02)  # the inner wheel, by the plugin's limit
@@ -105,7 +105,7 @@ def test_car_steers_no_farther_than_it_can(tmp_path: Path) -> None:
 
 
 def test_car_does_not_turn_on_the_spot(tmp_path: Path) -> None:
-    seen = _driven(cases.car("gz"), tmp_path, Velocity(0.0, 1.0), 2.0)
+    seen = _driven(cases.car("gz"), tmp_path, Velocity(yaw_rate=1.0), 2.0)
     _check(seen, SE2(), 0.0)
 
 
@@ -121,7 +121,7 @@ def test_robot_parks(tmp_path: Path, name: str) -> None:
 def test_sdf_model_drives_as_the_urdf(tmp_path: Path, name: str) -> None:
     robot = SIDEWAYS[name][0] if name in SIDEWAYS else STEERED[name]
     ends = [
-        run(simulator(robot=path), 2.0, Velocity(0.3, 0.2, 0.2)).truth.pose
+        run(simulator(robot=path), 2.0, Velocity(0.3, y=0.2, yaw_rate=0.2)).truth.pose
         for path in (robot.write(tmp_path), robot.write_sdf(tmp_path))
     ]
     assert ends[0].distance(ends[1]) < 1e-3

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import DriveConfig, Velocity
+from arjuna_sim.devices.drive import DriveConfig
 from tests.sim.builders import simulator
 
 _HALF = 2.0  # [m] from the middle of the room to its walls' inner faces
@@ -49,7 +50,9 @@ def endure(folder: Path, seconds: float, seed: int) -> tuple[float, int, int]:
     fastest, touching, tumbles, command, before = 0.0, 0, 0, Velocity(), SE2()
     for i in range(round(seconds / sim.config.tick)):
         if i % 40 == 0:
-            command = Velocity(float(rng.choice((-1.5, 1.5, 1.0))), float(rng.normal(0.0, 1.0)))
+            command = Velocity(
+                float(rng.choice((-1.5, 1.5, 1.0))), yaw_rate=float(rng.normal(0.0, 1.0))
+            )
         last = sim.step(command)
         truth, pose = last.truth, last.truth.pose
         values = [*pose.array(), truth.z, truth.roll, truth.pitch, truth.v, truth.w]

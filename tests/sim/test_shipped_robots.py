@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.inputs import describe_file
@@ -61,7 +61,7 @@ def _drive(sim: Simulator, command: Velocity, seconds: float) -> None:
 @EACH
 def test_it_drives_a_metre(path: Path) -> None:
     sim = simulator(robot=path)
-    _drive(sim, Velocity(0.2, 0.0), 5.0)
+    _drive(sim, Velocity(0.2), 5.0)
     pose = sim.truth().pose
     assert pose.x == pytest.approx(1.0, rel=OFF)
     assert abs(pose.y) < 0.02
@@ -71,7 +71,7 @@ def test_it_drives_a_metre(path: Path) -> None:
 @pytest.mark.parametrize("way", [1.0, -1.0], ids=["left", "right"])
 def test_it_turns_by_ninety_degrees(path: Path, way: float) -> None:
     sim = simulator(robot=path)
-    _drive(sim, Velocity(0.0, way * 0.5), math.pi)
+    _drive(sim, Velocity(yaw_rate=way * 0.5), math.pi)
     pose = sim.truth().pose
     assert pose.theta == pytest.approx(way * math.pi / 2, rel=OFF)
     assert math.hypot(pose.x, pose.y) < 0.03
@@ -80,7 +80,7 @@ def test_it_turns_by_ninety_degrees(path: Path, way: float) -> None:
 @EACH
 def test_its_odometry_agrees(path: Path) -> None:
     sim = simulator(robot=path)
-    _drive(sim, Velocity(0.2, 0.3), 5.0)
+    _drive(sim, Velocity(0.2, yaw_rate=0.3), 5.0)
     believed = run(sim, 0.02).odometry.T_odom_base
     truth = sim.truth().pose
     assert believed.distance(truth) < 0.05
@@ -90,7 +90,7 @@ def test_its_odometry_agrees(path: Path) -> None:
 @EACH
 def test_its_sensors_read_at_their_rates(path: Path) -> None:
     sim = simulator(robot=path)
-    seen = [sim.step(Velocity(0.1, 0.1)) for _ in range(100)]
+    seen = [sim.step(Velocity(0.1, yaw_rate=0.1)) for _ in range(100)]
     seconds = 100 * sim.config.tick
     lidar, imu = sim.robot.settings.lidar, sim.robot.settings.imu
     assert lidar is not None

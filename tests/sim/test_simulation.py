@@ -11,8 +11,8 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.lidar import LidarConfig
 from arjuna_sim.devices.rays.beams import Cloud
 from arjuna_sim.files.urdf.robot_file import load_robot
@@ -158,7 +158,11 @@ def test_each_robot_has_noise_of_its_own_whoever_else_is_there() -> None:
 
 def _coming_and_going(seed: int) -> bytes:
     simulation = pair(seed, SimulatorConfig())
-    drive = {"a": Velocity(0.2, 0.3), "b": Velocity(0.1, -0.2), "c": Velocity(0.2)}
+    drive = {
+        "a": Velocity(0.2, yaw_rate=0.3),
+        "b": Velocity(0.1, yaw_rate=-0.2),
+        "c": Velocity(0.2),
+    }
     parts = [sensed(simulation.advance(drive)) for _ in range(20)]
     simulation.add("c", Start(BURGER, SE2(0.0, 1.5, 1.0)))
     parts += [sensed(simulation.advance(drive)) for _ in range(20)]
@@ -179,14 +183,14 @@ def test_robots_that_come_and_go_repeat_themselves() -> None:
 
 def test_a_robot_goes_on_as_it_was_when_another_comes_or_goes() -> None:
     simulation = pair()
-    run(simulation, 0.5, {"a": Velocity(0.3, 0.5)})
+    run(simulation, 0.5, {"a": Velocity(0.3, yaw_rate=0.5)})
     before, wheels = simulation.robots["a"].truth(), simulation.robots["a"].wheel_angles()
     simulation.add("c", Start(ARJUNA, SE2(0.0, 2.0)))
     assert simulation.robots["a"].truth() == before
     simulation.remove("b")
     assert simulation.robots["a"].truth() == before
     assert simulation.robots["a"].wheel_angles() == wheels
-    seen = run(simulation, 0.2, {"a": Velocity(0.3, 0.5)})
+    seen = run(simulation, 0.2, {"a": Velocity(0.3, yaw_rate=0.5)})
     assert seen["a"].truth.v == pytest.approx(0.3, abs=0.02)
 
 

@@ -79,7 +79,7 @@ class Dwb:
                 f"from ({pose.x:.2f}, {pose.y:.2f})"
             )
             return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
-        command = Velocity(float(samples[best, 0]), float(samples[best, 1]))
+        command = Velocity(float(samples[best, 0]), yaw_rate=float(samples[best, 1]))
         self._oscillation.take(command, pose)
         return ControlResult(ControlStatus.SUCCEEDED, command)
 
@@ -89,13 +89,13 @@ class Dwb:
         v_max = min(config.max_vel_x, config.max_speed_xy, self.speed_limit)
         reach = config.sim_time
         v = _spaced(
-            max(min(config.min_vel_x, v_max), velocity.v + config.decel_lim_x * reach),
-            min(v_max, velocity.v + config.acc_lim_x * reach),
+            max(min(config.min_vel_x, v_max), velocity.x + config.decel_lim_x * reach),
+            min(v_max, velocity.x + config.acc_lim_x * reach),
             config.vx_samples,
         )
         w = _spaced(
-            max(-config.max_vel_theta, velocity.w - config.acc_lim_theta * reach),
-            min(config.max_vel_theta, velocity.w + config.acc_lim_theta * reach),
+            max(-config.max_vel_theta, velocity.yaw_rate - config.acc_lim_theta * reach),
+            min(config.max_vel_theta, velocity.yaw_rate + config.acc_lim_theta * reach),
             config.vtheta_samples,
         )
         grid = np.stack(np.meshgrid(v, w, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -114,8 +114,8 @@ class Dwb:
         points = frame.origin.inverse().apply(self._near_path()) / frame.resolution
         cells = path_cells(points, *frame.shape)
         dynamics = Dynamics(
-            velocity.v,
-            velocity.w,
+            velocity.x,
+            velocity.yaw_rate,
             config.acc_lim_x,
             -config.decel_lim_x,
             config.acc_lim_theta,
@@ -159,8 +159,8 @@ class Dwb:
             scores[((v < 0) & (not back)) | ((v > 0) & (not forth))] = np.inf
             scores[((w < 0) & (not right)) | ((w > 0) & (not left))] = np.inf
         if self._uses("RotateToGoal") and self._arrived:
-            if abs(velocity.v) > config.trans_stopped_velocity:
-                scores[np.abs(v) >= abs(velocity.v)] = np.inf
+            if abs(velocity.x) > config.trans_stopped_velocity:
+                scores[np.abs(v) >= abs(velocity.x)] = np.inf
                 scores += config.RotateToGoal.scale * config.RotateToGoal.slowing_factor * v * v
             else:
                 scores[v != 0.0] = np.inf

@@ -53,7 +53,7 @@ class Oscillation:
         """Take what was commanded at a pose."""
         if self._since is not None and self._got_on(self._since, pose):
             self.reset()
-        flipped = self._v.update(command.v) | self._w.update(command.w)
+        flipped = self._v.update(command.x) | self._w.update(command.yaw_rate)
         if flipped:
             self._since = pose
 

@@ -127,7 +127,7 @@ class Graceful:
                 return self._turn(angle, pose, costmap)
             command = self._approach(seen, pose, costmap)
             if command is not None:
-                self.carrot, self._last_w = seen, command.w
+                self.carrot, self._last_w = seen, command.yaw_rate
                 return ControlResult(ControlStatus.SUCCEEDED, command)
         self._last_w = 0.0
         where = f"({pose.x:.2f}, {pose.y:.2f})"
@@ -175,15 +175,15 @@ class Graceful:
         poses[:, 0], poses[:, 1] = pose.x + c * x - s * y, pose.y + s * x + c * y
         poses[:, 2] += pose.theta
         hit = first_collision(costmap, self._footprint, poses)
-        return Velocity(v, w) if hit is None else None
+        return Velocity(v, yaw_rate=w) if hit is None else None
 
     def _turn(self, angle: float, pose: SE2, costmap: Costmap) -> ControlResult:
         """Return a turn on the spot, or NO_VALID_CONTROL where it would collide."""
-        command = Velocity(0.0, self._turning.towards(angle, self._last_w))
-        duration = abs(angle) / max(abs(command.w), 1e-3)
+        command = Velocity(yaw_rate=self._turning.towards(angle, self._last_w))
+        duration = abs(angle) / max(abs(command.yaw_rate), 1e-3)
         arc = rollout(pose, command, min(duration, 1.0), costmap.frame.resolution)
         if first_collision(costmap, self._footprint, arc) is None:
-            self._last_w = command.w
+            self._last_w = command.yaw_rate
             return ControlResult(ControlStatus.SUCCEEDED, command)
         self._last_w = 0.0
         message = f"turning at ({pose.x:.2f}, {pose.y:.2f}) would collide"

@@ -175,13 +175,13 @@ class Manoeuvre:
         if piece.drive == 0:
             rate = math.sqrt(2.0 * config.angular_deceleration * abs(off))
             rate = max(min(rate, config.max_angular_velocity), _SLOWEST_TURN)
-            return Velocity(0.0, math.copysign(rate, off))
+            return Velocity(yaw_rate=math.copysign(rate, off))
         braking = math.sqrt(2.0 * config.deceleration * abs(seen.x)) + 0.03
         v = piece.drive * min(config.max_speed, math.inf if self._goes_on else braking)
         w, limit = v * _curvature(piece, pose), config.max_angular_velocity
         if abs(w) > limit:
             v, w = v * limit / abs(w), math.copysign(limit, w)
-        return Velocity(v, w)
+        return Velocity(v, yaw_rate=w)
 
 
 def _curvature(piece: _Piece, pose: SE2) -> float:
@@ -200,8 +200,8 @@ def _curvature(piece: _Piece, pose: SE2) -> float:
 def _until(piece: _Piece, pose: SE2, command: Velocity) -> float:
     """Return how long it takes a command to the piece's end [s]."""
     if piece.drive == 0:
-        return abs(float(wrap(piece.end.theta - pose.theta))) / abs(command.w)
-    return (pose.distance(piece.end) + _DONE) / abs(command.v)
+        return abs(float(wrap(piece.end.theta - pose.theta))) / abs(command.yaw_rate)
+    return (pose.distance(piece.end) + _DONE) / abs(command.x)
 
 
 def _pieces(way: NDArray[np.float64]) -> Iterator[_Piece]:

@@ -88,8 +88,8 @@ class Optimizer:
         roll_out(
             self._controls_v,
             self._controls_w,
-            velocity.v,
-            velocity.w,
+            velocity.x,
+            velocity.yaw_rate,
             limits,
             config.model_dt,
             self.rollouts,
@@ -117,9 +117,9 @@ class Optimizer:
         """Return the controls a time [s] ahead, and move on by it."""
         steps = time / self._config.model_dt
         self.v, self.w = _later(self.v, steps), _later(self.w, steps)
-        command = Velocity(float(self.v[0]), float(self.w[0]))
+        command = Velocity(float(self.v[0]), yaw_rate=float(self.w[0]))
         self._history[:-1] = self._history[1:]
-        self._history[-1] = command.v, command.w
+        self._history[-1] = command.x, command.yaw_rate
         return command
 
 

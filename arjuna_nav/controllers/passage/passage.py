@@ -258,7 +258,7 @@ class Passage:
     def _steered(self, at: SE2) -> Velocity:
         w = self._speed * line_bend(at.y + self._middle, at.theta, _LOOKAHEAD)
         limit = self._config.max_angular_velocity
-        return Velocity(self._speed, min(max(w, -limit), limit))
+        return Velocity(self._speed, yaw_rate=min(max(w, -limit), limit))
 
     def _free(self, at: SE2, seen: NDArray[np.float64], distance: float) -> float:
         sharpest = self._config.max_angular_velocity / self._speed

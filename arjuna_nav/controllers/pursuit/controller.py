@@ -92,7 +92,7 @@ class RegulatedPurePursuit:
         self._arrived = near and (stays or paths.ends_here(self.path, pose))
         if self._arrived:
             self.carrot = None
-            command = Velocity(0.0, self._turn(wrap(goal.theta - pose.theta)))
+            command = Velocity(yaw_rate=self._turn(wrap(goal.theta - pose.theta)))
             return self._checked(command, pose, costmap, math.inf)
         lookahead = self._lookahead(velocity)
         carrot = pose.inverse() @ self._carrot(pose, lookahead)
@@ -117,17 +117,17 @@ class RegulatedPurePursuit:
         v = min(self.desired_speed, self.speed_limit) * max(math.cos(angle), 0.0)
         if math.isfinite(room):  # a bend leads aside by its diameter
             v = min(v, abs(w) * room / 2.0)
-        result = self._checked(Velocity(v, w), pose, costmap, math.inf)
+        result = self._checked(Velocity(v, yaw_rate=w), pose, costmap, math.inf)
         if v == 0.0 or result.status is ControlStatus.SUCCEEDED:
             return result
-        return self._checked(Velocity(0.0, w), pose, costmap, math.inf)
+        return self._checked(Velocity(yaw_rate=w), pose, costmap, math.inf)
 
     def _turn_instead(self, carrot: SE2, pose: SE2, costmap: Costmap) -> ControlResult | None:
         """Return a turn on the spot where no arc is free and the path leads aside."""
         angle = math.atan2(carrot.y, carrot.x)
         if not self._config.use_rotate_to_heading or abs(angle) < _ASIDE:
             return None
-        result = self._checked(Velocity(0.0, self._turn(angle)), pose, costmap, math.inf)
+        result = self._checked(Velocity(yaw_rate=self._turn(angle)), pose, costmap, math.inf)
         return result if result.status is ControlStatus.SUCCEEDED else None
 
     def _along(self, carrot: SE2, pose: SE2, velocity: Velocity, costmap: Costmap) -> ControlResult:
@@ -141,7 +141,7 @@ class RegulatedPurePursuit:
         config = self._config
         if not config.use_velocity_scaled_lookahead_dist:
             return float(config.lookahead_dist)
-        scaled = abs(velocity.v) * config.lookahead_time
+        scaled = abs(velocity.x) * config.lookahead_time
         return min(max(scaled, config.min_lookahead_dist), config.max_lookahead_dist)
 
     def _carrot(self, pose: SE2, distance: float) -> SE2:
@@ -195,7 +195,7 @@ class RegulatedPurePursuit:
         w_max = config.rotate_to_heading_angular_vel
         if abs(v * curvature) > w_max:
             v = w_max / abs(curvature)
-        return Velocity(v, v * curvature)
+        return Velocity(v, yaw_rate=v * curvature)
 
     def _in_bend(self, speed: float, curvature: float) -> float:
         radius_min = self._config.regulated_linear_scaling_min_radius
@@ -231,8 +231,8 @@ class RegulatedPurePursuit:
         """Return the command, or NO_VALID_CONTROL where its arc collides before the carrot."""
         config = self._config
         duration = config.max_allowed_time_to_collision_up_to_carrot
-        if command.v > 0.0:
-            duration = min(duration, reach / command.v)
+        if command.x > 0.0:
+            duration = min(duration, reach / command.x)
         if config.use_collision_detection:
             arc = rollout(pose, command, duration, costmap.frame.resolution)
             hit = first_collision(costmap, self._footprint, arc)
@@ -240,7 +240,7 @@ class RegulatedPurePursuit:
                 self._last_w = 0.0
                 message = f"collision ahead at ({arc[hit, 0]:.2f}, {arc[hit, 1]:.2f})"
                 return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
-        self._last_w = command.w
+        self._last_w = command.yaw_rate
         return ControlResult(ControlStatus.SUCCEEDED, command)
 
 

@@ -96,7 +96,7 @@ class SpeedController(_Gate):
     def is_due(self) -> bool:
         """Tell whether a period has passed, by the speed."""
         low, high = self.get("min_speed"), self.get("max_speed")
-        share = (abs(self.running.state.velocity.v) - low) / max(high - low, 1e-9)
+        share = (abs(self.running.state.velocity.x) - low) / max(high - low, 1e-9)
         slow, fast = self.get("min_rate"), self.get("max_rate")
         rate = slow + min(max(share, 0.0), 1.0) * (fast - slow)
         return bool((self.running.state.now - self._since) * rate >= 1.0)

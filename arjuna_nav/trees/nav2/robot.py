@@ -26,7 +26,7 @@ class IsStuck(Condition):
     def holds(self) -> bool:
         """Compare its speed with the one measured before."""
         state = self.running.state
-        now, speed = state.measured_at, abs(state.velocity.v)
+        now, speed = state.measured_at, abs(state.velocity.x)
         if self._last is not None and now > self._last[0]:
             self._stuck = (self._last[1] - speed) / (now - self._last[0]) > _BRAKES
         self._last = now, speed
@@ -114,4 +114,4 @@ class IsBatteryCharging(_OfBattery):
 
 
 def _fastest(velocity: Velocity) -> float:
-    return max(abs(velocity.v), abs(velocity.w))
+    return max(abs(velocity.x), abs(velocity.yaw_rate))

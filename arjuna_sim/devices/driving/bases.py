@@ -8,7 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_sim.devices.drive import DriveConfig, Kinematics, Velocity, kinematics_of
+from arjuna_core.twist import Velocity
+from arjuna_sim.devices.drive import DriveConfig, Kinematics, kinematics_of
 from arjuna_sim.devices.driving.rollers import RollerBase
 from arjuna_sim.devices.driving.steered import SteeredBase
 from arjuna_sim.devices.odometry import Motion
@@ -67,7 +68,7 @@ class SidesBase:
 
     def reachable(self, velocity: Velocity) -> Velocity:
         """Return a velocity without its way to the side."""
-        return Velocity(velocity.v, velocity.w) if velocity.side else velocity
+        return Velocity(velocity.x, yaw_rate=velocity.yaw_rate) if velocity.y else velocity
 
     def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return how fast the wheels' joints turn."""
@@ -135,7 +136,7 @@ class WheelSpeeds:
             self._is_said, limit = True, f"{self._most[worst]:.4g} rad/s"
             cause = f"the velocity {limit} in the <limit> of joint '{self._names[worst]}'"
             self._cuts.append(f"a command is slowed to {1 / over:.3g} of its speed, by {cause}")
-        return Velocity(velocity.v / over, velocity.w / over, velocity.side / over)
+        return Velocity(velocity.x / over, y=velocity.y / over, yaw_rate=velocity.yaw_rate / over)
 
     def take_cuts(self) -> tuple[str, ...]:
         """Return whether that has slowed a command, once."""

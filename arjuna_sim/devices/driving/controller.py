@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import math
 
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.errors import ArjunaError
+from arjuna_core.twist import Velocity
 from arjuna_sim.devices.driving.hold import CommandHold
 from arjuna_sim.devices.driving.limits import Bound, Limits
 
 _TOLERANCE = 1e-9
 _STILL = Velocity()
+
+
+class CommandError(ArjunaError, ValueError):
+    """A velocity command is not finite."""
 
 
 class Drive:
@@ -33,13 +38,19 @@ class Drive:
         self._hold.reset()
 
     def command(self, velocity: Velocity, now: float) -> None:
-        """Take a command at time `now` [s]; it is cut to the limits."""
+        """Take a command at time `now` [s]; it is cut to the limits.
+
+        Raises:
+            CommandError: It is not finite.
+        """
+        if not velocity.is_finite:
+            raise CommandError(f"{velocity} must be finite")
         limits = self.limits
         back, turn = limits.reverse, limits.turn
         self._target = Velocity(
-            self._cut(velocity.v, limits.forward if velocity.v > 0.0 else back),
-            self._cut(velocity.w, turn),
-            self._cut(velocity.side, limits.forward),
+            self._cut(velocity.x, limits.forward if velocity.x > 0.0 else back),
+            y=self._cut(velocity.y, limits.forward),
+            yaw_rate=self._cut(velocity.yaw_rate, turn),
         )
         self._hold.take(now, limits.hold)
 
@@ -62,17 +73,19 @@ class Drive:
         expired = now >= self._hold.ends(self._braking()) - _TOLERANCE
         target = _STILL if expired else self._target
         self._current = Velocity(
-            _ramp(self._current.v, target.v, limits.linear_acceleration * dt),
-            _ramp(self._current.w, target.w, limits.angular_acceleration * dt),
-            _ramp(self._current.side, target.side, limits.linear_acceleration * dt),
+            _ramp(self._current.x, target.x, limits.linear_acceleration * dt),
+            y=_ramp(self._current.y, target.y, limits.linear_acceleration * dt),
+            yaw_rate=_ramp(
+                self._current.yaw_rate, target.yaw_rate, limits.angular_acceleration * dt
+            ),
         )
         return self._current
 
     def _braking(self) -> float:
         """Return how long the robot brakes to stand [s]."""
         limits, now = self.limits, self._current
-        speed = max(abs(now.v), abs(now.side)) / limits.linear_acceleration
-        return max(speed, abs(now.w) / limits.angular_acceleration)
+        speed = max(abs(now.x), abs(now.y)) / limits.linear_acceleration
+        return max(speed, abs(now.yaw_rate) / limits.angular_acceleration)
 
 
 def _ramp(current: float, target: float, step: float) -> float:

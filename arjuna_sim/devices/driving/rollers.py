@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center, radius_of, rolling_direction
@@ -52,7 +52,7 @@ class RollerBase:
 
     def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return how fast the wheels' joints turn."""
-        speeds: NDArray[np.float64] = self.turning @ (velocity.v, velocity.side, velocity.w)
+        speeds: NDArray[np.float64] = self.turning @ (velocity.x, velocity.y, velocity.yaw_rate)
         return speeds
 
     def angles(self, velocity: Velocity) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import axis, center, radius_of, rolling_direction, steered_by
@@ -84,16 +84,16 @@ class SteeredBase:
 
     def reachable(self, velocity: Velocity) -> Velocity:
         """Return a velocity whose bend the steering can do."""
-        most = self._bend * abs(velocity.v)
-        return Velocity(velocity.v, max(-most, min(most, velocity.w)))
+        most = self._bend * abs(velocity.x)
+        return Velocity(velocity.x, yaw_rate=max(-most, min(most, velocity.yaw_rate)))
 
     def _way(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return the velocity forward and to the left [m/s] and the turn rate, `(3,) float64`."""
-        return np.array([velocity.v, -velocity.w * self._axle, velocity.w])
+        return np.array([velocity.x, -velocity.yaw_rate * self._axle, velocity.yaw_rate])
 
     def angles(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return where the steering joints stand; they stay when the base does."""
-        if abs(velocity.v) < _STANDS:
+        if abs(velocity.x) < _STANDS:
             return self._held
         v, side, w = self._way(velocity).tolist()
         x, y = self._pivots.T

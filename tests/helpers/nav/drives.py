@@ -76,9 +76,9 @@ class Drive:
         places = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
         people = np.array([(*place, PERSON[0]) for place in places]).reshape(-1, 3)
         now, told = self._robot.now, self._robot.sim.simulator.told
-        self._told_at = now if told.v != 0.0 or told.w != 0.0 else self._told_at
+        self._told_at = now if told.x != 0.0 or told.yaw_rate != 0.0 else self._told_at
         moves = now - self._told_at <= _BRAKED
-        wheels = Velocity(before.odometry.v, before.odometry.w) if moves else STILL
+        wheels = Velocity(before.odometry.v, yaw_rate=before.odometry.w) if moves else STILL
         self._meetings.update(last.truth.pose, wheels, people)
         self._pushed_at = now if self._meetings.touching else self._pushed_at
         if now - self._pushed_at <= PUSHED:

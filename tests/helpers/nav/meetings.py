@@ -62,7 +62,7 @@ class Meetings:
                 self._touching.pop(k, None)
                 continue
             x, y = sides[k]
-            speed = float(away[k] @ (velocity.v - velocity.w * y, velocity.w * x))
+            speed = float(away[k] @ (velocity.x - velocity.yaw_rate * y, velocity.yaw_rate * x))
             drives = speed > (_STANDS if before is None else _REBOUNDS)
             self.met += before is None
             self.bumped += drives and not before

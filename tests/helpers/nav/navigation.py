@@ -140,7 +140,7 @@ class PlayedRobot:
         return self.bench.process.now
 
     def _on_command(self, message: Any) -> None:
-        self.command = Velocity(message.linear.x, message.angular.z)
+        self.command = Velocity(message.linear.x, yaw_rate=message.angular.z)
         self.commands.append(self.command)
 
     def bring_up(self, *specs: NodeSpec) -> None:
@@ -182,7 +182,7 @@ class PlayedRobot:
     def _tick(self) -> None:
         self.bench.advance()
         motion = self.command if self.grips else Velocity()
-        self.pose = self.pose @ SE2.exp(np.array([motion.v, 0.0, motion.w]) * TICK)
+        self.pose = self.pose @ SE2.exp(np.array([motion.x, 0.0, motion.yaw_rate]) * TICK)
         self._ticks += 1
         if self.localized:
             self._tell_pose(motion)
@@ -202,8 +202,8 @@ class PlayedRobot:
         self.bench.publish(TFMessage, "/tf", message, qos.TF)
         odometry = Odometry()
         odometry.header.stamp = self._stamp()
-        odometry.twist.twist.linear.x = motion.v
-        odometry.twist.twist.angular.z = motion.w
+        odometry.twist.twist.linear.x = motion.x
+        odometry.twist.twist.angular.z = motion.yaw_rate
         self.bench.publish(Odometry, "/odom", odometry, qos.DEFAULT)
 
     def _stamp(self) -> Any:

@@ -49,7 +49,7 @@ def through(robot: PlayedRobot, *poses: SE2, frame: str = "map") -> Goal:
 def drive(robot: PlayedRobot) -> None:
     """Let the robot drive until it has its speed."""
     robot.run(3.0)
-    assert robot.command.v > 0.2
+    assert robot.command.x > 0.2
 
 
 def assert_stopped_for_good(robot: PlayedRobot) -> None:

@@ -43,7 +43,7 @@ class Crawler:
         self.path = path
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
-        return ControlResult(ControlStatus.SUCCEEDED, Velocity(self.desired_speed, 0.0))
+        return ControlResult(ControlStatus.SUCCEEDED, Velocity(self.desired_speed))
 
 
 @dataclass(frozen=True)

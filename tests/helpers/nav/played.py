@@ -159,7 +159,7 @@ class Play:
         x, y, w = (
             spread * self._rng.normal(0.0, 1.0, 3) * (errors.place, errors.place, errors.heading)
         )
-        at, driven = self._T_true_map, abs(self.robot.velocity.v) * _TICK
+        at, driven = self._T_true_map, abs(self.robot.velocity.x) * _TICK
         self._T_true_map = SE2(_KEPT * at.x + x, _KEPT * at.y + y, _KEPT * at.theta + w)
         slips = self._rng.normal(0.0, errors.drift * driven, 3).tolist()
         self._T_true_odom = self._T_true_odom @ SE2(*slips)

@@ -13,7 +13,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from tests.nav.worlds import block, costmap_of, empty_grid
 
 CONFIG = BehaviorConfig(projection_time=1.0, simulation_time_step=0.1)
-AHEAD, CIRCLE = Velocity(0.5, 0.0), Footprint.circle(0.25)
+AHEAD, CIRCLE = Velocity(0.5), Footprint.circle(0.25)
 
 
 def teleop(allowance: float = 0.0) -> AssistedTeleop:
@@ -27,7 +27,7 @@ def wall(x: float) -> Costmap:
     return costmap_of(grid)
 
 
-@pytest.mark.parametrize("velocity", [AHEAD, Velocity(-0.5, 0.0), Velocity(0.2, -0.6)])
+@pytest.mark.parametrize("velocity", [AHEAD, Velocity(-0.5), Velocity(0.2, yaw_rate=-0.6)])
 def test_where_all_is_free_it_drives_as_told(velocity: Velocity) -> None:
     behavior = teleop()
     behavior.take(velocity, 0.0)
@@ -38,10 +38,10 @@ def test_where_all_is_free_it_drives_as_told(velocity: Velocity) -> None:
 @pytest.mark.parametrize(("gap", "part"), [(0.45, 0.9), (0.3, 0.6), (0.15, 0.3), (0.02, 0.0)])
 def test_the_nearer_a_wall_the_slower_up_to_where_it_stands(gap: float, part: float) -> None:
     behavior = teleop()
-    behavior.take(Velocity(0.5, 0.2), 0.0)
+    behavior.take(Velocity(0.5, yaw_rate=0.2), 0.0)
     result = behavior.tick(SE2(4.0 - 0.25 - gap, 2.0), wall(4.0), 0.0)
-    assert result.velocity.v == pytest.approx(0.5 * part, abs=0.075)
-    assert result.velocity.w == pytest.approx(0.4 * result.velocity.v)
+    assert result.velocity.x == pytest.approx(0.5 * part, abs=0.075)
+    assert result.velocity.yaw_rate == pytest.approx(0.4 * result.velocity.x)
 
 
 def test_a_command_that_ceased_holds_no_longer_than_the_time_looked_ahead() -> None:

@@ -58,7 +58,7 @@ def test_a_spin_can_be_at_rest_where_it_ends() -> None:
             break
         fastest = math.sqrt(2.0 * CONFIG.rotational_acc_lim * (1.0 - angle))
         expected = min(max(fastest, CONFIG.min_rotational_vel), CONFIG.max_rotational_vel)
-        assert result.velocity.w == pytest.approx(expected)
+        assert result.velocity.yaw_rate == pytest.approx(expected)
         angle += 0.03
     assert angle == pytest.approx(1.0, abs=0.03)
 

@@ -116,7 +116,7 @@ def test_without_room_it_leaves_the_rest_to_the_controller() -> None:
     blocked = empty_grid(5.0, 4.0)
     block(blocked, 3.15, 1.5, 0.2, 1.0)
     assert asked(blocked, within=False) is None
-    assert asked(grid, within=False) == Velocity(0.5, 0.0), "what was in the way has gone"
+    assert asked(grid, within=False) == Velocity(0.5), "what was in the way has gone"
     assert asked(blocked, within=True) is None
     assert asked(grid, within=True) is None, "what is tolerated was enough"
     arrival.reset()
@@ -140,7 +140,7 @@ def test_it_goes_no_faster_than_the_limit_and_never_far_past_the_goal() -> None:
     xs = np.array([pose.x for pose in robot.trace])
     assert np.abs(np.diff(xs)).max() <= 0.5 * robot.period + 1e-9
     assert xs.max() < 4.02
-    assert math.isclose(robot.velocity.v, 0.0, abs_tol=0.05)
+    assert math.isclose(robot.velocity.x, 0.0, abs_tol=0.05)
 
 
 @pytest.mark.parametrize("heading", [2.9, -2.9])
@@ -150,7 +150,7 @@ def test_what_turning_on_the_spot_moves_it_along_the_heading_is_driven_back(head
 
         def drive(self, command: Velocity) -> None:
             super().drive(command)
-            self.pose = self.pose @ SE2(0.0, -0.015 * self.velocity.w * self.period)
+            self.pose = self.pose @ SE2(0.0, -0.015 * self.velocity.yaw_rate * self.period)
 
     robot, goal = Lopsided(SE2(1.0, 2.0)), SE2(3.0, 2.0, heading)
     drive(robot, goal, empty_grid(5.0, 4.0))
@@ -170,11 +170,11 @@ def test_pushed_far_away_in_its_last_turn_it_leaves_the_way_back_to_the_controll
 
     turning = asked(SE2(3.0, 2.0), within=True)
     assert turning is not None
-    assert turning.w > 0.0
+    assert turning.yaw_rate > 0.0
     assert asked(SE2(1.0, 2.0, 1.5), within=False) is None
     back = asked(SE2(2.8, 2.0), within=True)
     assert back is not None
-    assert back.v > 0.0, "it drives into the goal anew"
+    assert back.x > 0.0, "it drives into the goal anew"
 
 
 def test_pushed_away_after_it_was_over_it_arrives_anew() -> None:

@@ -33,7 +33,7 @@ def curve() -> ArrivalCurve:
 
 def felt(pose: SE2, velocity: Velocity) -> SE2:
     """Return where the robot is when it feels the command."""
-    return pose @ SE2.exp((LATENCY * velocity.v, 0.0, LATENCY * velocity.w))
+    return pose @ SE2.exp((LATENCY * velocity.x, 0.0, LATENCY * velocity.yaw_rate))
 
 
 def law(seen: SE2) -> Velocity:
@@ -43,7 +43,7 @@ def law(seen: SE2) -> Velocity:
     steer = k * (delta - math.atan(-k * theta))
     bend = -(steer + (1.0 + k / (1.0 + (k * theta) ** 2)) * math.sin(delta)) / r
     w = min(max(SPEED * bend, -0.7 * RATE), 0.7 * RATE)  # by more, wheels drift
-    return Velocity(min(SPEED, abs(w / bend)), w)
+    return Velocity(min(SPEED, abs(w / bend)), yaw_rate=w)
 
 
 @pytest.mark.parametrize(
@@ -53,12 +53,12 @@ def law(seen: SE2) -> Velocity:
 def test_it_steers_to_the_goals_heading_or_to_a_part_of_the_turn(
     heading: float, ends_at: float
 ) -> None:
-    start, moving = SE2(1.5, 2.0, 0.1), Velocity(0.3, 0.2)
+    start, moving = SE2(1.5, 2.0, 0.1), Velocity(0.3, yaw_rate=0.2)
     goal = SE2(3.0, felt(start, moving).y, heading)  # it lies along x from where it is felt
     found = curve().compute(start, goal, moving, costmap_with(), SPEED)
     assert found is not None
     expected = law(felt(start, moving).inverse() @ SE2(goal.x, goal.y, ends_at))
-    assert (found.v, found.w) == pytest.approx((expected.v, expected.w))
+    assert (found.x, found.yaw_rate) == pytest.approx((expected.x, expected.yaw_rate))
 
 
 def test_it_keeps_to_its_end_until_it_is_reset() -> None:
@@ -69,7 +69,7 @@ def test_it_keeps_to_its_end_until_it_is_reset() -> None:
     found = steered.compute(later, SE2(3.0, 2.0, 1.5), STILL, costmap_with(), SPEED)
     expected = law(later.inverse() @ SE2(3.0, 2.0, 0.8))
     assert found is not None
-    assert (found.v, found.w) == pytest.approx((expected.v, expected.w))
+    assert (found.x, found.yaw_rate) == pytest.approx((expected.x, expected.yaw_rate))
     steered.reset()
     assert not steered.active
 
@@ -98,7 +98,7 @@ def test_on_its_last_bit_it_turns_half_to_the_place_and_half_to_the_heading(seed
     rng, steered = np.random.default_rng(seed), curve()
     steered.compute(SE2(1.5, 2.0), SE2(3.0, 2.0, 0.3), STILL, costmap_with(), SPEED)
     pose = SE2(*rng.uniform((2.8, 1.95, 0.0), (2.97, 2.05, 0.5)))
-    moving = Velocity(0.1, float(rng.uniform(-0.5, 0.5)))
+    moving = Velocity(0.1, yaw_rate=float(rng.uniform(-0.5, 0.5)))
     seen = felt(pose, moving).inverse() @ SE2(3.0, 2.0, 0.3)
     distance = max(math.hypot(seen.x, seen.y), 0.02)
     bearing = math.atan2(seen.y, max(seen.x, 0.02))

@@ -93,23 +93,23 @@ def test_brakes_into_the_goal_from_where_the_command_is_felt(
     command = Asked()(before(distance, bearing), Velocity(driving))
     assert command is not None
     way = max(distance * math.cos(bearing) - 0.12 * driving, 0.0)
-    assert command.v == pytest.approx(min(0.5, max(math.sqrt(2.0 * 0.5 * way), 0.04)))
-    steered = 2.0 * bearing * min(command.v / 0.2, 1.0) if distance > 0.05 else 0.0
-    assert command.w == pytest.approx(steered)
+    assert command.x == pytest.approx(min(0.5, max(math.sqrt(2.0 * 0.5 * way), 0.04)))
+    steered = 2.0 * bearing * min(command.x / 0.2, 1.0) if distance > 0.05 else 0.0
+    assert command.yaw_rate == pytest.approx(steered)
 
 
 def test_it_is_no_faster_than_it_may_and_steers_no_more() -> None:
     asked = Asked(replace(STRAIGHT, max_angular_velocity=0.3))
-    assert asked(before(0.4, 0.3), speed=0.2) == Velocity(0.2, 0.3)
-    assert asked(before(0.4, -0.3), speed=0.2) == Velocity(0.2, -0.3)
-    assert asked(before(0.4, 0.1), speed=0.1) == Velocity(0.1, pytest.approx(0.1))  # type: ignore[arg-type]
+    assert asked(before(0.4, 0.3), speed=0.2) == Velocity(0.2, yaw_rate=0.3)
+    assert asked(before(0.4, -0.3), speed=0.2) == Velocity(0.2, yaw_rate=-0.3)
+    assert asked(before(0.4, 0.1), speed=0.1) == Velocity(0.1, yaw_rate=pytest.approx(0.1))  # type: ignore[arg-type]
 
 
 def test_what_went_past_the_goal_comes_straight_back() -> None:
     asked = Asked()
     assert asked(before(0.1)) is not None
-    assert asked(SE2(3.02, 2.005, 0.0)) == Velocity(-0.04, 0.0)
-    assert asked(SE2(3.02, 2.005, 0.0), speed=0.03) == Velocity(-0.03, 0.0)
+    assert asked(SE2(3.02, 2.005, 0.0)) == Velocity(-0.04)
+    assert asked(SE2(3.02, 2.005, 0.0), speed=0.03) == Velocity(-0.03)
 
 
 def turned(angle: float, rate: float) -> float:
@@ -129,16 +129,16 @@ TURNS = [
 
 @pytest.mark.parametrize(("angle", "rate"), TURNS)
 def test_turns_to_the_goals_heading_once_it_is_there(angle: float, rate: float) -> None:
-    command = Asked()(SE2(2.995, 2.003, -angle), Velocity(0.0, rate), within=True)
+    command = Asked()(SE2(2.995, 2.003, -angle), Velocity(yaw_rate=rate), within=True)
     assert command is not None
-    assert (command.v, command.w) == pytest.approx((0.0, turned(angle, rate)))
+    assert (command.x, command.yaw_rate) == pytest.approx((0.0, turned(angle, rate)))
 
 
 def test_noise_of_a_robot_at_rest_holds_up_no_turn() -> None:
     for rate in (0.001, -0.001):
-        command = Asked()(SE2(2.995, 2.003, -1.0), Velocity(0.0, rate), within=True)
+        command = Asked()(SE2(2.995, 2.003, -1.0), Velocity(yaw_rate=rate), within=True)
         assert command is not None
-        assert command.w == pytest.approx(1.2)
+        assert command.yaw_rate == pytest.approx(1.2)
 
 
 @pytest.mark.parametrize("distance", [0.051, 0.04, 0.02])
@@ -147,26 +147,28 @@ def test_the_last_turn_begins_while_the_robot_comes_to_rest(distance: float, off
     for heading in (True, False):
         asked = Asked()
         assert asked(before(0.2, heading=-off), heading=heading) is not None
-        command = asked(before(distance, heading=-off), Velocity(0.1, 0.1), heading=heading)
+        command = asked(
+            before(distance, heading=-off), Velocity(0.1, yaw_rate=0.1), heading=heading
+        )
         assert command is not None
-        assert command.v > 0.0
+        assert command.x > 0.0
         begun = heading and distance < 0.05
         expected = (1.0 - distance / 0.05) * turned(off, 0.1) if begun else 0.0
-        assert command.w == pytest.approx(expected, abs=1e-9 if begun else 0.02)
+        assert command.yaw_rate == pytest.approx(expected, abs=1e-9 if begun else 0.02)
 
 
 @pytest.mark.parametrize(("bearing", "rate"), [(0.5, 0.0), (-2.0, 0.0), (1.0, 0.8), (3.0, -0.3)])
 def test_turns_to_a_goal_that_lies_aside_and_then_drives(bearing: float, rate: float) -> None:
     asked = Asked()
-    command = asked(before(0.15, bearing), Velocity(0.0, rate), within=True)
+    command = asked(before(0.15, bearing), Velocity(yaw_rate=rate), within=True)
     assert command is not None
-    assert (command.v, command.w) == pytest.approx((0.0, turned(bearing, rate)))
+    assert (command.x, command.yaw_rate) == pytest.approx((0.0, turned(bearing, rate)))
     still = asked(before(0.15, math.copysign(0.36, bearing)), now=0.1, within=True)
     assert still is not None
-    assert still.v == 0.0
+    assert still.x == 0.0
     driven = asked(before(0.15, math.copysign(0.34, bearing)), now=0.2, within=True)
     assert driven is not None
-    assert driven.v > 0.0
+    assert driven.x > 0.0
 
 
 @pytest.mark.parametrize(
@@ -191,7 +193,7 @@ def test_has_arrived_where_place_and_heading_are_exact_enough(pose: SE2, ends: b
 
 @pytest.mark.parametrize(("rate", "ends"), [(0.2, True), (0.3, False), (-0.3, False)])
 def test_a_turn_that_would_go_on_too_far_has_not_ended(rate: float, ends: bool) -> None:
-    command = Asked()(SE2(2.995, 2.0, 0.0), Velocity(0.0, rate), within=True)
+    command = Asked()(SE2(2.995, 2.0, 0.0), Velocity(yaw_rate=rate), within=True)
     assert (command is None) is ends
     assert Asked()(SE2(2.995, 2.0, 1.0), within=True, heading=False) is None
 
@@ -262,8 +264,8 @@ def test_a_long_robot_does_not_turn_into_what_is_beside_it(
     assert arrival.compute(driven @ SE2(-0.1, 0.0), goal, Velocity(), costmap, 0.0, **told)
     rolling = arrival.compute(driven, goal, Velocity(), costmap, 0.0, **told)
     assert rolling is not None  # what is free is driven, and no turn begun that is not
-    assert rolling.v > 0.0
-    assert (rolling.w != 0.0) is free_all_along
+    assert rolling.x > 0.0
+    assert (rolling.yaw_rate != 0.0) is free_all_along
     arrival.reset()
     told["within"] = True
     command = arrival.compute(SE2(3.0, 2.0), goal, Velocity(), costmap, 0.0, **told)

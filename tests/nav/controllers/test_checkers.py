@@ -85,11 +85,11 @@ def test_a_position_alone_is_reached_at_any_heading() -> None:
 @pytest.mark.parametrize(
     ("velocity", "stands"),
     [
-        (Velocity(0.25, -0.25), True),
-        (Velocity(-0.25, 0.25), True),
-        (Velocity(0.3, 0.0), False),
-        (Velocity(-0.3, 0.0), False),
-        (Velocity(0.0, -0.3), False),
+        (Velocity(0.25, yaw_rate=-0.25), True),
+        (Velocity(-0.25, yaw_rate=0.25), True),
+        (Velocity(0.3), False),
+        (Velocity(-0.3), False),
+        (Velocity(yaw_rate=-0.3), False),
     ],
 )
 def test_arrives_only_once_it_stands(velocity: Velocity, stands: bool) -> None:

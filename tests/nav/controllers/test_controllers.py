@@ -60,8 +60,8 @@ def test_follows_to_the_goal_and_stays(name: str, controller: Controller, shape:
     results = follow(controller, robot, costmap, 600)
     goal = SE2.from_array(path[-1])
     assert all(result.status is ControlStatus.SUCCEEDED for result in results)
-    assert max(abs(result.velocity.v) for result in results) <= V_MAX + 1e-6
-    assert max(abs(result.velocity.w) for result in results) <= W_MAX + 1e-6
+    assert max(abs(result.velocity.x) for result in results) <= V_MAX + 1e-6
+    assert max(abs(result.velocity.yaw_rate) for result in results) <= W_MAX + 1e-6
     assert off_the_path(robot, path) < allowed
     assert robot.pose.distance(goal) < XY_TOLERANCE
     assert abs(wrap(robot.pose.theta - goal.theta)) < YAW_TOLERANCE
@@ -106,7 +106,7 @@ def test_never_drives_into_an_obstacle(name: str, footprint: str) -> None:
     results = follow(controller, robot, costmap, 300)
     reach = max(float(outline.at(pose)[:, 0].max()) for pose in robot.trace)
     assert reach < 3.0
-    stands = all(abs(result.velocity.v) < 0.05 for result in results[-20:])
+    stands = all(abs(result.velocity.x) < 0.05 for result in results[-20:])
     assert stands, "it does not come to rest before it"
     failed = [result for result in results if result.status is not ControlStatus.SUCCEEDED]
     assert all("collision ahead" in result.message for result in failed)
@@ -116,14 +116,14 @@ def test_a_speed_limit_holds_at_once(controller: Controller) -> None:
     costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(1.0, 3.0, 0.0))
     controller.set_path(polyline([(1.0, 3.0), (5.0, 3.0)], 0.0))
     follow(controller, robot, costmap, 40)
-    assert robot.velocity.v > 0.8 * V_MAX
+    assert robot.velocity.x > 0.8 * V_MAX
     assert controller.desired_speed == pytest.approx(V_MAX)
     controller.speed_limit = 0.2
     results = follow(controller, robot, costmap, 20)
-    assert max(result.velocity.v for result in results) <= 0.2 + 1e-6
+    assert max(result.velocity.x for result in results) <= 0.2 + 1e-6
     controller.speed_limit = math.inf
     follow(controller, robot, costmap, 20)
-    assert robot.velocity.v > 0.3
+    assert robot.velocity.x > 0.3
 
 
 def test_is_the_same_each_time(name: str) -> None:
@@ -145,7 +145,7 @@ def test_a_new_path_to_the_same_goal_is_gone_on_with(controller: Controller) -> 
         controller.set_path(polyline([(pose.x, pose.y), (4.0, 3.0)], 0.0))
         results = follow(controller, robot, costmap, 20)
         assert all(result.status is ControlStatus.SUCCEEDED for result in results)
-        assert k == 0 or min(result.velocity.v for result in results) > 0.2, "it hesitates"
+        assert k == 0 or min(result.velocity.x for result in results) > 0.2, "it hesitates"
 
 
 def test_says_what_is_left_of_the_path(controller: Controller) -> None:
@@ -168,4 +168,4 @@ def test_a_fast_mppi_looks_as_far_along_the_path_as_it_can_drive() -> None:
     controller = make("mppi", vx_max=2.0, vx_std=0.4)
     controller.set_path(polyline([(0.8, 2.0), (11.0, 2.0)], 0.0))
     follow(controller, robot, costmap, 60)
-    assert robot.velocity.v > 1.2
+    assert robot.velocity.x > 1.2

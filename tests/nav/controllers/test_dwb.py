@@ -90,21 +90,21 @@ class Case:
         c, reach = self.config, self.config.sim_time
         top = min(c.max_vel_x, c.max_speed_xy, self.limit)
         vs = spread(
-            max(min(c.min_vel_x, top), self.velocity.v + c.decel_lim_x * reach),
-            min(top, self.velocity.v + c.acc_lim_x * reach),
+            max(min(c.min_vel_x, top), self.velocity.x + c.decel_lim_x * reach),
+            min(top, self.velocity.x + c.acc_lim_x * reach),
             c.vx_samples,
         )
         turn = c.acc_lim_theta * reach
         ws = spread(
-            max(-c.max_vel_theta, self.velocity.w - turn),
-            min(c.max_vel_theta, self.velocity.w + turn),
+            max(-c.max_vel_theta, self.velocity.yaw_rate - turn),
+            min(c.max_vel_theta, self.velocity.yaw_rate + turn),
             c.vtheta_samples,
         )
         return [(v, w) for v in vs for w in ws if v == 0.0 or abs(v) >= c.min_speed_xy]
 
     def driven(self, to_v: float, to_w: float) -> list[SE2]:
         """Return the poses of a trajectory, in the grid [m]."""
-        c, (v, w) = self.config, (self.velocity.v, self.velocity.w)
+        c, (v, w) = self.config, (self.velocity.x, self.velocity.yaw_rate)
         steps = math.ceil(abs(to_v) * c.sim_time / c.linear_granularity)
         steps = max(steps, math.ceil(abs(to_w) * c.sim_time / c.angular_granularity), 1)
         dt, poses = c.sim_time / steps, [self.pose]
@@ -153,7 +153,7 @@ class Case:
         c = self.config
         if "RotateToGoal" not in c.critics:
             return 0.0
-        own, now, score = c.RotateToGoal, abs(self.velocity.v), 0.0
+        own, now, score = c.RotateToGoal, abs(self.velocity.x), 0.0
         if now > c.trans_stopped_velocity:
             score = own.scale * own.slowing_factor * v * v if abs(v) < now else math.inf
         elif v != 0.0:
@@ -218,7 +218,7 @@ def made_case(seed: int) -> Case:
     near = bool(rng.integers(2))
     x, y = (2.95, 2.0) if near else rng.uniform((0.6, 1.8), (2.5, 2.2))
     pose = SE2(float(x), float(y), float(rng.uniform(-2.0, 2.0)))
-    velocity = Velocity(float(rng.uniform(-0.1, 0.5)), float(rng.uniform(-0.6, 0.6)))
+    velocity = Velocity(float(rng.uniform(-0.1, 0.5)), yaw_rate=float(rng.uniform(-0.6, 0.6)))
     return Case(config, pose, velocity, float(rng.choice([math.inf, 0.25])))
 
 
@@ -230,7 +230,9 @@ def test_drives_the_velocity_within_reach_that_scores_least(seed: int) -> None:
     if chosen is None:
         assert least == math.inf
         return
-    own = next(s for (v, w), s in scores.items() if (v, w) == pytest.approx((chosen.v, chosen.w)))
+    own = next(
+        s for (v, w), s in scores.items() if (v, w) == pytest.approx((chosen.x, chosen.yaw_rate))
+    )
     assert own == pytest.approx(least, abs=1e-9)
 
 
@@ -246,7 +248,7 @@ def test_says_that_every_trajectory_collides_and_from_where() -> None:
 
 
 BACK, FORTH, RIGHT, LEFT = range(4)
-V, W = (lambda v: Velocity(v, 0.0)), (lambda w: Velocity(0.0, w))
+V, W = (lambda v: Velocity(v)), (lambda w: Velocity(yaw_rate=w))
 
 
 @pytest.mark.parametrize(
@@ -258,7 +260,7 @@ V, W = (lambda v: Velocity(v, 0.0)), (lambda w: Velocity(0.0, w))
         ([V(0.1), V(-0.1), V(-0.1)], {FORTH}),
         ([W(0.1), W(-0.1)], {LEFT}),
         ([W(-0.1), W(0.0), W(0.1)], {RIGHT}),
-        ([Velocity(0.1, 0.1), Velocity(-0.1, -0.1)], {FORTH, LEFT}),
+        ([Velocity(0.1, yaw_rate=0.1), Velocity(-0.1, yaw_rate=-0.1)], {FORTH, LEFT}),
         ([V(0.0), W(0.1), W(0.2)], set()),
     ],
 )

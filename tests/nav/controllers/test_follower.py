@@ -22,7 +22,7 @@ from tests.nav.worlds import costmap_of, empty_grid, polyline
 
 ROBOT = Footprint.circle(0.25)
 FREE = costmap_of(empty_grid(8.0, 4.0))
-START, ON = SE2(1.0, 2.0), Velocity(0.2, 0.1)
+START, ON = SE2(1.0, 2.0), Velocity(0.2, yaw_rate=0.1)
 PATH = polyline([(1.0, 2.0), (5.0, 2.0)], 0.0)
 DRIVES = ControlResult(ControlStatus.SUCCEEDED, ON)
 BLOCKED = ControlResult(ControlStatus.NO_VALID_CONTROL, message="blocked ahead")

@@ -20,12 +20,12 @@ START = SE2(1.0, -2.0, 0.6)
 @pytest.mark.parametrize(
     ("velocity", "steps"),
     [
-        (Velocity(0.5, 0.0), 20),  # by 5 cm
-        (Velocity(-0.31, 0.0), 13),
-        (Velocity(0.4, 0.7), 16),
-        (Velocity(0.3, -1.9), 38),  # by 0.1 rad
-        (Velocity(0.0, 1.21), 25),
-        (Velocity(0.0, 0.0), 0),
+        (Velocity(0.5), 20),  # by 5 cm
+        (Velocity(-0.31), 13),
+        (Velocity(0.4, yaw_rate=0.7), 16),
+        (Velocity(0.3, yaw_rate=-1.9), 38),  # by 0.1 rad
+        (Velocity(yaw_rate=1.21), 25),
+        (Velocity(), 0),
     ],
 )
 def test_an_arc_is_the_exponential_of_its_twist_in_steps_fine_enough(
@@ -34,16 +34,16 @@ def test_an_arc_is_the_exponential_of_its_twist_in_steps_fine_enough(
     poses = rollout(START, velocity, 2.0, 0.05)
     assert len(poses) == 1 + steps
     for pose, time in zip(poses, np.linspace(0.0, 2.0, 1 + steps), strict=True):
-        expected = START @ SE2.exp(np.array([velocity.v, 0.0, velocity.w]) * time)
+        expected = START @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * time)
         assert pose[:2] == pytest.approx([expected.x, expected.y])
-        assert pose[2] == pytest.approx(START.theta + velocity.w * time), "it is not wrapped"
+        assert pose[2] == pytest.approx(START.theta + velocity.yaw_rate * time), "it is not wrapped"
 
 
 def test_an_arc_goes_round_once_and_has_no_more_poses_than_can_be_looked_at() -> None:
-    round_once = rollout(START, Velocity(0.5, -2.0), 60.0, 0.05)
+    round_once = rollout(START, Velocity(0.5, yaw_rate=-2.0), 60.0, 0.05)
     assert round_once[-1] == pytest.approx([1.0, -2.0, 0.6 - 2.0 * math.pi])
     assert len(round_once) == 1 + 63
-    assert len(rollout(START, Velocity(1e6, 0.0), 60.0, 0.05)) == 10_001
+    assert len(rollout(START, Velocity(1e6), 60.0, 0.05)) == 10_001
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -36,14 +36,14 @@ def shim(footprint: Footprint | None = None, **values: Any) -> Controller:
 
 
 def asked(controller: Controller, pose: SE2, w: float = 0.0) -> ControlResult:
-    return controller.compute(pose, Velocity(0.0, w), free(), 0.0)
+    return controller.compute(pose, Velocity(yaw_rate=w), free(), 0.0)
 
 
 def turns(controller: Controller, pose: SE2) -> bool:
     """Tell whether it turns itself: then it aims at no point."""
     result = asked(controller, pose)
     assert result.status is ControlStatus.SUCCEEDED
-    assert controller.carrot is not None or result.velocity.v == 0.0
+    assert controller.carrot is not None or result.velocity.x == 0.0
     return controller.carrot is None
 
 
@@ -63,8 +63,8 @@ def test_its_yaw_rate_goes_on_from_the_one_measured() -> None:
     controller = shim()
     for w, expected in ((0.0, 0.075), (0.5, 0.575), (W_MAX, W_MAX)):
         command = asked(controller, SE2(0.0, 0.0, -2.0), w).velocity
-        assert command.v == 0.0
-        assert command.w == pytest.approx(expected)
+        assert command.x == 0.0
+        assert command.yaw_rate == pytest.approx(expected)
 
 
 def test_a_turn_is_for_a_new_goal_only_if_that_is_asked_for() -> None:
@@ -98,8 +98,8 @@ def test_at_the_goal_it_turns_to_its_heading_where_that_is_asked_for(
     controller = make("mppi under the shim", rotate_to_goal_heading=True)  # it never only turns
     controller.set_path(ALL_ROUND[30:])
     command = asked(controller, SE2(4.0 - gap, 0.0, 0.9)).velocity
-    assert (command.v == 0.0) is turned
-    assert not turned or command.w == pytest.approx(0.075)
+    assert (command.x == 0.0) is turned
+    assert not turned or command.yaw_rate == pytest.approx(0.075)
 
 
 @pytest.mark.parametrize(
@@ -119,20 +119,20 @@ def test_a_turn_that_would_soon_hit_something_is_refused(
     cell = costmap.frame.to_cell(0.45 * math.cos(bearing), 0.45 * math.sin(bearing))
     costmap.data[cell] = 254
     controller = shim(BOX, simulate_ahead_time=ahead)
-    result = controller.compute(SE2(0.0, 0.0, -2.0), Velocity(0.0, W_MAX), costmap, 0.0)
+    result = controller.compute(SE2(0.0, 0.0, -2.0), Velocity(yaw_rate=W_MAX), costmap, 0.0)
     if hits:
         assert result.status is ControlStatus.NO_VALID_CONTROL
         assert result.message == "turning at (0.00, 0.00) would collide"
         assert result.velocity == STILL
     else:
-        assert (result.velocity.v, result.velocity.w) == (0.0, W_MAX)
+        assert (result.velocity.x, result.velocity.yaw_rate) == (0.0, W_MAX)
 
 
 def test_in_an_open_loop_a_turn_goes_on_from_what_was_commanded() -> None:
     for closed, rates in ((True, (0.075, 0.075)), (False, (0.075, 0.15))):
         controller = shim(closed_loop=closed, max_angular_accel=1.5)
         for rate in rates:
-            assert asked(controller, SE2(0.0, 0.0, -1.5)).velocity.w == pytest.approx(rate)
+            assert asked(controller, SE2(0.0, 0.0, -1.5)).velocity.yaw_rate == pytest.approx(rate)
 
 
 def test_it_may_turn_as_the_paths_pose_looks() -> None:
@@ -140,4 +140,4 @@ def test_it_may_turn_as_the_paths_pose_looks() -> None:
     for looks, first in ((False, 0.0), (True, -0.075)):
         controller = shim(use_path_orientations=looks, max_angular_accel=1.5)
         controller.set_path(aside)
-        assert asked(controller, SE2()).velocity.w == pytest.approx(first)
+        assert asked(controller, SE2()).velocity.yaw_rate == pytest.approx(first)

@@ -13,7 +13,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from tests.helpers.nav.bodies import Body
 from tests.nav.worlds import block, costmap_of, empty_grid
 
-TURN = Velocity(0.02, 1.5)
+TURN = Velocity(0.02, yaw_rate=1.5)
 ROUND = Footprint.circle(0.25)
 SQUARE = Footprint.polygon(Body.box(0.45, 0.38).corners)
 
@@ -31,11 +31,11 @@ def off(
     block(grid, 0.0, behind, 4.0, 0.2)
     costmap = costmap_of(grid, footprint="[]" if robot.circular else str(robot.points.tolist()))
     driven = straight_off(command, pose, costmap, robot, fastest)
-    assert driven is None or driven.w == 0.0
-    return None if driven is None else driven.v
+    assert driven is None or driven.yaw_rate == 0.0
+    return None if driven is None else driven.x
 
 
-@pytest.mark.parametrize("command", [TURN, Velocity(0.0, -0.3), Velocity(-0.1, 1.0)])
+@pytest.mark.parametrize("command", [TURN, Velocity(yaw_rate=-0.3), Velocity(-0.1, yaw_rate=1.0)])
 @pytest.mark.parametrize(("heading", "sign"), [(0.5, 1.0), (1.57, 1.0), (-0.5, -1.0)])
 def test_it_drives_off_the_way_it_looks_or_back(
     heading: float, sign: float, command: Velocity
@@ -49,7 +49,7 @@ def test_it_drives_off_the_way_it_looks_or_back(
     ("pose", "command"),
     [
         (SE2(2.0, 1.6, 0.5), TURN),  # it touches nothing
-        (SE2(2.0, 1.4, 0.5), Velocity(0.3, 0.5)),  # it drives more than it turns
+        (SE2(2.0, 1.4, 0.5), Velocity(0.3, yaw_rate=0.5)),  # it drives more than it turns
         (SE2(2.0, 1.4, 0.5), Velocity()),
         (SE2(2.0, 1.4, 0.0), TURN),  # along the wall it would not get off
     ],

@@ -97,9 +97,9 @@ def test_a_robot_too_near_to_a_wall_may_leave_but_not_press_on() -> None:
     costmap, footprint = costmap_of(grid), Footprint.circle(0.25)
     pose = SE2(1.85, 1.5, 0.0)
     assert collides(costmap, footprint, pose)
-    back = rollout(pose, Velocity(-0.2, 0.0), 3.0, 0.05)
-    ahead = rollout(pose, Velocity(0.2, 0.0), 1.0, 0.05)
-    turn = rollout(pose, Velocity(0.0, 0.5), 3.0, 0.05)
+    back = rollout(pose, Velocity(-0.2), 3.0, 0.05)
+    ahead = rollout(pose, Velocity(0.2), 1.0, 0.05)
+    turn = rollout(pose, Velocity(yaw_rate=0.5), 3.0, 0.05)
     assert first_collision(costmap, footprint, back) is None
     assert first_collision(costmap, footprint, turn) is None
     assert first_collision(costmap, footprint, ahead) == 1
@@ -110,20 +110,22 @@ def test_a_robot_that_left_an_obstacle_may_not_come_back() -> None:
     block(grid, 2.0, 0.0, 0.1, 3.0)
     block(grid, 0.2, 0.0, 0.1, 3.0)
     costmap, footprint = costmap_of(grid), Footprint.circle(0.25)
-    through = rollout(SE2(1.85, 1.5, 0.0), Velocity(-0.5, 0.0), 4.0, 0.05)
+    through = rollout(SE2(1.85, 1.5, 0.0), Velocity(-0.5), 4.0, 0.05)
     hit = first_collision(costmap, footprint, through)
     assert hit is not None
     assert through[hit, 0] == pytest.approx(0.275 + 0.25, abs=0.06)
 
 
 def test_rollout_is_exact() -> None:
-    arc = rollout(SE2(1.0, 2.0, 0.3), Velocity(0.4, 0.5), 2.0, 0.05)
+    arc = rollout(SE2(1.0, 2.0, 0.3), Velocity(0.4, yaw_rate=0.5), 2.0, 0.05)
     exact = SE2(1.0, 2.0, 0.3) @ SE2.exp(np.array([0.8, 0.0, 1.0]))
     np.testing.assert_allclose(arc[-1], exact.array(), atol=1e-12)
     assert np.hypot(*np.diff(arc[:, :2], axis=0).T).max() <= 0.05
 
 
-@pytest.mark.parametrize("velocity", [Velocity(0.0, 1e9), Velocity(1e9, 0.0), Velocity(1e9, -1e9)])
+@pytest.mark.parametrize(
+    "velocity", [Velocity(yaw_rate=1e9), Velocity(1e9), Velocity(1e9, yaw_rate=-1e9)]
+)
 def test_rollout_is_no_longer_than_a_round_however_fast(velocity: Velocity) -> None:
     arc = rollout(SE2(), velocity, 1e3, 0.05)
     assert 1 < len(arc) <= 10_001

@@ -68,7 +68,7 @@ class World:
 
     def move(self, velocity: object) -> None:
         if velocity is not None:
-            v, w = velocity.v, velocity.w  # type: ignore[attr-defined]
+            v, w = velocity.x, velocity.yaw_rate  # type: ignore[attr-defined]
             self.pose = self.pose @ SE2.exp(np.array([v, 0.0, w]) * DT)
         self.now += DT
 
@@ -230,12 +230,12 @@ def test_the_law_keeps_its_limits_and_is_the_same_mirrored(seed: int) -> None:
     for x, y, theta in rng.uniform(-2.0, 2.0, (200, 3)):
         target = SE2(float(x), float(y), float(theta))
         drive = steer(config, target)
-        assert abs(drive.w) <= config.v_angular_max + 1e-12
-        assert 0.0 <= drive.v <= config.v_linear_max + 1e-12
+        assert abs(drive.yaw_rate) <= config.v_angular_max + 1e-12
+        assert 0.0 <= drive.x <= config.v_linear_max + 1e-12
         mirrored = steer(config, SE2(target.x, -target.y, -target.theta))
-        assert (mirrored.v, mirrored.w) == pytest.approx((drive.v, -drive.w))
+        assert (mirrored.x, mirrored.yaw_rate) == pytest.approx((drive.x, -drive.yaw_rate))
         back = steer(config, SE2(-target.x, target.y, -target.theta), backward=True)
-        assert (back.v, back.w) == pytest.approx((-drive.v, -drive.w), abs=1e-9)
+        assert (back.x, back.yaw_rate) == pytest.approx((-drive.x, -drive.yaw_rate), abs=1e-9)
 
 
 def test_what_is_foreseen_ends_at_the_pose() -> None:

@@ -115,15 +115,15 @@ def test_so_near_the_end_it_goes_straight_on_until_it_is_level(
 def test_the_law_slows_down_near_the_pose_and_what_is_foreseen_is_what_it_drives() -> None:
     config = ControlLawConfig(v_linear_min=0.02, v_linear_max=0.25, slowdown_radius=0.5)
     for distance, v in ((0.6, 0.25), (0.5, 0.25), (0.2, 0.1), (0.01, 0.02)):
-        assert steer(config, SE2(distance)) == Velocity(pytest.approx(v), 0.0)  # type: ignore[arg-type]
-        assert steer(config, SE2(-distance), backward=True).v == pytest.approx(-v)
+        assert steer(config, SE2(distance)) == Velocity(pytest.approx(v))  # type: ignore[arg-type]
+        assert steer(config, SE2(-distance), backward=True).x == pytest.approx(-v)
     poses = foreseen(config, DOCK, DOCK @ SE2(1.0, 0.3, 0.2), False, 1.0, 0.1)
     assert len(poses) == 11
     pose = DOCK
     for expected in poses:
         assert pose.array() == pytest.approx(expected)
         velocity = steer(config, pose.inverse() @ DOCK @ SE2(1.0, 0.3, 0.2))
-        pose = pose @ SE2.exp((0.1 * velocity.v, 0.0, 0.1 * velocity.w))
+        pose = pose @ SE2.exp((0.1 * velocity.x, 0.0, 0.1 * velocity.yaw_rate))
     assert len(foreseen(config, IDENTITY, SE2(0.024), False, 1.0, 0.1)) == 1, "it is there"
     assert len(foreseen(config, IDENTITY, SE2(0.026), False, 1.0, 0.1)) == 2
 
@@ -229,7 +229,7 @@ def test_a_robot_that_docks_backwards_passes_the_dock_the_other_way() -> None:
     assert Ordered(config=config).approaching().tick(1.0, past).ended is not None
     velocity = Ordered(config=config).approaching().tick(1.0, before).velocity
     assert velocity is not None
-    assert velocity.v < 0.0
+    assert velocity.x < 0.0
 
 
 def test_after_contact_it_waits_for_the_current_or_has_done() -> None:
@@ -254,7 +254,7 @@ def test_to_try_again_it_drives_back_and_looks_anew_or_says_what_had_failed() ->
     order.tick(4.1, DOCK @ SE2(-0.2))
     back = order.tick(4.2, DOCK @ SE2(-0.2)).velocity
     assert back is not None
-    assert back.v < 0.0
+    assert back.x < 0.0
     stuck = order.tick(8.2, DOCK @ SE2(-0.2))
     assert stuck.ended is DockingError.FAILED_TO_CONTROL
     assert stuck.message == "no way back to the staging pose, after: no contact within 4 s"

@@ -39,7 +39,7 @@ def inside(points: Points, outline: Footprint, grown: float = 0.0) -> NDArray[np
 
 def seen_after(velocity: Velocity, points: Points, time: float) -> Points:
     """Return points as the robot sees them after a time [s]."""
-    return SE2.exp((velocity.v * time, 0.0, velocity.w * time)).inverse().apply(points)
+    return SE2.exp((velocity.x * time, 0.0, velocity.yaw_rate * time)).inverse().apply(points)
 
 
 @pytest.mark.parametrize("outline", [CIRCLE, BOX])
@@ -48,7 +48,7 @@ def test_as_long_as_nothing_that_stands_is_met(outline: Footprint, seed: int) ->
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1.2, 1.2, (12, 2))
     points = points[~inside(points, outline)]  # its own parts are another test's
-    velocity = Velocity(float(rng.uniform(-0.6, 0.8)), float(rng.uniform(-1.5, 1.5)))
+    velocity = Velocity(float(rng.uniform(-0.6, 0.8)), yaw_rate=float(rng.uniform(-1.5, 1.5)))
     free = 1.0
     for k in range(1, 10):
         if inside(seen_after(velocity, points, 0.1 * k), outline).sum() >= 2:
@@ -112,7 +112,7 @@ def test_it_can_be_at_rest_before_who_walks_past_turns_to_it(speed: float, gap: 
 
 
 def test_it_can_stop_turning_before_who_walks_past_turns_to_it() -> None:
-    part = moving(Velocity(0.0, 1.5), (0.0, 0.5), (0.6, 0.0), config=BRAKES_ALONE)
+    part = moving(Velocity(yaw_rate=1.5), (0.0, 0.5), (0.6, 0.0), config=BRAKES_ALONE)
     braking = part * 1.5 / 3.0
     assert 0.5 * part * 1.5 * 0.3 * braking + 0.6 * (0.1 + braking) == pytest.approx(0.1)
 
@@ -135,7 +135,7 @@ def test_who_goes_away_comes_back_with_half_of_its_speed_at_least(
 def test_the_first_part_of_the_velocity_that_meets_nobody_is_kept(seed: int) -> None:
     rng = np.random.default_rng(seed)
     outline = (CIRCLE, BOX)[seed % 2]
-    velocity = Velocity(float(rng.uniform(-0.4, 0.8)), float(rng.uniform(-1.0, 1.0)))
+    velocity = Velocity(float(rng.uniform(-0.4, 0.8)), yaw_rate=float(rng.uniform(-1.0, 1.0)))
     place = rng.uniform(-1.5, 1.5, 2)
     motion = rng.uniform(-0.8, 0.8, 2)
     gap = float(outline.gaps(place[None])[0][0])
@@ -143,7 +143,7 @@ def test_the_first_part_of_the_velocity_that_meets_nobody_is_kept(seed: int) -> 
         return
     parts, met = (1.0, 0.7, 0.4, 0.2, 0.0), []
     for part in parts:
-        slower = Velocity(part * velocity.v, part * velocity.w)
+        slower = Velocity(part * velocity.x, yaw_rate=part * velocity.yaw_rate)
         times = [
             0.1 * k
             for k in range(1, 16)

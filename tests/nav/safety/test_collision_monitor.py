@@ -19,7 +19,7 @@ from tests.helpers.nav.played import shipped_zones
 
 ROBOT = Footprint.circle(0.25)
 BOX = "[[0.5, 0.3], [0.5, -0.3], [-0.3, -0.3], [-0.3, 0.3]]"
-FORWARD = Velocity(0.4, 0.0)
+FORWARD = Velocity(0.4)
 
 
 def cluster(x: float, y: float, count: int = 8) -> NDArray[np.float64]:
@@ -55,32 +55,32 @@ def test_the_speed_falls_with_the_time_before_a_collision(gap: float, seconds: f
     verdict = judge(FORWARD, cluster(0.25 + gap, 0.0), **LATER)
     assert verdict.action is Action.APPROACH
     assert verdict.zone == "FootprintApproach"
-    assert verdict.velocity.v == pytest.approx(0.4 * seconds / 1.2, abs=0.4 * 0.11 / 1.2)
+    assert verdict.velocity.x == pytest.approx(0.4 * seconds / 1.2, abs=0.4 * 0.11 / 1.2)
 
 
 @pytest.mark.parametrize("gap", np.arange(0.02, 1.5, 0.06).tolist())
 def test_nobody_is_made_faster_and_who_comes_nearer_is_no_faster_than_before(gap: float) -> None:
     nearer, farther = (
-        judge(Velocity(0.4, 0.1), cluster(0.25 + each, 0.0), **LATER).velocity
+        judge(Velocity(0.4, yaw_rate=0.1), cluster(0.25 + each, 0.0), **LATER).velocity
         for each in (gap, gap + 0.06)
     )
-    assert 0.0 <= nearer.v <= farther.v + 1e-9 <= 0.4 + 2e-9
-    assert nearer.w == pytest.approx(0.25 * nearer.v)
+    assert 0.0 <= nearer.x <= farther.x + 1e-9 <= 0.4 + 2e-9
+    assert nearer.yaw_rate == pytest.approx(0.25 * nearer.x)
 
 
 def test_a_turn_is_slowed_where_a_corner_would_hit() -> None:
     long = Footprint.polygon(np.array([[0.4, 0.1], [0.4, -0.1], [-0.4, -0.1], [-0.4, 0.1]]))
     monitor = made(LATER)
     beside = cluster(0.25, 0.25)
-    assert monitor.judge(Velocity(0.0, 1.0), beside, long).action is Action.APPROACH
-    assert monitor.judge(Velocity(0.0, -0.1), beside, long).action is Action.DO_NOTHING
-    slowed = monitor.judge(Velocity(0.2, 1.0), beside, long).velocity
-    assert slowed.w / slowed.v == pytest.approx(5.0)  # the arc stays
+    assert monitor.judge(Velocity(yaw_rate=1.0), beside, long).action is Action.APPROACH
+    assert monitor.judge(Velocity(yaw_rate=-0.1), beside, long).action is Action.DO_NOTHING
+    slowed = monitor.judge(Velocity(0.2, yaw_rate=1.0), beside, long).velocity
+    assert slowed.yaw_rate / slowed.x == pytest.approx(5.0)  # the arc stays
 
 
 def test_by_default_a_robot_that_can_still_stop_is_not_slowed() -> None:
     assert judge(FORWARD, cluster(0.25 + 0.21, 0.0)) == Verdict(FORWARD)
-    assert judge(FORWARD, cluster(0.25 + 0.11, 0.0)).velocity.v == pytest.approx(0.4 * 2 / 5)
+    assert judge(FORWARD, cluster(0.25 + 0.11, 0.0)).velocity.x == pytest.approx(0.4 * 2 / 5)
 
 
 @pytest.mark.parametrize("footprint", [ROBOT, Footprint.polygon(np.array(
@@ -91,7 +91,7 @@ def test_a_robot_that_touches_something_may_go_where_it_gets_no_nearer(
     monitor = made({})
     touched = cluster(0.23, 0.0)
     assert monitor.judge(FORWARD, touched, footprint).velocity == Velocity()
-    back = Velocity(-0.3, 0.0)
+    back = Velocity(-0.3)
     assert monitor.judge(back, touched, footprint) == Verdict(back)
     wall = np.array([(x, 0.195) for x in np.arange(-1.0, 1.0, 0.01)])
     assert monitor.judge(FORWARD, wall, footprint) == Verdict(FORWARD)
@@ -110,9 +110,9 @@ def test_few_points_are_noise() -> None:
 
 def test_a_stop_zone_stops_whatever_the_direction() -> None:
     zone = {"polygons": ("PolygonStop",), "PolygonStop": {"action_type": "stop", "points": BOX}}
-    for velocity in (FORWARD, Velocity(-0.4, 0.0), Velocity(0.0, 1.0)):
+    for velocity in (FORWARD, Velocity(-0.4), Velocity(yaw_rate=1.0)):
         verdict = judge(velocity, cluster(0.4, 0.0), **zone)
-        assert verdict == Verdict(Velocity(0.0, 0.0), Action.STOP, "PolygonStop")
+        assert verdict == Verdict(Velocity(), Action.STOP, "PolygonStop")
     assert judge(FORWARD, cluster(0.6, 0.0), **zone) == Verdict(FORWARD)
     assert judge(FORWARD, cluster(-0.25, 0.28), **zone).action is Action.STOP
     assert judge(FORWARD, cluster(-0.35, 0.0), **zone).action is Action.DO_NOTHING
@@ -120,8 +120,8 @@ def test_a_stop_zone_stops_whatever_the_direction() -> None:
 
 def test_a_slow_zone_leaves_a_part() -> None:
     zone = {"polygons": ("PolygonSlow",), "PolygonSlow": {**SLOW, "radius": 1.0}}
-    verdict = judge(Velocity(0.4, 0.2), cluster(0.0, 0.9), **zone)
-    assert verdict.velocity == Velocity(pytest.approx(0.2), pytest.approx(0.1))  # type: ignore[arg-type]
+    verdict = judge(Velocity(0.4, yaw_rate=0.2), cluster(0.0, 0.9), **zone)
+    assert verdict.velocity == Velocity(pytest.approx(0.2), yaw_rate=pytest.approx(0.1))  # type: ignore[arg-type]
     assert verdict.action is Action.SLOWDOWN
 
 
@@ -130,9 +130,9 @@ def test_a_limit_zone_keeps_the_arc() -> None:
         "polygons": ("PolygonLimit",),
         "PolygonLimit": {**SLOW, "action_type": "limit", "linear_limit": 0.1},
     }
-    verdict = judge(Velocity(0.4, 0.2), cluster(0.0, 0.4), **zone)
-    assert verdict.velocity == Velocity(pytest.approx(0.1), pytest.approx(0.05))  # type: ignore[arg-type]
-    slow = Velocity(0.05, 0.2)
+    verdict = judge(Velocity(0.4, yaw_rate=0.2), cluster(0.0, 0.4), **zone)
+    assert verdict.velocity == Velocity(pytest.approx(0.1), yaw_rate=pytest.approx(0.05))  # type: ignore[arg-type]
+    slow = Velocity(0.05, yaw_rate=0.2)
     assert judge(slow, cluster(0.0, 0.4), **zone) == Verdict(slow)
 
 
@@ -171,7 +171,7 @@ def test_zones_have_any_names_and_several_may_do_the_same() -> None:
     for x, zone, left in ((0.35, "Near", 0.0), (0.45, "Far", 0.12), (0.9, "PolygonSlow", 0.24)):
         verdict = judge(FORWARD, cluster(x, 0.0), **zones)
         assert verdict.zone == zone
-        assert verdict.velocity.v == pytest.approx(left)
+        assert verdict.velocity.x == pytest.approx(left)
 
 
 @pytest.mark.parametrize(
@@ -204,7 +204,7 @@ def test_it_slows_down_for_what_will_cross_its_way() -> None:
     assert judge_moving(FORWARD, someone, np.zeros((8, 2))) == Verdict(FORWARD)
     verdict = judge_moving(FORWARD, someone, CROSSING)
     assert verdict.action is Action.APPROACH
-    assert verdict.velocity.v < 0.3
+    assert verdict.velocity.x < 0.3
 
 
 def test_it_drives_on_where_what_moves_goes_away_or_behind_it() -> None:
@@ -222,7 +222,7 @@ def test_it_drives_away_from_what_comes_after_it_and_stands_before_what_comes_at
 def test_a_long_nose_turns_away_from_who_comes_and_not_to_him(v: float, x: float, y: float) -> None:
     nose = Footprint.polygon(np.array([[0.6, 0.1], [0.6, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
     monitor, coming = made({}), np.full((8, 2), (0.0, -0.3))
-    to_him, away = Velocity(v, 0.8), Velocity(v, -0.8)
+    to_him, away = Velocity(v, yaw_rate=0.8), Velocity(v, yaw_rate=-0.8)
     assert monitor.judge(to_him, cluster(x, y), nose, coming).velocity == Velocity()
     assert monitor.judge(away, cluster(x, y), nose, coming) == Verdict(away)
 
@@ -232,8 +232,8 @@ def test_a_long_nose_is_not_swung_into_who_strolls_beside_it(w: float) -> None:
     nose = Footprint.polygon(np.array([[0.9, 0.1], [0.9, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
     beside = cluster(0.6, 0.7 if w > 0.0 else -0.7)
     strolling = np.full((8, 2), (0.2, 0.0))
-    monitor, turning = made({}), Velocity(0.0, w)
-    assert abs(monitor.judge(turning, beside, nose, strolling).velocity.w) < abs(w)
+    monitor, turning = made({}), Velocity(yaw_rate=w)
+    assert abs(monitor.judge(turning, beside, nose, strolling).velocity.yaw_rate) < abs(w)
     assert monitor.judge(turning, 2.0 * beside, nose, strolling) == Verdict(turning)
 
 
@@ -251,16 +251,16 @@ STRAY = np.full((8, 2), (0.0, 1.0))  # who walks past, and may turn
 @pytest.mark.parametrize("gap", [0.12, 0.3, 0.5, 0.8])
 def test_it_can_be_at_rest_before_who_walks_past_turns_to_it(gap: float) -> None:
     verdict = judge_moving(FORWARD, cluster(0.25 + gap, 0.0), STRAY)
-    speed = verdict.velocity.v
+    speed = verdict.velocity.x
     assert gap >= speed / BRAKES.deceleration * (1.0 + 0.5 * speed)
     assert speed == pytest.approx(0.4) or speed > 0.4 * (gap - 0.2)
 
 
 def test_who_turns_about_is_reckoned_with_as_fast_as_before() -> None:
-    monitor, turning = made({}), Velocity(0.0, 1.0)
+    monitor, turning = made({}), Velocity(yaw_rate=1.0)
     points, slow = cluster(0.0, 0.55), np.full((8, 2), (0.0, 0.1))
     allowed = [
-        monitor.judge(turning, points, ROBOT, slow, np.full(8, speed)).velocity.w
+        monitor.judge(turning, points, ROBOT, slow, np.full(8, speed)).velocity.yaw_rate
         for speed in (0.1, 1.2)
     ]
     assert allowed[0] == 1.0
@@ -271,14 +271,14 @@ def test_who_turns_about_is_reckoned_with_as_fast_as_before() -> None:
 def test_it_turns_in_place_no_faster_than_it_can_stop_beside_who_walks(
     gap: float, turns: bool
 ) -> None:
-    turning = Velocity(0.0, 1.6)
+    turning = Velocity(yaw_rate=1.6)
     verdict = judge_moving(turning, cluster(0.0, 0.25 + gap), -STRAY)
     assert (verdict == Verdict(turning)) is turns
-    seconds = verdict.velocity.w / BRAKES.angular_deceleration
+    seconds = verdict.velocity.yaw_rate / BRAKES.angular_deceleration
     assert 1.0 * seconds <= max(gap - 0.1, 0.0) or turns
 
 
-@pytest.mark.parametrize("velocity", [Velocity(5e-324, 0.0), Velocity(0.0, -1e-310)])
+@pytest.mark.parametrize("velocity", [Velocity(5e-324), Velocity(yaw_rate=-1e-310)])
 def test_next_to_no_velocity_is_allowed(velocity: Velocity) -> None:
     assert judge_moving(velocity, cluster(0.35, 0.0), STRAY) == Verdict(velocity)
 
@@ -286,13 +286,13 @@ def test_next_to_no_velocity_is_allowed(velocity: Velocity) -> None:
 def test_it_leaves_who_touches_it_and_presses_on_nobody() -> None:
     touching = cluster(0.24, 0.0)
     assert judge_moving(FORWARD, touching, STRAY).velocity == Velocity()
-    assert judge_moving(Velocity(0.0, 0.5), touching, STRAY).velocity == Velocity()
-    back = Velocity(-0.3, 0.0)
+    assert judge_moving(Velocity(yaw_rate=0.5), touching, STRAY).velocity == Velocity()
+    back = Velocity(-0.3)
     assert judge_moving(back, touching, STRAY) == Verdict(back)
 
 
 def test_it_turns_on_while_somebody_yet_far_walks_up_to_it() -> None:
-    turning, someone = Velocity(0.0, 0.3), cluster(1.2, 0.0)
+    turning, someone = Velocity(yaw_rate=0.3), cluster(1.2, 0.0)
     verdict = judge_moving(turning, someone, np.full((8, 2), (-0.9, 0.0)))
     assert verdict == Verdict(turning)
 
@@ -301,15 +301,15 @@ def test_it_turns_on_while_somebody_yet_far_walks_up_to_it() -> None:
 def test_it_turns_slowly_beside_what_has_come_though_its_motion_is_not_known(
     speed: float, held: bool
 ) -> None:
-    turning, someone = Velocity(0.0, 1.6), cluster(0.0, 0.6)
+    turning, someone = Velocity(yaw_rate=1.6), cluster(0.0, 0.6)
     monitor = made({})
     unknown = np.zeros((8, 2))
     verdict = monitor.judge(turning, someone, ROBOT, unknown, np.full(8, speed))
-    assert (verdict.velocity.w < 0.8) is held
+    assert (verdict.velocity.yaw_rate < 0.8) is held
 
 
 def test_it_reckons_that_who_walks_away_may_turn_about() -> None:
-    turning, someone = Velocity(0.0, 1.6), cluster(0.0, 0.45)
+    turning, someone = Velocity(yaw_rate=1.6), cluster(0.0, 0.45)
     away, far = np.full((8, 2), (0.0, 1.0)), cluster(0.0, 1.0)
-    assert judge_moving(turning, someone, away).velocity.w < 0.8
+    assert judge_moving(turning, someone, away).velocity.yaw_rate < 0.8
     assert judge_moving(turning, far, away) == Verdict(turning)

@@ -44,12 +44,16 @@ def test_by_default_there_are_no_zones_and_four_points_count() -> None:
 @pytest.mark.parametrize(
     ("zone", "velocity", "left"),
     [
-        ({"action_type": "slowdown"}, Velocity(0.4, 0.2), Velocity(0.2, 0.1)),
+        ({"action_type": "slowdown"}, Velocity(0.4, yaw_rate=0.2), Velocity(0.2, yaw_rate=0.1)),
         ({"action_type": "slowdown", "slowdown_ratio": 0.3}, Velocity(-1.0), Velocity(-0.3)),
-        ({"action_type": "limit"}, Velocity(0.4, 0.2), Velocity(0.4, 0.2)),
-        ({"action_type": "limit"}, Velocity(2.0, 0.2), Velocity(0.5, 0.05)),
-        ({"action_type": "limit", "angular_limit": 0.1}, Velocity(0.4, 0.2), Velocity(0.2, 0.1)),
-        ({"action_type": "none"}, Velocity(0.4, 0.2), Velocity(0.4, 0.2)),
+        ({"action_type": "limit"}, Velocity(0.4, yaw_rate=0.2), Velocity(0.4, yaw_rate=0.2)),
+        ({"action_type": "limit"}, Velocity(2.0, yaw_rate=0.2), Velocity(0.5, yaw_rate=0.05)),
+        (
+            {"action_type": "limit", "angular_limit": 0.1},
+            Velocity(0.4, yaw_rate=0.2),
+            Velocity(0.2, yaw_rate=0.1),
+        ),
+        ({"action_type": "none"}, Velocity(0.4, yaw_rate=0.2), Velocity(0.4, yaw_rate=0.2)),
         ({"max_points": 3}, Velocity(0.4), Velocity()),
         ({"max_points": 4}, Velocity(0.4), Velocity(0.4)),
         ({"enabled": False}, Velocity(0.4), Velocity(0.4)),
@@ -57,7 +61,7 @@ def test_by_default_there_are_no_zones_and_four_points_count() -> None:
 )
 def test_what_a_zone_leaves(zone: dict[str, Any], velocity: Velocity, left: Velocity) -> None:
     verdict = judge(velocity, four(0.4, 0.4), {"Zone": {"points": SQUARE, **zone}})
-    assert (verdict.velocity.v, verdict.velocity.w) == pytest.approx((left.v, left.w))
+    assert (verdict.velocity.x, verdict.velocity.yaw_rate) == pytest.approx((left.x, left.yaw_rate))
 
 
 @pytest.mark.parametrize(
@@ -73,7 +77,7 @@ def test_what_a_zone_leaves(zone: dict[str, Any], velocity: Velocity, left: Velo
         (Velocity(0.5), (1.29, 0.0), 2.0, 0.95),
         (Velocity(0.5), (0.84, 0.21), 2.0, 1.0),  # beside its path
         # 0.35 m off, it is inside from 0.541 to 0.608 rad aside: turned by 0.5 rad, the 5th step
-        (Velocity(0.0, 1.0), (0.35 * math.cos(1.05), 0.35 * math.sin(1.05)), 1.0, 0.4),
+        (Velocity(yaw_rate=1.0), (0.35 * math.cos(1.05), 0.35 * math.sin(1.05)), 1.0, 0.4),
     ],
 )
 def test_it_approaches_by_the_time_of_the_first_step_that_collides(
@@ -81,15 +85,15 @@ def test_it_approaches_by_the_time_of_the_first_step_that_collides(
 ) -> None:
     zone = {"Foot": {**APPROACH, "time_before_collision": kept}}
     verdict = judge(velocity, [point], zone)
-    left = (verdict.velocity.v, verdict.velocity.w)
-    assert left == pytest.approx((velocity.v * part, velocity.w * part), abs=1e-9)
+    left = (verdict.velocity.x, verdict.velocity.yaw_rate)
+    assert left == pytest.approx((velocity.x * part, velocity.yaw_rate * part), abs=1e-9)
 
 
 def test_it_approaches_with_its_own_points_or_radius() -> None:
     for own in ({"points": SQUARE}, {"type": "circle", "radius": 0.5}):
         zone = {"action_type": "approach", "min_points": 1, **own}
         verdict = judge(Velocity(0.5), [(0.94, 0.0)], {"Zone": zone})
-        assert verdict.velocity.v == pytest.approx(0.5 * 0.8 / 2.0)  # 0.44 m: the ninth step
+        assert verdict.velocity.x == pytest.approx(0.5 * 0.8 / 2.0)  # 0.44 m: the ninth step
 
 
 MOVING = {
@@ -112,8 +116,8 @@ MOVING = {
         (Velocity(0.05), {"beside"}),  # the first that holds it counts
         (Velocity(0.06), {"ahead"}),
         (Velocity(-0.5), {"behind"}),
-        (Velocity(0.0, 0.5), {"beside"}),
-        (Velocity(0.5, 1.5), set()),  # none holds it, and none did before
+        (Velocity(yaw_rate=0.5), {"beside"}),
+        (Velocity(0.5, yaw_rate=1.5), set()),  # none holds it, and none did before
     ],
 )
 def test_a_velocity_polygon_is_chosen_by_the_velocity(velocity: Velocity, stops: set[str]) -> None:

@@ -42,7 +42,7 @@ def test_a_robot_that_stops_harder_than_it_brakes_is_stuck(after: float, stuck: 
 
 def test_a_robot_has_stopped_once_it_stood_long_enough() -> None:
     xml = '<IsStopped duration_stopped="250" velocity_threshold="0.1"/>'
-    slow, turning = Velocity(0.09, -0.09), Velocity(0.0, 0.1)
+    slow, turning = Velocity(0.09, yaw_rate=-0.09), Velocity(yaw_rate=0.1)
     said = speeds(xml, Velocity(0.1), slow, slow, slow, slow, slow, turning, STILL)
     assert said == [FAILURE, RUNNING, RUNNING, RUNNING, SUCCESS, RUNNING, FAILURE, RUNNING]
     assert speeds("<IsStopped/>", STILL, STILL, STILL, dt=0.55) == [RUNNING, RUNNING, SUCCESS]

@@ -55,7 +55,7 @@ def test_backup_drives_back_the_distance(robot: PlayedRobot) -> None:
     robot.run_until_done(goal, 4.0)
     assert goal.status == SUCCEEDED
     assert robot.pose.x == pytest.approx(-0.3, abs=0.03)
-    assert min(command.v for command in robot.commands) == pytest.approx(-0.15)
+    assert min(command.x for command in robot.commands) == pytest.approx(-0.15)
     assert goal.feedback[-1].distance_traveled == pytest.approx(0.3, abs=0.03)
     assert seconds(goal.result.total_elapsed_time) == pytest.approx(2.1, abs=0.2)
     assert robot.command == STILL
@@ -111,7 +111,7 @@ def test_teleoperation_drives_as_commanded_until_told_to_end(robot: PlayedRobot)
     assert robot.command == STILL
     command(robot, 0.3, 0.4)
     robot.run(0.3)
-    assert robot.command == Velocity(pytest.approx(0.3), pytest.approx(0.4))  # type: ignore[arg-type]
+    assert robot.command == Velocity(pytest.approx(0.3), yaw_rate=pytest.approx(0.4))  # type: ignore[arg-type]
     robot.run(1.0)
     assert robot.command == STILL  # nobody commands any more
     robot.bench.publish(Empty, "/preempt_teleop", Empty())
@@ -132,14 +132,14 @@ def test_teleoperation_slows_down_and_stops_before_a_wall(robot: PlayedRobot) ->
     for _ in range(40):
         command(robot, 0.4)
         robot.run(0.1)
-        speeds.append(robot.command.v)
+        speeds.append(robot.command.x)
     assert speeds[3] == pytest.approx(0.4)
     assert any(0.05 < speed < 0.35 for speed in speeds)
     assert speeds[-1] == 0.0
     assert robot.pose.x < 1.0 - 0.28
     command(robot, -0.2)
     robot.run(0.2)
-    assert robot.command.v == pytest.approx(-0.2)
+    assert robot.command.x == pytest.approx(-0.2)
 
 
 def test_spinning_stops_where_a_corner_would_hit() -> None:

@@ -79,7 +79,7 @@ def test_the_default_tree_replans_once_a_second(robot: PlayedRobot) -> None:
         if change.current_status == "RUNNING" and change.uid == plan_uid(log)
     ]
     assert len(planned) in (4, 5)
-    assert robot.command.v > 0.2  # a new path is taken without a stop
+    assert robot.command.x > 0.2  # a new path is taken without a stop
 
 
 def plan_uid(log: list[Any]) -> int:
@@ -135,7 +135,7 @@ def test_a_newer_goal_replaces_the_running_one_of_the_same_tree(robot: PlayedRob
     newer = go(robot, SE2(3.0, 1.4), TO_POSE)
     robot.run(1.2)
     assert_failed(older, 0)
-    assert min(command.v for command in robot.commands) > 0.1
+    assert min(command.x for command in robot.commands) > 0.1
     other = go(robot, GOAL)  # by the navigator's own rules
     assert_failed(other, 0)
     assert TO_POSE in other.result.error_msg

@@ -76,7 +76,7 @@ def test_a_bad_goal_leaves_the_running_one_alone(
     bad = go(robot, goal)
     robot.run(0.5)
     assert_failed(bad, code)
-    assert min(command.v for command in robot.commands) > 0.1
+    assert min(command.x for command in robot.commands) > 0.1
     robot.run_until_done(good, 30.0)
     assert good.status == SUCCEEDED
 
@@ -96,9 +96,9 @@ def test_what_cannot_be_reached_fails_after_the_recoveries() -> None:
     robot.run_until_done(goal, 60.0)
     assert_failed(goal, 208)
     assert goal.feedback[-1].number_of_recoveries == 4
-    rates = [command.w for command in robot.commands]
+    rates = [command.yaw_rate for command in robot.commands]
     assert max(rates) > 0.5  # it span
-    assert min(command.v for command in robot.commands) == pytest.approx(-0.15)  # backed up
+    assert min(command.x for command in robot.commands) == pytest.approx(-0.15)  # backed up
     assert_stopped_for_good(robot)
     robot.close()
 

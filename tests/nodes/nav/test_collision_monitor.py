@@ -65,13 +65,13 @@ def told(messages: list[Any]) -> list[tuple[int, str]]:
 def test_the_robot_stops_before_a_wall_and_may_drive_back(robot: PlayedRobot) -> None:
     changes = states(robot)
     drive(robot, 0.4, 1.0)
-    assert robot.command.v == pytest.approx(0.4)
+    assert robot.command.x == pytest.approx(0.4)
     drive(robot, 0.4, 7.0)
     assert robot.pose.x < 1.2 - 0.25
-    assert robot.command.v < 0.06
+    assert robot.command.x < 0.06
     assert told(changes) == [(State.APPROACH, "FootprintApproach")]
     drive(robot, -0.2, 1.0)
-    assert robot.command.v == pytest.approx(-0.2)
+    assert robot.command.x == pytest.approx(-0.2)
     assert told(changes)[-1] == (State.DO_NOTHING, "")
 
 
@@ -79,15 +79,15 @@ def test_without_sight_the_robot_stands(robot: PlayedRobot) -> None:
     changes = states(robot)
     robot.sees = False
     drive(robot, 0.2, 0.16)
-    assert robot.command.v == pytest.approx(0.2)
+    assert robot.command.x == pytest.approx(0.2)
     drive(robot, 0.2, 0.08)
-    assert 0.0 < robot.command.v < 0.17
+    assert 0.0 < robot.command.x < 0.17
     drive(robot, 0.2, 0.16)
     assert robot.command == STILL
     assert told(changes) == [(State.SLOWDOWN, "invalid source"), (State.STOP, "invalid source")]
     robot.sees = True
     drive(robot, -0.2, 0.4)
-    assert robot.command.v == pytest.approx(-0.2)
+    assert robot.command.x == pytest.approx(-0.2)
 
 
 def test_what_was_seen_is_moved_with_the_robot() -> None:
@@ -97,8 +97,8 @@ def test_what_was_seen_is_moved_with_the_robot() -> None:
     robot.sees = False
     drive(robot, 0.4, 0.7)
     nearest = 1.2 - robot.pose.x - 0.25
-    assert robot.command.v == pytest.approx(0.4 * min(nearest / 0.4 / 1.2, 1.0), abs=0.05)
-    assert robot.command.v < 0.38
+    assert robot.command.x == pytest.approx(0.4 * min(nearest / 0.4 / 1.2, 1.0), abs=0.05)
+    assert robot.command.x < 0.38
     robot.close()
 
 
@@ -110,13 +110,13 @@ def test_it_can_be_switched_off_and_on(robot: PlayedRobot) -> None:
     robot.pose = SE2(0.85, 0.0)
     robot.run(0.2)
     drive(robot, 0.1, 0.2)
-    assert robot.command.v < 0.1
+    assert robot.command.x < 0.1
     toggle(False)
     drive(robot, 0.1, 0.1)
-    assert robot.command.v == pytest.approx(0.1)
+    assert robot.command.x == pytest.approx(0.1)
     toggle(True)
     drive(robot, 0.1, 0.1)
-    assert robot.command.v < 0.1
+    assert robot.command.x < 0.1
 
 
 def test_zero_is_repeated_for_a_while_only(robot: PlayedRobot) -> None:
@@ -129,7 +129,7 @@ def test_zero_is_repeated_for_a_while_only(robot: PlayedRobot) -> None:
     drive(robot, 0.0, 0.5)
     assert not robot.commands
     drive(robot, 0.1, 0.1)
-    assert robot.command.v == pytest.approx(0.1)
+    assert robot.command.x == pytest.approx(0.1)
 
 
 def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
@@ -145,7 +145,7 @@ def test_a_slow_scanner_is_not_taken_for_a_dead_one(robot: PlayedRobot) -> None:
         robot.run(0.1)
         robot.sees = False
     drive(robot, 0.2, 1.2)
-    assert robot.command.v == pytest.approx(0.2)
+    assert robot.command.x == pytest.approx(0.2)
     drive(robot, 0.2, 1.6)
     assert robot.command == STILL
 
@@ -155,7 +155,7 @@ def test_a_scan_that_is_stamped_by_its_first_ray_slows_nothing(robot: PlayedRobo
     drive(robot, 0.2, 1.0)
     robot.forget()
     drive(robot, 0.2, 1.0)
-    assert min(command.v for command in robot.commands) == pytest.approx(0.2)
+    assert min(command.x for command in robot.commands) == pytest.approx(0.2)
 
 
 def test_a_robot_without_a_scanner_is_not_held() -> None:
@@ -168,7 +168,7 @@ def test_a_robot_without_a_scanner_is_not_held() -> None:
     robot.sees = False
     robot.run(0.5)
     drive(robot, 0.2, 0.2)
-    assert robot.command.v == pytest.approx(0.2)
+    assert robot.command.x == pytest.approx(0.2)
     robot.close()
 
 
@@ -183,7 +183,7 @@ def test_a_goal_is_reached_through_the_whole_chain() -> None:
     robot.run_until_done(goal, 40.0)
     assert goal.status == SUCCEEDED
     assert robot.pose.distance(SE2(1.5, 1.0)) < 0.2
-    speeds = [command.v for command in robot.commands]
+    speeds = [command.x for command in robot.commands]
     assert max(b - a for a, b in itertools.pairwise(speeds)) <= 2.5 / 20.0 + 1e-9
     robot.run(1.0)
     assert robot.command == STILL

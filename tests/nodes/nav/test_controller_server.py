@@ -77,13 +77,13 @@ def test_a_path_in_another_frame_than_the_costmap_is_followed(robot: PlayedRobot
 def test_a_new_path_is_taken_without_a_stop(robot: PlayedRobot) -> None:
     older = follow(robot, path((2.0, 0.0)))
     robot.run(2.0)
-    assert robot.command.v > 0.3
+    assert robot.command.x > 0.3
     robot.forget()
     newer = follow(robot, path((2.0, 0.1)))
     assert_failed(older, Result.UNKNOWN)
     assert "replaced" in older.result.error_msg
     robot.run(0.5)
-    assert min(command.v for command in robot.commands) > 0.3
+    assert min(command.x for command in robot.commands) > 0.3
     robot.run_until_done(newer, 10.0)
     assert newer.status == SUCCEEDED
 
@@ -91,7 +91,7 @@ def test_a_new_path_is_taken_without_a_stop(robot: PlayedRobot) -> None:
 def test_cancellation_stops_the_robot_at_once_and_for_good(robot: PlayedRobot) -> None:
     goal = follow(robot, path((2.0, 0.0)))
     robot.run(2.0)
-    assert robot.command.v > 0.3
+    assert robot.command.x > 0.3
     robot.forget()
     goal.cancel()
     assert goal.status == CANCELED
@@ -114,17 +114,17 @@ def test_a_speed_limit_holds_at_once(robot: PlayedRobot, limit: SpeedLimit, spee
     robot.run(1.0)
     robot.bench.publish(SpeedLimit, "/speed_limit", limit)
     robot.run(0.5)
-    assert robot.command.v == pytest.approx(speed)
+    assert robot.command.x == pytest.approx(speed)
 
 
 def test_a_speed_limit_outlasts_the_path_and_can_be_lifted(robot: PlayedRobot) -> None:
     robot.bench.publish(SpeedLimit, "/speed_limit", SpeedLimit(speed_limit=0.25))
     follow(robot, path((3.0, 0.0)))
     robot.run(1.0)
-    assert robot.command.v == pytest.approx(0.25)
+    assert robot.command.x == pytest.approx(0.25)
     robot.bench.publish(SpeedLimit, "/speed_limit", SpeedLimit())
     robot.run(0.5)
-    assert robot.command.v == pytest.approx(0.4)
+    assert robot.command.x == pytest.approx(0.4)
 
 
 def not_finite() -> Path:
@@ -318,6 +318,6 @@ def test_slow_measurements_count_as_standing() -> None:
     robot = made(min_x_velocity_threshold=1.0, min_theta_velocity_threshold=9.0)
     goal = follow(robot, path((1.0, 0.0)))
     robot.run(2.0)
-    assert robot.command.v > 0.1
+    assert robot.command.x > 0.1
     assert {each.speed for each in goal.feedback} == {0.0}
     robot.close()

@@ -87,10 +87,10 @@ def test_every_controller_follows_in_the_server(controlled: PlayedRobot, k: int)
 def test_a_user_s_own_controller_is_chosen_by_the_goal(controlled: PlayedRobot) -> None:
     follow(controlled, controller_id="Crawl")
     controlled.run(1.0)
-    assert controlled.command.v == pytest.approx(0.07)
+    assert controlled.command.x == pytest.approx(0.07)
     follow(controlled, controller_id="FollowPath")
     controlled.run(1.5)
-    assert controlled.command.v > 0.3
+    assert controlled.command.x > 0.3
 
 
 def test_its_parameters_are_the_node_s(controlled: PlayedRobot) -> None:
@@ -110,7 +110,7 @@ def test_the_goal_chooses_its_checkers(controlled: PlayedRobot) -> None:
     exact = follow(controlled, goal_checker_id="standing")
     controlled.run_until_done(exact, 10.0)
     assert exact.status == SUCCEEDED
-    assert abs(controlled.command.v) < 0.25
+    assert abs(controlled.command.x) < 0.25
 
 
 @pytest.mark.parametrize(
@@ -176,6 +176,6 @@ def test_a_selector_topic_chooses_for_the_navigator() -> None:
     goal = NavigateToPose.Goal(pose=pose_stamped(SE2(1.5, 0.0), "map", 0.0))
     robot.send(NavigateToPose, "navigate_to_pose", goal)
     robot.run(2.0)
-    assert robot.command.v == pytest.approx(0.07)
+    assert robot.command.x == pytest.approx(0.07)
     assert len(plans[-1].poses) == 7
     robot.close()

@@ -45,7 +45,7 @@ def test_a_command_is_followed_smoothly_until_it_ceases(robot: PlayedRobot) -> N
     assert not robot.commands
     command(robot, 0.4)
     robot.run(0.5)
-    speeds = [each.v for each in robot.commands]
+    speeds = [each.x for each in robot.commands]
     assert speeds == sorted(speeds)
     assert speeds[0] < 0.2
     assert speeds[-1] == pytest.approx(0.4)
@@ -72,7 +72,7 @@ def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:
     robot.run(0.5)
     command(robot, math.nan)
     robot.run(0.2)
-    assert robot.command.v == pytest.approx(0.3)
+    assert robot.command.x == pytest.approx(0.3)
 
 
 def test_a_stop_is_passed_on_without_time_passing(robot: PlayedRobot) -> None:

@@ -119,7 +119,7 @@ def test_the_robot_waits_at_each_waypoint() -> None:
 def test_cancellation_stops_the_robot_at_once_and_for_good(robot: PlayedRobot) -> None:
     goal = follow(robot, SE2(3.0, 1.0), *SQUARE)
     robot.run(3.0)
-    assert robot.command.v > 0.2
+    assert robot.command.x > 0.2
     goal.cancel()
     assert goal.status == CANCELED
     assert robot.command == STILL
@@ -135,7 +135,7 @@ def test_a_newer_list_replaces_the_running_one_without_a_stop(robot: PlayedRobot
     newer = follow(robot, SE2(2.0, 0.8), SE2(2.5, 1.0))
     assert_failed(older, UNKNOWN)
     robot.run(0.3)
-    assert min(command.v for command in robot.commands) > 0.1
+    assert min(command.x for command in robot.commands) > 0.1
     robot.run_until_done(newer, 30.0)
     assert newer.status == SUCCEEDED
     assert indices(newer) == [0, 1]
@@ -154,7 +154,7 @@ def test_a_list_without_its_waypoint_is_an_error_and_leaves_the_running_one_alon
     assert says in goal.result.error_msg
     robot.run(0.5)
     assert not running.done
-    assert robot.command.v > 0.2
+    assert robot.command.x > 0.2
 
 
 def test_a_list_that_leads_nowhere_ends_also_what_it_was_to_replace(robot: PlayedRobot) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.sim import SimNode
 from arjuna_sim.physics import viewer
@@ -60,7 +60,7 @@ def drive(sim: SimNode, seconds: float) -> bytes:
     for _ in range(round(seconds / 0.02)):
         wall += 0.02
         sim.realtime_due(wall)
-        sim.simulator.robots[SOLO].drive(Velocity(0.3, 0.2))
+        sim.simulator.robots[SOLO].drive(Velocity(0.3, yaw_rate=0.2))
         sim.tick()
         places.append(sim.simulator.robots[SOLO].truth().pose.array())
     return np.array(places).tobytes()

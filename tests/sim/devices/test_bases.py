@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from arjuna_sim.devices.drive import Kinematics, Velocity
+from arjuna_core.twist import Velocity
+from arjuna_sim.devices.drive import Kinematics
 from arjuna_sim.devices.driving.bases import SidesBase
 from arjuna_sim.devices.driving.rollers import RollerBase
 from arjuna_sim.devices.driving.steered import SteeredBase, SteeredWheel
@@ -31,7 +32,7 @@ def car(axle: float = 0.0, signs: tuple[float, float] = (1.0, 1.0)) -> SteeredBa
 @pytest.mark.parametrize("axle", [0.0, -0.4])
 @pytest.mark.parametrize("bend", [0.0, 0.4, -0.4])
 def test_a_cars_wheels_all_roll_about_one_centre(axle: float, bend: float) -> None:
-    base, velocity = car(axle, (1.0, -1.0)), Velocity(0.5, 0.5 * bend)
+    base, velocity = car(axle, (1.0, -1.0)), Velocity(0.5, yaw_rate=0.5 * bend)
     across = np.array([TRACK / 2, -TRACK / 2])
     inner = np.array([math.atan(LENGTH * bend / (1.0 - bend * y)) for y in across])
     assert base.angles(velocity) == pytest.approx(inner * (1.0, -1.0))
@@ -48,7 +49,7 @@ def test_wheels_that_steer_and_drive_turn_as_fast_as_they_go(bend: float) -> Non
     front = [SteeredWheel(pivot, AHEAD, RADIUS, i, pivot) for i, pivot in enumerate(pivots)]
     rear = SteeredWheel(np.zeros(2), AHEAD, RADIUS, -1, np.zeros(2))
     base = SteeredBase(front, [rear], pivots, np.ones(2), LIMIT)
-    velocity = Velocity(0.5, 0.5 * bend)
+    velocity = Velocity(0.5, yaw_rate=0.5 * bend)
     ways = np.column_stack((1.0 - bend * pivots[:, 1], bend * pivots[:, 0]))
     speeds = base.speeds(velocity)
     assert speeds == pytest.approx(0.5 * np.hypot(*ways.T) / RADIUS)
@@ -65,29 +66,29 @@ def test_a_car_bends_no_more_than_its_wheels_turn_in() -> None:
         (1.0, 0.3 * most, 0.3 * most),
         (0.0, 1.0, 0.0),
     ):
-        found = car().reachable(Velocity(v, w, 7.0))
-        assert (found.v, found.w, found.side) == pytest.approx((v, expected, 0.0))
-    angles = car().angles(Velocity(1.0, most))
+        found = car().reachable(Velocity(v, y=7.0, yaw_rate=w))
+        assert (found.x, found.yaw_rate, found.y) == pytest.approx((v, expected, 0.0))
+    angles = car().angles(Velocity(1.0, yaw_rate=most))
     assert angles.max() == pytest.approx(LIMIT)  # of the inner wheel
     assert angles.min() < LIMIT - 0.05
-    assert np.abs(car().angles(Velocity(0.01, 9.0))).max() == pytest.approx(LIMIT)
+    assert np.abs(car().angles(Velocity(0.01, yaw_rate=9.0))).max() == pytest.approx(LIMIT)
 
 
 def test_a_car_that_stands_keeps_its_steering() -> None:
     base = car()
     assert base.angles(Velocity()) == pytest.approx((0.0, 0.0))
-    held = base.angles(Velocity(0.5, 0.2)).tolist()
-    assert base.angles(Velocity(9e-4, -0.2)).tolist() == held
-    assert base.angles(Velocity(1e-3, 0.0)).tolist() == [0.0, 0.0]
-    backward = car().angles(Velocity(-0.5, 0.2))
-    assert backward == pytest.approx(car().angles(Velocity(0.5, -0.2)))
+    held = base.angles(Velocity(0.5, yaw_rate=0.2)).tolist()
+    assert base.angles(Velocity(9e-4, yaw_rate=-0.2)).tolist() == held
+    assert base.angles(Velocity(1e-3)).tolist() == [0.0, 0.0]
+    backward = car().angles(Velocity(-0.5, yaw_rate=0.2))
+    assert backward == pytest.approx(car().angles(Velocity(0.5, yaw_rate=-0.2)))
 
 
 def test_a_base_that_steers_all_wheels_turns_about_the_middle_of_them() -> None:
     pivots = np.array([[0.5, 0.0], [-0.3, 0.0]])
     wheels = [SteeredWheel(pivot, AHEAD, RADIUS, i, pivot) for i, pivot in enumerate(pivots)]
     base = SteeredBase(wheels, [], pivots, np.ones(2), LIMIT)
-    front, rear = base.angles(Velocity(1.0, 0.5)).tolist()
+    front, rear = base.angles(Velocity(1.0, yaw_rate=0.5)).tolist()
     assert math.tan(front) == pytest.approx(0.4 * 0.5)
     assert rear == pytest.approx(-front)
 
@@ -103,7 +104,7 @@ def test_rollers_make_any_motion_of_the_base_turns_and_back(seed: int) -> None:
     own = tuple(grips[i] for i in order)
     base = RollerBase.of(urdf, replace(drive, kind=DriveKind.MECANUM, grips=own))
     v, side, w = np.random.default_rng(seed).uniform(-1.0, 1.0, 3).tolist()
-    velocity = Velocity(v, w, side)
+    velocity = Velocity(v, y=side, yaw_rate=w)
     assert base.reachable(velocity) is velocity
     # The formula of every textbook for an X of mecanum wheels: front left, front right, rear ...
     signs = ((-1.0, -1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0))
@@ -120,12 +121,12 @@ def test_rollers_make_any_motion_of_the_base_turns_and_back(seed: int) -> None:
 def test_sides_turn_as_one_by_the_way_each_wheel_is_mounted() -> None:
     sides = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
     base = SidesBase(Kinematics(0.5, 0.1), sides, np.array([2.0, 1.0]))
-    assert base.speeds(Velocity(1.0, 2.0)) == pytest.approx((5.0, -5.0, 15.0))
+    assert base.speeds(Velocity(1.0, yaw_rate=2.0)) == pytest.approx((5.0, -5.0, 15.0))
     assert base.encoders(np.array([1.0, -3.0, 4.0])) == pytest.approx((2.0, 4.0))
     assert base.motion(np.array([2.0, 4.0]), base.angles(Velocity())) == pytest.approx(
         (0.3, 0.0, 0.4)
     )
-    assert base.reachable(Velocity(1.0, 2.0, 3.0)) == Velocity(1.0, 2.0)
-    still = Velocity(1.0, 2.0)
+    assert base.reachable(Velocity(1.0, y=3.0, yaw_rate=2.0)) == Velocity(1.0, yaw_rate=2.0)
+    still = Velocity(1.0, yaw_rate=2.0)
     assert base.reachable(still) is still
     assert len(base.angles(still)) == 0

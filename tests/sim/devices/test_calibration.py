@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.devices.calibration import (
     CalibrationError,
     calibrate,
@@ -15,7 +16,7 @@ from arjuna_sim.devices.calibration import (
     dead_reckon,
     identify,
 )
-from arjuna_sim.devices.drive import Kinematics, Velocity
+from arjuna_sim.devices.drive import Kinematics
 from arjuna_sim.devices.driving_pattern import PATTERN, DriveLog, Measurement, drive
 from arjuna_sim.devices.odometry import OdometryConfig
 
@@ -66,15 +67,15 @@ def test_the_pattern_stays_within_four_metres_and_is_the_same_to_either_side() -
         [each for each in PATTERN if each.kind == kind] for kind in ("straight", "spin", "arc")
     )
     assert len(straight) + len(spins) + len(arcs) == len(PATTERN)
-    speeds = [each.command.v for each in straight]
+    speeds = [each.command.x for each in straight]
     assert min(speeds) == -0.3
     assert max(speeds) == 1.0
-    assert all(abs(each.command.v) * each.seconds <= 2.0 for each in straight)
-    assert {each.command.w for each in spins} == {1.0, 2.0, 0.5, -1.0, -2.0, -0.5}
-    assert sorted((a.command.v, a.command.w) for a in arcs) == [
+    assert all(abs(each.command.x) * each.seconds <= 2.0 for each in straight)
+    assert {each.command.yaw_rate for each in spins} == {1.0, 2.0, 0.5, -1.0, -2.0, -0.5}
+    assert sorted((a.command.x, a.command.yaw_rate) for a in arcs) == [
         *((0.4, -0.5), (0.4, 0.5), (0.5, 1.0), (0.6, -1.0)),
     ]
-    angles = [abs(each.command.w) * each.seconds for each in (*spins, *arcs)]
+    angles = [abs(each.command.yaw_rate) * each.seconds for each in (*spins, *arcs)]
     assert set(angles) == {math.pi / 2, math.pi}
 
 
@@ -91,7 +92,7 @@ def test_each_manoeuvre_goes_from_rest_to_rest() -> None:
         steps = np.abs(np.diff(driven.wheels[start : end + 1], axis=0)).max(axis=1)
         assert (steps[:moving] > 0.0).all()
         assert (steps[moving:] == 0.0).all()
-        path = manoeuvre.command.v * moving * Formula.tick
+        path = manoeuvre.command.x * moving * Formula.tick
         assert driven.path(manoeuvre, start, end) == pytest.approx(path, rel=1e-3)
         last = end
     assert last == len(driven.truth) - 1 == len(driven.wheels) - 1

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.devices.drive import DriveConfig, Kinematics, Velocity, kinematics_of
+from arjuna_core.twist import Velocity
+from arjuna_sim.devices.drive import DriveConfig, Kinematics, kinematics_of
 from arjuna_sim.devices.odometry import Odometry, OdometryConfig
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.physics.pacing import Pacer
@@ -24,13 +25,13 @@ def _odometry(ticks: int, noise: float = 0.0) -> Odometry:
 
 
 def test_wheel_speeds_and_base_motion_are_inverses() -> None:
-    left, right = KINEMATICS.wheel_speeds(Velocity(0.4, -0.7))
+    left, right = KINEMATICS.wheel_speeds(Velocity(0.4, yaw_rate=-0.7))
     assert KINEMATICS.base_motion(left, right) == pytest.approx((0.4, -0.7))
 
 
 def test_odometry_follows_an_exact_circle() -> None:
     odometry = _odometry(10_000_000)
-    left, right = KINEMATICS.wheel_speeds(Velocity(0.5, 0.5))
+    left, right = KINEMATICS.wheel_speeds(Velocity(0.5, yaw_rate=0.5))
     for i in range(1, 201):
         last = odometry.update((left * i * 0.01, right * i * 0.01), 0.01)
     pose = last.T_odom_base  # 2 s at 0.5 rad/s on a circle of radius 1 m
@@ -100,7 +101,7 @@ def test_noise_of_the_encoders_jitters_and_does_not_add_up() -> None:
 
 
 def test_wheels_turn_as_the_velocity_asks() -> None:
-    left, right = Kinematics(track=0.5, radius=0.1).wheel_speeds(Velocity(1.0, 2.0))
+    left, right = Kinematics(track=0.5, radius=0.1).wheel_speeds(Velocity(1.0, yaw_rate=2.0))
     assert (left, right) == pytest.approx((5.0, 15.0))
     settings = DriveSettings(("l",), ("r",), 0.5, 0.05, 1.0, 0.6, 0.04)
     assert kinematics_of(settings, DriveConfig()) == Kinematics(0.6, 0.04)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from arjuna_core.se2 import SE2
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.devices.driving_pattern import Measurement, drive
 
 # Worked out by hand: a straight goes on by its speed times its time; a spin turns on the spot; an
@@ -39,7 +39,7 @@ class Exact:
         self.pose = SE2(0.0, 0.0, 0.0)
 
     def drive(self, velocity: Velocity) -> None:
-        self.pose @= SE2.exp((velocity.v * self.tick, 0.0, velocity.w * self.tick))
+        self.pose @= SE2.exp((velocity.x * self.tick, 0.0, velocity.yaw_rate * self.tick))
 
     def observe(self) -> Measurement:
         return Measurement((0.0, 0.0), self.pose)

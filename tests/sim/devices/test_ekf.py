@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
 from arjuna_sim.devices.imu import ImuConfig
 from arjuna_sim.devices.odometry import OdometryEstimate
@@ -148,7 +148,9 @@ def _drive(seed: int, imu: ImuConfig | None = None) -> tuple[float, float, float
     command = Velocity()
     for i in range(3000):
         if i % 60 == 0:  # from 1.2 s on
-            command = Velocity(float(rng.uniform(-0.2, 0.8)), float(rng.uniform(-2.0, 2.0)))
+            command = Velocity(
+                float(rng.uniform(-0.2, 0.8)), yaw_rate=float(rng.uniform(-2.0, 2.0))
+            )
         last = sim.step(command if i >= 60 else Velocity())
         assert last.imu is not None
         filter_.predict(DT)

@@ -12,8 +12,8 @@ from arjuna_core.geodesy import GeoPoint
 from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.imu import ImuConfig, ImuReading
 from arjuna_sim.devices.lidar import LidarConfig
 from arjuna_sim.devices.place_sensors import Fix
@@ -84,7 +84,7 @@ def test_each_lidar_sees_from_where_it_is(tmp_path: Path, seed: int) -> None:
     for name in ("a", "b", "c"):
         maker.add("ray", name, _scan_tag(), maker.random_pose(True), maker.random_pose(True))
     sim = simulator(ROOM, QUIET, robot=maker.write())
-    last = run(sim, 0.5, Velocity(0.2, 0.3))
+    last = run(sim, 0.5, Velocity(0.2, yaw_rate=0.3))
     readings = {s.name: sim.sense(s) for s in sim.robot.settings.further}
     assert last.scan is not None
     for mounted in maker.mounted:
@@ -160,7 +160,7 @@ def test_orientation_of_an_imu_at_any_mount_is_that_of_its_frame(
     maker.add("imu", "tilted", T_link=T_mount)
     sim = simulator(EMPTY, QUIET, robot=maker.write())
     for _ in range(100):
-        last = sim.step(Velocity(0.0, 0.8))
+        last = sim.step(Velocity(yaw_rate=0.8))
         reading = last.imu if first else sim.sense(_further(sim, "tilted"))
     assert isinstance(reading, ImuReading)
     told = reading.orientation
@@ -204,7 +204,7 @@ def test_places_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
     sim = simulator(world, robot=maker.write())
     assert not [note for note in sim.notes if "sensor" in note]
     for _ in range(50):
-        sim.step(Velocity(0.5, 0.0))
+        sim.step(Velocity(0.5))
     fix, field = (sim.sense(_further(sim, name)) for name in ("gps", "compass"))
     assert isinstance(fix, Fix)
     place, x = fix.place, sim.truth().pose.x  # the world's x points north there
@@ -237,7 +237,7 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
     sim = simulator(ROOM, robot=path)
     pressed = {}
     for when in ("free", "at the wall"):
-        run(sim, 0.5 if when == "free" else 12.0, Velocity(0.0 if when == "free" else 0.4, 0.0))
+        run(sim, 0.5 if when == "free" else 12.0, Velocity(0.0 if when == "free" else 0.4))
         bumpers_there = [s for s in sim.robot.settings.further if isinstance(s, BumperSettings)]
         pressed[when] = [sim.sense(s) for s in bumpers_there]
     assert pressed == {"free": [False, True], "at the wall": [True, True]}

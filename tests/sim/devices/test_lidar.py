@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.lidar import LidarConfig
 from arjuna_sim.physics.robot_motion import Truth
 from arjuna_sim.simulator import Simulator
@@ -144,7 +144,9 @@ def test_walls_at_angles_cylinders_and_spheres_are_exact_to_a_millimetre(
     assert _worst(scan, _exact(sim, np.array([_place(sim.truth())] * 360), scan.angles)) < 1e-3
 
 
-@pytest.mark.parametrize("command", [Velocity(0.0, 2.0), Velocity(1.0, 0.0), Velocity(0.4, -1.5)])
+@pytest.mark.parametrize(
+    "command", [Velocity(yaw_rate=2.0), Velocity(1.0), Velocity(0.4, yaw_rate=-1.5)]
+)
 def test_each_beam_of_a_sweep_is_cast_from_where_the_robot_was(
     tmp_path: Path, command: Velocity
 ) -> None:

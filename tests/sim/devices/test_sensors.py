@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.devices.imu import Imu, ImuConfig
 from arjuna_sim.devices.lidar import LidarConfig
 from arjuna_sim.simulator import Simulator
@@ -95,7 +95,7 @@ def test_resting_imu_feels_gravity_upward_with_its_noise() -> None:
 
 def test_imu_measures_turn_rate_and_heading_of_a_spin() -> None:
     sim = simulator(config=SimulatorConfig(imu=ImuConfig(0.0, 0.0, 0.0, 0.0, 0.0)))
-    last = run(sim, 2.0, Velocity(0.0, 0.8))
+    last = run(sim, 2.0, Velocity(yaw_rate=0.8))
     assert last.imu is not None
     assert last.imu.angular_velocity[2] == pytest.approx(last.truth.w, abs=1e-9)
     assert last.imu.rpy[2] == pytest.approx(last.truth.pose.theta, abs=0.01)
@@ -108,7 +108,7 @@ def test_heading_is_that_since_the_start_whichever_way_that_was() -> None:
     imu = Imu(sim.stage.scene.model, settings, exact, np.random.default_rng(0))
     assert imu.read(sim.stage.data, 0.0, 0.02).rpy[2] == pytest.approx(0.0, abs=1e-9)
     start = sim.truth().pose.theta
-    run(sim, 1.0, Velocity(0.0, 0.5))
+    run(sim, 1.0, Velocity(yaw_rate=0.5))
     turned = imu.read(sim.stage.data, 1.0, 0.02).rpy[2]
     assert turned == pytest.approx(sim.truth().pose.theta - start, abs=1e-6)
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from arjuna_core.twist import Velocity
 from arjuna_sim.check import check
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from tests.sim import drive_cases as cases
@@ -21,7 +21,7 @@ def test_robot_without_any_collision_is_as_solid_as_it_is_drawn(tmp_path: Path) 
     sim = simulator(robot=path)
     assert sum("as solid as it is drawn" in note for note in sim.notes) == 5
     assert sim.robot.urdf.links["base"].collisions == sim.robot.urdf.links["base"].visuals
-    assert run(sim, 2.0, Velocity(0.3, 0.0)).truth.v == pytest.approx(0.3, rel=0.05)
+    assert run(sim, 2.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.05)
 
 
 def test_robot_with_a_collision_keeps_what_is_only_drawn(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.model.settings import DriveKind
@@ -41,7 +41,7 @@ def test_drive_that_is_simulated_as_another_says_so(
     told = [note for note in texts(robot.notes) if "of its two sides" in note]
     assert len(told) == (1 if said else 0)
     assert not said or said in told[0]
-    last = run(simulator(robot=path), 1.5, Velocity(0.3, 0.0, 0.3))
+    last = run(simulator(robot=path), 1.5, Velocity(0.3, y=0.3))
     assert last.truth.v == pytest.approx(0.3, rel=0.1)
     assert abs(last.truth.side) < 0.01
 

@@ -10,7 +10,7 @@ import pytest
 
 from arjuna_core.errors import RobotError, WorldError
 from arjuna_core.se2 import IDENTITY
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.notes import NoteKind
@@ -78,7 +78,7 @@ def test_robot_without_plugins_gets_its_wheels_from_its_joints(tmp_path: Path) -
     sim = simulator(robot=path)
     assert any("no drive plugin" in note for note in sim.notes)
     assert sim.robot.drive.separation == pytest.approx(0.24)
-    last = run(sim, 3.0, Velocity(0.3, 0.0))
+    last = run(sim, 3.0, Velocity(0.3))
     assert last.truth.v == pytest.approx(0.3, rel=0.05)  # both axes' signs drive forward
     assert last.truth.z == pytest.approx(0.04, abs=0.002)  # stands on its wheels
     assert last.scan is None
@@ -187,7 +187,7 @@ def test_ball_on_the_chassis_rolls_like_a_caster(tmp_path: Path) -> None:
     ]
     path = tmp_path / "caster.urdf"
     path.write_text(PLAIN.format(wheels="\n".join([*wheels, ball])), encoding="utf-8")
-    last = run(simulator(robot=path), 3.0, Velocity(0.3, 0.0))
+    last = run(simulator(robot=path), 3.0, Velocity(0.3))
     assert last.truth.v == pytest.approx(0.3, rel=0.05)
 
 
@@ -224,7 +224,7 @@ def test_robot_without_wheels_loads_and_stands_still(tmp_path: Path) -> None:
     sim = simulator(robot=path)
     assert sim.robot.wheel_joints == ()
     assert any("has no drive" in note for note in sim.notes)
-    last = run(sim, 1.0, Velocity(0.5, 0.5))
+    last = run(sim, 1.0, Velocity(0.5, yaw_rate=0.5))
     assert last.truth.pose.distance(IDENTITY) < 1e-3
     assert last.odometry.T_odom_base.distance(IDENTITY) == 0.0
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, Delaunay
 
 from arjuna_core.se2 import SE2
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.meshes.solids import cone, prism
 from arjuna_sim.files.meshes.triangles import MeshError, read_mesh
 from arjuna_sim.files.search_path import EscapeError, SearchPath
@@ -159,10 +159,10 @@ def test_robot_drives_inside_a_hollow_mesh_until_it_meets_its_wall(tmp_path: Pat
     cut = surfaces(load_world(path), 0.28)
     assert sorted(np.unique(np.abs(cut).max(axis=1)).tolist()) == [2.0]
     sim = simulator(path, spawn=SE2(-1.0, 0.0, 0.0))
-    free = run(sim, 2.0, Velocity(0.5, 0.0))
+    free = run(sim, 2.0, Velocity(0.5))
     assert free.contacts == ()
     assert free.scan is None or np.nanmin(free.scan.ranges) < 2.1
-    stopped = run(sim, 4.0, Velocity(0.5, 0.0))
+    stopped = run(sim, 4.0, Velocity(0.5))
     assert stopped.contacts == ("hall",)
     assert 1.6 < stopped.truth.pose.x < 2.0
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import RobotError
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.model.robot import Robot
 from arjuna_sim.model.settings import DriveKind
@@ -53,7 +53,7 @@ def test_an_inertia_that_no_wheel_can_have_is_replaced(tmp_path: Path, solid: st
     note = next(n for n in texts(robot.notes) if "cannot have an inertia of 1 kg m^2" in n)
     assert note.startswith("link 'left_wheel_link'")
     sim = Simulator(robot, level(), SimulatorConfig(), np.random.default_rng(0))
-    assert run(sim, 2.0, Velocity(0.3, 0.0)).truth.v == pytest.approx(0.3, rel=0.02)
+    assert run(sim, 2.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.02)
 
 
 def test_a_great_inertia_that_its_size_allows_is_kept(tmp_path: Path) -> None:
@@ -72,7 +72,7 @@ def test_wheels_that_are_only_drawn_leave_a_caster_to_slide(tmp_path: Path) -> N
 def test_free_wheels_hardly_brake_the_lightest_robot(tmp_path: Path) -> None:
     file = RobotFile("ackermann", radius=0.025, mass=0.2, friction=0.7)
     sim = Simulator(_read(file, tmp_path), level(), SimulatorConfig(), np.random.default_rng(0))
-    assert run(sim, 2.0, Velocity(0.3, 0.0)).truth.v == pytest.approx(0.3, rel=0.01)
+    assert run(sim, 2.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.01)
 
 
 def test_a_robot_that_tells_no_radius_is_refused_by_name(tmp_path: Path) -> None:

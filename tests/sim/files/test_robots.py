@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import RobotError
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.model.robot import SOLO, Robot
@@ -73,7 +73,7 @@ def test_all_joint_types_load_and_drive(
 ) -> None:
     sim = simulator(robot=_robot(tmp_path, FOUR + _joint(kind, extra)))
     assert ("tool_joint" in sim.robot.moving_joints) == moving
-    last = run(sim, 1.0, Velocity(0.3, 0.0))
+    last = run(sim, 1.0, Velocity(0.3))
     assert last.truth.v == pytest.approx(0.3, rel=0.1)
     assert np.isfinite(last.joints.positions).all()
     is_loose = kind in ("floating", "planar")
@@ -136,7 +136,7 @@ def test_wheel_numbers_that_contradict_the_wheels_are_noted(tmp_path: Path) -> N
     assert robot.drive.separation == 0.5
     assert any("wheel_separation is 0.5, but" in note for note in texts(robot.notes))
     sim = simulator(robot=_robot(tmp_path, f"{FOUR}<gazebo>{wrong}</gazebo>"))
-    last = run(sim, math.pi / 2, Velocity(0.0, 1.0))
+    last = run(sim, math.pi / 2, Velocity(yaw_rate=1.0))
     assert last.truth.pose.theta == pytest.approx(math.pi / 2, rel=0.15)
 
 
@@ -166,7 +166,7 @@ def test_robot_that_lies_on_its_side_is_stood_up(tmp_path: Path, turn: str) -> N
     sim = simulator(robot=_robot(tmp_path, FOUR + lying))
     assert sim.robot.urdf.root == "base_footprint"
     assert any("the new root 'base_footprint' carries it" in note for note in sim.notes)
-    last = run(sim, 2.0, Velocity(0.3, 0.0))
+    last = run(sim, 2.0, Velocity(0.3))
     assert last.truth.z == pytest.approx(0.05, abs=0.005)
     assert max(abs(last.truth.roll), abs(last.truth.pitch)) < 0.02
     assert last.truth.v == pytest.approx(0.3, rel=0.05)
@@ -235,8 +235,8 @@ def test_imu_of_a_plugin_without_a_sensor_is_read(tmp_path: Path) -> None:
 
 def test_light_robot_on_two_wide_wheels_turns_as_its_wheels_do(tmp_path: Path) -> None:
     sim = simulator(robot=_robot(tmp_path, TWO))
-    run(sim, 1.0, Velocity(0.0, 0.5))
-    assert run(sim, 2.0, Velocity(0.0, 0.5)).truth.w == pytest.approx(0.5, rel=0.07)
+    run(sim, 1.0, Velocity(yaw_rate=0.5))
+    assert run(sim, 2.0, Velocity(yaw_rate=0.5)).truth.w == pytest.approx(0.5, rel=0.07)
 
 
 CONTROLLERS = """

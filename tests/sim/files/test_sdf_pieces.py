@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.geometry.shapes import Kind
@@ -145,7 +145,7 @@ def test_world_with_a_flat_mesh_loads_and_the_robot_meets_it(tmp_path: Path) -> 
     write_stl(tmp_path / "one.stl", np.array([[(3, -1, 0), (3, 1, 0), (3, 0, 1)]]))
     shapes = "".join(_link(STL.format(f"{name}.stl"), name) for name in ("sheet", "one"))
     sim = simulator(_world(tmp_path, _static(shapes, "sheets")))
-    last = run(sim, 6.0, Velocity(0.4, 0.0))
+    last = run(sim, 6.0, Velocity(0.4))
     assert last.contacts == ("sheets",)
     assert last.truth.pose.x < 1.0
 
@@ -193,7 +193,7 @@ def test_door_swings_open_when_the_robot_pushes_it(tmp_path: Path) -> None:
     assert {e.name for e in sim.stage.entities} == {"door", "door::leaf"}
     run(sim, 1.0)
     assert sim.stage.motion("door::leaf").pose.position == pytest.approx((2, 0, 0.5), abs=1e-6)
-    last = run(sim, 7.0, Velocity(0.4, 0.0))
+    last = run(sim, 7.0, Velocity(0.4))
     leaf_pose = sim.stage.motion("door::leaf").pose
     assert last.truth.pose.x > 2.0
     hinge = leaf_pose.apply(np.array([[0.0, -0.5, 0.0]]))[0]

@@ -10,8 +10,8 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
+from arjuna_core.twist import Velocity
 from arjuna_sim.check import is_robot
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.robot_file import load_robot
 from tests.sim.builders import ROOM, run, simulator, texts
@@ -82,7 +82,7 @@ def test_sdf_robot_drives_and_sees(tmp_path: Path, axis: str) -> None:
     assert robot.settings.friction["wheel_0"] == 1.2
     mount = robot.urdf.T_root("base") @ robot.settings.sensors[0].pose
     assert mount.position == pytest.approx((0.05, 0.0, 0.25), abs=1e-9)
-    last = run(sim, 2.0, Velocity(0.3, 0.0))
+    last = run(sim, 2.0, Velocity(0.3))
     assert last.truth.v == pytest.approx(0.3, rel=0.05)
     assert last.scan is not None
     assert np.isfinite(last.scan.ranges).all()

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import RobotError
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from tests.sim.builders import ROBOT, ROOM, edited, run, simulator, texts
@@ -59,7 +59,7 @@ def test_a_small_fault_is_noted_and_the_robot_drives(
     path = edited(ROBOT, tmp_path, old, new)
     notes = texts(load_robot(path).notes)
     assert any(note in text for text in notes) or (not note and not notes)
-    last = run(simulator(robot=path), 2.0, Velocity(0.3, 0.0))
+    last = run(simulator(robot=path), 2.0, Velocity(0.3))
     assert last.truth.v == pytest.approx(0.3, rel=0.05)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.world import World
 from tests.sim.builders import run, simulator, texts
@@ -84,7 +84,7 @@ def test_a_cart_and_its_wheels_are_one_body_that_rests_and_is_pushed(tmp_path: P
     run(sim, 1.0)
     start = sim.stage.motion("cart").pose.position
     assert start == pytest.approx((1.0, 0.0, 0.25), abs=0.01)
-    run(sim, 4.0, Velocity(0.4, 0.0))
+    run(sim, 4.0, Velocity(0.4))
     assert sim.stage.motion("cart").pose.position[0] > start[0] + 0.1
 
 

@@ -12,7 +12,7 @@ from arjuna_core.errors import WorldError
 from arjuna_core.files.maps import save_map
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.files.map_world import rectangles
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.geometry.surfaces import surfaces
@@ -142,8 +142,8 @@ def test_two_models_of_a_name_are_told_apart(tmp_path: Path) -> None:
 def test_model_that_is_not_static_is_pushed_away(tmp_path: Path) -> None:
     light = _model("box", _box("0.3 0.3 0.3", mass="0.5"), "<pose>1 0 0.15 0 0 0</pose>", False)
     sim = simulator(_world(tmp_path, light))
-    run(sim, 7.8, Velocity(0.3, 0.0))
-    seen = [sim.step(Velocity(0.3, 0.0)) for _ in range(10)]
+    run(sim, 7.8, Velocity(0.3))
+    seen = [sim.step(Velocity(0.3)) for _ in range(10)]
     assert {each.contacts for each in seen} >= {("box",)}  # it slides along, by small hops
     last = seen[-1]
     assert last.truth.pose.x > 1.5
@@ -155,14 +155,14 @@ def test_model_that_is_not_static_is_pushed_away(tmp_path: Path) -> None:
 
 def test_static_model_is_not_pushed_away(tmp_path: Path) -> None:
     heavy = _model("box", _box("0.3 0.3 0.3", mass="0.5"), "<pose>1 0 0.15 0 0 0</pose>")
-    assert run(simulator(_world(tmp_path, heavy)), 8.0, Velocity(0.3, 0.0)).truth.pose.x < 0.65
+    assert run(simulator(_world(tmp_path, heavy)), 8.0, Velocity(0.3)).truth.pose.x < 0.65
 
 
 def test_robot_stands_on_a_raised_floor(tmp_path: Path) -> None:
     floor = _model("floor", _box("6 6 0.1"), "<pose>0 0 0.05 0 0 0</pose>")
     sim = simulator(_world(tmp_path, floor))
     assert sim.notes == ("has no ground plane: one is put at height 0",)
-    last = run(sim, 2.0, Velocity(0.3, 0.0))
+    last = run(sim, 2.0, Velocity(0.3))
     assert last.truth.z == pytest.approx(0.1, abs=2e-3)
     assert last.contacts == ()
     sim.set_pose(SE2(5.0, 0.0, 0.0))

@@ -10,8 +10,8 @@ import pytest
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import wrap
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import World
@@ -47,7 +47,7 @@ def test_parked_robot_stays(chassis: Chassis, degrees: float) -> None:
 @STEPS
 def test_robot_drives_a_metre_and_is_never_much_too_fast(chassis: Chassis, step: float) -> None:
     sim = _simulator(chassis, level(), step)
-    seen = [sim.step(Velocity(0.4, 0.0) if i < 125 else Velocity()).truth for i in range(175)]
+    seen = [sim.step(Velocity(0.4) if i < 125 else Velocity()).truth for i in range(175)]
     assert seen[-1].pose.x == pytest.approx(1.0, rel=0.03)
     assert abs(seen[-1].pose.y) < 0.01
     assert max(truth.v for truth in seen) < 1.1 * 0.4
@@ -57,7 +57,7 @@ def test_robot_drives_a_metre_and_is_never_much_too_fast(chassis: Chassis, step:
 def test_robot_turns_as_coulomb_says(chassis: Chassis) -> None:
     """The drive knows how the wheels slip: a quarter turn is one, within 5 degrees."""
     sim = _simulator(chassis, level())
-    run(sim, math.pi / 2 / 0.8, Velocity(0.0, 0.8))
+    run(sim, math.pi / 2 / 0.8, Velocity(yaw_rate=0.8))
     turned = run(sim, 1.0, Velocity()).truth.pose.theta
     assert math.degrees(wrap(turned - math.pi / 2)) == pytest.approx(0.0, abs=5.0)
 
@@ -77,8 +77,8 @@ def test_robot_slides_down_what_friction_cannot_hold(axles: int, step: float) ->
 @ROBOTS
 def test_ramp_of_20_degrees_is_climbed_at_nine_tenths_of_the_command(chassis: Chassis) -> None:
     sim = _simulator(dataclasses.replace(chassis, friction=1.5, grip=3.0), slope(20.0))
-    run(sim, 2.0, Velocity(0.3, 0.0))
-    assert run(sim, 0.5, Velocity(0.3, 0.0)).truth.v > 0.9 * 0.3
+    run(sim, 2.0, Velocity(0.3))
+    assert run(sim, 0.5, Velocity(0.3)).truth.v > 0.9 * 0.3
 
 
 @pytest.mark.parametrize("radius", [0.02, 0.05, 0.2])
@@ -87,13 +87,13 @@ def test_sill_of_a_third_of_the_wheels_radius_is_crossed(axles: int, radius: flo
     robot = Chassis(500.0 * radius, radius, axles)
     edge = 8.0 * radius
     sim = _simulator(robot, sill(0.3 * radius, edge, radius))
-    assert run(sim, 20.0 * radius / 0.3 + 3.0, Velocity(0.3, 0.0)).truth.pose.x > 2.0 * edge
+    assert run(sim, 20.0 * radius / 0.3 + 3.0, Velocity(0.3)).truth.pose.x > 2.0 * edge
 
 
 def test_heavy_box_stands_when_a_light_robot_pushes() -> None:
     sim = _simulator(dataclasses.replace(FOUR_WHEELS, mass=3.5), level())
     sim.stage.spawn(_box(0.5, 100.0, 1.0))
-    run(sim, 8.0, Velocity(0.5, 0.0))
+    run(sim, 8.0, Velocity(0.5))
     assert sim.truth().pose.x > 0.4  # it is there, and pushes
     assert sim.stage.motion("box").pose.position[0] == pytest.approx(1.0, abs=1e-3)
 
@@ -101,19 +101,19 @@ def test_heavy_box_stands_when_a_light_robot_pushes() -> None:
 def test_light_box_is_pushed() -> None:
     sim = _simulator(FOUR_WHEELS, level())
     sim.stage.spawn(_box(0.3, 1.0, 0.6))
-    run(sim, 6.0, Velocity(0.3, 0.0))
+    run(sim, 6.0, Velocity(0.3))
     assert sim.stage.motion("box").pose.position[0] > 1.2
 
 
 def test_wheel_that_was_held_does_not_make_up_for_it() -> None:
     sim = _simulator(FOUR_WHEELS, level())
     sim.stage.spawn(_box(0.5, 0.0, 0.8))
-    run(sim, 10.0, Velocity(0.3, 0.0))
+    run(sim, 10.0, Velocity(0.3))
     sim.stage.delete("box")
-    assert max(sim.step(Velocity(0.3, 0.0)).truth.v for _ in range(100)) < 1.2 * 0.3
+    assert max(sim.step(Velocity(0.3)).truth.v for _ in range(100)) < 1.2 * 0.3
 
 
 def test_robot_without_torque_stands_on_the_ramp_it_cannot_climb() -> None:
     weak = dataclasses.replace(FOUR_WHEELS, grip=0.1)  # 10 degrees take 0.17
     sim = _simulator(weak, slope(10.0))
-    assert run(sim, 3.0, Velocity(0.3, 0.0)).truth.v < -0.3
+    assert run(sim, 3.0, Velocity(0.3)).truth.v < -0.3

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import World
@@ -58,7 +58,7 @@ def test_robot_pulls_away_as_hard_as_it_grips(friction: float) -> None:
     sim = _simulator(dataclasses.replace(FOUR_WHEELS, friction=friction, grip=9.0), level())
     steady = sim.stage.scene.robots[SOLO].steady
     assert steady == pytest.approx(max(LEAST, 0.8 * friction * 9.81), rel=0.1)
-    run(sim, 1.0 / 0.4, Velocity(0.4, 0.0))
+    run(sim, 1.0 / 0.4, Velocity(0.4))
     assert run(sim, 1.5, Velocity()).truth.pose.x == pytest.approx(1.0, rel=0.03)
 
 
@@ -71,7 +71,7 @@ def test_tall_robot_pulls_away_no_harder_than_it_stands() -> None:
 @pytest.mark.parametrize("chassis", BETWEEN, ids=lambda c: c.name)
 def test_robot_on_wheels_between_casters_is_never_much_too_fast(chassis: Chassis) -> None:
     sim = _simulator(chassis, level())
-    speeds = [sim.step(Velocity(0.3, 0.0)).truth.v for _ in range(100)]
+    speeds = [sim.step(Velocity(0.3)).truth.v for _ in range(100)]
     assert max(speeds) < 1.1 * 0.3
 
 
@@ -124,7 +124,7 @@ def test_wheel_that_turns_off_its_middle_is_named() -> None:
     assert sum("middle of its wheel" in note for note in texts(limping.notes)) == 4
     nearly = dataclasses.replace(FOUR_WHEELS, limp=0.02)
     assert not any("middle of its wheel" in note for note in texts(nearly.robot().notes))
-    speeds = [run(_simulator(nearly, level()), 0.7, Velocity(0.3, 0.0)).truth.v]
+    speeds = [run(_simulator(nearly, level()), 0.7, Velocity(0.3)).truth.v]
     assert max(speeds) == pytest.approx(0.3, rel=0.02)
 
 

@@ -11,8 +11,8 @@ import pytest
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.drive import Velocity
 from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.spawned import read_entity
@@ -71,12 +71,12 @@ def test_nothing_jumps_when_something_is_spawned_far_away() -> None:
     """A twin without the spawn drives the same, bit by bit, and its sensors read the same."""
     plain, changed = simulator(ROOM, seed=3), simulator(ROOM, seed=3)
     for sim in (plain, changed):
-        run(sim, 1.0, Velocity(0.5, 0.4))
+        run(sim, 1.0, Velocity(0.5, yaw_rate=0.4))
     changed.stage.spawn(_entity("sphere:0.1", "ball", x=4.0, y=4.0))
     changed.stage.delete("ball")
     changed.stage.spawn(_entity("box:0.1,0.1,0.1?mass=1", "die", x=4.0, y=4.0))
     for _ in range(50):
-        a, b = plain.step(Velocity(0.5, 0.4)), changed.step(Velocity(0.5, 0.4))
+        a, b = plain.step(Velocity(0.5, yaw_rate=0.4)), changed.step(Velocity(0.5, yaw_rate=0.4))
         assert a.truth.pose.distance(b.truth.pose) < 1e-9
         assert a.odometry.T_odom_base.distance(b.odometry.T_odom_base) < 1e-9
         assert a.imu is not None
@@ -106,7 +106,7 @@ def test_what_was_spawned_survives_a_reset_of_the_state_at_its_start_only() -> N
     sim = simulator(EMPTY)
     sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=2.0))
     sim.stage.move("crate", Pose3((3.0, 1.0, 0.0)))
-    run(sim, 0.5, Velocity(0.5, 0.0))
+    run(sim, 0.5, Velocity(0.5))
     sim.reset_state()
     assert sim.time == 0.5
     assert sim.truth().pose.distance(SE2()) < 1e-9
@@ -117,7 +117,7 @@ def test_what_was_spawned_survives_a_reset_of_the_state_at_its_start_only() -> N
 
 def test_run_after_a_reset_is_the_first_run_whatever_was_spawned() -> None:
     def drive(sim: Simulator) -> list[bytes]:
-        steps = [sim.step(Velocity(0.6, 0.5)) for _ in range(60)]
+        steps = [sim.step(Velocity(0.6, yaw_rate=0.5)) for _ in range(60)]
         return [o.truth.pose.array().tobytes() + repr(o.contacts).encode() for o in steps]
 
     sim = simulator(ROOM, seed=5)
@@ -131,7 +131,7 @@ def test_run_after_a_reset_is_the_first_run_whatever_was_spawned() -> None:
 
 def test_time_alone_can_be_reset_and_the_robot_drives_on() -> None:
     sim = simulator(EMPTY)
-    run(sim, 2.0, Velocity(0.5, 0.0))
+    run(sim, 2.0, Velocity(0.5))
     x = sim.truth().pose.x
     sim.reset_time()
     assert sim.time == 0.0
@@ -157,11 +157,11 @@ def test_robot_stops_at_a_held_box_and_pushes_a_free_one() -> None:
     held, free = simulator(EMPTY), simulator(EMPTY)
     held.stage.spawn(_entity("box:0.4,0.4,0.4", "crate", x=1.0))
     free.stage.spawn(_entity("box:0.4,0.4,0.4?mass=1", "crate", x=1.0))
-    last = run(held, 4.0, Velocity(0.5, 0.0))
+    last = run(held, 4.0, Velocity(0.5))
     assert last.contacts == ("crate",)
     assert last.truth.pose.x < 0.8
     assert held.stage.motion("crate").pose.position == (1.0, 0.0, 0.0)
-    run(free, 4.0, Velocity(0.5, 0.0))
+    run(free, 4.0, Velocity(0.5))
     assert free.stage.motion("crate").pose.position[0] > 1.2
     assert free.stage.motion("crate").pose.position[2] == pytest.approx(0.0, abs=0.01)
 
@@ -268,7 +268,7 @@ def test_robot_does_not_notice_what_falls_asleep() -> None:
     for i in range(3):
         beside.stage.spawn(_block(f"block{i}", (5.0 + i, 3.0, 0.001 * i)))
     for _ in range(60):
-        a, b = plain.step(Velocity(0.5, 0.4)), beside.step(Velocity(0.5, 0.4))
+        a, b = plain.step(Velocity(0.5, yaw_rate=0.4)), beside.step(Velocity(0.5, yaw_rate=0.4))
         assert a.truth.pose.distance(b.truth.pose) < 1e-9
     assert _awake(beside) == 1
 

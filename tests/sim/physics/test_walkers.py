@@ -11,7 +11,7 @@ import pytest
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.devices.drive import Velocity
+from arjuna_core.twist import Velocity
 from arjuna_sim.model.actors import Trajectory, person
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
@@ -67,7 +67,7 @@ def test_who_walks_at_a_wall_steps_over_the_robot_between_which_drives_away_afte
     moved = []
     for v in (0.2, -0.2):
         before = sim.truth().pose
-        run(sim, 1.5, Velocity(v, 0.0))
+        run(sim, 1.5, Velocity(v))
         moved.append(sim.truth().pose.distance(before))
     assert max(moved) > 0.15
 

@@ -54,7 +54,7 @@ def law(seen: SE2, v_max: float, v_min: float = 0.1) -> Velocity:
     bend = -(inner + (1.0 + k1 / (1.0 + (k1 * theta) ** 2)) * math.sin(delta)) / r
     v = min(max(v_max / (1.0 + 0.4 * abs(bend) ** 2), v_min), v_max)
     w = min(max(v * bend, -1.0), 1.0)
-    return Velocity(v if abs(bend) < 1e-6 else min(v, abs(w / bend)), w)
+    return Velocity(v if abs(bend) < 1e-6 else min(v, abs(w / bend)), yaw_rate=w)
 
 
 @pytest.mark.parametrize("seed", range(25))
@@ -68,16 +68,16 @@ def test_steers_by_the_law_to_the_farthest_pose_within_the_lookahead(seed: int) 
     seen = pose.inverse() @ SE2(reached)
     expected = law(seen, min(0.5, limit), min(0.1, limit))
     assert (asked.aim.x, asked.aim.y) == pytest.approx((seen.x, seen.y))
-    assert driven.v == pytest.approx(expected.v)
-    assert driven.w == pytest.approx(expected.w)
+    assert driven.x == pytest.approx(expected.x)
+    assert driven.yaw_rate == pytest.approx(expected.yaw_rate)
 
 
 @pytest.mark.parametrize(
     ("left", "speed"), [(1.6, 0.5), (1.5, 0.5), (0.9, 0.3), (0.3, 0.1), (0.21, 0.1)]
 )
 def test_slows_down_before_the_goal(left: float, speed: float) -> None:
-    assert Asked()(SE2(5.0 - left)).velocity.v == pytest.approx(speed)
-    assert Asked(0.05)(SE2(5.0 - left)).velocity.v == pytest.approx(0.05)
+    assert Asked()(SE2(5.0 - left)).velocity.x == pytest.approx(speed)
+    assert Asked(0.05)(SE2(5.0 - left)).velocity.x == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize(("straight", "heading"), [(True, 0.0), (False, 1.0)])
@@ -104,8 +104,8 @@ def test_where_the_path_leaves_the_lookahead_its_first_pose_beyond_is_taken() ->
 def test_turns_towards_a_new_path_down_to_a_third_of_what_begins_it(side: float) -> None:
     def turned(asked: Asked, angle: float) -> bool:
         velocity = asked(SE2(1.0, 0.0, -side * angle)).velocity
-        assert velocity.w * side > 0.0
-        return velocity.v == 0.0
+        assert velocity.yaw_rate * side > 0.0
+        return velocity.x == 0.0
 
     asked = Asked(initial_rotation_tolerance=0.75)
     assert [turned(asked, a) for a in (0.76, 0.5, 0.26, 0.24, 0.7, 1.5)] == [
@@ -121,17 +121,17 @@ def test_a_new_goal_begins_anew_and_the_same_one_does_not() -> None:
     asked = Asked()
     asked(SE2(1.0))
     asked.controller.set_path(X_AXIS)
-    assert asked(SE2(1.0, 0.0, 1.2)).velocity.v > 0.0
+    assert asked(SE2(1.0, 0.0, 1.2)).velocity.x > 0.0
     asked.controller.set_path(X_AXIS[:-5])
-    assert asked(SE2(1.0, 0.0, 1.2)).velocity.v == 0.0
+    assert asked(SE2(1.0, 0.0, 1.2)).velocity.x == 0.0
 
 
 def test_a_turn_speeds_up_and_comes_to_rest() -> None:
     asked, pose = Asked(v_angular_min_in_place=0.25), SE2(1.0, 0.0, -2.0)
-    rates = [asked(pose).velocity.w for _ in range(12)]
+    rates = [asked(pose).velocity.yaw_rate for _ in range(12)]
     assert rates == pytest.approx([min(0.1 * k, 1.0) for k in range(1, 13)])
     slow = Asked(v_angular_min_in_place=0.25)
-    assert [slow(SE2(4.9, 0.0, 0.9)).velocity.w for _ in range(4)][-1] == pytest.approx(0.25)
+    assert [slow(SE2(4.9, 0.0, 0.9)).velocity.yaw_rate for _ in range(4)][-1] == pytest.approx(0.25)
 
 
 @pytest.mark.parametrize(("gap", "arrived"), [(0.19, True), (0.21, False)])
@@ -140,11 +140,11 @@ def test_at_the_goal_only_the_heading_is_left_until_it_is_pushed_away(
 ) -> None:
     asked = Asked()
     velocity = asked(SE2(5.0 - gap)).velocity
-    assert (velocity.v == 0.0) is arrived
-    assert (velocity.w == pytest.approx(0.1)) is arrived
+    assert (velocity.x == 0.0) is arrived
+    assert (velocity.yaw_rate == pytest.approx(0.1)) is arrived
     assert (asked.controller.carrot is None) is arrived
-    assert (asked(SE2(4.71)).velocity.v == 0.0) is arrived
-    assert asked(SE2(4.6)).velocity.v > 0.0
+    assert (asked(SE2(4.71)).velocity.x == 0.0) is arrived
+    assert asked(SE2(4.6)).velocity.x > 0.0
 
 
 @pytest.mark.parametrize("origin", [IDENTITY, SE2(4.0, -3.0, 2.2)])

@@ -49,7 +49,7 @@ def driven(manoeuvre: Manoeuvre, costmap: Costmap) -> list[tuple[SE2, Velocity]]
         if command is None:
             return [*told, (pose, Velocity())]
         told.append((pose, command))
-        pose = pose @ SE2.exp((0.02 * command.v, 0.0, 0.02 * command.w))
+        pose = pose @ SE2.exp((0.02 * command.x, 0.0, 0.02 * command.yaw_rate))
     raise AssertionError("it does not end")
 
 
@@ -57,9 +57,9 @@ def driven(manoeuvre: Manoeuvre, costmap: Costmap) -> list[tuple[SE2, Velocity]]
 def test_it_backs_as_fast_as_it_can_brake_to_its_end(speed: float, deceleration: float) -> None:
     config = replace(CONFIG, max_speed=speed, deceleration=deceleration)
     told = driven(begun_to(SE2(1.2, 1.5), CORRIDOR, config), CORRIDOR)
-    speeds = [-command.v for _, command in told[:-1]]
+    speeds = [-command.x for _, command in told[:-1]]
     assert speeds[0] == speed
-    assert max(abs(command.w) for _, command in told) < 1e-6
+    assert max(abs(command.yaw_rate) for _, command in told) < 1e-6
     braked = [(pose.x, v) for (pose, _), v in zip(told, speeds, strict=False) if v < speed]
     assert len(braked) > 3
     ends = [x - (v - 0.03) ** 2 / (2.0 * deceleration) for x, v in braked]
@@ -75,8 +75,8 @@ def test_it_turns_as_fast_as_it_can_brake_to_its_end(
 ) -> None:
     config = replace(CONFIG, max_angular_velocity=rate, angular_deceleration=deceleration)
     told = driven(begun_to(AT @ SE2(0.0, 0.0, 1.6 * side), FREE, config), FREE)
-    rates = [side * command.w for _, command in told[:-1]]
-    assert all(command.v == 0.0 for _, command in told)
+    rates = [side * command.yaw_rate for _, command in told[:-1]]
+    assert all(command.x == 0.0 for _, command in told)
     assert rates[0] == rate
     assert min(rates) >= 0.25, "what skidding wheels still do evenly"
     braked = [
@@ -93,12 +93,12 @@ def test_ahead_it_aims_at_a_point_of_the_way_a_little_on(aside: float) -> None:
     manoeuvre, pose = begun_to(SE2(3.0, 1.5), FREE), SE2(2.2, 1.5 + aside)
     command = manoeuvre.compute(pose, FREE)
     assert command is not None
-    assert command.v == 0.3, "no braking: the controller takes over without a stop"
+    assert command.x == 0.3, "no braking: the controller takes over without a stop"
     way = 2.0 + 0.075 * np.arange(15)  # strides of one and a half cells
     here = int(np.abs(way - 2.2).argmin())
     seen = next(x - 2.2 for x in way[here:] if math.hypot(x - 2.2, aside) >= 0.2)
     bend = -2.0 * aside / (seen**2 + aside**2)
-    assert command.w == pytest.approx(0.3 * bend, abs=1e-6)
+    assert command.yaw_rate == pytest.approx(0.3 * bend, abs=1e-6)
 
 
 def test_it_keeps_the_bend_where_its_yaw_rate_is_limited() -> None:
@@ -110,8 +110,8 @@ def test_it_keeps_the_bend_where_its_yaw_rate_is_limited() -> None:
     )
     assert wide is not None
     assert narrow is not None
-    assert narrow.w == pytest.approx(0.5)
-    assert narrow.w / narrow.v == pytest.approx(wide.w / wide.v)
+    assert narrow.yaw_rate == pytest.approx(0.5)
+    assert narrow.yaw_rate / narrow.x == pytest.approx(wide.yaw_rate / wide.x)
 
 
 def test_a_controller_may_go_on_where_only_driving_ahead_is_left_and_some_is_done() -> None:
@@ -134,7 +134,7 @@ def test_it_lets_go_where_something_comes_into_its_way_and_where_it_is_not_wante
     manoeuvre = Manoeuvre(CONFIG, LONG)
     assert manoeuvre.begin(AT, AHEAD, FREE)
     assert manoeuvre.active
-    assert manoeuvre.compute(AT, made_costmap((2.5, 1.2, 0.1, 0.6))) == Velocity(0.3, 0.0)
+    assert manoeuvre.compute(AT, made_costmap((2.5, 1.2, 0.1, 0.6))) == Velocity(0.3)
     assert manoeuvre.compute(AT, made_costmap((2.4, 1.2, 0.1, 0.6))) is None  # 0.15 m are looked at
     assert not manoeuvre.active
     assert not Manoeuvre(replace(CONFIG, enabled=False), LONG).begin(AT, AHEAD, FREE)

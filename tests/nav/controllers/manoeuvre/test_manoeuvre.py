@@ -80,7 +80,7 @@ def test_finds_none_where_there_is_none_and_stops_for_what_comes_up() -> None:
     assert manoeuvre.begin(start, out, costmap)
     command = manoeuvre.compute(start, costmap)
     assert command is not None
-    assert command.v < 0.0
+    assert command.x < 0.0
     grid = empty_grid(4.0, 3.0)
     block(grid, 1.85, 1.25, 0.1, 0.5)
     closed = costmap_of(grid, footprint=str(CORNERS.tolist()))
@@ -135,7 +135,7 @@ def test_the_controller_goes_on_once_it_drives_faster() -> None:
         result = follower.tick(robot.pose, robot.velocity, costmap, k * robot.period)
         assert result.state is FollowState.RUNNING, result.message
         robot.drive(result.velocity)
-        speeds.append(robot.velocity.v if turned and robot.pose.x < 3.0 else 0.0)
+        speeds.append(robot.velocity.x if turned and robot.pose.x < 3.0 else 0.0)
     assert turned
     assert max(speeds) > 0.35, "it goes on as slowly as it gets round"
 
@@ -161,7 +161,7 @@ def test_a_turn_is_looked_at_no_farther_than_to_its_end() -> None:
     assert manoeuvre.begin_to(start, start @ SE2(0.0, 0.0, 0.3), costmap)
     command = manoeuvre.compute(start, costmap)
     assert command is not None
-    assert command.w > 0.0
+    assert command.yaw_rate > 0.0
 
 
 def test_a_stretch_is_driven_though_its_end_lies_behind_a_robot_that_turned_too_far() -> None:
@@ -170,7 +170,7 @@ def test_a_stretch_is_driven_though_its_end_lies_behind_a_robot_that_turned_too_
     assert manoeuvre.begin_to(SE2(2.0, 1.5, 1.2), SE2(3.5, 1.0, -0.5), costmap)
     command = manoeuvre.compute(SE2(2.0, 1.5, 1.5), costmap)
     assert command is not None
-    assert command.v > 0.0
+    assert command.x > 0.0
 
 
 @pytest.mark.parametrize(("end", "goes_on"), [((0.3, 1.5), False), ((4.0, 1.4), True)])

@@ -70,7 +70,7 @@ def test_each_command_is_the_mean_of_what_was_tried_weighed_by_its_cost(noise_ti
         command = optimizer.advance(0.5 * DT)
         middles = 0.5 * (found[:, :-1] + found[:, 1:])
         found = np.column_stack((middles, found[:, -1]))
-        assert (command.v, command.w) == pytest.approx(tuple(found[:, 0]), abs=1e-5)
+        assert (command.x, command.yaw_rate) == pytest.approx(tuple(found[:, 0]), abs=1e-5)
         driven = np.column_stack((driven[:, 1:], found[:, 0]))
 
 
@@ -82,7 +82,7 @@ def test_what_is_tried_is_rolled_out_from_the_velocity_driven() -> None:
         return np.zeros(BATCH, np.float32), False
 
     config = made_config()
-    Optimizer(config).improve(Velocity(0.2, -0.1), FREE, judge)
+    Optimizer(config).improve(Velocity(0.2, yaw_rate=-0.1), FREE, judge)
     v, w = made_noise(config)
     assert seen[0].v == pytest.approx(np.vstack((np.full(BATCH, 0.2), v[:-1])), abs=1e-5)
     assert seen[0].w == pytest.approx(np.vstack((np.full(BATCH, -0.1), w[:-1])), abs=1e-5)

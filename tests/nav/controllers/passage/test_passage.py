@@ -122,7 +122,7 @@ def drive(
     while passage.active and not until(pose) and now < 30.0:
         command, now = passage.compute(pose, STILL, costmap, now), now + 0.05
         if command is not None:
-            pose = pose @ SE2.exp((0.05 * command.v, 0.0, 0.05 * command.w))
+            pose = pose @ SE2.exp((0.05 * command.x, 0.0, 0.05 * command.yaw_rate))
     return pose
 
 

@@ -54,7 +54,7 @@ def test_a_new_path_to_the_same_goal_does_not_undo_arrival(controller: Controlle
     drifted = SE2(2.75, 3.0, robot.pose.theta)  # localization moved it out of the tolerance
     controller.set_path(path)
     result = controller.compute(drifted, robot.velocity, costmap, 1.0)
-    assert (result.status, result.velocity.v) == (ControlStatus.SUCCEEDED, 0.0)
+    assert (result.status, result.velocity.x) == (ControlStatus.SUCCEEDED, 0.0)
 
 
 @pytest.mark.parametrize("beside", [3.0, 0.34])
@@ -70,9 +70,9 @@ def test_a_turn_gets_on_as_soon_as_that_leads_nearer_and_has_room(
     commands = follow(controller, robot, costmap_of(grid), 10)
     while abs(robot.pose.theta) > 0.8:
         commands += follow(controller, robot, costmap_of(grid), 1)
-    fast = max(result.velocity.v for result in commands)
-    assert all(result.velocity.w > 0.0 for result in commands)
-    assert (bearing < 1.5) == (commands[0].velocity.v > 0.0)
+    fast = max(result.velocity.x for result in commands)
+    assert all(result.velocity.yaw_rate > 0.0 for result in commands)
+    assert (bearing < 1.5) == (commands[0].velocity.x > 0.0)
     assert fast > 0.15 if beside > 1.0 else fast < 0.05
 
 
@@ -86,12 +86,12 @@ def test_turns_on_the_spot_where_no_arc_is_free(turns: bool) -> None:
     controller.set_path(polyline([(3.0, 3.0), (4.0, 4.5)], 1.0))
     robot = Unicycle(SE2(3.0, 3.0, 0.0))
     free = controller.compute(robot.pose, robot.velocity, costmap_of(grid), 0.0)
-    assert free.velocity.v > 0.0
+    assert free.velocity.x > 0.0
     block(grid, 3.3, 2.0, 0.3, 1.6)
     result = controller.compute(robot.pose, robot.velocity, costmap_of(grid), 0.0)
     if turns:
         assert result.status is ControlStatus.SUCCEEDED
-        assert (result.velocity.v, result.velocity.w > 0.0) == (0.0, True)
+        assert (result.velocity.x, result.velocity.yaw_rate > 0.0) == (0.0, True)
     else:
         assert result.status is ControlStatus.NO_VALID_CONTROL
 
@@ -122,8 +122,8 @@ def test_slows_down_near_obstacles_and_at_the_goal(controller: Controller) -> No
     at_goal = controller.compute(
         close, Unicycle(close).velocity, costmap_of(empty_grid(6.0, 6.0)), 0.0
     )
-    assert beside_wall.velocity.v < in_the_open.velocity.v == pytest.approx(0.4)
-    assert 0.05 <= at_goal.velocity.v < 0.25
+    assert beside_wall.velocity.x < in_the_open.velocity.x == pytest.approx(0.4)
+    assert 0.05 <= at_goal.velocity.x < 0.25
 
 
 def test_takes_a_nearer_point_where_the_far_ones_arc_cuts_a_corner() -> None:
@@ -153,7 +153,7 @@ def test_a_speed_limit_and_a_wall_do_not_slow_it_down_twice() -> None:
     for limit in (math.inf, 0.3):
         controller.speed_limit = limit
         result = controller.compute(start, Unicycle(start).velocity, costmap_of(grid), 0.0)
-        speeds.append(result.velocity.v)
+        speeds.append(result.velocity.x)
     assert speeds[1] == pytest.approx(min(speeds[0], 0.3))
 
 
@@ -170,8 +170,8 @@ def test_a_bend_beyond_the_lookahead_may_slow_it_down(fixed: bool, speed: float)
     controller.set_path(polyline([(1.0, 1.0), (1.8, 1.0), (1.8, 4.0)], math.pi / 2))
     costmap = costmap_of(empty_grid(6.0, 6.0))
     result = controller.compute(SE2(1.0, 1.0), Velocity(0.5), costmap, 0.0)
-    assert result.velocity.v == pytest.approx(speed, abs=0.003)
-    assert result.velocity.w == pytest.approx(0.0, abs=1e-6), "it steers by the near point"
+    assert result.velocity.x == pytest.approx(speed, abs=0.003)
+    assert result.velocity.yaw_rate == pytest.approx(0.0, abs=1e-6), "it steers by the near point"
 
 
 def test_turns_begin_by_the_fixed_point() -> None:
@@ -181,7 +181,7 @@ def test_turns_begin_by_the_fixed_point() -> None:
     controller = RegulatedPurePursuit(config, Footprint.circle(0.25))
     controller.set_path(polyline([(1.0, 1.0), (1.8, 1.0), (1.8, 4.0)], math.pi / 2))
     result = controller.compute(SE2(1.0, 1.0), Velocity(), costmap_of(empty_grid(6.0, 6.0)), 0.0)
-    assert result.velocity.w > 0.0
+    assert result.velocity.yaw_rate > 0.0
 
 
 @pytest.mark.parametrize("stateful", [True, False])
@@ -193,4 +193,4 @@ def test_it_may_drive_on_where_it_was_carried_off_the_goal(stateful: bool) -> No
     costmap = costmap_of(empty_grid(6.0, 6.0))
     for x in (2.8, 2.74):  # within 0.25 m of it, and just without
         result = controller.compute(SE2(x, 1.0), Velocity(), costmap, 0.0)
-    assert (result.velocity.v == 0.0) is stateful
+    assert (result.velocity.x == 0.0) is stateful

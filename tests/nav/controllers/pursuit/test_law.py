@@ -77,8 +77,8 @@ def test_drives_the_arc_through_the_point_a_lookahead_away(seed: int) -> None:
     v = max(v, min(0.1, limit))
     driven = asked(pose).velocity
     assert asked.aim == pytest.approx((x, y))
-    assert driven.v == pytest.approx(min(v, 1.0 / abs(bend)))
-    assert driven.w == pytest.approx(driven.v * bend)
+    assert driven.x == pytest.approx(min(v, 1.0 / abs(bend)))
+    assert driven.yaw_rate == pytest.approx(driven.x * bend)
 
 
 def test_its_yaw_rate_is_limited_by_driving_slower() -> None:
@@ -86,7 +86,7 @@ def test_its_yaw_rate_is_limited_by_driving_slower() -> None:
     _, _, bend = arc(pose)
     fast = {"use_regulated_linear_velocity_scaling": False, "rotate_to_heading_angular_vel": 0.4}
     driven = Asked(**fast)(pose).velocity
-    assert (driven.v, driven.w) == pytest.approx((0.4 / abs(bend), -0.4))
+    assert (driven.x, driven.yaw_rate) == pytest.approx((0.4 / abs(bend), -0.4))
 
 
 @pytest.mark.parametrize(
@@ -111,30 +111,30 @@ def test_near_obstacles_the_speed_is_as_the_distance_that_the_cost_tells(
     speed = 0.5 * min(0.8 * room / 0.6, 1.0)
     assert Asked(cost_scaling_gain=0.8, use_collision_detection=False)(
         SE2(1.0), costmap=flat(cost)
-    ).velocity.v == pytest.approx(speed)
+    ).velocity.x == pytest.approx(speed)
 
 
 def test_the_distance_is_the_one_that_the_costmap_tells_where_it_does() -> None:
     told = replace(flat(126), clearances=clearances(40.0))  # not the 3.0 of the controller
     driven = Asked(use_collision_detection=False)(SE2(1.0), costmap=told).velocity
-    assert driven.v == pytest.approx(0.5 * (0.25 + math.log(2.0) / 40.0) / 0.6)
+    assert driven.x == pytest.approx(0.5 * (0.25 + math.log(2.0) / 40.0) / 0.6)
 
 
 def test_obstacles_do_not_slow_down_where_that_is_switched_off_nor_beyond_the_costmap() -> None:
     off = {"use_collision_detection": False}
     asked = Asked(use_cost_regulated_linear_velocity_scaling=False, **off)
-    assert asked(SE2(1.0), costmap=flat(252)).velocity.v == 0.5
+    assert asked(SE2(1.0), costmap=flat(252)).velocity.x == 0.5
     elsewhere = Costmap(GridFrame(0.05, 1, 1, SE2(9.0, 9.0)), np.full((1, 1), 252, np.uint8))
-    assert Asked(**off)(SE2(1.0), costmap=elsewhere).velocity.v == 0.5
-    assert Asked(**off)(SE2(1.0), costmap=flat(253)).velocity.v < 0.21
+    assert Asked(**off)(SE2(1.0), costmap=elsewhere).velocity.x == 0.5
+    assert Asked(**off)(SE2(1.0), costmap=flat(253)).velocity.x < 0.21
 
 
 @pytest.mark.parametrize(("left", "speed"), [(0.7, 0.5), (0.6, 0.5), (0.3, 0.25), (0.21, 0.175)])
 def test_slows_down_with_what_is_left_to_the_goal(left: float, speed: float) -> None:
     driven = Asked(min_approach_linear_velocity=0.05)(SE2(5.0 - left, 0.0)).velocity
-    assert driven.v == pytest.approx(speed, abs=0.045)  # the path begins at its nearest pose
-    assert Asked(min_approach_linear_velocity=0.2)(SE2(4.75)).velocity.v >= 0.2
-    assert Asked(0.1, min_approach_linear_velocity=0.2)(SE2(4.75)).velocity.v <= 0.1
+    assert driven.x == pytest.approx(speed, abs=0.045)  # the path begins at its nearest pose
+    assert Asked(min_approach_linear_velocity=0.2)(SE2(4.75)).velocity.x >= 0.2
+    assert Asked(0.1, min_approach_linear_velocity=0.2)(SE2(4.75)).velocity.x <= 0.1
 
 
 @pytest.mark.parametrize(
@@ -143,37 +143,37 @@ def test_slows_down_with_what_is_left_to_the_goal(left: float, speed: float) -> 
 def test_turns_where_the_point_lies_aside_until_half_of_that(bearing: float, turns: bool) -> None:
     asked = Asked(use_collision_detection=False)
     first = asked(SE2(1.0, 0.0, -bearing), costmap=flat(clearance=0.0)).velocity
-    assert (first.v == 0.0) is turns
-    assert math.copysign(1.0, first.w) == math.copysign(1.0, bearing)
+    assert (first.x == 0.0) is turns
+    assert math.copysign(1.0, first.yaw_rate) == math.copysign(1.0, bearing)
     half = math.copysign(0.45, bearing)
     second = asked(SE2(1.0, 0.0, -half), costmap=flat(clearance=0.0)).velocity
-    assert (second.v == 0.0) is turns
-    assert asked(SE2(1.0, 0.0, -0.35 / 0.45 * half)).velocity.v > 0.0
-    assert asked(SE2(1.0, 0.0, -half)).velocity.v > 0.0, "the turn is over"
+    assert (second.x == 0.0) is turns
+    assert asked(SE2(1.0, 0.0, -0.35 / 0.45 * half)).velocity.x > 0.0
+    assert asked(SE2(1.0, 0.0, -half)).velocity.x > 0.0, "the turn is over"
     never = Asked(use_rotate_to_heading=False)
-    assert never(SE2(1.0, 0.0, -bearing)).velocity.v > 0.0
+    assert never(SE2(1.0, 0.0, -bearing)).velocity.x > 0.0
 
 
 def test_a_turn_gets_on_as_the_room_and_the_bearing_allow() -> None:
     pose = SE2(1.0, 0.0, -1.2)
     for clearance, v in ((math.inf, 0.5 * math.cos(1.2)), (0.2, 0.1), (0.0, 0.0)):
         driven = Asked()(pose, costmap=flat(clearance=clearance)).velocity
-        assert (driven.v, driven.w) == pytest.approx((v, 1.0))
-    assert Asked(0.2)(pose).velocity.v == pytest.approx(0.2 * math.cos(1.2))
-    assert Asked()(SE2(1.0, 0.0, -2.0)).velocity.v == 0.0, "it would lead away"
+        assert (driven.x, driven.yaw_rate) == pytest.approx((v, 1.0))
+    assert Asked(0.2)(pose).velocity.x == pytest.approx(0.2 * math.cos(1.2))
+    assert Asked()(SE2(1.0, 0.0, -2.0)).velocity.x == 0.0, "it would lead away"
 
 
 def test_at_the_goal_only_the_heading_is_left_and_stays_so() -> None:
     asked = Asked(rotate_to_heading_gain=1.5)
-    assert asked(SE2(4.79, 0.0, 0.1)).velocity.v > 0.0
+    assert asked(SE2(4.79, 0.0, 0.1)).velocity.x > 0.0
     for pose in (SE2(4.81, 0.0, -0.4), SE2(4.7, 0.0, -0.4)):
         driven = asked(pose).velocity
-        assert (driven.v, driven.w) == pytest.approx((0.0, 0.6))
+        assert (driven.x, driven.yaw_rate) == pytest.approx((0.0, 0.6))
         assert asked.controller.carrot is None
     asked.controller.set_path(X_AXIS + np.array([0.0, 0.09, 0.0]))
-    assert asked(SE2(4.7, 0.0, -0.4)).velocity.v == 0.0, "the goal is the same"
+    assert asked(SE2(4.7, 0.0, -0.4)).velocity.x == 0.0, "the goal is the same"
     asked.controller.set_path(X_AXIS[:-3])
-    assert asked(SE2(4.2, 0.0, 0.1)).velocity.v > 0.0
+    assert asked(SE2(4.2, 0.0, 0.1)).velocity.x > 0.0
 
 
 def blocked_from(x: float) -> Costmap:
@@ -191,7 +191,7 @@ def test_an_arc_is_looked_at_for_a_time() -> None:
     assert result.velocity == STILL
     assert result.message == "collision ahead at (1.52, 0.00)"
     blind = Asked(use_collision_detection=False)
-    assert blind(pose, costmap=blocked_from(1.0)).velocity.v == 0.5
+    assert blind(pose, costmap=blocked_from(1.0)).velocity.x == 0.5
 
 
 @pytest.mark.parametrize(
@@ -210,8 +210,8 @@ def test_an_arc_is_looked_at_up_to_its_point_which_is_taken_nearer_where_it_is_n
 def test_where_no_arc_is_free_it_turns_if_the_path_leads_aside(aside: float, turns: bool) -> None:
     result = Asked()(SE2(1.02, 0.0, -aside), costmap=blocked_from(1.05))
     assert (result.status is ControlStatus.SUCCEEDED) is turns
-    assert result.velocity.v == 0.0
-    assert (result.velocity.w > 0.0) is turns
+    assert result.velocity.x == 0.0
+    assert (result.velocity.yaw_rate > 0.0) is turns
     never = Asked(use_rotate_to_heading=False)
     result = never(SE2(1.02, 0.0, -aside), costmap=blocked_from(1.05))
     assert result.status is ControlStatus.NO_VALID_CONTROL

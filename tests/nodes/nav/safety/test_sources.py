@@ -124,7 +124,7 @@ def test_what_it_alone_sees_stops_the_robot(scene: Scene) -> None:
         robot.pose = SE2.from_array(rng.uniform(-3.0, 3.0, 3))
         scene.obstacle = None
         scene.drive(0.3, 0.4)
-        assert robot.command.v == pytest.approx(0.3), "it stands before nothing"
+        assert robot.command.x == pytest.approx(0.3), "it stands before nothing"
         bearing, distance = rng.uniform(-0.3, 0.3), rng.uniform(0.8, 1.4)
         at = robot.pose @ SE2(distance * math.cos(bearing), distance * math.sin(bearing))
         scene.obstacle = at.x, at.y
@@ -138,9 +138,9 @@ def test_silent_it_holds_the_robot_until_it_speaks(scene: Scene) -> None:
     drive(scene.robot, 0.2, 0.2)
     assert scene.robot.command == STILL, "it has said nothing yet"
     scene.drive(0.2, 0.3)
-    assert scene.robot.command.v == pytest.approx(0.2)
+    assert scene.robot.command.x == pytest.approx(0.2)
     drive(scene.robot, 0.2, 0.4)
-    assert scene.robot.command.v == pytest.approx(0.2)
+    assert scene.robot.command.x == pytest.approx(0.2)
     drive(scene.robot, 0.2, 0.3)
     assert scene.robot.command == STILL
     assert "/it" in scene.robot.nodes["collision_monitor"].trouble()
@@ -151,7 +151,7 @@ def test_silent_it_holds_the_robot_until_it_speaks(scene: Scene) -> None:
 def test_of_any_age_or_switched_off_it_holds_nobody(values: dict[str, Any]) -> None:
     scene = Scene("scan", **values)
     drive(scene.robot, 0.2, 1.0)
-    assert scene.robot.command.v == pytest.approx(0.2)
+    assert scene.robot.command.x == pytest.approx(0.2)
     scene.robot.close()
 
 
@@ -163,7 +163,7 @@ def test_all_of_several_sources_count() -> None:
     for points, v in (([(2.0, 0.0, 0.2)], 0.2), ([(0.4, 0.0, 0.2)], 0.0), ([(0.4, 0.0, 0.6)], 0.2)):
         scene.robot.bench.publish(PointCloud2, "/low", cloud(points, scene.robot.now), qos.DEFAULT)
         scene.drive(0.2, 0.2)
-        assert scene.robot.command.v == pytest.approx(v)
+        assert scene.robot.command.x == pytest.approx(v)
     scene.robot.close()
 
 
@@ -179,7 +179,7 @@ def test_a_zones_shape_may_come_by_a_topic(frame: str) -> None:
     robot = scene.robot
     scene.obstacle = (0.7, 0.0)
     scene.drive(0.01, 0.2)
-    assert robot.command.v == pytest.approx(0.01), "no shape has come"
+    assert robot.command.x == pytest.approx(0.01), "no shape has come"
     corners = [Point32(x=x, y=y) for x, y in ((1.0, 1.0), (1.0, -1.0), (-0.3, -1.0), (-0.3, 1.0))]
     shape = PolygonStamped(header=header(frame, robot.now), polygon=Polygon(points=corners))
     robot.bench.publish(PolygonStamped, "/shape", shape, qos.DEFAULT)
@@ -197,7 +197,7 @@ def test_a_circles_radius_may_come_by_a_topic_and_outlines_are_shown() -> None:
     for radius, v in ((0.5, 0.01), (0.8, 0.0)):
         scene.robot.bench.publish(Float32, "/r", Float32(data=radius), qos.DEFAULT)
         scene.drive(0.01, 0.2)
-        assert scene.robot.command.v == pytest.approx(v)
+        assert scene.robot.command.x == pytest.approx(v)
         assert shown[-1].header.frame_id == "base_link"
         assert max(p.x for p in shown[-1].polygon.points) == pytest.approx(radius)
     scene.robot.close()
@@ -214,7 +214,7 @@ def test_the_published_footprint_is_what_approaches() -> None:
     scene.say()
     drive(scene.robot, 0.2, 0.04)
     # the outline of 0.25 m and its padding of 0.03 m: 0.1 m at 0.02 m a step
-    assert 0.2 * 0.35 / 2.0 <= scene.robot.command.v <= 0.2 * 0.55 / 2.0
+    assert 0.2 * 0.35 / 2.0 <= scene.robot.command.x <= 0.2 * 0.55 / 2.0
     scene.robot.close()
 
 

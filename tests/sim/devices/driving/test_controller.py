@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from arjuna_sim.devices.drive import DriveConfig, Velocity
+from arjuna_core.twist import Velocity
+from arjuna_sim.devices.drive import DriveConfig
 from arjuna_sim.devices.driving.controller import Drive
 from arjuna_sim.devices.driving.limits import limited
 from arjuna_sim.model.settings import DriveSettings
@@ -20,31 +21,31 @@ def _drive(settings: DriveSettings = _WHEELS, **config: float) -> Drive:
 
 def test_ramp_stays_within_the_accelerations_and_ends_at_the_command() -> None:
     drive = _drive(max_linear_acceleration=1.0)
-    drive.command(Velocity(0.05, 0.0), now=0.0)
-    speeds = [drive.velocity(0.02 * i, 0.02).v for i in range(4)]
+    drive.command(Velocity(0.05), now=0.0)
+    speeds = [drive.velocity(0.02 * i, 0.02).x for i in range(4)]
     assert speeds == pytest.approx([0.02, 0.04, 0.05, 0.05])
 
 
 def test_without_limits_a_command_is_taken_at_once() -> None:
     drive = _drive()
-    drive.command(Velocity(3.0, -7.0, 2.0), now=0.0)
-    assert drive.velocity(0.0, 0.02) == Velocity(3.0, -7.0, 2.0)
+    drive.command(Velocity(3.0, y=2.0, yaw_rate=-7.0), now=0.0)
+    assert drive.velocity(0.0, 0.02) == Velocity(3.0, y=2.0, yaw_rate=-7.0)
     assert drive.take_cuts() == ()
 
 
 def test_a_command_is_cut_to_the_limits_and_holds_until_its_time_is_out() -> None:
     drive = _drive(max_linear_velocity=1.0, max_angular_velocity=2.0, command_timeout=2.0)
     for asked, held in (
-        (Velocity(1.0, 2.0, 1.0), Velocity(1.0, 2.0, 1.0)),
-        (Velocity(5.0, 0.5, 0.25), Velocity(1.0, 0.5, 0.25)),
-        (Velocity(0.5, -9.0, 0.25), Velocity(0.5, -2.0, 0.25)),
-        (Velocity(-0.5, 9.0, 7.0), Velocity(-0.5, 2.0, 1.0)),
-        (Velocity(-7.0, 0.0, -7.0), Velocity(-1.0, 0.0, -1.0)),
+        (Velocity(1.0, y=1.0, yaw_rate=2.0), Velocity(1.0, y=1.0, yaw_rate=2.0)),
+        (Velocity(5.0, y=0.25, yaw_rate=0.5), Velocity(1.0, y=0.25, yaw_rate=0.5)),
+        (Velocity(0.5, y=0.25, yaw_rate=-9.0), Velocity(0.5, y=0.25, yaw_rate=-2.0)),
+        (Velocity(-0.5, y=7.0, yaw_rate=9.0), Velocity(-0.5, y=1.0, yaw_rate=2.0)),
+        (Velocity(-7.0, y=-7.0), Velocity(-1.0, y=-1.0)),
     ):
         drive.command(asked, now=3.0)
         assert drive.velocity(4.98, 0.1) == held
     assert drive.velocity(5.0, 0.1) == Velocity()  # the time is out
-    drive.command(Velocity(0.5, 0.0), now=6.0)
+    drive.command(Velocity(0.5), now=6.0)
     drive.velocity(6.0, 0.1)
     drive.reset()
     assert drive.velocity(6.0, 0.1) == Velocity()
@@ -55,25 +56,25 @@ def test_what_is_cut_is_said_once_with_the_limit_and_its_source() -> None:
         *(("l",), ("r",), 0.0, 0.05, 1.0, 0.5, 0.05), plugin="p", max_velocity=0.4, max_reverse=0.2
     )
     drive = _drive(told, max_angular_velocity=2.0)
-    drive.command(Velocity(1.5, 3.0), now=0.0)
+    drive.command(Velocity(1.5, yaw_rate=3.0), now=0.0)
     first, second = drive.take_cuts()
     assert first == ("a command of 1.5 m/s is cut to 0.4 m/s, by plugin 'p' of the robot's file")
     assert second == (
         "a command of 3 rad/s is cut to 2 rad/s, by the parameter drive.max_angular_velocity"
     )
-    drive.command(Velocity(9.0, -9.0), now=1.0)
+    drive.command(Velocity(9.0, yaw_rate=-9.0), now=1.0)
     assert drive.take_cuts() == ()
-    drive.command(Velocity(-0.3, 0.0), now=1.0)
-    assert drive.velocity(1.0, 9.0).v == -0.2
+    drive.command(Velocity(-0.3), now=1.0)
+    assert drive.velocity(1.0, 9.0).x == -0.2
 
 
 @pytest.mark.parametrize(
     ("asked", "braking"),
     [
-        (Velocity(0.5, 0.0), 0.2),
-        (Velocity(0.0, 0.0, -0.25), 0.1),
-        (Velocity(0.25, 0.48), 0.15),
-        (Velocity(1.0, 0.0), 0.2),  # not sooner, though it is not long enough
+        (Velocity(0.5), 0.2),
+        (Velocity(y=-0.25), 0.1),
+        (Velocity(0.25, yaw_rate=0.48), 0.15),
+        (Velocity(1.0), 0.2),  # not sooner, though it is not long enough
     ],
 )
 def test_who_hears_no_more_brakes_so_as_to_stand_when_the_time_is_out(
@@ -87,7 +88,7 @@ def test_who_hears_no_more_brakes_so_as_to_stand_when_the_time_is_out(
         told.append(drive.velocity(0.01 * k, 0.01))
     brakes = next(k for k, each in enumerate(told) if k > 50 and each != told[k - 1])
     assert brakes == round(100 - 100 * braking)
-    assert (told[-1] == Velocity()) == (asked.v < 1.0)
+    assert (told[-1] == Velocity()) == (asked.x < 1.0)
 
 
 def test_time_out_of_zero_holds_for_ever() -> None:
@@ -98,10 +99,10 @@ def test_time_out_of_zero_holds_for_ever() -> None:
 
 def test_each_speed_ramps_by_its_own_limit_either_way() -> None:
     drive = _drive(max_linear_acceleration=1.0, max_angular_acceleration=3.0)
-    drive.command(Velocity(0.15, -0.5, -0.15), now=0.0)
+    drive.command(Velocity(0.15, y=-0.15, yaw_rate=-0.5), now=0.0)
     told = [drive.velocity(0.1 * i, 0.1) for i in range(2)]
-    flat = [speed for each in told for speed in (each.v, each.w, each.side)]
+    flat = [speed for each in told for speed in (each.x, each.yaw_rate, each.y)]
     assert flat == pytest.approx([0.1, -0.3, -0.1, 0.15, -0.5, -0.15])
     stopping = drive.velocity(9.0, 0.1)
-    assert (stopping.v, stopping.w, stopping.side) == pytest.approx((0.05, -0.2, -0.05))
-    assert math.isfinite(stopping.v)
+    assert (stopping.x, stopping.yaw_rate, stopping.y) == pytest.approx((0.05, -0.2, -0.05))
+    assert math.isfinite(stopping.x)
