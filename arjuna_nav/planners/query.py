@@ -161,14 +161,23 @@ def _with_ends(
     """Return the path as poses that look along it, from the exact start to the goal's heading."""
     first = np.array([start.x, start.y])
     last = np.array([goal.x, goal.y]) if reached else points[-1]
-    x, y = points.T
-    squares = [(x - end[0]) ** 2 + (y - end[1]) ** 2 for end in (first, last)]
-    between = points[np.minimum(*squares) > spacing**2]  # cells beside the exact ends make kinks
-    return oriented(np.vstack((first, between, last)), goal.theta)
+    begin = _count_near(points, first, spacing)  # cells beside the exact ends make kinks
+    end = max(len(points) - _count_near(points[::-1], last, spacing), begin)
+    return oriented(np.vstack((first, points[begin:end], last)), goal.theta)
+
+
+def _count_near(points: NDArray[np.float64], end: NDArray[np.float64], radius: float) -> int:
+    """Return how many points at the beginning lie within a radius of the end."""
+    for count, (x, y) in enumerate(points):
+        if (x - end[0]) * (x - end[0]) + (y - end[1]) * (y - end[1]) > radius**2:
+            return count
+    return len(points)
 
 
 def oriented(points: NDArray[np.float64], final_yaw: float) -> NDArray[np.float64]:
     """Return points `(N, 2)` as poses `(N, 3)`: each looks at the next, the last as given [rad]."""
-    steps = np.diff(points, axis=0)
-    yaw = np.append(np.arctan2(steps[:, 1], steps[:, 0]), final_yaw)
-    return np.column_stack((points, yaw))
+    poses = np.empty((len(points), 3))
+    poses[:, :2], poses[-1, 2] = points, final_yaw
+    x, y = (points[1:] - points[:-1]).T
+    np.arctan2(y, x, out=poses[:-1, 2])
+    return poses
