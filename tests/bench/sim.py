@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     """
     seconds = arguments.seconds
     print(f"simulated per real second on one core; {_SENSORS}")
-    core, alone = _paired_factors(simulator(ROOM), seconds)
+    core, alone = paired_factors(simulator(ROOM), seconds)
     _show("without ROS", core)
     _show("mj_step alone, same way", alone)
     ros = _ros_factor(seconds) if importlib.util.find_spec("rclpy") else None
@@ -74,8 +74,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def _paired_factors(sim: Simulator, seconds: float) -> tuple[float, float]:
-    """Return the core's factor, and that of MuJoCo with the controls of the same way, in turns."""
+def paired_factors(sim: Simulator, seconds: float) -> tuple[float, float]:
+    """Return the simulated per CPU time of the core, and of MuJoCo with the same controls."""
     model, data, controls = sim.stage.scene.model, sim.stage.data, []
     for i in range(round(seconds / sim.config.tick)):
         sim.step(_command(i))

@@ -25,7 +25,7 @@ from tests.helpers.processes import Lines
 
 _GOALS = (SE2(1.5, 1.0, 0.5), SE2(3.0, 1.2, 0.0), SE2(1.0, -1.0, 1.5), SE2(0.0, 0.0, 0.0))
 _PERIOD = 0.05  # of the controller [s]
-_ACTIVE = "Managed nodes are active"
+ACTIVE = "Managed nodes are active"
 _START, _GOAL = 60.0, 90.0  # [s] at most
 _SETTLE = 5.0  # after the start [s]
 _MEGA = 1e6
@@ -50,10 +50,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         `jitter_p95_s` from their period, and `latency_p95_s` since the last scan; `succeeded`.
     """
     os.environ["ROS_DOMAIN_ID"] = str(arguments.domain_id)
-    with _started("sim"):
+    with started("sim"):
         begun = time.monotonic()
         with (
-            _started("nav", "--map", str(shipped_file("maps/arjuna_room.yaml"))),
+            started("nav", "--map", str(shipped_file("maps/arjuna_room.yaml"))),
             closing(Connection("bench_stack")) as session,
         ):
             result: dict[str, Any] = {"active_s": time.monotonic() - begun}
@@ -72,10 +72,10 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 @contextmanager
-def _started(*words: str) -> Iterator[None]:
+def started(*words: str) -> Iterator[None]:
     """Run a command of ours until its nodes are active, and beyond."""
     with Lines("-m", "bringup", *words) as lines:
-        lines.wait_for(_ACTIVE, within=_START)
+        lines.wait_for(ACTIVE, within=_START)
         yield
 
 
