@@ -7,18 +7,17 @@ from typing import Any
 
 from rclpy.lifecycle import TransitionCallbackReturn
 
-from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process, Transport
-from bringup.parameters.composition import create_node
-from bringup.parameters.files import Parameters
+from bringup.client.session import POLL, ClientError, Session
+from bringup.parameters.files import Parameters, for_node
 from bringup.stack import Group, with_further
 
 
-class LockStepError(ArjunaError):
+class LockStepError(ClientError):
     """A node could not be brought up, or something did not happen in time."""
 
 
-class LockStep:
+class LockStep(Session):
     """A whole robot in one process.
 
     `step` advances the simulator by one tick of 20 ms, and everything that the tick caused is
@@ -40,6 +39,8 @@ class LockStep:
         nodes: Every node by name.
         on_tick: Called after each tick, to measure.
     """
+
+    error = LockStepError
 
     def __init__(
         self,
@@ -83,7 +84,7 @@ class LockStep:
         specs = [spec for group in groups for spec in with_further(group, values).nodes]
         for spec in specs:
             if spec.name not in self.nodes:
-                self.nodes[spec.name] = create_node(self.process, spec, values)
+                self.nodes[spec.name] = spec.make(self.process, for_node(values, spec.name))
         self.process.drain()
         for step in ("configure", "activate"):
             for spec in specs:
@@ -111,49 +112,17 @@ class LockStep:
         self.process.drain()
         self.on_tick()
 
+    def spin_once(self, timeout: float = POLL) -> None:
+        """Advance by one tick, the shortest time that passes."""
+        self.step()
+
+    def settle(self) -> None:
+        """Run what waits, at this time."""
+        self.process.drain()
+
     def run(self, duration: float) -> None:
         """Advance by a duration of simulated time [s]."""
-        self.run_until(lambda: False, duration, required=False)
-
-    def run_until(
-        self, done: Callable[[], bool], timeout: float, what: str = "", required: bool = True
-    ) -> bool:
-        """Step until something is done.
-
-        Args:
-            done: Asked after each tick.
-            timeout: Simulated time to wait at most [s].
-            what: What is waited for, for the error.
-            required: Whether a timeout is an error.
-
-        Returns:
-            Whether it was done in time.
-
-        Raises:
-            LockStepError: It was not, and is required.
-        """
-        deadline = self.now + timeout - 1e-9
-        while not done():
-            if self.now >= deadline:
-                if required:
-                    raise LockStepError(f"{what} did not happen within {timeout:.0f} s")
-                return False
-            self.step()
-        return True
-
-    def call(self, service_type: Any, name: str, request: Any, timeout: float = 5.0) -> Any:
-        """Call a service, stepping until it answers.
-
-        Raises:
-            LockStepError: It does not answer in time.
-        """
-        client = self.client.create_client(service_type, name)
-        self.process.drain()
-        future = client.call_async(request)
-        self.process.drain()
-        self.run_until(future.done, timeout, f"an answer of {name}")
-        self.client.destroy_client(client)
-        return future.result()
+        self.pause(duration)
 
     def close(self) -> None:
         """Leave the graph."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import importlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,26 @@ class NodeSpec:
     name: str
     module: str
     cls: str
+
+    @property
+    def node_class(self) -> Any:
+        """The class, which is imported."""
+        return getattr(importlib.import_module(self.module), self.cls)
+
+    @property
+    def config(self) -> type[Any]:
+        """The dataclass of the class's parameters."""
+        config: type[Any] = self.node_class.Config
+        return config
+
+    def make(self, process: Any, values: Mapping[str, Any]) -> Any:
+        """Make the node in a process.
+
+        Raises:
+            ConfigError: A value is unknown, of the wrong type or out of bounds.
+        """
+        namespace, _, name = self.name.rpartition("/")
+        return self.node_class(process, values, name=name, namespace=namespace)
 
 
 @dataclass(frozen=True)

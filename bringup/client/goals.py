@@ -14,14 +14,15 @@ from arjuna_core.ros.convert import duration_msg, pose_stamped
 from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.graph import action_server_state
-from bringup.client.session import ClientError, Session, wait_for
+from bringup.client.session import ClientError, Session
 
 _ANSWER_TIMEOUT = 10.0
 _SILENCE = 10.0  # [s] between two feedbacks, of which servers send ten a second
 _PAUSE = 0.5  # [s] until a server that is not active is asked again
 _PROBE = 2.0  # [s] for a server to say whether it has a goal
 _ACTIVATION = 60.0  # [s] for navigation to be activated
-_CURE = "is 'python -m bringup nav --map FILE' running and active?"
+_REMEDY = "is 'python -m bringup nav --map FILE' running and active?"
+_ENDS = {GoalStatus.STATUS_CANCELED: "cancelled", GoalStatus.STATUS_ABORTED: "aborted"}
 
 
 @dataclass(frozen=True)
@@ -37,50 +38,6 @@ class GoalEnd:
     succeeded: bool
     reason: str = ""
     refused: bool = False
-
-
-@dataclass(frozen=True)
-class _Order:
-    """A goal, to whom it is sent, until when [s], and who takes its feedback."""
-
-    action: Any
-    name: str
-    request: Any
-    deadline: float
-    progress: Callable[[Any], None]
-
-
-class _Watch:
-    """Notices that nothing is heard of a goal any more: a server that died says nothing.
-
-    Args:
-        session: Whose time counts.
-        progress: Takes the feedback as well.
-    """
-
-    def __init__(self, session: Session, progress: Callable[[Any], None]) -> None:
-        self._session = session
-        self._progress = progress
-        self._heard = session.now
-        self._said = False
-
-    def hear(self, feedback: Any) -> None:
-        """Take feedback."""
-        self._heard = self._session.now
-        self._progress(feedback)
-
-    def is_silent(self) -> bool:
-        """Tell whether nothing has been heard for too long."""
-        return self._session.now - self._heard > _SILENCE
-
-    def wait_on(self) -> None:
-        """Wait as long again: the server has the goal; say so once."""
-        self._heard = self._session.now
-        if not self._said:
-            self._said = True
-            self._session.client.get_logger().warning(
-                "the goal is taken, and nothing is heard of it yet; 'doctor' says what is missing"
-            )
 
 
 class Goals:
@@ -123,108 +80,154 @@ class Goals:
         timeout: float,
         progress: Callable[[Any], None],
     ) -> GoalEnd:
-        order = _Order(action, name, request, self._session.now + timeout, progress)
-        end = self._deliver(order)
+        if name not in self._clients:
+            self._clients[name] = action_client(self._session.client, action, name)
+        deadline = self._session.now + timeout
+        return _Goal(self._session, self._clients[name], name, request, deadline, progress).run()
+
+
+class _Goal:
+    """A goal that is sent until its server has ended it.
+
+    Args:
+        session: The connection to the robot.
+        client: The action client.
+        name: The action's name.
+        request: The goal.
+        deadline: When it is cancelled [s].
+        progress: Takes the feedback.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        client: Any,
+        name: str,
+        request: Any,
+        deadline: float,
+        progress: Callable[[Any], None],
+    ) -> None:
+        self._session, self._client, self._name = session, client, name
+        self._request, self._deadline, self._progress = request, deadline, progress
+        self._logger = session.client.get_logger()
+        self._heard_at = session.now
+
+    def run(self) -> GoalEnd:
+        """Send it, and again where its server loses it; return how it ended.
+
+        Raises:
+            ArjunaError: Nobody answers until the deadline.
+        """
+        end = self._deliver()
         while end is None:
-            self._say(f"the server of '{name}' has lost the goal: it is sent again")
-            end = self._again(order)
+            self._logger.warning(
+                f"the server of '{self._name}' has lost the goal: it is sent again"
+            )
+            end = self._deliver_again()
         return end
 
-    def _say(self, text: str) -> None:
-        self._session.client.get_logger().warning(text)
+    def _deliver(self) -> GoalEnd | None:
+        """Send it, once more where its server had still to be activated; None where it is lost."""
+        end = self._attempt()
+        if end is not None and end.refused:
+            self._wait_until_active()
+            end = self._attempt()
+        return end
 
-    def _again(self, order: _Order) -> GoalEnd | None:
-        """Send a goal again, until a server that comes up takes it."""
+    def _deliver_again(self) -> GoalEnd | None:
+        """Send it until a server that comes up takes it."""
         while True:
             try:
-                return self._deliver(order)
+                return self._deliver()
             except ArjunaError:  # nobody answers, not yet
-                if self._session.now >= order.deadline:
+                if self._session.is_past(self._deadline):
                     raise
 
-    def _deliver(self, order: _Order) -> GoalEnd | None:
-        """Send a goal, once more where its server had still to be activated."""
-        end = self._attempt(order)
-        if end is not None and end.refused:
-            self._wait_until_active(order)
-            end = self._attempt(order)
-        return end
+    @property
+    def _left(self) -> float:
+        """The time until the deadline [s]."""
+        return self._deadline - self._session.now
 
-    def _wait_until_active(self, order: _Order) -> None:
+    def _wait_until_active(self) -> None:
         """Wait while the server's node is not active.
 
         Raises:
             ClientError: It is not activated in time.
         """
-        session, said = self._session, False
-        last = min(order.deadline, session.now + _ACTIVATION)
-        while (state := action_server_state(session, order.name)) not in ("active", ""):
-            if not said:
-                self._say(f"'{order.name}' is {state}: waiting until navigation is active")
-                said = True
+        session, name, warned = self._session, self._name, False
+        last = min(self._deadline, session.now + _ACTIVATION)
+        while (state := action_server_state(session, name)) not in ("active", ""):
+            if not warned:
+                self._logger.warning(f"'{name}' is {state}: waiting until navigation is active")
+                warned = True
             if session.now >= last:
-                raise ClientError(f"'{order.name}' is still {state}; 'doctor' says what it lacks")
-            session.run_until(lambda: False, _PAUSE, required=False)
+                raise ClientError(f"'{name}' is still {state}; 'doctor' says what it lacks")
+            session.pause(_PAUSE)
 
-    def _attempt(self, order: _Order) -> GoalEnd | None:
-        """Send a goal and wait for its end; None where its server has lost it."""
-        session = self._session
-        watch = _Watch(session, order.progress)
-        handle = self._send(order, watch.hear)
+    def _attempt(self) -> GoalEnd | None:
+        """Send it and wait for its end; None where its server has lost it."""
+        session, what = self._session, f"a server of '{self._name}'"
+        session.wait_for(self._client.server_is_ready, _ANSWER_TIMEOUT, what, _REMEDY)
+        self._heard_at = session.now
+        handle = session.send_goal(self._client, self._request, self._take)
         if not handle.accepted:
-            reason = f"'{order.name}' refuses the goal: another goal runs, or it is not active"
+            reason = f"'{self._name}' refuses the goal: another goal runs, or it is not active"
             return GoalEnd(False, reason, refused=True)
-        result, begun = handle.get_result_async(), session.now
+        left, result = self._left, handle.get_result_async()
         try:
-            while not self._ends(result, watch, order.deadline) and session.now < order.deadline:
-                if self._is_lost(order, handle):
-                    return None
-                watch.wait_on()
+            known = self._is_known_until_end(handle, result)
         except KeyboardInterrupt:
-            self._cancel(handle)
+            session.cancel(handle)
             raise
+        if not known:
+            return None
         if result.done():
-            answer = result.result()
-            return None if answer.status == GoalStatus.STATUS_UNKNOWN else _end(answer)
-        self._cancel(handle)
-        return GoalEnd(False, f"not done within {order.deadline - begun:g} s, cancelled")
+            return _end(result.result())
+        session.cancel(handle)
+        return GoalEnd(False, f"not done within {left:g} s, cancelled")
 
-    def _ends(self, result: Any, watch: _Watch, deadline: float) -> bool:
-        """Wait for a goal's result until it comes, nothing is heard of it or its time is over."""
-        left = deadline - self._session.now
-        self._session.run_until(lambda: result.done() or watch.is_silent(), left, required=False)
-        return bool(result.done())
+    def _take(self, message: Any) -> None:
+        self._heard_at = self._session.now
+        self._progress(message.feedback)
 
-    def _is_lost(self, order: _Order, handle: Any) -> bool:
+    def _is_known_until_end(self, handle: Any, result: Any) -> bool:
+        """Wait for a goal's result or the deadline; return whether the server has it until then.
+
+        A server that died says nothing, and one that was started again does not know the goal.
+        """
+        session, warned = self._session, False
+
+        def is_due() -> bool:
+            return bool(result.done()) or session.now - self._heard_at > _SILENCE
+
+        while True:
+            session.run_until(is_due, self._left, required=False)
+            if result.done():
+                return bool(result.result().status != GoalStatus.STATUS_UNKNOWN)
+            if session.is_past(self._deadline):
+                return True
+            if self._is_lost(handle):
+                return False
+            self._heard_at = session.now
+            if not warned:
+                warned = True
+                self._logger.warning(
+                    "the goal is taken, and nothing is heard of it yet; 'doctor' says what is"
+                    " missing"
+                )
+
+    def _is_lost(self, handle: Any) -> bool:
         """Return whether the server has no such goal: one that only takes its time keeps it."""
-        answer, client = handle.get_result_async(), self._clients[order.name]
+        answer = handle.get_result_async()
         self._session.run_until(answer.done, _PROBE, required=False)
         if answer.done():
             return bool(answer.result().status == GoalStatus.STATUS_UNKNOWN)
-        return not client.server_is_ready()
-
-    def _send(self, order: _Order, progress: Callable[[Any], None]) -> Any:
-        name = order.name
-        client = self._clients.get(name)
-        if client is None:
-            client = self._clients[name] = action_client(self._session.client, order.action, name)
-        what = f"a server of '{name}'"
-        wait_for(self._session, client.server_is_ready, _ANSWER_TIMEOUT, what, _CURE)
-        sent = client.send_goal_async(
-            order.request, feedback_callback=lambda message: progress(message.feedback)
-        )
-        self._session.run_until(sent.done, _ANSWER_TIMEOUT, "an answer to the goal")
-        return sent.result()
-
-    def _cancel(self, handle: Any) -> None:
-        cancelled = handle.cancel_goal_async()
-        self._session.run_until(cancelled.done, _ANSWER_TIMEOUT, "an answer to the cancellation")
+        return not self._client.server_is_ready()
 
 
 def _end(answer: Any) -> GoalEnd:
-    words = {GoalStatus.STATUS_CANCELED: "cancelled", GoalStatus.STATUS_ABORTED: "aborted"}
     if answer.status == GoalStatus.STATUS_SUCCEEDED:
         return GoalEnd(True)
     why = getattr(answer.result, "error_msg", "") or "no reason given"
     code = getattr(answer.result, "error_code", 0)
-    return GoalEnd(False, f"{words.get(answer.status, 'ended')}: {why} ({code})")
+    return GoalEnd(False, f"{_ENDS.get(answer.status, 'ended')}: {why} ({code})")

@@ -32,7 +32,7 @@ def discover(session: Session, expected: Collection[str] = ()) -> None:
     start = changed = session.now
     found: list[str] = []
     while session.now < start + _LIMIT:
-        session.run_until(lambda: False, _LOOK, required=False)
+        session.pause(_LOOK)
         before, found = found, nodes(session)
         changed = changed if found == before else session.now
         complete = found and {name.rpartition("/")[2] for name in found}.issuperset(expected)

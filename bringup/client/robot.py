@@ -28,19 +28,19 @@ from arjuna_core.ros.tf import TransformBuffer, TransformListener
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from bringup.client.goals import GoalEnd, Goals
-from bringup.client.session import Connection, Session, wait_for
+from bringup.client.session import Connection, Session
 from bringup.client.velocity import VelocityPublisher
 
 GOAL_TIMEOUT, EXPLORER_GRACE = 600.0, 60.0
 _INITIAL_COVARIANCE = np.diag([0.5**2, 0.5**2, 0.26**2])  # what RViz's "2D Pose Estimate" sends
 _COMMAND_PERIOD = 0.1
-_CURES = {
+_REMEDIES = {
     "scan": "is 'python -m bringup sim' running, and not paused?",
     "map": "is 'python -m bringup slam' or 'nav' running, and does a scan come?",
     "initialpose": "is 'python -m bringup nav --map FILE' running?",
     "transform": "is 'python -m bringup slam' or 'nav' running? AMCL may want 'initial-pose X Y'",
 }
-_CURE = "'ros2 topic info -v {}' says who publishes it"
+_REMEDY = "'ros2 topic info -v {}' says who publishes it"
 
 
 class Robot:
@@ -102,7 +102,7 @@ class Robot:
             return pose is not None
 
         what = f"the transform {frame} -> {base_frame or 'base'}"
-        self._wait(known, what, _CURES["transform"])
+        self._wait(known, what, _REMEDIES["transform"])
         return found[-1]
 
     def scan(self) -> Scan:
@@ -174,13 +174,14 @@ class Robot:
         publisher = session.client.create_publisher(
             PoseWithCovarianceStamped, "initialpose", qos.DEFAULT
         )
-        listens = "somebody who listens on 'initialpose'"
-        self._wait(lambda: publisher.get_subscription_count() > 0, listens, _CURES["initialpose"])
+        what = "somebody who listens on 'initialpose'"
+        count = publisher.get_subscription_count
+        self._wait(lambda: count() > 0, what, _REMEDIES["initialpose"])
         pose = PoseWithCovariance(
             pose=pose_msg(SE2(x, y, yaw)), covariance=planar_covariance(_INITIAL_COVARIANCE)
         )
         publisher.publish(PoseWithCovarianceStamped(header=header("map", 0.0), pose=pose))
-        session.run_until(lambda: False, _COMMAND_PERIOD, required=False)
+        session.pause(_COMMAND_PERIOD)
 
     def drive(self, v: float, w: float, duration: float) -> None:
         """Drive at a speed [m/s] and turn rate [rad/s] for a time [s], then stop."""
@@ -188,8 +189,7 @@ class Robot:
         end = session.now + duration
         while session.now < end:
             self.command(v, w)
-            wait = min(_COMMAND_PERIOD, end - session.now)
-            session.run_until(lambda: False, wait, required=False)
+            session.pause(min(_COMMAND_PERIOD, end - session.now))
         self.stop()
 
     def command(self, v: float, w: float) -> None:
@@ -216,11 +216,11 @@ class Robot:
             message_type, topic, found.append, profile
         )
         try:
-            cure = _CURES.get(topic, _CURE.format(topic))
-            self._wait(lambda: bool(found), f"a message on '{topic}'", cure)
+            remedy = _REMEDIES.get(topic, _REMEDY.format(topic))
+            self._wait(lambda: bool(found), f"a message on '{topic}'", remedy)
         finally:
             session.client.destroy_subscription(subscription)
         return found[0]
 
-    def _wait(self, done: Callable[[], bool], what: str, cure: str) -> None:
-        wait_for(self.session, done, self._timeout, what, cure)
+    def _wait(self, done: Callable[[], bool], what: str, remedy: str) -> None:
+        self.session.wait_for(done, self._timeout, what, remedy)

@@ -1,10 +1,12 @@
-"""What a client waits in: a connection to a running robot, or a lock-step robot."""
+"""The one client of a running robot: a node that waits, with deadlines, for services and more."""
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable
-from typing import Any, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from rclpy.executors import Executor
 from rclpy.experimental.events_executor import EventsExecutor
@@ -16,68 +18,180 @@ from arjuna_core.ros.context import new_context
 
 POLL = 0.02
 """From one look at whether something is done to the next [s]."""
-
-
-_PATIENCE = 2.5
-"""How long to wait without a word [s]; what runs is mostly found within one."""
+_EPSILON = 1e-9  # [s] a sum of simulated ticks may be off by so much
 
 
 class ClientError(ArjunaError):
     """Nobody answers in time, or a request is refused; the message says what to do."""
 
 
-class Session(Protocol):
-    """A node, and a way to let the graph run while its owner waits; `LockStep` is one too."""
+class Session(ABC):
+    """A node, and waiting while its callbacks run; never from within one of them.
+
+    Attributes:
+        client: The node.
+        error: What is raised where something does not come in time.
+    """
 
     client: Node
+    error: type[Exception] = ClientError
 
     @property
     def now(self) -> float:
         """The time that timeouts are of [s]."""
+        return time.monotonic()
+
+    @abstractmethod
+    def spin_once(self, timeout: float = POLL) -> None:
+        """Handle what comes next, within a timeout [s]."""
+
+    def settle(self) -> None:  # noqa: B027 - nothing to do but in lock-step
+        """Let what was just made or sent take effect, where no time passes by itself."""
 
     def run_until(
-        self, done: Callable[[], bool], timeout: float, what: str = "", required: bool = True
+        self,
+        done: Callable[[], bool],
+        timeout: float = math.inf,
+        what: str = "",
+        required: bool = True,
     ) -> bool:
-        """Let the graph run until something is done; tell whether it was in time [s].
+        """Handle what comes until something is done.
+
+        Args:
+            done: Asked after each event.
+            timeout: [s].
+            what: The thing waited for, for the error.
+            required: Whether a timeout is an error.
+
+        Returns:
+            Whether it was done in time.
 
         Raises:
             ArjunaError: It was not, and is required.
         """
+        deadline = self.now + timeout
+        while not done():
+            if self.is_past(deadline):
+                if required:
+                    raise self.error(f"{what} did not come within {timeout:g} s")
+                return False
+            self.spin_once(min(deadline - self.now, POLL))
+        return True
 
-    def call(self, service_type: Any, name: str, request: Any, timeout: float = 5.0) -> Any:
-        """Return a service's response.
+    def is_past(self, deadline: float) -> bool:
+        """Return whether a time has come [s]."""
+        return deadline - self.now <= _EPSILON
+
+    def pause(self, duration: float) -> None:
+        """Handle what comes for a time [s]."""
+        self.run_until(lambda: False, duration, required=False)
+
+    def wait_for(
+        self,
+        done: Callable[[], bool],
+        timeout: float,
+        what: str,
+        remedy: str,
+        patience: float = 2.5,
+    ) -> None:
+        """Wait until something is done; soon say what is waited for and what would bring it.
+
+        Args:
+            done: Asked after each event.
+            timeout: [s].
+            what: The thing waited for.
+            remedy: What to do if it does not come, a question or an order.
+            patience: How long to wait without a message [s]; what runs is mostly found within 1 s.
 
         Raises:
-            ArjunaError: It does not answer in time [s].
+            ArjunaError: It was not done in time.
         """
-
-
-def wait_for(
-    session: Session, done: Callable[[], bool], timeout: float, what: str, cure: str
-) -> None:
-    """Wait until something is done; soon say what is waited for and what would bring it.
-
-    Args:
-        session: The connection.
-        done: Asked after each event.
-        timeout: [s].
-        what: What is waited for.
-        cure: What to do if it does not come, a question or an order.
-
-    Raises:
-        ClientError: It was not done in time.
-    """
-    soon = min(_PATIENCE, timeout)
-    if session.run_until(done, soon, required=False):
-        return
-    if timeout > soon:
-        session.client.get_logger().warning(f"waiting for {what}: {cure}")
-        if session.run_until(done, timeout - soon, required=False):
+        soon = min(patience, timeout)
+        if self.run_until(done, soon, required=False):
             return
-    raise ClientError(f"{what} did not come within {timeout:g} s: {cure}")
+        if timeout > soon:
+            self.client.get_logger().warning(f"waiting for {what}: {remedy}")
+            if self.run_until(done, timeout - soon, required=False):
+                return
+        raise self.error(f"{what} did not come within {timeout:g} s: {remedy}")
+
+    def result(self, future: Any, timeout: float = math.inf, what: str = "an answer") -> Any:
+        """Return a future's result.
+
+        Raises:
+            ArjunaError: It does not come in time [s].
+        """
+        self.run_until(future.done, timeout, what)
+        return future.result()
+
+    def call(
+        self,
+        service_type: Any,
+        name: str | Sequence[str],
+        request: Any,
+        timeout: float = 10.0,
+        appearance: float | None = None,
+    ) -> Any:
+        """Return a service's response.
+
+        Args:
+            service_type: Its type.
+            name: Its name, or several of which the first one that is served is called.
+            request: The request.
+            timeout: For the answer [s].
+            appearance: For a server to appear [s]; as long as for the answer if None.
+
+        Raises:
+            ArjunaError: Nobody serves it, or does not answer in time.
+        """
+        names = [name] if isinstance(name, str) else list(name)
+        clients = {one: self.client.create_client(service_type, one) for one in names}
+
+        def ready() -> list[str]:
+            return [one for one, client in clients.items() if client.service_is_ready()]
+
+        try:
+            self.settle()
+            limit = timeout if appearance is None else appearance
+            if not self.run_until(lambda: bool(ready()), limit, required=False):
+                raise self.not_served(names[-1], limit)
+            served = ready()[0]
+            future = clients[served].call_async(request)
+            self.settle()
+            return self.result(future, timeout, f"an answer of '{served}'")
+        finally:
+            for client in clients.values():
+                self.client.destroy_client(client)
+
+    def not_served(self, name: str, timeout: float) -> Exception:
+        """Return the error of a service that nobody serves within a time [s]."""
+        return self.error(f"nobody serves '{name}' within {timeout:g} s")
+
+    def send_goal(
+        self,
+        client: Any,
+        goal: Any,
+        feedback: Callable[[Any], None] | None = None,
+        timeout: float = 10.0,
+    ) -> Any:
+        """Send a goal to a server that is there; return its handle, accepted or not.
+
+        Raises:
+            ArjunaError: No answer comes in time [s].
+        """
+        return self.result(client.send_goal_async(goal, feedback), timeout, "an answer to the goal")
+
+    def cancel(self, handle: Any, timeout: float = 10.0) -> Any:
+        """Cancel a goal; return the server's answer.
+
+        Raises:
+            ArjunaError: None comes in time [s].
+        """
+        what = "an answer to the cancellation"
+        return self.result(handle.cancel_goal_async(), timeout, what)
 
 
-class Connection:
+class Connection(Session):
     """A node among those of the robots on this machine; times are real times.
 
     Args:
@@ -85,9 +199,6 @@ class Connection:
         namespace: The robot's namespace.
         use_sim_time: Whether the node's clock is the robot's.
         executor: What runs its callbacks.
-
-    Attributes:
-        client: The node.
     """
 
     def __init__(
@@ -108,57 +219,9 @@ class Connection:
         self._executor = executor(context=self._context)
         self._executor.add_node(self.client)
 
-    @property
-    def now(self) -> float:
-        """A steady time [s]."""
-        return time.monotonic()
-
-    def run_until(
-        self, done: Callable[[], bool], timeout: float, what: str = "", required: bool = True
-    ) -> bool:
-        """Handle what comes until something is done.
-
-        Args:
-            done: Asked after each event.
-            timeout: [s].
-            what: What is waited for, for the error.
-            required: Whether a timeout is an error.
-
-        Returns:
-            Whether it was done in time.
-
-        Raises:
-            ClientError: It was not, and is required.
-        """
-        deadline = self.now + timeout
-        while not done():
-            left = deadline - self.now
-            if left <= 0.0:
-                if required:
-                    raise ClientError(f"{what} did not come within {timeout:g} s")
-                return False
-            self.spin_once(min(left, POLL))
-        return True
-
     def spin_once(self, timeout: float = POLL) -> None:
         """Handle what comes next, within a timeout [s]."""
         self._executor.spin_once(timeout_sec=timeout)
-
-    def call(self, service_type: Any, name: str, request: Any, timeout: float = 5.0) -> Any:
-        """Return a service's response.
-
-        Raises:
-            ClientError: Nobody serves it, or does not answer in time [s].
-        """
-        client = self.client.create_client(service_type, name)
-        try:
-            if not self.run_until(client.service_is_ready, timeout, required=False):
-                raise ClientError(f"nobody serves '{name}' within {timeout:g} s")
-            future = client.call_async(request)
-            self.run_until(future.done, timeout, f"an answer of '{name}'")
-            return future.result()
-        finally:
-            self.client.destroy_client(client)
 
     def close(self) -> None:
         """Leave the graph."""

@@ -7,9 +7,9 @@ from typing import Any
 from geometry_msgs.msg import Twist, TwistStamped
 
 from arjuna_core.ros import qos
-from bringup.client.session import Session, wait_for
+from bringup.client.session import Session
 
-_CURE = "is 'python -m bringup sim' running?"
+_REMEDY = "is 'python -m bringup sim' running?"
 _STAMPED = "geometry_msgs/msg/TwistStamped"
 
 
@@ -38,7 +38,7 @@ class VelocityPublisher:
         """
         listeners = self._listeners
         what = f"a robot that listens on '{self._topic}'"
-        wait_for(self._session, lambda: bool(listeners()), timeout, what, _CURE)
+        self._session.wait_for(lambda: bool(listeners()), timeout, what, _REMEDY)
         stamped = self._stamped
         if stamped is None:
             stamped = all(info.topic_type == _STAMPED for info in listeners())
@@ -47,7 +47,7 @@ class VelocityPublisher:
             TwistStamped if stamped else Twist, self._topic, qos.DEFAULT
         )
         matched = self._publisher.get_subscription_count
-        wait_for(self._session, lambda: matched() > 0, timeout, what, _CURE)
+        self._session.wait_for(lambda: matched() > 0, timeout, what, _REMEDY)
 
     def _listeners(self) -> list[Any]:
         client = self._session.client
@@ -70,4 +70,4 @@ class VelocityPublisher:
         if self._publisher is not None:
             for _ in range(3):
                 self.send(0.0, 0.0)
-                self._session.run_until(lambda: False, 0.05, required=False)
+                self._session.pause(0.05)

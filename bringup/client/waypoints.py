@@ -137,7 +137,7 @@ class Tour:
             self._write(f"Waypoint {number} / {count} → X: {x:.2f} Y: {y:.2f} Yaw: {yaw:.2f}")
             reached += self._go(number, pose, timeout, tolerance)
             if number < count:
-                self._robot.session.run_until(lambda: False, pause, required=False)
+                self._robot.session.pause(pause)
         self._write("\n".join([_RULE, "NAVIGATION COMPLETE", f"Waypoints reached : {reached}"]))
         self._write(f"Waypoints failed : {count - reached}\nTotal waypoints : {count}")
         return reached

@@ -84,7 +84,7 @@ def _run(campaign: Campaign, folder: Path, jobs: int, main: Callable[[], int] | 
 
 def _warm_up() -> None:
     """Import what most runs need: a robot, and its pictures."""
-    from bringup.parameters.composition import warm_up
+    from bringup.processes.fork import warm_up
     from bringup.stack import (
         EXPLORER_GROUP,
         LOCALIZATION_GROUP,

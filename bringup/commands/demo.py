@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from arjuna_core.errors import InputFileError
-from bringup.parameters import options, robot_options
+from bringup.parameters import options
 
 if TYPE_CHECKING:
     from bringup.demo.demo import DemoOptions
@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    options.add_node_options(parser)
-    robot_options.add_options(parser)
-    options.add_seed(parser)
+    options.add(parser, *options.NODES, *options.SIMULATION, "--seed")
     parser.add_argument(
         "--waypoints",
         type=Path,
@@ -47,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.progress import Progress
     from bringup.terminal import show
 
-    robot_options.extend_search(arguments)
+    options.extend_search(arguments)
     chosen = _options(arguments, gather(arguments))
     set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
     try:

@@ -6,10 +6,10 @@ import argparse
 from contextlib import closing
 from typing import TYPE_CHECKING
 
-from bringup.parameters.options import add_robot_choice, finite, positive
+from bringup.parameters import options
 
 if TYPE_CHECKING:
-    from bringup.simulator.client import SimulatorClient
+    from bringup.client.simulator import SimulatorClient
 
 _WHAT = (
     "box:X,Y,Z, cylinder:RADIUS,LENGTH, sphere:RADIUS or person, with ?mass=KG where it"
@@ -19,15 +19,15 @@ _WHAT = (
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's actions."""
-    add_robot_choice(parser)
+    options.add(parser, *options.ROBOT_CHOICE)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     _configure_spawn(_action(actions, "spawn", "put something into the world"))
     delete = _action(actions, "delete", "take something out of the world")
     delete.add_argument("name", metavar="NAME")
     move = _action(actions, "move", "put something, or the robot, somewhere else")
     move.add_argument("name", metavar="NAME", help="'robot' for the robot")
-    move.add_argument("x", type=finite, metavar="X", help="where [m]")
-    move.add_argument("y", type=finite, metavar="Y", help="where [m]")
+    move.add_argument("x", type=options.finite, metavar="X", help="where [m]")
+    move.add_argument("y", type=options.finite, metavar="Y", help="where [m]")
     _add_height_and_heading(move)
     listing = _action(actions, "list", "print names and poses of what there is")
     listing.add_argument("--filter", default="", metavar="REGEX", help="only names that match")
@@ -43,7 +43,12 @@ def _configure_spawn(spawn: argparse.ArgumentParser) -> None:
     spawn.add_argument("name", metavar="NAME", help="its name")
     spawn.add_argument("what", metavar="WHAT", help=_WHAT)
     spawn.add_argument(
-        "--at", nargs=2, type=finite, default=(0.0, 0.0), metavar=("X", "Y"), help="where [m]"
+        "--at",
+        nargs=2,
+        type=options.finite,
+        default=(0.0, 0.0),
+        metavar=("X", "Y"),
+        help="where [m]",
     )
     _add_height_and_heading(spawn)
     spawn.add_argument(
@@ -52,13 +57,15 @@ def _configure_spawn(spawn: argparse.ArgumentParser) -> None:
         metavar="POINTS",
         help="points that a person walks by, and back to the first, as '1,0 3,0 3,2'",
     )
-    spawn.add_argument("--speed", type=positive, default=1.0, help="on the path [m/s] (1)")
+    spawn.add_argument("--speed", type=options.positive, default=1.0, help="on the path [m/s] (1)")
     spawn.add_argument("--once", action="store_true", help="stop at the path's end")
 
 
 def _add_height_and_heading(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--z", type=finite, default=0.0, help="height of its origin [m] (0)")
-    parser.add_argument("--yaw", type=finite, default=0.0, help="heading [rad] (0)")
+    parser.add_argument(
+        "--z", type=options.finite, default=0.0, help="height of its origin [m] (0)"
+    )
+    parser.add_argument("--yaw", type=options.finite, default=0.0, help="heading [rad] (0)")
 
 
 def _path(text: str) -> list[tuple[float, float]]:
@@ -67,7 +74,7 @@ def _path(text: str) -> list[tuple[float, float]]:
         x, comma, y = word.partition(",")
         if not comma:
             raise argparse.ArgumentTypeError(f"{word!r} is no point; valid: X,Y")
-        points.append((finite(x), finite(y)))
+        points.append((options.finite(x), options.finite(y)))
     if len(points) < 2:
         raise argparse.ArgumentTypeError(f"{text!r} is no path; valid: two or more points X,Y")
     return points
@@ -79,7 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         SimulatorError: Nobody answers in time, or the request is refused.
     """
-    from bringup.simulator.client import SimulatorClient
+    from bringup.client.simulator import SimulatorClient
     from bringup.terminal import show
 
     with closing(SimulatorClient(namespace=arguments.namespace)) as client:
@@ -98,7 +105,7 @@ def _delete(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]
 
 
 def _move(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
-    from bringup.simulator.client import pose_at
+    from bringup.client.simulator import pose_at
 
     x, y = arguments.x, arguments.y
     client.move(arguments.name, pose_at(x, y, arguments.z, arguments.yaw))
@@ -106,7 +113,7 @@ def _move(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
 
 
 def _spawn(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
-    from bringup.simulator.client import SimulatorError, pose_at, resource_of, walker
+    from bringup.client.simulator import SimulatorError, pose_at, resource_of, walker
 
     if arguments.path is None:
         resource = resource_of(arguments.what)

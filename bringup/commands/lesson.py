@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bringup.parameters.options import domain_id
+from bringup.parameters import options
 
 if TYPE_CHECKING:
     from bringup.lessons.page import Section
@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--yes", action="store_true", help="do not wait for Enter, leave out what needs hands"
     )
-    parser.add_argument("--domain-id", type=domain_id, metavar="N", help="of ROS ($ROS_DOMAIN_ID)")
+    options.add(parser, "--domain-id", help="of ROS ($ROS_DOMAIN_ID)")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters import options, robot_options
+from bringup.parameters import options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    options.add_node_options(parser)
-    robot_options.add_robot(parser, "whose topics, frames and outline it has: the shipped one's")
-    options.add_robot_names(parser)
-    options.add_record(parser)
-    options.add_supervision(parser)
-    options.add_resume(parser)
-    options.add_maps_folder(parser)
-    options.add_clock(parser)
+    options.add_running(parser)
     options.add_parts(parser)
     options.add_log_options(parser, "out/amcl", "where trajectory, report and picture go")
-    options.add_seed(parser)
+    options.add(parser, "--seed")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -27,7 +20,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.offline is None:
         from bringup.processes.interactive import supervise
 
-        robot_options.extend_search(arguments)
+        options.extend_search(arguments)
         return supervise(arguments)
     from bringup.offline import amcl
     from bringup.terminal import show

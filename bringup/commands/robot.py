@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters import options, robot_options
+from bringup.parameters import options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     options.add_parts(parser)
-    robot_options.add_robot(parser, "none: a driver publishes the robot's transforms")
+    about = "its URDF, xacro or SDF (none: a driver publishes the robot's transforms)"
+    options.add(parser, "--robot", help=about)
+    options.add(parser, "--package-path", "robot_arguments")
     names = options.add_robot_names(parser)
     names.add_argument(
         "--imu",
@@ -22,12 +24,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="TOPIC",
         help="of the wheels' odometry, for --imu (wheel_odom)",
     )
-    options.add_node_options(parser)
-    options.add_record(parser)
-    options.add_supervision(parser)
-    options.add_resume(parser)
-    options.add_maps_folder(parser)
-    options.add_seed(parser)
+    options.add(parser, *options.NODES, "--record", *options.SUPERVISED)
+    options.add(parser, "--resume", "--maps-folder", "--seed")
     parser.set_defaults(use_sim_time=False)
 
 
@@ -38,5 +36,5 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.wheel_odom is not None and arguments.imu is None:
         raise ArjunaError("--wheel-odom is for --imu, which is missing")
-    robot_options.extend_search(arguments)
+    options.extend_search(arguments)
     return supervise(arguments)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters import fleet_options, options, robot_options
+from bringup.parameters import options
 
 _SEVERAL = """Several robots in one world: give --namespace again for each, and --at, --yaw and
 --robot in the same order. Each is driven and seen below its own namespace, as
@@ -14,14 +14,14 @@ _SEVERAL = """Several robots in one world: give --namespace again for each, and 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     parser.epilog = _SEVERAL
-    options.add_node_options(parser)
-    options.add_record(parser)
-    options.add_supervision(parser, fleet_options.Each)
-    robot_options.add_options(parser, fleet_options.Each)
-    fleet_options.add_start(parser)
-    options.add_seed(parser)
+    options.add(parser, *options.NODES, "--record")
+    options.add(parser, "--namespace", action=options.Each)
+    options.add(parser, "--domain-id", "--json")
+    options.add(parser, "--robot", action=options.Each)
+    options.add(parser, "--package-path", "robot_arguments", "--world", "--model-path")
+    options.add(parser, "--at", "--yaw", action=options.Each)
+    options.add(parser, "--seed", "--check", "--save-guess")
     parser.set_defaults(use_sim_time=True)
-    robot_options.add_check(parser)
     parser.add_argument(
         "--viewer",
         action="store_true",
@@ -38,12 +38,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the simulator until it is stopped, or check a file."""
     if arguments.check is not None:
+        from arjuna_sim.inputs import describe_file
         from bringup.terminal import show
 
-        show(robot_options.check(arguments))
+        options.extend_search(arguments)
+        show(describe_file(arguments.check, arguments.robot_arguments, arguments.save_guess))
         return 0
+    from bringup.parameters.sources import is_fleet
     from bringup.processes.interactive import supervise
 
-    fleet_options.one_process(arguments)
-    robot_options.extend_search(arguments)
+    if is_fleet(vars(arguments)):  # the simulator's node, which has no namespace, makes the robots
+        arguments.namespace, arguments.robot = "", None
+    options.extend_search(arguments)
     return supervise(arguments)

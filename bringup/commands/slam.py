@@ -5,19 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bringup.parameters import options, robot_options
+from bringup.parameters import options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    options.add_node_options(parser)
-    robot_options.add_robot(parser, "whose topics, frames and outline it has: the shipped one's")
-    options.add_robot_names(parser)
-    options.add_record(parser)
-    options.add_supervision(parser)
-    options.add_resume(parser)
-    options.add_maps_folder(parser)
-    options.add_clock(parser)
+    options.add_running(parser)
     group = options.add_log_options(
         parser, "out/slam", "where map, trajectory, report and picture go"
     )
@@ -31,7 +24,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.offline is None:
         from bringup.processes.interactive import supervise
 
-        robot_options.extend_search(arguments)
+        options.extend_search(arguments)
         return supervise(arguments)
     from bringup.offline import slam
     from bringup.terminal import show

@@ -7,7 +7,7 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 
-from bringup.parameters import options, robot_options
+from bringup.parameters import options
 
 _PORT = 8080
 
@@ -37,11 +37,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--config", type=Path, metavar="FILE.rviz", help="RViz's: its fixed frame and displays"
     )
-    options.add_robot_choice(parser)
+    options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
         "--cmd-vel", default="cmd_vel", metavar="TOPIC", help="to drive by hand (%(default)s)"
     )
-    robot_options.add_package_path(parser, "the robot's meshes")
+    options.add(parser, "--package-path", help=options.MESHES)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -67,7 +67,7 @@ def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -
     from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
     from bringup.viewing.rviz_file import read_rviz
 
-    robot_options.extend_search(arguments)
+    options.extend_search(arguments)
     config = None if arguments.config is None else read_rviz(arguments.config)
     frame = arguments.frame or (config and config.fixed_frame) or "map"
     topics, layers = (config.topics, config.layers) if config else ({}, None)
@@ -101,5 +101,5 @@ def _serve_rerun(arguments: argparse.Namespace, stopped: Callable[[], bool]) -> 
     from bringup.viewing.meshes import mesh_finder
     from bringup.viewing.rerun.live import watch
 
-    robot_options.extend_search(arguments)
+    options.extend_search(arguments)
     watch(arguments.save, arguments.web, mesh_finder(), show, stopped)

@@ -6,7 +6,7 @@ import argparse
 from contextlib import closing
 from pathlib import Path
 
-from bringup.parameters.options import add_robot_choice
+from bringup.parameters import options
 
 SCOPES = {"all": 255, "time": 1, "state": 2, "spawned": 4}
 STEPS_MAX = 1_000_000
@@ -24,7 +24,7 @@ _ABOUT = {
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's actions."""
-    add_robot_choice(parser)
+    options.add(parser, *options.ROBOT_CHOICE)
     adder = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     actions = {
         name: adder.add_parser(name, help=about, description=f"{about.capitalize()}.")
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     """
     from simulation_interfaces.msg import SimulationState
 
-    from bringup.simulator.client import SimulatorClient
+    from bringup.client.simulator import SimulatorClient
     from bringup.terminal import show
 
     states = {

@@ -46,7 +46,7 @@ class Watcher:
         self._counter.restart()
         domain, begin = session.client.context.get_domain_id(), session.now
         before = [host for host in host_processes() if host.domain == domain]
-        session.run_until(lambda: False, period, required=False)
+        session.pause(period)
         passed = session.now - begin
         rates = {topic: count / passed for topic, count in self._counter.counts().items()}
         shares = cpu_shares(before, host_processes(), passed)

@@ -10,7 +10,7 @@ import numpy as np
 from arjuna_slam.offline_amcl import localize_log
 from bringup.offline import files
 from bringup.parameters.files import for_node, load_parameters, merged, shipped_parameters
-from bringup.parameters.given import of_words
+from bringup.parameters.sources import of_words
 
 
 def run(arguments: argparse.Namespace) -> str:
@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> str:
     Raises:
         ArjunaError: An input cannot be used, or the folder not be written.
     """
-    given = of_words(arguments.param)
+    given = of_words(arguments.param).values
     parameters = merged(shipped_parameters(), load_parameters(arguments.params), given)
     progress = files.Progress(arguments.out)
     localized = localize_log(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -22,6 +22,29 @@ SAFETY = ""
 """Stands for no node: by group, the lines on what keeps a robot from harm and has no effect."""
 _CLASS = (".plugin", ".action_type")  # what a plug-in is of
 _ANY_NAMESPACE = re.compile(r"\*+|<\w+>")
+
+
+class Source(NamedTuple):
+    """Parameters of one origin.
+
+    Attributes:
+        name: The file, or the option of the command line.
+        values: By node and dotted name; the node `/**` stands for every node.
+        lines: The line of each section (name "") and name in a file.
+    """
+
+    name: str
+    values: Parameters
+    lines: Mapping[tuple[str, str], int] = {}
+
+
+def of_file(path: Path) -> Source:
+    """Return the parameters of a ROS parameter file.
+
+    Raises:
+        InputFileError: It is missing, is no YAML or has another form.
+    """
+    return Source(str(path), load_parameters([path]), lines_of(path))
 
 
 def load_parameters(paths: Iterable[str | Path]) -> Parameters:

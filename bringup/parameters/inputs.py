@@ -1,23 +1,31 @@
-"""What the command line and parameter files ask for, as the nodes' parameters, checked."""
+"""A command's groups of nodes and their parameters, from all sources, merged and checked."""
 
 from __future__ import annotations
 
 import argparse
-import shlex
+import sys
 from collections.abc import Iterable, Sequence
-from pathlib import Path
+from contextlib import closing
 from typing import Any
 
-from arjuna_core.errors import ArjunaError
-from bringup.parameters.composition import check_parameters, node_class
-from bringup.parameters.files import SAFETY, Parameters, for_node, merged
-from bringup.parameters.fleet_options import is_fleet, of_starts
-from bringup.parameters.given import with_words
-from bringup.parameters.reading import read_files, read_named_files, write_remarks
+from arjuna_core.errors import ArjunaError, ConfigError
+from bringup.parameters.checking import (
+    merged_sources,
+    problems_of,
+    read_named_files,
+    write_remarks,
+)
+from bringup.parameters.files import (
+    EVERY_NODE,
+    SAFETY,
+    SIM_TIME,
+    Parameters,
+    for_node,
+    merged,
+    sim_time_of,
+)
 from bringup.parameters.remarks import Remark
-from bringup.parameters.robot_names import of_names
-from bringup.parameters.running import robot_of_simulator, with_clock
-from bringup.parameters.simulated_robot import of_simulated_robot
+from bringup.parameters.sources import is_fleet, of_options, of_simulated_robot
 from bringup.stack import (
     DEMO_GROUPS,
     DESCRIPTION_GROUP,
@@ -29,6 +37,7 @@ from bringup.stack import (
     STACKS,
     WORLD_GROUP,
     Group,
+    NodeSpec,
 )
 
 _OF_SIMULATED_ROBOT = ("demo", "slam", "nav")
@@ -37,6 +46,7 @@ _MAPS_FIRST: Parameters = {"map_server": {"yaml_filename": ""}}
 """The demo loads the map that it has made, not one that a file names."""
 _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
 """Parameters that are checked by reading what they name: the nodes need not be imported for it."""
+_PATIENCE = 1.0  # [s] for what runs to be discovered
 
 
 def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
@@ -77,27 +87,29 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
-    groups = groups_of(arguments)
-    given = vars(arguments)
-    read = read_files(arguments.params, given.get("namespace", ""), given.get("strict", False))
-    supervised = arguments.command != "demo"
+    groups, given = groups_of(arguments), vars(arguments)
+    specs = [spec for group in groups for spec in group.nodes]
+    namespace, supervised = given.get("namespace", ""), arguments.command != "demo"
+    read = merged_sources(
+        arguments.params, given.get("param") or (), namespace, given.get("strict", False)
+    )
     write_remarks(one for one in read.remarks if not (supervised and one.safety))
-    named = with_words(read.parameters, given.get("param") or [], given.get("namespace", ""))
-    parameters = named if supervised else merged(named, _MAPS_FIRST)
-    options = _of_options(arguments, groups)
-    options = merged(options, of_names(vars(arguments), groups, parameters))
-    for spec in (spec for group in groups for spec in group.nodes):
+    parameters = read.parameters if supervised else merged(read.parameters, _MAPS_FIRST)
+    options = of_options(given, groups, parameters)
+    for spec in specs:
         read_named_files(spec, for_node(merged(parameters, options), spec.name))
     if supervised:
-        parameters = with_clock(parameters, groups, given.get("use_sim_time"), ask)
+        parameters = _with_clock(parameters, specs, given.get("use_sim_time"), ask)
     if arguments.command in _OF_SIMULATED_ROBOT:
         robot = {**for_node(parameters, "sim"), **options.get("sim", {})}
         if not robot.get("robot") and ask:
-            robot = robot_of_simulator(given.get("namespace", ""))
+            robot = _robot_of_simulator(namespace)
         parameters = merged(parameters, of_simulated_robot(parameters, robot, groups))
     parameters = merged(parameters, options)
-    if {key for values in options.values() for key in values} - _PATHS:
-        check_parameters(parameters, groups)
+    if {key for values in options.values() for key in values} - _PATHS and (
+        problems := problems_of(parameters, specs)
+    ):
+        raise ConfigError(*problems)
     if supervised:
         parameters[SAFETY] = _safety_lines(read.remarks, groups)
     return parameters
@@ -114,32 +126,68 @@ def _safety_lines(remarks: Iterable[Remark], groups: Sequence[Group]) -> dict[st
     return found
 
 
-def _of_options(arguments: argparse.Namespace, groups: tuple[Group, ...]) -> Parameters:
-    """Return the parameters that command line options stand for."""
-    options = vars(arguments)
-    found: Parameters = {}
+def _with_clock(
+    parameters: Parameters, specs: Iterable[NodeSpec], insisted: bool | None, ask: bool
+) -> Parameters:
+    """Return parameters in which every node has one clock.
 
-    def put(node: str, key: str, value: Any) -> None:
-        if value is not None:
-            found.setdefault(node, {})[key] = value
+    A file that says `use_sim_time: false` is one that a launch file's argument overrides: where a
+    simulator publishes /clock, its time is taken all the same, and that is written.
 
-    put("sim", "world", _absolute(options.get("world")))
-    for node in ("sim", "robot_state_publisher"):
-        put(node, "robot", _absolute(options.get("robot")))
-        put(node, "robot_arguments", shlex.join(options.get("robot_arguments") or []) or None)
-    for key, value in of_starts(options).items():
-        put("sim", key, value)
-    put("sim", "viewer", options.get("viewer") or None)
-    put("sim", "real_time_factor", options.get("rtf"))
-    put("map_server", "yaml_filename", _absolute(options.get("map")))
-    for node in ("map_saver", "map_server", "slam_toolbox"):
-        put(node, "maps_folder", _absolute(options.get("maps_folder")))
-    seed = options.get("seed")
-    for spec in (spec for group in groups for spec in group.nodes if seed is not None):
-        if "seed" in node_class(spec).Config.__dataclass_fields__:
-            put(spec.name, "seed", seed)
-    return found
+    Args:
+        parameters: Of all nodes, as the files say.
+        specs: What runs.
+        insisted: What the command line says; None where it says nothing.
+        ask: Whether to look for a publisher of /clock; it imports rclpy.
+    """
+    simulated = sim_time_of(parameters, [spec.name for spec in specs])
+    if insisted is not None:
+        simulated = insisted
+    elif not simulated and ask:
+        from bringup.client.session import Connection
+
+        with closing(Connection("clock_probe")) as session:
+            simulated = session.run_until(
+                lambda: bool(session.client.count_publishers("/clock")), _PATIENCE, required=False
+            )
+        if simulated:
+            sys.stderr.write(
+                "use_sim_time: false in a file, but a simulator publishes /clock: its time is"
+                " taken ('--use-sim-time false' insists)\n"
+            )
+    plain = {
+        node: {key: value for key, value in values.items() if key != SIM_TIME}
+        for node, values in parameters.items()
+    }
+    plain.setdefault(EVERY_NODE, {})[SIM_TIME] = simulated
+    return plain
 
 
-def _absolute(path: Path | None) -> str | None:
-    return None if path is None else str(path.resolve())
+def _robot_of_simulator(namespace: str) -> dict[str, Any]:
+    """Return `robot`, `robot_arguments` and `standard_topics` of the simulator that runs.
+
+    Args:
+        namespace: The robot's, which may be one of several.
+
+    Returns:
+        The simulator's parameters; nothing where none runs. It imports rclpy.
+    """
+    from rcl_interfaces.srv import GetParameters
+    from rclpy.parameter import parameter_value_to_python
+
+    from bringup.client.session import ClientError, Connection
+
+    asked = ["robot", "robot_arguments", "standard_topics", "namespaces", "robots"]
+    services = [f"/{namespace}/sim/get_parameters"] if namespace else []
+    services += ["/sim/get_parameters"]
+    with closing(Connection("robot_probe")) as session:
+        request = GetParameters.Request(names=asked)
+        try:
+            answer = session.call(GetParameters, services, request, _PATIENCE)
+        except ClientError:
+            return {}
+    *found, namespaces, robots = map(parameter_value_to_python, answer.values)
+    values = dict(zip(asked, found, strict=False))
+    if robots and namespace in namespaces:
+        values["robot"] = robots[list(namespaces).index(namespace)]
+    return values

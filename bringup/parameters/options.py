@@ -1,129 +1,80 @@
-"""Options that several commands share, and the types of their values."""
+"""The options that several commands share, as data, and the types of their values."""
 
 from __future__ import annotations
 
 import argparse
 import math
+import os
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 _DOMAIN_MAX = 232  # ports above do not exist (OMG DDSI-RTPS 2.5, 9.6.2.3)
 _NAMESPACE = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
-LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
+_ARGUMENT = re.compile(r"[A-Za-z_]\w*:=")
+_SEARCHED = {"package_path": "ROS_PACKAGE_PATH", "model_path": "GAZEBO_MODEL_PATH"}
+"""The environment's variable of folders for each option with folders."""
 
 
-def add_node_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of every command that runs nodes."""
-    parser.add_argument(
-        "--params",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="a ROS parameter file; may be given again, later files win",
-    )
-    parser.add_argument(
-        "--param",
-        action="append",
-        default=[],
-        metavar="NAME:=VALUE",
-        help="a parameter, over those of files; NODE:NAME:=VALUE for one node; may be given again",
-    )
-    parser.add_argument(
-        "--strict", action="store_true", help="refuse files with names that no node has"
-    )
-    parser.add_argument(
-        "--log-level", choices=LOG_LEVELS, default="info", help="what to log at least (info)"
-    )
+class Each(argparse.Action):
+    """Keeps all values of an option: the last one by its name, all of them by its plural."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Take a value."""
+        plural = f"{self.dest}s"
+        setattr(namespace, self.dest, values)
+        setattr(namespace, plural, [*(getattr(namespace, plural, None) or []), values])
 
 
-def add_parts(parser: argparse.ArgumentParser) -> None:
-    """Add where the robot is located by, and which half of the stack is left out."""
-    where = parser.add_mutually_exclusive_group(required=True)
-    where.add_argument("--map", type=Path, metavar="FILE", help="the map's YAML file")
-    where.add_argument("--slam", action="store_true", help="map while navigating")
-    where.add_argument(
-        "--without-localization", action="store_true", help="navigation alone: others localize"
-    )
-    parser.add_argument(
-        "--without-navigation", action="store_true", help="localization or mapping alone"
-    )
+def _number(valid: Callable[[float], bool], problem: str) -> Callable[[str], float]:
+    """Return a type of finite numbers; `problem` follows the text that is none."""
+
+    def number(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value) or not valid(value):
+            raise argparse.ArgumentTypeError(f"{text!r} {problem}")
+        return value
+
+    return number
 
 
-def add_clock(parser: argparse.ArgumentParser) -> None:
-    """Add which clock the nodes take their time from."""
-    parser.add_argument(
-        "--use-sim-time",
-        type=_truth,
-        metavar="true|false",
-        help="whether time is a simulator's (as the files say; true)",
-    )
+finite = _number(lambda value: True, "is no finite number")
+factor = _number(lambda value: value >= 0.0, "is no factor; valid: a number from 0")
+"""A factor of time, 0 for as fast as it goes."""
 
 
-def _truth(text: str) -> bool:
-    """Return a truth value as ROS writes it."""
-    if text.lower() not in ("true", "false"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no truth value; valid: true, false")
-    return text.lower() == "true"
+def positive(text: str) -> float:
+    """Return a finite number above 0."""
+    value = finite(text)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r} must be above 0")
+    return value
 
 
-def add_record(parser: argparse.ArgumentParser) -> None:
-    """Add the recording of what the nodes say."""
-    parser.add_argument(
-        "--record",
-        type=Path,
-        nargs="?",
-        const=Path(),
-        metavar="FOLDER",
-        help="record all topics meanwhile; the folder must not exist (rosbag2_ and the time)",
-    )
+def _whole(text: str, most: int, problem: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) > most:
+        raise argparse.ArgumentTypeError(f"{text!r} {problem}")
+    return int(text)
 
 
-def add_supervision(
-    parser: argparse.ArgumentParser, action: str | type[argparse.Action] = "store"
-) -> None:
-    """Add the options of a command that runs supervised processes.
-
-    Args:
-        parser: The command's.
-        action: What is done with a robot's namespace.
-    """
-    add_robot_choice(parser, action)
-    parser.add_argument(
-        "--json", action="store_true", help="print states and log as JSON, an object a line"
-    )
+def seed(text: str) -> int:
+    """Return a seed."""
+    return _whole(text, 2**63 - 1, "is no seed; valid: a whole number from 0")
 
 
-def add_resume(parser: argparse.ArgumentParser) -> None:
-    """Add whether goal and map outlive the processes that drive and map."""
-    parser.add_argument(
-        "--resume",
-        action="store_true",
-        help="go on with map and goal under way after a process died, with the goal also after "
-        "time was set back",
-    )
-
-
-def add_robot_choice(
-    parser: argparse.ArgumentParser, action: str | type[argparse.Action] = "store"
-) -> None:
-    """Add which robot is meant, where there may be several.
-
-    Args:
-        parser: The command's.
-        action: What is done with the robot's namespace.
-    """
-    parser.add_argument(
-        "--namespace",
-        action=action,
-        type=namespace,
-        default="",
-        metavar="NAME",
-        help="the robot's: its nodes and topics, /tf and /clock too, are below /NAME",
-    )
-    parser.add_argument(
-        "--domain-id", type=domain_id, metavar="N", help="of ROS, 0 to 232 ($ROS_DOMAIN_ID)"
-    )
+def domain_id(text: str) -> int:
+    """Return a number of a ROS domain."""
+    return _whole(text, _DOMAIN_MAX, f"is no domain; valid: 0 to {_DOMAIN_MAX}")
 
 
 def namespace(text: str) -> str:
@@ -133,21 +84,197 @@ def namespace(text: str) -> str:
     return text.strip("/")
 
 
-def domain_id(text: str) -> int:
-    """Return a number of a ROS domain."""
-    if not text.isascii() or not text.isdigit() or int(text) > _DOMAIN_MAX:
-        raise argparse.ArgumentTypeError(f"{text!r} is no domain; valid: 0 to {_DOMAIN_MAX}")
-    return int(text)
+def _truth(text: str) -> bool:
+    """Return a truth value as ROS writes it."""
+    if text.lower() not in ("true", "false"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no truth value; valid: true, false")
+    return text.lower() == "true"
 
 
-def add_maps_folder(parser: argparse.ArgumentParser) -> None:
-    """Add where maps are."""
-    parser.add_argument(
-        "--maps-folder",
-        type=Path,
-        metavar="DIR",
-        help="folder of relative paths that clients save and load maps by (the working folder)",
-    )
+def _folder(text: str) -> Path:
+    if not Path(text).is_dir():
+        raise argparse.ArgumentTypeError(f"{text!r} is no folder")
+    return Path(text)
+
+
+def _argument(text: str) -> str:
+    if not _ARGUMENT.match(text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no argument; valid: NAME:=VALUE")
+    return text
+
+
+NODES = ("--params", "--param", "--strict", "--log-level")
+"""The options of every command that runs nodes."""
+ROBOT_CHOICE = ("--namespace", "--domain-id")
+"""Which robot is meant, where there may be several."""
+ROBOT = ("--robot", "--package-path", "robot_arguments")
+"""Which robot it is."""
+SIMULATION = (*ROBOT, "--world", "--model-path")
+"""Which robot is simulated, and where."""
+SUPERVISED = (*ROBOT_CHOICE, "--json")
+"""The options of a command that runs supervised processes."""
+MESHES = "folder of ROS packages for the robot's meshes; may be given again"
+_FILE, _DIR = {"type": Path, "metavar": "FILE"}, {"metavar": "DIR"}
+_FLAG = {"action": "store_true"}
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "--params": {
+        **_FILE,
+        "action": "append",
+        "default": [],
+        "help": "a ROS parameter file; may be given again, later files win",
+    },
+    "--param": {
+        "action": "append",
+        "default": [],
+        "metavar": "NAME:=VALUE",
+        "help": "a parameter, over those of files; NODE:NAME:=VALUE for one node; may be given "
+        "again",
+    },
+    "--strict": {**_FLAG, "help": "refuse files with names that no node has"},
+    "--log-level": {
+        "choices": ("debug", "info", "warn", "error", "fatal"),
+        "default": "info",
+        "help": "what to log at least (info)",
+    },
+    "--map": {**_FILE, "help": "the map's YAML file"},
+    "--slam": {**_FLAG, "help": "map while navigating"},
+    "--without-localization": {**_FLAG, "help": "navigation alone: others localize"},
+    "--without-navigation": {**_FLAG, "help": "localization or mapping alone"},
+    "--use-sim-time": {
+        "type": _truth,
+        "metavar": "true|false",
+        "help": "whether time is a simulator's (as the files say; true)",
+    },
+    "--record": {
+        "type": Path,
+        "nargs": "?",
+        "const": Path(),
+        "metavar": "FOLDER",
+        "help": "record all topics meanwhile; the folder must not exist (rosbag2_ and the time)",
+    },
+    "--namespace": {
+        "type": namespace,
+        "default": "",
+        "metavar": "NAME",
+        "help": "the robot's: its nodes and topics, /tf and /clock too, are below /NAME",
+    },
+    "--domain-id": {
+        "type": domain_id,
+        "metavar": "N",
+        "help": "of ROS, 0 to 232 ($ROS_DOMAIN_ID)",
+    },
+    "--json": {**_FLAG, "help": "print states and log as JSON, an object a line"},
+    "--resume": {
+        **_FLAG,
+        "help": "go on with map and goal under way after a process died, with the goal also after "
+        "time was set back",
+    },
+    "--maps-folder": {
+        **_DIR,
+        "type": Path,
+        "help": "folder of relative paths that clients save and load maps by (the working folder)",
+    },
+    "--seed": {
+        "type": seed,
+        "metavar": "N",
+        "help": "seed of every random choice, 0 or more (0)",
+    },
+    "--scan-topic": {"metavar": "TOPIC", "help": "of the lidar (scan)"},
+    "--odom-topic": {"metavar": "TOPIC", "help": "of the odometry (odom)"},
+    "--cmd-vel-topic": {"metavar": "TOPIC", "help": "it is driven by (cmd_vel)"},
+    "--base-frame": {"metavar": "FRAME", "help": "of the robot (base_footprint)"},
+    "--odom-frame": {"metavar": "FRAME", "help": "of its odometry (odom)"},
+    "--robot": {**_FILE, "help": "its URDF, xacro or SDF (urdf/arjuna.urdf)"},
+    "--package-path": {
+        **_DIR,
+        "type": _folder,
+        "action": "append",
+        "default": [],
+        "help": "folder of ROS packages for package:// and $(find ...); may be given again",
+    },
+    "robot_arguments": {
+        "nargs": "*",
+        "type": _argument,
+        "default": [],
+        "metavar": "NAME:=VALUE",
+        "help": "arguments of the robot's xacro file",
+    },
+    "--world": {
+        **_FILE,
+        "help": "an SDF world, or a map's YAML whose walls are built (worlds/arjuna_room.world)",
+    },
+    "--model-path": {
+        **_DIR,
+        "type": _folder,
+        "action": "append",
+        "default": [],
+        "help": "folder of Gazebo models for model://; may be given again",
+    },
+    "--at": {
+        "nargs": 2,
+        "type": finite,
+        "metavar": ("X", "Y"),
+        "help": "where the robot starts, or the nearest free place [m] (0 0)",
+    },
+    "--yaw": {"type": finite, "metavar": "RAD", "help": "its heading there (0)"},
+    "--check": {
+        **_FILE,
+        "help": "say what is understood of a robot, world or map, and what is not, and end",
+    },
+    "--save-guess": {
+        **_FILE,
+        "help": "with --check: write the drive that was guessed; FILE then loads as the robot",
+    },
+    "--offline": {
+        "type": Path,
+        "metavar": "INPUT",
+        "help": "a CARMEN log (.clf, .log, also .xz, .gz, .bz2), a recording (.mcap, .db3, .bag) "
+        "or a rosbag2 folder",
+    },
+    "--out": {"type": Path, "metavar": "FOLDER"},
+    "x": {"type": finite, "metavar": "X", "help": "of the map [m]"},
+    "y": {"type": finite, "metavar": "Y", "help": "of the map [m]"},
+    "yaw": {"nargs": "?", "type": finite, "default": 0.0, "metavar": "YAW"},
+    "--tolerance": {
+        "type": positive,
+        "default": 0.3,
+        "metavar": "M",
+        "help": "how far from it the robot may stand in the end [m] (%(default)g)",
+    },
+    "--timeout": {"type": positive, "default": 600.0, "help": "give up after [s] (%(default)g)"},
+    "--speed": {"type": positive, "default": 0.3, "help": "forward [m/s] (%(default)s)"},
+    "--turn": {"type": positive, "default": 0.5, "help": "turning [rad/s] (%(default)s)"},
+    "--duration": {"type": positive, "metavar": "S", "help": "how long to listen [s]"},
+}
+
+
+def add(parser: argparse._ActionsContainer, *names: str, **changes: Any) -> None:
+    """Add options and arguments that several commands share.
+
+    Args:
+        parser: The command's, or a group of it.
+        names: Their names.
+        changes: What is otherwise in this command, as `help` or `default`.
+    """
+    for name in names:
+        parser.add_argument(name, **{**_OPTIONS[name], **changes})
+
+
+def add_running(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a command that runs supervised nodes beside a simulator or a robot."""
+    add(parser, *NODES)
+    about = "its URDF, xacro or SDF (whose topics, frames and outline it has: the shipped one's)"
+    add(parser, "--robot", help=about)
+    add(parser, "--package-path", "robot_arguments")
+    add_robot_names(parser)
+    add(parser, "--record", *SUPERVISED, "--resume", "--maps-folder", "--use-sim-time")
+
+
+def add_parts(parser: argparse.ArgumentParser) -> None:
+    """Add where the robot's pose comes from, and which half of the stack is left out."""
+    where = parser.add_mutually_exclusive_group(required=True)
+    add(where, "--map", "--slam", "--without-localization")
+    add(parser, "--without-navigation")
 
 
 def add_log_options(
@@ -158,79 +285,32 @@ def add_log_options(
     Args:
         parser: The command's.
         out: The folder that results go to by default.
-        what: Says what goes there.
+        what: The results.
 
     Returns:
         The group they are in, for more.
     """
     group = parser.add_argument_group("on a log")
-    group.add_argument(
-        "--offline",
-        type=Path,
-        metavar="INPUT",
-        help="a CARMEN log (.clf, .log, also .xz, .gz, .bz2), a recording (.mcap, .db3, .bag) or "
-        "a rosbag2 folder",
-    )
-    group.add_argument(
-        "--out", type=Path, default=Path(out), metavar="FOLDER", help=f"{what} (%(default)s)"
-    )
+    add(group, "--offline")
+    add(group, "--out", default=Path(out), help=f"{what} (%(default)s)")
     return group
 
 
 def add_robot_names(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
-    """Add what the robot calls its topics and frames; each reaches every node that needs it.
+    """Add the robot's names of topics and frames; each reaches every node that needs it.
 
     Returns:
         The group they are in, for more.
     """
     group = parser.add_argument_group("what the robot, or a recording, calls its own")
-    group.add_argument("--scan-topic", metavar="TOPIC", help="of the lidar (scan)")
-    group.add_argument("--odom-topic", metavar="TOPIC", help="of the odometry (odom)")
-    group.add_argument("--cmd-vel-topic", metavar="TOPIC", help="it is driven by (cmd_vel)")
-    group.add_argument("--base-frame", metavar="FRAME", help="of the robot (base_footprint)")
-    group.add_argument("--odom-frame", metavar="FRAME", help="of its odometry (odom)")
+    add(group, "--scan-topic", "--odom-topic", "--cmd-vel-topic", "--base-frame", "--odom-frame")
     return group
 
 
-def add_seed(parser: argparse.ArgumentParser) -> None:
-    """Add the seed of every random choice."""
-    parser.add_argument(
-        "--seed", type=seed, metavar="N", help="seed of every random choice, 0 or more (0)"
-    )
-
-
-def seed(text: str) -> int:
-    """Return a seed."""
-    if not text.isascii() or not text.isdigit() or int(text) >= 2**63:
-        raise argparse.ArgumentTypeError(f"{text!r} is no seed; valid: a whole number from 0")
-    return int(text)
-
-
-def factor(text: str) -> float:
-    """Return a factor of time, 0 for as fast as it goes."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no factor; valid: a number from 0")
-    return value
-
-
-def finite(text: str) -> float:
-    """Return a finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is no finite number")
-    return value
-
-
-def positive(text: str) -> float:
-    """Return a finite number above 0."""
-    value = finite(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError(f"{text!r} must be above 0")
-    return value
+def extend_search(arguments: argparse.Namespace) -> None:
+    """Put the folders given in front of those of the environment, for this process and others."""
+    for option, name in _SEARCHED.items():
+        given = [str(folder.resolve()) for folder in vars(arguments).get(option) or []]
+        known = [os.environ[name]] if os.environ.get(name) else []
+        if given:
+            os.environ[name] = os.pathsep.join(given + known)

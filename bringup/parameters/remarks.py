@@ -1,10 +1,12 @@
-"""Remarks on a parameter file that starts: each name that has no effect, with the reason."""
+"""What a check of parameters finds: values, names without effect with the reason, and problems."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
 from enum import Enum
 from typing import NamedTuple
+
+from bringup.parameters.files import Parameters
 
 
 class Kind(Enum):
@@ -37,6 +39,25 @@ class Remark(NamedTuple):
         word = f"{self.kind.value}{' (SAFETY)' if self.safety else ''}"
         place = f"{self.place}: " if self.place else ""
         return f"{place}{word}: {self.where}: {self.reason}"
+
+
+class Checked(NamedTuple):
+    """Parameters with those of a source over them.
+
+    Attributes:
+        parameters: Of all nodes.
+        remarks: The source's names without effect.
+        problems: What refuses the source, a sentence each.
+    """
+
+    parameters: Parameters
+    remarks: list[Remark]
+    problems: list[str]
+
+    def refused_by(self, strict: bool) -> list[str]:
+        """Return what refuses the source; where it is strict, unknown names too."""
+        unknown = [str(one) for one in self.remarks if one.kind is Kind.UNKNOWN]
+        return [*self.problems, *(unknown if strict else ())]
 
 
 def lines(

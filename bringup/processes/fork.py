@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
+import gc
+import importlib
+import inspect
 import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from io import TextIOWrapper
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
 from arjuna_core.errors import ArjunaError
+from bringup.stack import MESSAGES, Group
 
 _LIBC = ctypes.CDLL(None, use_errno=True)
 _PR_SET_PDEATHSIG = 1
@@ -26,6 +31,31 @@ _SHOWN: list[Any] = []
 def can_fork() -> bool:
     """Tell whether a fork of this process is whole: it has no threads but the one that forks."""
     return sum(1 for _ in Path("/proc/self/task").iterdir()) == 1
+
+
+def warm_up(groups: Iterable[Group], also: Iterable[str] = ()) -> None:
+    """Import and compile what groups of nodes stand on, for processes that are forked then.
+
+    It starts no thread, as rclpy's own modules would. A module that is missing is left to them.
+
+    Args:
+        groups: The groups.
+        also: Further modules, which import no rclpy.
+    """
+    import numba
+
+    for name in (*MESSAGES, *(core for group in groups for core in group.cores), *also):
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+    compiled: Any = numba.njit(_nothing)
+    compiled()  # the first compiled function takes ten times as long
+    inspect.getmodule(warm_up.__code__)  # the first line that rclpy logs asks every module so
+    gc.collect()
+    gc.freeze()  # what is shared stays shared
+
+
+def _nothing() -> int:
+    return 0
 
 
 def die_with(parent: int) -> None:

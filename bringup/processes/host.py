@@ -12,8 +12,7 @@ from collections.abc import Callable, Sequence
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process
-from bringup.parameters.composition import create_node
-from bringup.parameters.files import SAFETY, Parameters, sim_time_of
+from bringup.parameters.files import SAFETY, Parameters, for_node, sim_time_of
 from bringup.processes.lifecycle.manager import LifecycleManager
 from bringup.processes.reporter import Reporter
 from bringup.processes.supervisor import QUIT_EXIT
@@ -51,7 +50,9 @@ class Host:
         group = with_further(group, parameters)
         use_sim_time = sim_time_of(parameters, [spec.name for spec in group.nodes])
         self.process = Process(f"{group.name}_host", use_sim_time, namespace=namespace)
-        self.nodes = [create_node(self.process, spec, parameters) for spec in group.nodes]
+        self.nodes = [
+            spec.make(self.process, for_node(parameters, spec.name)) for spec in group.nodes
+        ]
         self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
         self.process.remarks = tuple(parameters.get(SAFETY, {}).get(group.name, ()))
         for line in self.process.remarks:

@@ -13,11 +13,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from arjuna_core.errors import InputFileError
-from bringup.parameters.composition import warm_up
 from bringup.parameters.files import Parameters, merged
 from bringup.parameters.inputs import gather, groups_of
 from bringup.processes.child import ChildSpec
-from bringup.processes.fork import in_fork
+from bringup.processes.fork import in_fork, warm_up
 from bringup.processes.output import JsonOutput, TextOutput
 from bringup.processes.run_log import RunLog
 from bringup.processes.status import StartUp

@@ -1,4 +1,4 @@
-"""A short-lived node of the command line: it sees the graph, waits with deadlines and calls."""
+"""The client of a running robot as a short-lived node of the `ros2` command."""
 
 from __future__ import annotations
 
@@ -25,11 +25,10 @@ Names = Sequence[tuple[str, Sequence[str]]]
 """Names of the graph, each with its types."""
 MISSING = 1.0  # a graph must stand still for so long before something counts as not there [s]
 LIMIT = 8.0  # how long a graph that goes on changing is watched
-ANSWER = 10.0  # how long a service may take to appear, and again to answer [s]
 
 
-class Client:
-    """A hidden node, its executor and a view of the graph; a context manager.
+class Client(Connection):
+    """A hidden node that sees the graph; a context manager.
 
     Args:
         arguments: The command line's; `spin_time` and `use_sim_time` count.
@@ -37,35 +36,40 @@ class Client:
         executor: What runs its callbacks.
     """
 
+    error = Ros2Error
+
     def __init__(
         self,
         arguments: argparse.Namespace,
         name: str | None = None,
         executor: type[Executor] = EventsExecutor,
     ) -> None:
-        self._name = name or f"_ros2cli_{os.getpid()}"
         use_sim_time = bool(getattr(arguments, "use_sim_time", False))
-        self._session = Connection(self._name, use_sim_time=use_sim_time, executor=executor)
-        self.node = self._session.client
+        name = name or f"_ros2cli_{os.getpid()}"
+        super().__init__(name, use_sim_time=use_sim_time, executor=executor)
+        self.node = self.client
         self._limit = getattr(arguments, "spin_time", None)
 
     def __enter__(self) -> Client:
         return self
 
     def __exit__(self, kind: object, error: object, trace: object) -> None:
-        self._session.close()
+        self.close()
         if isinstance(error, NameValidationException):
             raise Ros2Error(str(error)) from error
 
+    def spin_once(self, timeout: float = POLL) -> None:
+        """Handle what comes next, within a timeout [s]; an interrupt ends it."""
+        super().spin_once(timeout)
+        interrupt.check()
+
+    def not_served(self, name: str, timeout: float) -> Exception:
+        """Return the error of a service that nobody serves."""
+        return Ros2Error(f"Wait for service timed out: {name}")
+
     def spin(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
         """Run callbacks until something is done; return whether it is, within a timeout [s]."""
-
-        def looked_at() -> bool:
-            interrupt.check()
-            return done()
-
-        limit = math.inf if timeout is None else timeout
-        return self._session.run_until(looked_at, limit, required=False)
+        return self.run_until(done, math.inf if timeout is None else timeout, required=False)
 
     def discover(self, found: Callable[[], bool] | None = None) -> bool:
         """Wait until the graph is known, or until something is found in it.
@@ -89,7 +93,7 @@ class Client:
             end = start + LIMIT if self._limit is None else start + float(self._limit)
             if now > end or (settled and self._limit is None):
                 return False
-            self._session.spin_once()
+            self.spin_once()
         return True
 
     def nodes(self, hidden: bool = False) -> list[str]:
@@ -128,26 +132,6 @@ class Client:
         if self.discover(lambda: bool(types())):
             self.discover()  # who else has it may give it another type
         return types()
-
-    def call(self, service_type: Any, name: str, request: Any, timeout: float = ANSWER) -> Any:
-        """Return a service's response.
-
-        Raises:
-            Ros2Error: Nobody serves it, or no answer comes in time [s].
-        """
-        client = self.node.create_client(service_type, name)
-        try:
-            if not self.spin(client.service_is_ready, timeout):
-                raise Ros2Error(f"Wait for service timed out: {name}")
-            return self.result(client.call_async(request), timeout, name)
-        finally:
-            self.node.destroy_client(client)
-
-    def result(self, future: Any, timeout: float | None, what: str) -> Any:
-        """Return a future's result, or raise Ros2Error if it does not come in time [s]."""
-        if not self.spin(future.done, timeout):
-            raise Ros2Error(f"{what} did not answer within {timeout:g} s")
-        return future.result()
 
 
 def say_failed(node: str, error: Ros2Error) -> None:

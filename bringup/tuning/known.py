@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from arjuna_core.config import flatten, infos, load
-from bringup.parameters.composition import node_class
+from bringup.parameters.checking import over_shipped
 from bringup.parameters.files import for_node
-from bringup.parameters.reading import over_shipped
 from bringup.stack import all_nodes
 from bringup.tuning.space import Known
 
@@ -25,7 +24,7 @@ def known_parameters(paths: Sequence[Path]) -> Known:
     values = over_shipped(paths)
     known: dict[str, dict[str, tuple[object, object]]] = {}
     for spec in all_nodes():
-        config = load(node_class(spec).Config, for_node(values, spec.name), spec.name)
+        config = load(spec.config, for_node(values, spec.name), spec.name)
         about = infos(type(config))
         known[spec.name] = {key: (value, about[key]) for key, value in flatten(config).items()}
     return known  # type: ignore[return-value]

@@ -28,11 +28,11 @@ from nav2_msgs.action import (
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from nav2_simple_commander.services import RobotServices
-from nav2_simple_commander.task import TaskResult
+from nav2_simple_commander.task import SERVER_TIMEOUT, TaskResult
 
 __all__ = ["BasicNavigator", "TaskResult"]
 
-_POSE_PERIOD = 1.0  # the initial pose is told again until it was taken [s]
+_POSE_PERIOD = 1.0  # the initial pose is sent again until it was taken [s]
 
 
 class BasicNavigator(RobotServices):
@@ -139,7 +139,7 @@ class BasicNavigator(RobotServices):
 
     def cancelTask(self) -> None:
         self.info("Canceling current task.")
-        self._task.cancel()
+        self._task.end()
 
     def isTaskComplete(self) -> bool:
         return self._task.complete()
@@ -148,10 +148,10 @@ class BasicNavigator(RobotServices):
         return self._task.feedback
 
     def getResult(self) -> TaskResult:
-        return self._task.result()
+        return self._task.outcome()
 
     def getTaskError(self) -> tuple[int, str]:
-        return self._task.error()
+        return self._task.failure()
 
     @property
     def status(self) -> int | None:
@@ -167,22 +167,23 @@ class BasicNavigator(RobotServices):
         self.info("Nav2 is ready for use!")
 
     def _waitForNodeToActivate(self, node_name: str) -> None:
-        self._task.wait(
+        self._task.run_until(
             lambda: self._call(GetState, f"{node_name}/get_state").current_state.label == "active",
+            SERVER_TIMEOUT,
             f"'{node_name}' in the state active",
         )
 
     def _waitForInitialPose(self) -> None:
-        told = float("-inf")
+        sent_at = float("-inf")
 
         def received() -> bool:
-            nonlocal told
-            if not self.initial_pose_received and time.monotonic() - told >= _POSE_PERIOD:
-                told = time.monotonic()
-                self._setInitialPose()  # whoever is to hear it may have come just now
+            nonlocal sent_at
+            if not self.initial_pose_received and time.monotonic() - sent_at >= _POSE_PERIOD:
+                sent_at = time.monotonic()
+                self._setInitialPose()  # its subscriber may have come just now
             return self.initial_pose_received
 
-        self._task.wait(received, "a pose on 'amcl_pose'")
+        self._task.run_until(received, SERVER_TIMEOUT, "a pose on 'amcl_pose'")
 
     def getPath(
         self, start: PoseStamped, goal: PoseStamped, planner_id: str = "", use_start: bool = False

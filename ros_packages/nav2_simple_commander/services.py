@@ -1,4 +1,4 @@
-"""What a navigator asks of the robot's services: maps, costmaps, the lifecycle."""
+"""The robot's services for maps, costmaps and the lifecycle, as methods."""
 
 # ruff: noqa: D102 - the names are the original's; each method is the service it names
 from __future__ import annotations
@@ -17,7 +17,7 @@ from nav2_msgs.srv import (
 )
 from rclpy.node import Node
 
-from nav2_simple_commander.task import Task
+from nav2_simple_commander.task import SERVER_TIMEOUT, Task
 
 _MANAGER = "nav2_msgs/srv/ManageLifecycleNodes"
 
@@ -99,17 +99,13 @@ class RobotServices(Node):
             found[:] = sorted(name for name, types in services if _MANAGER in types)
             return bool(found)
 
-        self._task.wait(managers, "a lifecycle manager")
+        self._task.run_until(managers, SERVER_TIMEOUT, "a lifecycle manager")
         for name in found:
             self._call(ManageLifecycleNodes, name, command=command)
 
     def _call(self, service: Any, name: str, **fields: Any) -> Any:
-        client = self.create_client(service, name)
-        try:
-            self._task.wait(client.service_is_ready, f"the service '{name}'")
-            return self._task.answer(client.call_async(service.Request(**fields)), f"'{name}'")
-        finally:
-            self.destroy_client(client)
+        request = service.Request(**fields)
+        return self._task.call(service, name, request, appearance=SERVER_TIMEOUT)
 
     def info(self, msg: str) -> None:
         self.get_logger().info(msg)

@@ -75,7 +75,7 @@ def _said_in(scope: ast.FunctionDef, errors: set[str]) -> Iterator[tuple[str, st
         if not isinstance(node, ast.Call):
             continue
         name = _name(node.func)
-        if name in errors:
+        if name in errors or ast.unparse(node.func) == "self.error":
             for text in _texts(node.args, values):
                 yield text, "error"
         elif name in _LOGGED and "logger" in ast.unparse(node.func).lower():

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from arjuna_core.plugins import PluginTypes, canonical
-from bringup.parameters.composition import node_class
 from bringup.parameters.files import for_node, shipped_parameters
 from bringup.parameters.listing import bounds, described, scalar
 from bringup.stack import ALL_GROUPS, NodeSpec
@@ -34,11 +33,11 @@ def page() -> str:
 
 def _node(spec: NodeSpec) -> Iterator[str]:
     yield f"## `{spec.name}`\n"
-    yield from _table(node_class(spec).Config, for_node(shipped_parameters(), spec.name))
+    yield from _table(spec.config, for_node(shipped_parameters(), spec.name))
 
 
 def _not_loaded(spec: NodeSpec) -> Iterator[str]:
-    config, values = node_class(spec).Config, for_node(shipped_parameters(), spec.name)
+    config, values = spec.config, for_node(shipped_parameters(), spec.name)
     rows = list(described(config, values))
     loaded = {canonical(str(row.value)) for row in rows}
     for kind in dict.fromkeys(

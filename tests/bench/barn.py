@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from arjuna_core.se2 import SE2
-from bringup.parameters import options, robot_options
+from bringup.parameters import options
 from tests.helpers.nav.barn import AHEAD, REACHED, START, TIME_LIMIT, BarnWorld, load_worlds
 from tests.helpers.nav.barn_made import make_worlds
 from tests.helpers.nav.drives import Drive, placed
@@ -55,8 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--slam", action="store_true", help="navigate in the map of slam_toolbox, not in odom"
     )
-    options.add_node_options(parser)
-    options.add_seed(parser)
+    options.add(parser, *options.NODES, "--seed")
     parser.set_defaults(
         log_level="fatal", command="demo", world=None, robot_arguments=[], package_path=[]
     )
@@ -72,7 +71,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from rclpy.logging import LoggingSeverity, set_logger_level
 
     set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
-    robot_options.extend_search(arguments)
+    options.extend_search(arguments)
     arguments.params = [_JACKAL / "jackal.yaml", *arguments.params]
     runs: list[tuple[BarnWorld, Run]] = []
     with TemporaryDirectory() as folder:

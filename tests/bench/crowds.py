@@ -20,7 +20,7 @@ _TIMEOUT_PER_METRE, _TIMEOUT = 15.0, 60.0  # of a goal, as of those of `bench go
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add this benchmark's options."""
-    options.add_seed(parser)
+    options.add(parser, "--seed")
     parser.add_argument(
         "--people", type=int, nargs="*", default=_PEOPLE, help=f"in a room of 12 x 9 m {_PEOPLE}"
     )

@@ -43,8 +43,7 @@ class Passage:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add this benchmark's options."""
-    options.add_node_options(parser)
-    options.add_seed(parser)
+    options.add(parser, *options.NODES, "--seed")
     parser.add_argument(
         "--widths", type=float, nargs="*", default=_WIDTHS, help=f"of doors {_WIDTHS} [m]"
     )

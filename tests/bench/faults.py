@@ -61,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seeds", type=int, default=3, metavar="N", help="runs of each fault")
     parser.add_argument("--only", metavar="TEXT", default="", help="faults that have this in them")
     parser.add_argument("--lasts", type=float, default=4.0, help="each fault [s] (%(default)s)")
-    options.add_seed(parser)
+    options.add(parser, "--seed")
     parser.set_defaults(seed=0)
 
 

@@ -16,7 +16,7 @@ from arjuna_core.files.maps import load_map
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
-from bringup.parameters import options, robot_options
+from bringup.parameters import options
 from tests.helpers.nav.drives import Drive, Ground, desired_speed, placed
 from tests.helpers.nav.furnished import make_room
 from tests.helpers.nav.inhabited import boxes_in, settle, with_boxes
@@ -56,9 +56,7 @@ class Arrival:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add this benchmark's options."""
-    robot_options.add_options(parser)
-    options.add_node_options(parser)
-    options.add_seed(parser)
+    options.add(parser, *options.SIMULATION, *options.NODES, "--seed")
     parser.add_argument("--map", type=Path, metavar="FILE", help="the world's map (its own)")
     parser.add_argument(
         "--truth",

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from arjuna_core.se2 import SE2, wrap
-from bringup.parameters import options, robot_options
+from bringup.parameters import options
 
 _PATIENCE = 5.0  # [s] for the first map
 _AHEAD, _NEAR = 0.5, 0.6  # half the sector that must be free [rad], how far [m]
@@ -30,10 +30,9 @@ _COMMAND_TICKS = 5  # from one command to the next
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add this benchmark's options."""
-    robot_options.add_options(parser)
-    options.add_node_options(parser)
+    options.add(parser, *options.SIMULATION, *options.NODES)
     options.add_robot_names(parser)
-    options.add_seed(parser)
+    options.add(parser, "--seed")
     parser.add_argument(
         "--localize",
         action="store_true",
@@ -54,7 +53,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     from rclpy.logging import LoggingSeverity, set_logger_level
 
     set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
-    robot_options.extend_search(arguments)
+    options.extend_search(arguments)
     files = arguments.params
     with TemporaryDirectory() as folder:
         graph = Path(folder) / "graph"

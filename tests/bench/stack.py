@@ -57,9 +57,9 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
             closing(Connection("bench_stack")) as session,
         ):
             result: dict[str, Any] = {"active_s": time.monotonic() - begun}
-            session.run_until(lambda: False, _SETTLE, required=False)
+            session.pause(_SETTLE)
             with _usage(result, "idle"):
-                session.run_until(lambda: False, arguments.seconds, required=False)
+                session.pause(arguments.seconds)
             scans, commands = _watched(session)
             with _usage(result, "driving"):
                 ends = [Goals(session).navigate(goal, _GOAL) for goal in _GOALS]

@@ -33,8 +33,8 @@ ORDER = {
             "processes",
             "offline",
         ),
-        *("simulator", "ros2", "client"),
-        *("viewing", "recording", "lockstep", "parameters", "stack", "progress", "terminal"),
+        *("ros2", "lockstep", "parameters", "client"),
+        *("viewing", "recording", "stack", "progress", "terminal"),
     ),
 }
 # arjuna_interfaces holds messages, so it counts as ROS
@@ -64,7 +64,6 @@ BRINGUP_WITHOUT_ROS = (
     *(
         "parameters/foreign/launch_file.py",
         "parameters/files.py",
-        "parameters/robot_options.py",
         "viewing/pictures.py",
     ),
     *("client/waypoints.py", "viewing/drawing/"),

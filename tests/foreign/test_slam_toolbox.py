@@ -20,8 +20,8 @@ from arjuna_core.files.maps import load_map
 from arjuna_core.ros import qos
 from arjuna_core.se2 import SE2
 from arjuna_slam.localization import Localizer
+from bringup.parameters.checking import over_shipped
 from bringup.parameters.files import merged
-from bringup.parameters.reading import over_shipped
 from bringup.stack import SLAM_GROUP
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
 from bringup.cli_parser import parse
-from bringup.simulator.client import SimulatorClient, SimulatorError
+from bringup.client.simulator import SimulatorClient, SimulatorError
 from tests.helpers.processes import Lines
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from bringup.parameters.options import add_robot_choice, positive
+from bringup.parameters import options
 
 if TYPE_CHECKING:
     from bringup.client.robot import Robot
@@ -14,15 +14,12 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    add_robot_choice(parser)
+    options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
-        "--distance", type=positive, default=0.7, help="that is too near [m] (%(default)s)"
+        "--distance", type=options.positive, default=0.7, help="that is too near [m] (%(default)s)"
     )
-    parser.add_argument("--speed", type=positive, default=0.3, help="forward [m/s] (%(default)s)")
-    parser.add_argument("--turn", type=positive, default=0.5, help="turning [rad/s] (%(default)s)")
-    parser.add_argument(
-        "--duration", type=positive, metavar="S", help="end after this time [s]; else with Ctrl-C"
-    )
+    options.add(parser, "--speed", "--turn")
+    options.add(parser, "--duration", help="end after this time [s]; else with Ctrl-C")
 
 
 def run(arguments: argparse.Namespace) -> int:

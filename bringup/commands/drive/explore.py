@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters.options import add_node_options, add_robot_choice, positive
+from bringup.parameters import options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    add_node_options(parser)
-    add_robot_choice(parser)
-    parser.add_argument("--base-frame", metavar="FRAME", help="of the robot (base_footprint)")
-    parser.add_argument(
-        "--timeout", type=positive, default=1800.0, help="give up after [s] (%(default)g)"
-    )
+    options.add(parser, *options.NODES, *options.ROBOT_CHOICE, "--base-frame")
+    options.add(parser, "--timeout", default=1800.0)
 
 
 def run(arguments: argparse.Namespace) -> int:

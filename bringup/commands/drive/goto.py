@@ -4,27 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters.options import add_robot_choice, finite, positive
+from bringup.parameters import options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    add_robot_choice(parser)
-    parser.add_argument("x", type=finite, metavar="X", help="of the map [m]")
-    parser.add_argument("y", type=finite, metavar="Y", help="of the map [m]")
-    parser.add_argument(
-        "yaw", nargs="?", type=finite, default=0.0, metavar="YAW", help="heading there [rad] (0)"
-    )
-    parser.add_argument(
-        "--timeout", type=positive, default=600.0, help="give up after [s] (%(default)g)"
-    )
-    parser.add_argument(
-        "--tolerance",
-        type=positive,
-        default=0.3,
-        metavar="M",
-        help="how far from it the robot may stand in the end [m] (%(default)g)",
-    )
+    options.add(parser, *options.ROBOT_CHOICE, "x", "y")
+    options.add(parser, "yaw", help="heading there [rad] (0)")
+    options.add(parser, "--timeout", "--tolerance")
 
 
 def run(arguments: argparse.Namespace) -> int:

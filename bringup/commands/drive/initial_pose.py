@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters.options import add_robot_choice, finite
+from bringup.parameters import options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    add_robot_choice(parser)
-    parser.add_argument("x", type=finite, metavar="X", help="of the map [m]")
-    parser.add_argument("y", type=finite, metavar="Y", help="of the map [m]")
-    parser.add_argument(
-        "yaw", nargs="?", type=finite, default=0.0, metavar="YAW", help="heading [rad] (0)"
-    )
+    options.add(parser, *options.ROBOT_CHOICE, "x", "y")
+    options.add(parser, "yaw", help="heading [rad] (0)")
 
 
 def run(arguments: argparse.Namespace) -> int:

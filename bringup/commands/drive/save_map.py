@@ -5,19 +5,16 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bringup.parameters.options import add_robot_choice, positive
+from bringup.parameters import options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    add_robot_choice(parser)
+    options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
         "name", type=Path, metavar="NAME", help="path without suffix: NAME.pgm, NAME.yaml"
     )
-    parser.add_argument(
-        "--timeout", type=positive, default=10.0, help="wait for a map for [s] (%(default)g)"
-    )
-
+    options.add(parser, "--timeout", default=10.0, help="wait for a map for [s] (%(default)g)")
     parser.add_argument("--topic", default="map", help="the map's (%(default)s)")
     parser.add_argument("--occ", type=_threshold, metavar="P", help="occupied from P on (0.65)")
     parser.add_argument("--free", type=_threshold, metavar="P", help="free up to P (0.25)")
@@ -27,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _threshold(text: str) -> float:
     """Return a probability; as ROS 1 takes it, in percent, where it is above 1."""
-    value = positive(text)
+    value = options.positive(text)
     return value / 100.0 if value > 1.0 else value
 
 

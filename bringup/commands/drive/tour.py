@@ -5,26 +5,20 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bringup.parameters.options import add_robot_choice, positive
+from bringup.parameters import options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    add_robot_choice(parser)
+    options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
         "file", type=Path, metavar="FILE", help="YAML: 'waypoints: [[x, y, yaw], ...]'"
     )
+    options.add(parser, "--timeout", help="for each [s] (%(default)g)")
     parser.add_argument(
-        "--timeout", type=positive, default=600.0, help="for each [s] (%(default)g)"
+        "--pause", type=options.positive, default=1.0, help="between two [s] (%(default)g)"
     )
-    parser.add_argument("--pause", type=positive, default=1.0, help="between two [s] (%(default)g)")
-    parser.add_argument(
-        "--tolerance",
-        type=positive,
-        default=0.3,
-        metavar="M",
-        help="how far from it the robot may stand in the end [m] (%(default)g)",
-    )
+    options.add(parser, "--tolerance")
 
 
 def run(arguments: argparse.Namespace) -> int:

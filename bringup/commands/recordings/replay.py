@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bringup.parameters import options, robot_options
+from bringup.parameters import options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -24,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="the picture's moment, from the recording's beginning [s] (its end)",
     )
-    robot_options.add_package_path(parser, "the robot's meshes")
+    options.add(parser, "--package-path", help=options.MESHES)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -43,6 +43,6 @@ def run(arguments: argparse.Namespace) -> int:
         from bringup.viewing.meshes import mesh_finder
         from bringup.viewing.rerun.replay import replay
 
-        robot_options.extend_search(arguments)
+        options.extend_search(arguments)
         replay(bag, arguments.save, arguments.web, mesh_finder(), show)
     return 0

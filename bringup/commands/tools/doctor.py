@@ -5,22 +5,16 @@ from __future__ import annotations
 import argparse
 
 from bringup.doctor.guides import page as guides_page
-from bringup.parameters.options import add_robot_choice, positive
+from bringup.parameters import options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    add_robot_choice(parser)
+    options.add(parser, *options.ROBOT_CHOICE)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = guides_page()
     parser.add_argument("--json", action="store_true", help="findings and facts as JSON")
-    parser.add_argument(
-        "--duration",
-        type=positive,
-        default=3.0,
-        metavar="S",
-        help="how long to listen [s]",
-    )
+    options.add(parser, "--duration", default=3.0)
 
 
 def run(arguments: argparse.Namespace) -> int:

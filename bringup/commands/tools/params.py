@@ -43,10 +43,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _dump(arguments: argparse.Namespace) -> int:
     from arjuna_core.errors import ConfigError, nearest
-    from bringup.parameters.composition import node_class
+    from bringup.parameters.checking import over_shipped
     from bringup.parameters.files import for_node
     from bringup.parameters.listing import dump
-    from bringup.parameters.reading import over_shipped
     from bringup.stack import all_nodes
     from bringup.terminal import show
 
@@ -56,12 +55,12 @@ def _dump(arguments: argparse.Namespace) -> int:
     if unknown:
         raise ConfigError(*unknown)
     values = over_shipped(arguments.params)
-    show(dump((name, node_class(specs[name]).Config, for_node(values, name)) for name in wanted))
+    show(dump((name, specs[name].config, for_node(values, name)) for name in wanted))
     return 0
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from bringup.parameters.reading import check_file
+    from bringup.parameters.checking import check_file
     from bringup.parameters.remarks import Kind, lines
     from bringup.terminal import show
 
@@ -106,14 +105,10 @@ def _every_value(paths: Sequence[Path]) -> Parameters:
     Raises:
         ArjunaError: A file cannot be used.
     """
-    from bringup.parameters.composition import node_class
+    from bringup.parameters.checking import over_shipped
     from bringup.parameters.files import for_node
     from bringup.parameters.listing import values_of
-    from bringup.parameters.reading import over_shipped
     from bringup.stack import all_nodes
 
     parameters, specs = over_shipped(paths), all_nodes()
-    return {
-        spec.name: values_of(node_class(spec).Config, for_node(parameters, spec.name))
-        for spec in specs
-    }
+    return {spec.name: values_of(spec.config, for_node(parameters, spec.name)) for spec in specs}

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bringup.parameters.options import add_robot_choice, positive
+from bringup.parameters import options
 
 if TYPE_CHECKING:
     from bringup.viewing.frame_tree import Frames
@@ -16,17 +16,11 @@ _WAIT = 5.0  # [s] for the first frame
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    add_robot_choice(parser)
+    options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
         "--picture", type=Path, metavar="FILE", help="draw it too, as .png, .pdf or .svg"
     )
-    parser.add_argument(
-        "--duration",
-        type=positive,
-        default=2.0,
-        metavar="S",
-        help="how long to listen [s]",
-    )
+    options.add(parser, "--duration", default=2.0)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -41,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     with closing(Connection("arjuna_tf", arguments.namespace)) as session:
         listener = FrameListener(session)
         session.run_until(lambda: listener.heard, _WAIT, required=False)
-        session.run_until(lambda: False, arguments.duration, required=False)
+        session.pause(arguments.duration)
         frames = listener.frames(None)
     if not frames:
         show("no frame on /tf or /tf_static; doctor says why")

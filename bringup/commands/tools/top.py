@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.parameters.options import add_robot_choice, positive
+from bringup.parameters import options
 
 _CLEAR = "\033[2J\033[H"
 _WIDE = 160  # [characters] of a file or pipe
@@ -12,9 +12,13 @@ _WIDE = 160  # [characters] of a file or pipe
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    add_robot_choice(parser)
+    options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
-        "--period", type=positive, default=2.0, metavar="S", help="from one table to the next [s]"
+        "--period",
+        type=options.positive,
+        default=2.0,
+        metavar="S",
+        help="from one table to the next [s]",
     )
     parser.add_argument("--count", type=int, metavar="N", help="end after so many tables")
 

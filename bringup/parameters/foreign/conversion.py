@@ -1,4 +1,4 @@
-"""Others' parameter files written anew by our names: ROS 1's, and any that Nav2 takes."""
+"""Others' parameter files by our names: ROS 1's, and any that Nav2 takes."""
 
 from __future__ import annotations
 
@@ -10,28 +10,27 @@ import yaml
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.yaml_file import read_yaml
-from bringup.parameters.composition import node_class, problems_of
+from bringup.parameters.checking import problems_of
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
 from bringup.parameters.foreign.launch_file import LaunchFile, is_launch_file
 from bringup.parameters.foreign.ros1 import convert
-from bringup.parameters.foreign.ros1_names import SECTIONS, TOPICS
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.listing import values_of
-from bringup.parameters.robot_names import with_base_frame
+from bringup.parameters.sources import with_base_frame
 from bringup.stack import all_nodes
 
 _SMOOTHED = {".max_linear_accel": ("max_accel", 1.0), ".max_linear_decel": ("max_decel", -1.0)}
-"""A controller's limits, the velocity smoother's in their place, and their sign there."""
+"""The velocity smoother's limit for each of a controller's, and its sign there."""
 
 
 class Conversion(NamedTuple):
     """A file by our names.
 
     Attributes:
-        text: What to write.
-        notes: What has no meaning here, a line each.
-        unknown: What nobody knows, a sentence each.
-        problems: Values that are not valid, a sentence each; and that nothing is left.
+        text: The file.
+        notes: The names without meaning here, a line each.
+        unknown: A sentence for each name that nobody knows.
+        problems: A sentence for each value that is not valid, and where nothing is left.
     """
 
     text: str
@@ -69,37 +68,23 @@ def _smoothed(given: Parameters) -> Parameters:
     for key in list(controllers):
         name, sign = next((of for end, of in _SMOOTHED.items() if key.endswith(end)), ("", 0.0))
         if name and isinstance(controllers[key], int | float) and name not in smoother:
-            limits = list(values_of(node_class(spec).Config, {})[name])
+            limits = list(values_of(spec.config, {})[name])
             smoother[name] = [sign * float(controllers.pop(key)), *limits[1:]]
     found = {**given, "controller_server": controllers, "velocity_smoother": smoother}
     return {node: values for node, values in found.items() if values or node in given}
 
 
 def _given(path: Path) -> tuple[Parameters, list[str], list[str]]:
-    """Return what a file sets, what has no meaning here, and what nobody knows."""
+    """Return a file's parameters, its names without meaning here, and those that nobody knows."""
     if is_launch_file(path):
         launch = LaunchFile(path)
-        parameters, without, unknown = convert(launch.document)
-        without += _rename_topics(parameters, launch.topics)
+        parameters, without, unknown = convert(launch.document, launch.topics)
         return parameters, [*launch.notes, *without], unknown
     document = read_yaml(path)
     if not isinstance(document, Mapping):
         kind = "a text" if isinstance(document, str) else repr(document)
         raise InputFileError(path, f"expected names and values in YAML, got {kind}")
     return (load_parameters([path]), [], []) if _is_ros2(document) else convert(document)
-
-
-def _rename_topics(parameters: Parameters, topics: Mapping[str, Mapping[str, str]]) -> list[str]:
-    """Put new names of topics into parameters; return those that have none for it."""
-    notes = []
-    for section, names in topics.items():
-        for old, new in names.items():
-            places = TOPICS.get((SECTIONS[section], old.strip("/")), ())
-            for node, key in places:
-                parameters.setdefault(node, {})[key] = new
-            if not places:
-                notes.append(f"{section}: remap from {old} to {new}")
-    return notes
 
 
 def _is_ros2(document: Mapping[str, Any]) -> bool:

@@ -8,27 +8,27 @@ from typing import Any, NamedTuple
 
 from arjuna_core.errors import nearest
 from bringup.parameters.files import Parameters
-from bringup.parameters.foreign.ros1_names import CLASSES, NODES, SECTIONS, TABLES, targets
-from bringup.parameters.foreign.ros1_others import CURES, REASONS, WITHOUT
-from bringup.parameters.foreign.ros1_sections import (
+from bringup.parameters.foreign.ros1_names import (
+    CLASSES,
     COSTMAPS,
+    LAYERS,
+    PROGRAMS,
+    REASONS,
+    SECTIONS,
+    TABLES,
+    TOPICS,
+    WITHOUT,
     holds_sections,
     is_section,
     nested,
+    other_program,
     renamed_section,
     sections_of,
-    stranger,
+    targets,
 )
 
-_SAME = """
-topic sensor_frame data_type marking clearing inf_is_valid expected_update_rate
-observation_persistence min_obstacle_height max_obstacle_height
-"""
-_SOURCE = {
-    **{name: name for name in _SAME.split()},
-    "obstacle_range": "obstacle_max_range",
-    "raytrace_range": "raytrace_max_range",
-}
+_SOURCE = {name: key for name, [(_, key)] in targets("source").items()}
+"""Our name of each parameter of a source of observations."""
 _LEAST_TURNS = (
     "min_vel_theta",
     "min_rot_vel",
@@ -37,21 +37,13 @@ _LEAST_TURNS = (
 )
 _WEIGHTS = [f"FollowPath.{of}{what}.scale" for of in ("Path", "Goal") for what in ("Dist", "Align")]
 _CELL = 0.05  # [m] costmap_2d's resolution where a file gives none
-_LAYERS = {
-    "StaticLayer": "static_layer",
-    "ObstacleLayer": "obstacle_layer",
-    "VoxelLayer": "obstacle_layer",
-    "InflationLayer": "inflation_layer",
-}
-
-
 _LAYER = "obstacle_layer."
-_HIGHEST = 2.0  # point that a source of ROS 1 takes, where it says nothing [m]
+_HIGHEST = 2.0  # [m] point that a source of ROS 1 takes, where it gives no max_obstacle_height
 _OF_VOXELS = "origin_z z_resolution z_voxels mark_threshold unknown_threshold publish_voxel_map"
 
 
 class Converted(NamedTuple):
-    """What a file means here.
+    """A file by our names.
 
     Attributes:
         parameters: By our names.
@@ -64,20 +56,26 @@ class Converted(NamedTuple):
     unknown: list[str]
 
 
-def convert(document: Mapping[str, Any]) -> Converted:
+def convert(
+    document: Mapping[str, Any], topics: Mapping[str, Mapping[str, str]] | None = None
+) -> Converted:
     """Return a ROS 1 file's parameters by our names.
 
     A file may hold sections, as `amcl`, `move_base`, `DWAPlannerROS`, `local_costmap`, in a
     namespace or by path (`/amcl/min_particles`), or the names of one of them alone; a costmap's
     names alone are for both costmaps.
+
+    Args:
+        document: The file's content.
+        topics: New names of topics by section, as a launch file gives them.
     """
     conversion = _Conversion()
     conversion.take(nested(document))
-    return conversion.done()
+    return conversion.done(topics or {})
 
 
 class _Conversion:
-    """What was found so far."""
+    """The parameters and notes found so far."""
 
     def __init__(self) -> None:
         self._parameters: Parameters = {}
@@ -105,8 +103,9 @@ class _Conversion:
     def _take_alone(self, values: Mapping[str, Any]) -> None:
         """Take names without a section."""
         names = ", ".join(f"'{key}'" for key in values)
-        if other := stranger(values):
-            self._unknown[f"of {other}, which is not here: {names}; {CURES[other]}"] = None
+        if other := other_program(values):
+            remedy = PROGRAMS[other]["remedy"]
+            self._unknown[f"of {other}, which is not here: {names}; {remedy}"] = None
             return
         sections = sections_of(values)
         for section in sections:
@@ -114,29 +113,40 @@ class _Conversion:
         if values and not sections:
             self._unknown[f"of no node that is known: {names}; valid: {', '.join(TABLES)}"] = None
 
-    def done(self) -> Converted:
-        """Return what was found, completed by what ROS 1 leaves unsaid."""
+    def done(self, topics: Mapping[str, Mapping[str, str]]) -> Converted:
+        """Return what was found, completed by ROS 1's defaults and the new names of topics."""
         follow = self._parameters.get("controller_server", {})
         for axis in ("x", "theta"):
             limit = follow.get(f"FollowPath.acc_lim_{axis}")
             if isinstance(limit, int | float):
                 follow[f"FollowPath.decel_lim_{axis}"] = -float(limit)
-        for node in map(NODES.__getitem__, COSTMAPS):
-            _complete_sources(self._parameters.get(node, {}))
+        for section in COSTMAPS:
+            _complete_sources(self._parameters.get(TABLES[section]["of"], {}))
         if self._weighs_metres is not None:
             self._weigh(follow)
         amcl = self._parameters.get("amcl", {})
         if any(key.startswith("initial_pose.") for key in amcl):
             amcl["set_initial_pose"] = True
-        unknown = [line for item in self._misspelt.items() for line in _told(*item)]
+        self._rename_topics(topics)
+        unknown = [line for item in self._misspelt.items() for line in _misspelt_lines(*item)]
         return Converted(self._parameters, list(self._without), [*unknown, *self._unknown])
+
+    def _rename_topics(self, topics: Mapping[str, Mapping[str, str]]) -> None:
+        """Put new names of topics into parameters; note those that have none for it."""
+        for section, names in topics.items():
+            for old, new in names.items():
+                ours = TOPICS.get(f"{SECTIONS[section]}/{old.strip('/')}", "").split()
+                for node, _, key in (one.partition(":") for one in ours):
+                    self._put(node, key, new)
+                if not ours:
+                    self._without[f"{section}: remap from {old} to {new}"] = None
 
     def _weigh(self, follow: dict[str, Any]) -> None:
         """Write TrajectoryPlanner's weights, of a metre or a cell, as DWB's, of half a metre.
 
         Source: base_local_planner, trajectory_planner.cpp; dwb_critics, map_grid.cpp.
         """
-        costmap = self._parameters.get(NODES["local_costmap"], {})
+        costmap = self._parameters.get(TABLES["local_costmap"]["of"], {})
         unit = 1.0 if self._weighs_metres else costmap.get("resolution", _CELL)
         for key in _WEIGHTS:
             if isinstance(follow.get(key), int | float):
@@ -166,33 +176,36 @@ class _Conversion:
                 self._misspelt.setdefault(section, {})[key] = None
         if section in COSTMAPS and "static_map" in values and "plugins" not in values:
             static = ["static_layer"] if values["static_map"] else []
-            self._put(NODES[section], "plugins", [*static, "obstacle_layer", "inflation_layer"])
+            self._put_layers(section, [*static, "obstacle_layer", "inflation_layer"])
 
     def _part(self, section: str, key: str, value: Any) -> None:
         """Take a costmap's list of layers, one of its layers, or one of its sources."""
         if key == "plugins":
             types = [item.get("type", "") for item in value or () if isinstance(item, Mapping)]
             kinds = [str(name).rpartition("::")[2] for name in types]
-            layers = dict.fromkeys(_LAYERS[kind] for kind in kinds if kind in _LAYERS)
-            self._put(NODES[section], "plugins", list(layers))
-            for kind in (kind for kind in kinds if kind not in _LAYERS):
+            self._put_layers(section, [LAYERS[kind] for kind in kinds if kind in LAYERS])
+            for kind in (kind for kind in kinds if kind not in LAYERS):
                 self._without[f"{section}: the layer {kind}"] = None
         elif "topic" in value or "data_type" in value:
-            for name, item in value.items():
-                if name in _SOURCE:
-                    place = f"obstacle_layer.{key}.{_SOURCE[name]}"
-                    self._put(NODES[section], place, item)
-                elif name in targets(section):
-                    self._without[f"{section}: {key}.{name}"] = None
-                else:
-                    hint = nearest(name, _SOURCE)
-                    self._unknown[f"{section}: nobody knows '{key}.{name}'; {hint}"] = None
+            self._take_source(section, key, value)
         else:
-            enabled = {name: item for name, item in value.items() if name == "enabled"}
-            layer = _layer_of(key, value)
-            for item in enabled.values():
-                self._put(NODES[section], f"{layer}.enabled", item)
-            self._section(section, {k: v for k, v in value.items() if k not in enabled})
+            if "enabled" in value:
+                layer = _layer_of(key, value)
+                self._put(TABLES[section]["of"], f"{layer}.enabled", value["enabled"])
+            self._section(section, {k: v for k, v in value.items() if k != "enabled"})
+
+    def _take_source(self, section: str, source: str, values: Mapping[str, Any]) -> None:
+        for name, value in values.items():
+            if name in _SOURCE:
+                self._put(TABLES[section]["of"], f"{_LAYER}{source}.{_SOURCE[name]}", value)
+            elif name in targets(section):
+                self._without[f"{section}: {source}.{name}"] = None
+            else:
+                hint = nearest(name, _SOURCE)
+                self._unknown[f"{section}: nobody knows '{source}.{name}'; {hint}"] = None
+
+    def _put_layers(self, section: str, layers: Iterable[str]) -> None:
+        self._put(TABLES[section]["of"], "plugins", list(dict.fromkeys(layers)))
 
     def _leave(self, what: str, key: str) -> None:
         """Note what has no meaning here, and why where that is known."""
@@ -218,18 +231,18 @@ def _complete_sources(values: dict[str, Any]) -> None:
         values[f"{_LAYER}plugin"] = "nav2_costmap_2d::VoxelLayer"
 
 
-def _told(section: str, names: Iterable[str]) -> list[str]:
+def _misspelt_lines(section: str, names: Iterable[str]) -> list[str]:
     """Return a sentence for each name that is nearly one, and one for all others."""
-    table, far, told = targets(section), [], []
+    table, far, lines = targets(section), [], []
     for name in names:
         hint = nearest(name, table)
         if hint.startswith("valid"):
             far.append(f"'{name}'")
         else:
-            told.append(f"{section}: nobody knows '{name}'; {hint}")
+            lines.append(f"{section}: nobody knows '{name}'; {hint}")
     if far:
-        told.append(f"{section}: nobody knows {', '.join(far)}; valid: {', '.join(table)}")
-    return told
+        lines.append(f"{section}: nobody knows {', '.join(far)}; valid: {', '.join(table)}")
+    return lines
 
 
 def _recoveries(values: Mapping[str, Any]) -> set[str]:

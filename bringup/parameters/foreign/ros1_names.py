@@ -1,153 +1,118 @@
-"""Names of ROS 1's gmapping, karto, amcl, move_base, its costmaps and planners, and ours."""
+"""ROS 1's names, ours for each, and the sections of a file that they are of: `ros1_names.yaml`."""
 
 from __future__ import annotations
 
-from bringup.parameters.foreign.ros1_others import KARTO
-from bringup.parameters.foreign.ros1_planners import PLANNERS
+from collections.abc import Mapping
+from fnmatch import fnmatchcase
+from functools import cache
+from pathlib import Path
+from typing import Any
 
-_FOLLOW = "controller_server:FollowPath"
-_MOVES = "controller_server:progress_checker"
-_STAY, _END = "=", "-"  # what begins a line of names that stay, or that mean nothing here
-_COSTMAP = """
-= update_frequency publish_frequency global_frame robot_base_frame width height origin_x origin_y
-= resolution rolling_window footprint robot_radius footprint_padding transform_tolerance
-= track_unknown_space lethal_cost_threshold map_topic trinary_costmap unknown_cost_value
-= always_send_full_costmap use_maximum
-subscribe_to_updates static_layer.subscribe_to_updates
-combination_method obstacle_layer.combination_method
-max_obstacle_height obstacle_layer.max_obstacle_height
-min_obstacle_height obstacle_layer.min_obstacle_height
-unknown_threshold obstacle_layer.unknown_threshold
-publish_voxel_map obstacle_layer.publish_voxel_map
-mark_threshold obstacle_layer.mark_threshold
-origin_z obstacle_layer.origin_z
-z_resolution obstacle_layer.z_resolution
-z_voxels obstacle_layer.z_voxels
-footprint_clearing_enabled obstacle_layer.footprint_clearing_enabled
-inflation_radius inflation_layer.inflation_radius
-inflate_unknown inflation_layer.inflate_unknown
-cost_scaling_factor inflation_layer.cost_scaling_factor
-obstacle_range obstacle_layer.scan.obstacle_max_range
-raytrace_range obstacle_layer.scan.raytrace_max_range
-observation_sources obstacle_layer.observation_sources
-- static_map map_type first_map_only
-"""
-TABLES = {
-    "amcl": """
-= min_particles max_particles update_min_d update_min_a resample_interval transform_tolerance
-= recovery_alpha_slow recovery_alpha_fast save_pose_rate first_map_only selective_resampling
-= laser_min_range laser_max_range laser_likelihood_max_dist laser_model_type do_beamskip
-= beam_skip_distance beam_skip_threshold beam_skip_error_threshold alpha1 alpha2 alpha3 alpha4
-= alpha5 odom_frame_id base_frame_id global_frame_id tf_broadcast
-kld_err pf_err
-kld_z pf_z
-initial_pose_x initial_pose.x
-initial_pose_y initial_pose.y
-initial_pose_a initial_pose.yaw
-laser_max_beams max_beams
-laser_z_hit z_hit
-laser_z_short z_short
-laser_z_max z_max
-laser_z_rand z_rand
-laser_sigma_hit sigma_hit
-laser_lambda_short lambda_short
-odom_model_type robot_model_type
-odom_alpha1 alpha1
-odom_alpha2 alpha2
-odom_alpha3 alpha3
-odom_alpha4 alpha4
-odom_alpha5 alpha5
-- initial_cov_xx initial_cov_yy initial_cov_aa gui_publish_rate use_map_topic
-- force_update_after_initialpose force_update_after_set_map std_warn_level_x std_warn_level_y
-- std_warn_level_yaw restore_defaults
-""",
-    "gmapping": """
-= base_frame odom_frame map_frame scan_topic map_update_interval throttle_scans
-= transform_publish_period
-maxUrange max_laser_range
-linearUpdate minimum_travel_distance
-angularUpdate minimum_travel_heading
-temporalUpdate minimum_time_interval
-delta resolution
-maxRange max_laser_range
-- minimumScore particles sigma kernelSize lstep astep iterations lsigma ogain lskip srr srt
-- str stt resampleThreshold xmin ymin xmax ymax llsamplerange llsamplestep lasamplerange
-- lasamplestep occ_thresh tf_delay inverted_laser
-""",
-    "move_base": f"""
-controller_frequency controller_server:controller_frequency
-planner_frequency bt_navigator:replanning_frequency
-controller_patience controller_server:failure_tolerance
-oscillation_timeout {_MOVES}.movement_time_allowance
-oscillation_distance {_MOVES}.required_movement_radius
-base_local_planner {_FOLLOW}.plugin
-base_global_planner planner_server:GridBased.plugin
-max_planning_retries bt_navigator:number_of_retries
-recovery_behavior_enabled bt_navigator:number_of_retries
-clearing_rotation_allowed bt_navigator:spin_dist
-- planner_patience recovery_behaviors conservative_reset_dist shutdown_costmaps
-- make_plan_clear_costmap make_plan_add_unreachable_goal restore_defaults
-""",
-    **PLANNERS,
-    "global_costmap": _COSTMAP,
-    "local_costmap": _COSTMAP,
-    "slam_toolbox": KARTO,
-}
-"""By section, a line each: a name of ROS 1 and ours, `NODE:NAME`; or `=` or `-` and many names."""
-NODES = {
-    "amcl": "amcl",
-    "gmapping": "slam_toolbox",
-    "slam_toolbox": "slam_toolbox",
-    "global_costmap": "global_costmap/global_costmap",
-    "local_costmap": "local_costmap/local_costmap",
-}
-"""Which of our nodes stands for a section, where its table does not say."""
-SECTIONS = {
-    "slam_gmapping": "gmapping",
-    "slam_karto": "slam_toolbox",
-    "DWAPlanner": "DWAPlannerROS",
-    **{name: name for name in TABLES},
-}
-"""Which table a section of a file is of."""
-TOPICS = {
-    ("amcl", "scan"): (("amcl", "scan_topic"),),
-    ("gmapping", "scan"): (("slam_toolbox", "scan_topic"),),
-    ("move_base", "odom"): (
-        ("bt_navigator", "odom_topic"),
-        ("controller_server", "odom_topic"),
-    ),
-    ("move_base", "cmd_vel"): (
-        ("collision_monitor", "cmd_vel_out_topic"),
-        ("docking_server", "cmd_vel_topic"),
-    ),
-}
-"""Our parameters for a topic that a launch file renames, by section and its old name."""
-CLASSES = {
-    "dwa_local_planner/DWAPlannerROS": "dwb_core::DWBLocalPlanner",
-    "base_local_planner/TrajectoryPlannerROS": "dwb_core::DWBLocalPlanner",
-    "navfn/NavfnROS": "nav2_navfn_planner::NavfnPlanner",
-    "global_planner/GlobalPlanner": "nav2_navfn_planner::NavfnPlanner",
-    "diff": "nav2_amcl::DifferentialMotionModel",
-    "diff-corrected": "nav2_amcl::DifferentialMotionModel",
-    "omni": "nav2_amcl::OmniMotionModel",
-    "omni-corrected": "nav2_amcl::OmniMotionModel",
-    "costmap_2d::StaticLayer": "nav2_costmap_2d::StaticLayer",
-    "costmap_2d::ObstacleLayer": "nav2_costmap_2d::ObstacleLayer",
-    "costmap_2d::VoxelLayer": "nav2_costmap_2d::VoxelLayer",
-    "costmap_2d::InflationLayer": "nav2_costmap_2d::InflationLayer",
-}
+from arjuna_core.files.yaml_file import read_yaml
+
+_DATA: dict[str, Any] = read_yaml(Path(__file__).with_suffix(".yaml"))
+TABLES: dict[str, dict[str, Any]] = _DATA["tables"]
+"""Names by section: amcl, gmapping, move_base and its parts."""
+SECTIONS: dict[str, str] = {**_DATA["sections"], **{name: name for name in TABLES}}
+"""The table of each section of a file."""
+TOPICS: dict[str, str] = _DATA["topics"]
+"""Our parameters of topics that a launch file renames, `NODE:NAME`, by `section/topic`."""
+CLASSES: dict[str, str] = _DATA["classes"]
+WITHOUT = frozenset(_DATA["without"].split())
+"""Sections without a counterpart."""
+REASONS: dict[str, str] = _DATA["reasons"]
+"""Why a name has no effect, or none at a value."""
+PROGRAMS: dict[str, dict[str, str]] = _DATA["programs"]
+"""Programs without a counterpart: names of their parameters, and a remedy."""
+LAYERS: dict[str, str] = _DATA["layers"]
+"""Our layer of a costmap for each class of one."""
+COSTMAPS = ("global_costmap", "local_costmap")
 
 
-def targets(section: str) -> dict[str, list[tuple[str, str]]]:
-    """Return what becomes of a section's names: nodes and names of ours, none where they end."""
-    node, found = NODES.get(section, ""), dict[str, list[tuple[str, str]]]()
-    for line in filter(None, TABLES[section].splitlines()):
-        first, *names = line.split()
-        if first == _STAY:
-            found |= {name: [(node, name)] for name in names}
-        elif first == _END:
-            found |= {name: [] for name in names}
-        else:
-            ours = (name.rpartition(":")[::2] for name in names)
-            found[first] = [(given or node, name) for given, name in ours]
+@cache
+def targets(section: str, node: str = "") -> dict[str, list[tuple[str, str]]]:
+    """Return our nodes and names for each of a section's names, none where it has no meaning here.
+
+    Args:
+        section: One of `TABLES`.
+        node: The node of names that say none; the table's own if empty.
+    """
+    table = {**TABLES, **_DATA["parts"]}[section]
+    node, below = node or table.get("of", ""), table.get("below", "")
+    found = dict(targets(table["with"], node)) if "with" in table else {}
+    found |= {name: [(node, name)] for name in table.get("same", "").split()}
+    for name, ours in table.get("names", {}).items():
+        whole = (f"{below}{one}" if one.startswith(".") else one for one in ours.split())
+        parts = (one.rpartition(":")[::2] for one in whole)
+        found[name] = [(given or node, key) for given, key in parts]
+    return found | {name: [] for name in table.get("unused", "").split()}
+
+
+def nested(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a file with its names by path, `/amcl/min_particles`, put into sections."""
+    found: dict[str, Any] = {}
+    for path, value in document.items():
+        *sections, key = str(path).strip("/").split("/")
+        inside = found
+        for section in sections:
+            inner = inside.setdefault(section, {})
+            inside = inner if isinstance(inner, dict) else inside
+        value = nested(value) if isinstance(value, Mapping) else value
+        before = inside.get(key)
+        if isinstance(before, dict) and isinstance(value, dict):
+            value = {**before, **value}
+        inside[key] = value
     return found
+
+
+def is_section(key: str, value: Any) -> bool:
+    """Return whether a name is that of a node or a plug-in with parameters of its own."""
+    return key in SECTIONS and isinstance(value, Mapping)
+
+
+def holds_sections(value: Any) -> bool:
+    """Return whether sections stand below: it is a namespace, or `move_base` by another name."""
+    return isinstance(value, Mapping) and any(
+        is_section(key, inner) or holds_sections(inner) for key, inner in value.items()
+    )
+
+
+def sections_of(values: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the sections of most of these names, none if too few are known.
+
+    Those of a costmap alone are both costmaps'; what a layer of it holds counts too.
+    """
+    known = {name: _known(values, name) for name in TABLES}
+    best = max(known, key=lambda name: known[name])
+    if not known[best]:
+        return ()
+    return COSTMAPS if best in COSTMAPS else (best,)
+
+
+def renamed_section(value: Any) -> str:
+    """Return which node's parameters these are under a name of somebody's own, or nothing."""
+    if not isinstance(value, Mapping):
+        return ""
+    sections = sections_of(value)
+    if len(sections) != 1 or 2 * _known(value, sections[0]) < len(value):
+        return ""
+    return sections[0]
+
+
+def other_program(values: Mapping[str, Any]) -> str:
+    """Return the program without a counterpart that has the most of these names, or nothing."""
+    counts = {
+        name: sum(any(fnmatchcase(key, one) for one in program["names"].split()) for key in values)
+        for name, program in PROGRAMS.items()
+    }
+    best = max(counts, key=lambda name: counts[name])
+    return best if counts[best] > max(_known(values, name) for name in TABLES) else ""
+
+
+def _known(values: Mapping[str, Any], section: str) -> int:
+    table = targets(section)
+    layers = section in COSTMAPS
+    return sum(
+        key in table or (layers and isinstance(value, Mapping) and _known(value, section) > 0)
+        for key, value in values.items()
+    )

@@ -7,17 +7,15 @@ import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from arjuna_core.config import flatten, info_of, infos
 from arjuna_core.errors import ConfigError, closest
 from arjuna_core.plugins import PluginTypes, canonical, shaped
-from bringup.parameters.composition import node_class
 from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, merged, node_of
-from bringup.parameters.foreign import without_effect
-from bringup.parameters.foreign.older import as_today, section_as_today
-from bringup.parameters.remarks import Kind, Remark
-from bringup.parameters.robot_names import keys_of_robot
+from bringup.parameters.foreign import nav2
+from bringup.parameters.remarks import Checked, Kind, Remark
+from bringup.parameters.sources import keys_of_robot
 from bringup.stack import NodeSpec
 
 _NAMESPACE = "<robot_namespace>"
@@ -26,30 +24,11 @@ _KEYWORD = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+")
 _FILLED = "a launch file fills '{}'; the default holds"
 _MISSPELT = 0.85  # likeness from which on a class is taken for one of Nav2's, misspelt
 _CLASS_KEYS = ("plugin", "robot_model_type")
-_MADE_OF = {
-    "collision_monitor": {"polygons", "observation_sources"},
-    "velocity_smoother": {"max_velocity", "min_velocity", "max_accel", "max_decel"},
-}
-"""Names that a whole section has of a node that has no classes."""
-
-
-class Understood(NamedTuple):
-    """What a file means here.
-
-    Attributes:
-        parameters: Those below, with the file's over them.
-        remarks: The names without effect.
-        problems: What refuses the file, a sentence each.
-    """
-
-    parameters: Parameters
-    remarks: list[Remark]
-    problems: list[str]
 
 
 def understand(
     given: Parameters, below: Parameters, specs: Iterable[NodeSpec], namespace: str = ""
-) -> Understood:
+) -> Checked:
     """Return what a file's parameters mean here, over those that hold already.
 
     A section that names a class of Nav2's, or what its node is made of, is whole: what it leaves
@@ -75,7 +54,7 @@ def understand(
     if SIM_TIME in everywhere:
         result.setdefault(EVERY_NODE, {})[SIM_TIME] = everywhere[SIM_TIME]
     remarks += [_of_nobody(key, nodes.values()) for key in shared if key not in taken]
-    return Understood(result, remarks, problems)
+    return Checked(result, remarks, problems)
 
 
 def _sections(
@@ -87,7 +66,7 @@ def _sections(
     for name, values in given.items():
         if name == EVERY_NODE:
             continue
-        today = section_as_today(name)
+        today = nav2.section_as_today(name)
         node = node_of(today, nodes, namespace)
         if node is None:
             remarks.append(_of_other_node(name, today, nodes))
@@ -122,7 +101,7 @@ def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Rema
     """Return the remark on a section of no node that runs here."""
     if (node := node_of(today, nodes)) is not None:
         return Remark(Kind.NOT_NEEDED, name, f"'{node}' of another namespace")
-    known = without_effect.of_node(name)
+    known = nav2.of_node(name)
     if known is not None:
         kind, reason, safety = known
         return Remark(kind, name, f"there is no such node here: {reason}", safety)
@@ -132,9 +111,9 @@ def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Rema
 def _of_nobody(key: str, specs: Iterable[NodeSpec]) -> Remark:
     """Return the remark on a name for every node that no node has."""
     for spec in specs:
-        if (known := without_effect.of_key(spec.name, key)) is not None:
+        if (known := nav2.of_key(spec.name, key)) is not None:
             return Remark(known[0], f"{EVERY_NODE}: {key}", known[1])
-    valid = {name for spec in specs for name in _own_keys(spec, {})}
+    valid = {name for spec in specs for name in _own_keys(spec.config, {})}
     return Remark(Kind.UNKNOWN, f"{EVERY_NODE}: {key}", f"no node has it{closest(key, valid)}")
 
 
@@ -161,18 +140,18 @@ class _Section:
         below: dict[str, Any],
         shared: Mapping[str, Any],
     ) -> None:
-        self._spec = spec
+        self._node, self._config = spec.name, spec.config
         self.remarks: list[Remark] = []
         self.problems: list[str] = []
         self._left_out: set[str] = set()
         if _is_whole(spec.name, given):
             robot = keys_of_robot(spec.name)
             below = {key: value for key, value in below.items() if key in robot}
-        values = as_today(spec.name, given)
+        values = nav2.as_today(spec.name, given)
         sim_time = values.pop(SIM_TIME, below.get(SIM_TIME))
         whole = merged({"": below}, {"": {**shared, **values}})[""]
         values |= self._without_foreign_plugins(whole)
-        own = _own_keys(spec, {**whole, **values})
+        own = _own_keys(self._config, {**whole, **values})
         self.taken = [key for key in shared if key in own]
         kept = {key: value for key, value in values.items() if self._has_effect(key, value, own)}
         mine = {key: shared[key] for key in self.taken}
@@ -184,7 +163,7 @@ class _Section:
     def _without_foreign_plugins(self, values: dict[str, Any]) -> dict[str, Any]:
         """Return the lists of plug-ins that lose a class of somebody's C++; others stay with it."""
         changed: dict[str, Any] = {}
-        for name, default, kind in _plugin_lists(node_class(self._spec).Config):
+        for name, default, kind in _plugin_lists(self._config):
             names = values.get(name, default)
             if not isinstance(names, (list, tuple)):
                 continue
@@ -196,17 +175,15 @@ class _Section:
                 problem = (
                     f"'{name}' lists only classes of someone's C++ ({classes[min(foreign)]}, ...)"
                 )
-                self.problems.append(
-                    f"{self._spec.name}: {problem}; valid: {', '.join(kind.types)}"
-                )
+                self.problems.append(f"{self._node}: {problem}; valid: {', '.join(kind.types)}")
             elif foreign:
                 changed[name] = [each for each in classes if each not in foreign]
                 self.remarks += [
                     Remark(
                         Kind.NO_EFFECT,
-                        f"{self._spec.name}: {each}",
+                        f"{self._node}: {each}",
                         f"'{classes[each]}' is someone's C++; in Python: docs/plugins.md",
-                        self._spec.name in without_effect.COSTMAPS,
+                        self._node in nav2.COSTMAPS,
                     )
                     for each in sorted(foreign)
                 ]
@@ -214,19 +191,19 @@ class _Section:
 
     def _has_effect(self, key: str, value: Any, own: Mapping[str, Any]) -> bool:
         """Return whether a name and its value have an effect here; remark on it if not."""
-        node = self._spec.name
+        node = self._node
         if key.partition(".")[0] in self._left_out:
             return False
-        known = without_effect.of_value(node, key, value)
+        known = nav2.of_value(node, key, value)
         of_text = isinstance(own.get(key, ""), (str, type(None)))
         if isinstance(value, str) and not of_text and _KEYWORD.fullmatch(value):
             known = Kind.NO_EFFECT, _FILLED.format(value)
         if known is None and key in own:
             return True
-        known = known or self._of_no_list(key, own) or without_effect.of_key(node, key)
+        known = known or self._of_no_list(key, own) or nav2.of_key(node, key)
         known = known or self._of_another_plugin(key)
         kind, reason = known or (Kind.UNKNOWN, f"no such parameter{closest(key, own)}")
-        safety = kind is Kind.NO_EFFECT and without_effect.is_safety(node, key)
+        safety = kind is Kind.NO_EFFECT and nav2.is_safety(node, key)
         self.remarks.append(Remark(kind, f"{node}: {key}", reason, safety))
         return False
 
@@ -235,14 +212,14 @@ class _Section:
         plugin, dot, _ = key.partition(".")
         if not dot or any(name.startswith(f"{plugin}.") for name in own):
             return None
-        if not any(_plugin_lists(node_class(self._spec).Config)):
+        if not any(_plugin_lists(self._config)):
             return None
         return Kind.NOT_NEEDED, f"'{plugin}' is in no list of plug-ins"
 
     def _of_another_plugin(self, key: str) -> tuple[Kind, str] | None:
         """Return why a name has no effect that is left over of another plug-in."""
         plugin, dot, rest = key.partition(".")
-        for _, _, kind in _plugin_lists(node_class(self._spec).Config) if dot else ():
+        for _, _, kind in _plugin_lists(self._config) if dot else ():
             for cls in kind.types:
                 if rest in _keys_of(kind, cls):
                     return Kind.NOT_NEEDED, f"a parameter of {cls}, which '{plugin}' is not"
@@ -253,7 +230,7 @@ def _is_whole(node: str, given: Mapping[str, Any]) -> bool:
     """Return whether a section names what its node is made of, as whole configurations do."""
     classes = (value for key, value in given.items() if key.endswith(_CLASS_KEYS))
     named = any(isinstance(value, str) and "::" in canonical(value) for value in classes)
-    return named or not _MADE_OF.get(node, set()).isdisjoint(given)
+    return named or not nav2.made_of(node).isdisjoint(given)
 
 
 def _plugin_lists(config: type[Any]) -> Iterator[tuple[str, tuple[str, ...], PluginTypes]]:
@@ -288,11 +265,10 @@ def _is_foreign(cls: str, kind: PluginTypes) -> bool:
     return False
 
 
-def _own_keys(spec: NodeSpec, values: dict[str, Any]) -> dict[str, Any]:
+def _own_keys(config: type[Any], values: dict[str, Any]) -> dict[str, Any]:
     """Return the keys that a node has, given its values, each with its default.
 
     Those below a plug-in of no known class count: the node's own check speaks of the class.
     """
     left = dict(values)
-    config = shaped(node_class(spec).Config, left, "", [])
-    return {**flatten(config()), **dict.fromkeys(values.keys() - left.keys())}
+    return {**flatten(shaped(config, left, "", [])()), **dict.fromkeys(values.keys() - left.keys())}

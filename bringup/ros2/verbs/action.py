@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -16,7 +17,6 @@ from rclpy.action import (
 )
 
 from bringup.ros2.client import (
-    ANSWER,
     Client,
     Names,
     full_name,
@@ -97,15 +97,15 @@ def send_goal(arguments: argparse.Namespace) -> None:
             stamp(client.node.get_clock().now().to_msg())
         print(f"Sending goal:\n     {to_yaml(goal)}")
         feedback = _Feedback()
-        sent = action.send_goal_async(goal, feedback.take if arguments.feedback else None)
-        handle = client.result(sent, None, arguments.action_name)
+        taken = feedback.take if arguments.feedback else None
+        handle = client.send_goal(action, goal, taken, math.inf)
         if not handle.accepted:
             print("Goal was rejected.")
             return
         print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
         feedback.start()
         try:
-            outcome = client.result(handle.get_result_async(), None, arguments.action_name)
+            outcome = client.result(handle.get_result_async())
         except KeyboardInterrupt:
             _cancel(client, handle)
             raise
@@ -135,7 +135,7 @@ class _Feedback:
 
 def _cancel(client: Client, handle: Any) -> None:
     print("Canceling goal...")
-    answer = client.result(handle.cancel_goal_async(), ANSWER, "the action server")
+    answer = client.cancel(handle)
     if not answer.goals_canceling:
         raise Ros2Error("Failed to cancel goal")
     print("Goal canceled.")

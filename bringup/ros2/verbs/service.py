@@ -82,7 +82,7 @@ def call(arguments: argparse.Namespace) -> None:
         while True:
             print(f"requester: making request: {request!r}\n")
             sent = time.monotonic()
-            response = client.result(service.call_async(request), None, arguments.service_name)
+            response = client.result(service.call_async(request))
             print(f"response:\n{response!r}\n")
             if arguments.rate is None:
                 return

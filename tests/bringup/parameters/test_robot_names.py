@@ -12,15 +12,14 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.config import flatten, load
 from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
-from bringup.parameters.composition import check_parameters, node_class
+from bringup.parameters.checking import over_shipped, problems_of
 from bringup.parameters.files import for_node, merged, shipped_parameters
 from bringup.parameters.inputs import gather, groups_of
-from bringup.parameters.reading import over_shipped
-from bringup.parameters.robot_names import KEYS, of_names
+from bringup.parameters.sources import ROBOT_NAMES, of_names
 from bringup.stack import DEMO_GROUPS, REAL_STACKS, VELOCITY_CHAIN
 
 pytestmark = pytest.mark.ros
-OPTIONS = {name: f"--{name.replace('_', '-')}" for name in KEYS}
+OPTIONS = {name: f"--{name.replace('_', '-')}" for name in ROBOT_NAMES}
 
 
 @pytest.mark.parametrize("where", [["--slam"], ["--map", "maps/office.yaml"]])
@@ -30,7 +29,8 @@ def test_every_option_is_a_parameter_of_the_nodes_that_run(where: list[str]) -> 
     groups = groups_of(arguments)
     shipped = shipped_parameters()
     found = of_names(vars(arguments), groups, shipped)
-    check_parameters(merged(shipped, found), groups)
+    specs = [spec for group in groups for spec in group.nodes]
+    assert problems_of(merged(shipped, found), specs) == []
     assert set(found) <= {spec.name for group in groups for spec in group.nodes}
     assert found["collision_monitor"]["base_frame_id"] == "other"
     assert found["collision_monitor"]["cmd_vel_out_topic"] == "other"
@@ -53,9 +53,9 @@ def test_a_base_frame_reaches_every_node_that_a_command_runs(command: list[str])
     arguments = parse([*command, "--base-frame", "chassis"])
     parameters = gather(arguments)
     for spec in (spec for group in groups_of(arguments) for spec in group.nodes):
-        key = KEYS["base_frame"].get(spec.name)
+        key = ROBOT_NAMES["base_frame"].get(spec.name)
         assert key is None or parameters[spec.name][key] == "chassis"
-        config = flatten(load(node_class(spec).Config, for_node(parameters, spec.name)))
+        config = flatten(load(spec.config, for_node(parameters, spec.name)))
         frames = {name for name, value in config.items() if value == "base_footprint"}
         assert frames == set(), spec.name
 

@@ -12,9 +12,8 @@ pytestmark = pytest.mark.ros
 SOURCE = """
 import os, sys
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
-from bringup.parameters.composition import warm_up
 from bringup.stack import ALL_GROUPS
-from bringup.processes.fork import can_fork
+from bringup.processes.fork import can_fork, warm_up
 from bringup.stack import MESSAGES
 
 warm_up(ALL_GROUPS)

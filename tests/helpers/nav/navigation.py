@@ -20,8 +20,7 @@ from arjuna_core.ros.convert import grid_msg, scan_msg, time_msg, transform_msg
 from arjuna_core.ros.local.action_client import action_client
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
-from bringup.parameters.composition import create_node
-from bringup.parameters.files import Parameters, merged, shipped_parameters
+from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
 from bringup.stack import COLLISION_MONITOR, NodeSpec
 from tests.helpers.ros import TICK, RosBench
 from tests.nav.worlds import room, scan_from
@@ -148,7 +147,9 @@ class PlayedRobot:
         if COLLISION_MONITOR not in specs:
             self._parameters = merged(_TO_THE_WHEELS, self._parameters)
         for spec in specs:
-            self.nodes[spec.name] = create_node(self.bench.process, spec, self._parameters)
+            self.nodes[spec.name] = spec.make(
+                self.bench.process, for_node(self._parameters, spec.name)
+            )
         for transition in ("configure", "activate"):
             for spec in specs:
                 self.transition(spec.name, transition)

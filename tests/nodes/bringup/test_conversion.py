@@ -11,11 +11,11 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
 from bringup.cli_parser import parse
+from bringup.parameters.checking import check_file
 from bringup.parameters.files import load_parameters, merged, shipped_parameters
 from bringup.parameters.foreign.conversion import Conversion, converted
 from bringup.parameters.foreign.ros1_names import TABLES, targets
-from bringup.parameters.reading import check_file
-from bringup.parameters.robot_names import KEYS
+from bringup.parameters.sources import ROBOT_NAMES
 from tests.helpers.nav.stock_files import FILES
 
 pytestmark = pytest.mark.ros
@@ -215,7 +215,7 @@ def _base_frames(text: str, folder: Path) -> set[str]:
     """Return the base frames that a file leads to, over the shipped parameters."""
     loaded = load_parameters([written(folder, checked(folder, text).text)])
     whole = merged(shipped_parameters(), loaded)
-    return {f for n, k in KEYS["base_frame"].items() if (f := whole.get(n, {}).get(k))}
+    return {f for n, k in ROBOT_NAMES["base_frame"].items() if (f := whole.get(n, {}).get(k))}
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
-from bringup.client.session import ClientError
+from bringup.client.session import POLL, ClientError, Session
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
@@ -66,7 +66,7 @@ class Server(GoalNode):
             self.server.succeed(NavigateToPose.Result())
 
 
-class BenchSession:
+class BenchSession(Session):
     """A session whose time the bench makes."""
 
     def __init__(self, bench: RosBench) -> None:
@@ -78,20 +78,10 @@ class BenchSession:
     def now(self) -> float:
         return self._bench.process.now
 
-    def run_until(
-        self, done: Callable[[], bool], timeout: float, what: str = "", required: bool = True
-    ) -> bool:
-        deadline = self.now + timeout
-        while not done():
-            if self.now >= deadline:
-                return False
-            self._bench.advance(0.1)
-            for due in [due for due in self.at if due <= self.now]:
-                self.at.pop(due)()
-        return True
-
-    def call(self, service_type: Any, name: str, request: Any, timeout: float = 5.0) -> Any:
-        return self._bench.call(service_type, name, request)
+    def spin_once(self, timeout: float = POLL) -> None:
+        self._bench.advance(0.1)
+        for due in [due for due in self.at if due <= self.now]:
+            self.at.pop(due)()
 
 
 @pytest.fixture

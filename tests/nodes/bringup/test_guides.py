@@ -9,18 +9,16 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from bringup.parameters.composition import node_class
+from bringup.parameters.checking import check_file, over_shipped
 from bringup.parameters.files import Parameters, for_node, shipped_parameters
 from bringup.parameters.listing import values_of
-from bringup.parameters.reading import check_file, over_shipped
 from bringup.stack import all_nodes
 from scripts.guides_page import ORDER, ROOT, read, table_of
 
 pytestmark = pytest.mark.ros
 SHIPPED = shipped_parameters()
 KNOWN = {
-    spec.name: set(values_of(node_class(spec).Config, for_node(SHIPPED, spec.name)))
-    for spec in all_nodes()
+    spec.name: set(values_of(spec.config, for_node(SHIPPED, spec.name))) for spec in all_nodes()
 }
 _NAMED = re.compile(r"`([a-z_/]+)\.([\w.]+)`")
 _NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?!\w)")
@@ -56,7 +54,7 @@ def _value(node: str, key: str, given: Parameters) -> object:
     spec = next((spec for spec in all_nodes() if spec.name == node), None)
     if spec is None:
         return None
-    value = values_of(node_class(spec).Config, for_node(given, node)).get(key)
+    value = values_of(spec.config, for_node(given, node)).get(key)
     return value if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 

@@ -12,8 +12,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from rclpy.lifecycle import TransitionCallbackReturn
 
 from bringup import stack as stacks
-from bringup.parameters.composition import create_node
-from bringup.parameters.files import merged, shipped_parameters
+from bringup.parameters.files import for_node, merged, shipped_parameters
 from bringup.stack import Group, NodeSpec
 from tests.helpers.ros import RosBench
 
@@ -39,7 +38,9 @@ def bench() -> Iterator[RosBench]:
 
 def made(bench: RosBench, group: Group, spec: NodeSpec) -> Any:
     """Make the nodes of a group, which find each other in the process; return one."""
-    nodes = {each.name: create_node(bench.process, each, PARAMETERS) for each in group.nodes}
+    nodes = {
+        each.name: each.make(bench.process, for_node(PARAMETERS, each.name)) for each in group.nodes
+    }
     bench.process.drain()
     return nodes[spec.name]
 

@@ -10,7 +10,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
 from bringup.cli_parser import parse
-from bringup.parameters.reading import check_file
+from bringup.parameters.checking import check_file
 from bringup.stack import all_nodes
 
 pytestmark = pytest.mark.ros

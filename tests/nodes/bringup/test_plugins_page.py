@@ -19,7 +19,7 @@ from arjuna_nav.nodes.waypoints.tasks import TASKS
 from arjuna_nav.planners.plugins import PLANNERS
 from arjuna_nav.safety.zones import ZONES
 from arjuna_nav.smoothers.plugins import SMOOTHERS
-from bringup.parameters.reading import check_file
+from bringup.parameters.checking import check_file
 
 pytestmark = pytest.mark.ros
 PAGE = (Path(__file__).parents[3] / "docs" / "plugins.md").read_text(encoding="utf-8")

@@ -42,7 +42,7 @@ def test_a_script_drives_maps_and_saves(stack: Callable[..., LockStep], tmp_path
 
 def test_a_goal_in_a_wall_says_why_it_fails(stack: Callable[..., LockStep]) -> None:
     with Robot(session=stack(SLAM_GROUP, NAVIGATION_GROUP)) as robot:
-        robot.session.run_until(lambda: False, 2.0, required=False)
+        robot.session.pause(2.0)
         end = robot.goto(40.0, 0.0, timeout=60.0)
     assert not end.succeeded
     assert "aborted: " in end.reason

@@ -14,11 +14,11 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.config import load
 from arjuna_nav.costmap import CostmapConfig
 from bringup.cli_parser import parse
+from bringup.parameters.checking import check_file
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
-from bringup.parameters.foreign.understanding import Understood, understand
+from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.inputs import gather
-from bringup.parameters.reading import check_file
-from bringup.parameters.remarks import lines
+from bringup.parameters.remarks import Checked, lines
 from bringup.stack import all_nodes
 from tests.helpers.nav.stock_files import FILES, humble_file, nav2_file
 
@@ -31,7 +31,7 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-def understood(folder: Path, text: str) -> Understood:
+def understood(folder: Path, text: str) -> Checked:
     given = load_parameters([written(folder, text)])
     return understand(given, shipped_parameters(), all_nodes())
 

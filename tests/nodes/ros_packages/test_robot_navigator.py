@@ -147,5 +147,5 @@ def test_a_server_that_is_not_there_is_named(
     navigator: BasicNavigator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(task, "SERVER_TIMEOUT", 0.3)
-    with pytest.raises(task.NavigatorError, match="the action 'spin' is not there"):
+    with pytest.raises(task.NavigatorError, match="the action 'spin' did not come within"):
         navigator.spin()

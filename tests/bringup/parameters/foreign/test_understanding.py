@@ -13,12 +13,11 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.config import flatten, load
 from arjuna_core.errors import ConfigError
 from bringup.cli_parser import parse
-from bringup.parameters.composition import node_class
+from bringup.parameters.checking import check_file
 from bringup.parameters.files import Parameters, for_node, shipped_parameters
-from bringup.parameters.foreign.understanding import Understood, understand
+from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.inputs import gather
-from bringup.parameters.reading import check_file
-from bringup.parameters.remarks import Kind
+from bringup.parameters.remarks import Checked, Kind
 from bringup.stack import all_nodes
 
 pytestmark = pytest.mark.ros
@@ -26,18 +25,18 @@ NODES = {spec.name: spec for spec in all_nodes()}
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 
 
-def understood(given: Parameters, namespace: str = "") -> Understood:
+def understood(given: Parameters, namespace: str = "") -> Checked:
     return understand(given, shipped_parameters(), NODES.values(), namespace)
 
 
-def only(found: Understood, kind: Kind) -> str:
+def only(found: Checked, kind: Kind) -> str:
     (remark,) = found.remarks
     assert remark.kind is kind
     return str(remark)
 
 
-def value(found: Understood, node: str, key: str) -> Any:
-    config = load(node_class(NODES[node]).Config, for_node(found.parameters, node))
+def value(found: Checked, node: str, key: str) -> Any:
+    config = load(NODES[node].config, for_node(found.parameters, node))
     return flatten(config)[key]
 
 
@@ -45,7 +44,7 @@ def value(found: Understood, node: str, key: str) -> Any:
 def test_a_misspelt_name_is_a_remark_that_names_the_right_one(node: str) -> None:
     rng = np.random.default_rng([11, len(node)])
     shipped = for_node(shipped_parameters(), node)
-    keys = sorted(flatten(load(node_class(NODES[node]).Config, shipped)))
+    keys = sorted(flatten(load(NODES[node].config, shipped)))
     plain = [key for key in keys if "." not in key and len(key) > 5]
     for key in rng.choice(plain, 3, replace=len(plain) < 3) if plain else []:
         at = int(rng.integers(1, len(key) - 1))

@@ -1,4 +1,4 @@
-"""A plain client of a running simulator's services, with a deadline on every wait."""
+"""The client of a running simulator's services."""
 
 from __future__ import annotations
 
@@ -27,7 +27,6 @@ from simulation_interfaces.srv import (
 from arjuna_core.ros.convert import quaternion, yaw
 from bringup.client.session import ClientError, Connection
 
-ANSWER_TIMEOUT = 5.0
 _CHUNK = 500  # steps of one call: each is answered well within the deadline
 
 
@@ -35,33 +34,32 @@ class SimulatorError(ClientError):
     """No simulator answers, or it refuses a request; the message is its reason."""
 
 
-class SimulatorClient:
-    """Calls a simulator's services.
+class SimulatorClient(Connection):
+    """A client of a simulator.
 
     Args:
         timeout: How long to wait for an answer [s, wall].
         namespace: The robot's namespace.
     """
 
-    def __init__(self, timeout: float = ANSWER_TIMEOUT, namespace: str = "") -> None:
+    error = SimulatorError
+
+    def __init__(self, timeout: float = 5.0, namespace: str = "") -> None:
+        super().__init__("simulator_client", namespace)
         self._timeout = timeout
-        self._connection = Connection("simulator_client", namespace)
 
-    def close(self) -> None:
-        """Leave the graph."""
-        self._connection.close()
+    def not_served(self, name: str, timeout: float) -> Exception:
+        """Return the error of a service that nobody serves within a time [s]."""
+        hint = "start a simulator with 'python -m bringup sim'"
+        return SimulatorError(f"nobody serves '{name}' within {timeout:g} s; {hint}")
 
-    def call(self, service_type: Any, name: str, request: Any) -> Any:
+    def ask(self, service_type: Any, name: str, request: Any) -> Any:
         """Return a service's response.
 
         Raises:
             SimulatorError: Nobody answers in time, or the result is not RESULT_OK.
         """
-        try:
-            response = self._connection.call(service_type, name, request, self._timeout)
-        except ClientError as error:
-            hint = "start a simulator with 'python -m bringup sim'"
-            raise SimulatorError(f"{error}; {hint}") from error
+        response = self.call(service_type, name, request, self._timeout)
         if response.result.result != Result.RESULT_OK:
             raise SimulatorError(f"{response.result.error_message} ({response.result.result})")
         return response
@@ -71,22 +69,22 @@ class SimulatorClient:
         request = SpawnEntity.Request(
             name=name, entity_resource=resource, initial_pose=PoseStamped(pose=pose)
         )
-        return str(self.call(SpawnEntity, "spawn_entity", request).entity_name)
+        return str(self.ask(SpawnEntity, "spawn_entity", request).entity_name)
 
     def delete(self, name: str) -> None:
         """Take an entity out of the world."""
-        self.call(DeleteEntity, "delete_entity", DeleteEntity.Request(entity=name))
+        self.ask(DeleteEntity, "delete_entity", DeleteEntity.Request(entity=name))
 
     def move(self, name: str, pose: Pose) -> None:
         """Put an entity somewhere else."""
         state = EntityState(pose=pose)
         request = SetEntityState.Request(entity=name, state=state, set_pose=True)
-        self.call(SetEntityState, "set_entity_state", request)
+        self.ask(SetEntityState, "set_entity_state", request)
 
     def entities(self, pattern: str) -> list[str]:
         """Return a line for each entity whose name matches: its name, position and heading."""
         request = GetEntitiesStates.Request(filters=EntityFilters(filter=pattern))
-        found = self.call(GetEntitiesStates, "get_entities_states", request)
+        found = self.ask(GetEntitiesStates, "get_entities_states", request)
         lines = []
         for name, state in zip(found.entities, found.states, strict=True):
             p = state.pose.position
@@ -97,40 +95,40 @@ class SimulatorClient:
     def enter(self, state: int) -> None:
         """Pause or play."""
         request = SetSimulationState.Request(state=SimulationState(state=state))
-        self.call(SetSimulationState, "set_simulation_state", request)
+        self.ask(SetSimulationState, "set_simulation_state", request)
 
     def step(self, steps: int) -> None:
         """Run a paused simulation for some ticks."""
         while steps > 0:
             count = min(steps, _CHUNK)
             request = StepSimulation.Request(steps=count)
-            self.call(StepSimulation, "step_simulation", request)
+            self.ask(StepSimulation, "step_simulation", request)
             steps -= count
 
     def reset(self, scope: int) -> None:
         """Return to the start."""
-        self.call(ResetSimulation, "reset_simulation", ResetSimulation.Request(scope=scope))
+        self.ask(ResetSimulation, "reset_simulation", ResetSimulation.Request(scope=scope))
 
     def load(self, world: Path) -> str:
         """Replace the world; return the new one's name."""
         resource = Resource(uri=str(world.resolve()))
         request = LoadWorld.Request(world_resource=resource)
-        return str(self.call(LoadWorld, "load_world", request).world.name)
+        return str(self.ask(LoadWorld, "load_world", request).world.name)
 
     def worlds(self) -> list[str]:
         """Return the worlds that can be loaded, by their files."""
         request = GetAvailableWorlds.Request()
-        found = self.call(GetAvailableWorlds, "get_available_worlds", request).worlds
+        found = self.ask(GetAvailableWorlds, "get_available_worlds", request).worlds
         return [world.world_resource.uri for world in found]
 
     def status(self) -> str:
         """Return which world is loaded, and whether time runs."""
-        state = self.call(GetSimulationState, "get_simulation_state", GetSimulationState.Request())
+        state = self.ask(GetSimulationState, "get_simulation_state", GetSimulationState.Request())
         number = state.state.state
         words = {SimulationState.STATE_NO_WORLD: "no world is loaded"}
         if number in words:
             return words[number]
-        world = self.call(GetCurrentWorld, "get_current_world", GetCurrentWorld.Request()).world
+        world = self.ask(GetCurrentWorld, "get_current_world", GetCurrentWorld.Request()).world
         names = {
             SimulationState.STATE_STOPPED: "stopped",
             SimulationState.STATE_PLAYING: "playing",

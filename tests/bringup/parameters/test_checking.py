@@ -7,8 +7,9 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.errors import ConfigError
+from bringup.parameters.checking import checked, merged_sources
 from bringup.parameters.files import sim_time_of
-from bringup.parameters.given import of_words, with_words
+from bringup.parameters.sources import of_words
 
 pytestmark = pytest.mark.ros
 
@@ -27,7 +28,7 @@ pytestmark = pytest.mark.ros
     ],
 )
 def test_words_are_parameters(word: str, expected: object) -> None:
-    assert of_words([word]) == expected
+    assert of_words([word]).values == expected
 
 
 @pytest.mark.parametrize("word", ["a", "a=1", ":=1", "a:=[1", "node::=1"])
@@ -39,12 +40,12 @@ def test_words_that_are_none_are_refused(word: str) -> None:
 def test_they_come_over_files_and_reach_the_nodes_that_have_them() -> None:
     below = {"slam_toolbox": {"mode": "mapping", "resolution": 0.1}}
     words = ["slam_toolbox:mode:=localization", "maps_folder:=/tmp", "use_sim_time:=false"]
-    found = with_words(below, words)
+    found = checked(of_words(words), below).parameters
     assert found["slam_toolbox"]["mode"] == "localization"
     assert found["slam_toolbox"]["resolution"] == 0.1
     assert found["map_server"]["maps_folder"] == "/tmp"
     assert not sim_time_of(found, ["slam_toolbox"])
-    assert with_words(below, []) is below
+    assert checked(of_words([]), below).parameters is below
 
 
 @pytest.mark.parametrize(
@@ -58,4 +59,4 @@ def test_they_come_over_files_and_reach_the_nodes_that_have_them() -> None:
 )
 def test_what_no_node_takes_is_refused(word: str, problem: str) -> None:
     with pytest.raises(ConfigError, match=f"--param: .*{problem}"):
-        with_words({}, [word])
+        merged_sources([], [word])

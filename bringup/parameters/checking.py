@@ -1,0 +1,188 @@
+"""Sources of parameters, merged over the shipped ones and checked."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from arjuna_core.config import load
+from arjuna_core.errors import ArjunaError, ConfigError, InputFileError
+from arjuna_core.files.maps import load_map
+from bringup.parameters.files import (
+    Parameters,
+    Source,
+    for_node,
+    merged,
+    node_of,
+    of_file,
+    shipped_parameters,
+)
+from bringup.parameters.foreign.nav2 import section_as_today
+from bringup.parameters.foreign.understanding import understand
+from bringup.parameters.remarks import Checked, Kind, Remark, lines
+from bringup.parameters.sources import of_words
+from bringup.stack import SIM, VELOCITY_CHAIN, NodeSpec, all_nodes, further_nodes
+
+_STAMPED = "enable_stamped_cmd_vel"
+
+
+def over_shipped(paths: Iterable[Path]) -> Parameters:
+    """Return the shipped parameters under those of files; write what of each has no effect.
+
+    Raises:
+        ArjunaError: A file cannot be used.
+    """
+    read = merged_sources(paths)
+    write_remarks(read.remarks)
+    return read.parameters
+
+
+def merged_sources(
+    paths: Iterable[Path], words: Iterable[str] = (), namespace: str = "", strict: bool = False
+) -> Checked:
+    """Return the shipped parameters under those of files, and these under the command line's words.
+
+    Args:
+        paths: The files; a later one's values win.
+        words: `NAME:=VALUE` or `NODE:NAME:=VALUE`; no name of theirs may be unknown.
+        namespace: Of the robot, which the files' nodes may stand below.
+        strict: Whether an unknown name refuses a file.
+
+    Raises:
+        ArjunaError: A file or a word cannot be used.
+    """
+    parameters, remarks = shipped_parameters(), list[Remark]()
+    given = of_words(words)
+    sources = ((path, strict) for path in paths)
+    for source, strictly in [*((of_file(p), s) for p, s in sources), (given, True)]:
+        read = checked(source, parameters, namespace)
+        if problems := read.refused_by(strictly):
+            raise ConfigError(*problems)
+        parameters = read.parameters
+        remarks += read.remarks
+    return Checked(_of_one_type(parameters), remarks, [])
+
+
+def checked(source: Source, below: Parameters, namespace: str = "") -> Checked:
+    """Return the parameters below with a source's over them, and all that is to be said of it."""
+    if not source.values:
+        return Checked(below, [], [])
+    further = further_nodes([*below, *source.values])
+    nodes = [*all_nodes(), *further]
+    after, remarks, problems = understand(source.values, below, nodes, namespace)
+    remarks += _without_missing_masks(after, further)
+    problems += _problems_of_change(below, after, nodes)
+    place = _places(source)
+    placed = [one._replace(place=place(one.where)) for one in remarks]
+    return Checked(after, placed, [f"{place(text)}: {text}" for text in problems])
+
+
+def check_file(path: Path) -> Checked:
+    """Return what a file over the shipped parameters, and the files that it names, come to."""
+    try:
+        read = checked(of_file(path), shipped_parameters())
+    except InputFileError as error:
+        return Checked({}, [], [str(error)])
+    for spec in all_nodes():
+        values = for_node(read.parameters, spec.name)
+        lacking = _lacking_map(values) if spec.name == "map_server" else ""
+        if lacking:
+            reason = f"there is no {lacking}; 'nav --map FILE' takes its place"
+            read.remarks.append(Remark(Kind.NO_EFFECT, f"{spec.name}: yaml_filename", reason))
+            continue
+        try:
+            read_named_files(spec, values)
+        except ArjunaError as error:
+            read.problems.append(f"{path}: {spec.name}: {error}")
+    return read
+
+
+def write_remarks(remarks: Iterable[Remark]) -> None:
+    """Write what is to be said of files at a start to the standard error output."""
+    for line in lines(remarks, (Kind.NO_EFFECT, Kind.NOT_NEEDED), "'params check -v FILE'"):
+        sys.stderr.write(f"{line}\n")
+
+
+def problems_of(parameters: Parameters, specs: Iterable[NodeSpec]) -> list[str]:
+    """Return what these nodes would refuse: keys unknown, values not valid."""
+    problems: list[str] = []
+    for spec in specs:
+        try:
+            load(spec.config, for_node(parameters, spec.name), spec.name)
+        except ConfigError as error:
+            problems += error.problems
+    return problems
+
+
+def _problems_of_change(
+    before: Parameters, after: Parameters, specs: Iterable[NodeSpec]
+) -> list[str]:
+    """Return what those of the nodes would refuse whose parameters changed."""
+    return problems_of(after, [one for one in specs if after.get(one.name) != before.get(one.name)])
+
+
+def _of_one_type(parameters: Parameters) -> Parameters:
+    """Return parameters in which the whole chain of velocities is stamped if one of it is."""
+    if not any(parameters.get(name, {}).get(_STAMPED) for name in VELOCITY_CHAIN):
+        return parameters
+    return merged({name: {_STAMPED: True} for name in (*VELOCITY_CHAIN, SIM.name)}, parameters)
+
+
+def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) -> list[Remark]:
+    """Take out the masks that nobody has, as stock files name them; return a remark on each."""
+    remarks = []
+    for spec in further:
+        if name := _lacking_map(parameters.get(spec.name, {})):
+            del parameters[spec.name]["yaml_filename"]
+            reason = f"there is no {name}: nothing is kept out or slowed down by it"
+            where = f"{spec.name}: yaml_filename"
+            remarks.append(Remark(Kind.NO_EFFECT, where, reason, safety=True))
+    return remarks
+
+
+def _places(source: Source) -> Callable[[str], str]:
+    """Return what finds file and line of a sentence on `node: key...` or `node: 'key'...`."""
+    nodes = {spec.name for spec in all_nodes()}
+    numbers = dict(source.lines)
+    for (name, key), line in source.lines.items():
+        node = node_of(section_as_today(name), nodes)
+        numbers.setdefault((node or name, key), line)
+
+    def place(sentence: str) -> str:
+        node, _, rest = sentence.partition(": ")
+        found = re.search(r"'([^']+)'", rest) or re.match(r"(\S+)", rest)
+        line = numbers.get((node, found[1] if found else "")) or numbers.get((node, ""))
+        return f"{source.name}:{line}" if line else source.name
+
+    return place
+
+
+def _lacking_map(values: Mapping[str, Any]) -> str:
+    """Return the map that stock files name and nobody has, or nothing."""
+    name = str(values.get("yaml_filename") or "")
+    return "" if Path(name).exists() else name
+
+
+def read_named_files(spec: NodeSpec, values: Mapping[str, Any]) -> None:
+    """Read the files that a node's parameters name: a bad one is refused before anything starts.
+
+    Raises:
+        ArjunaError: One cannot be used.
+    """
+    from arjuna_sim.inputs import named_robot, named_world
+
+    robots = [values.get("robot")] if spec.name in ("sim", "robot_state_publisher") else []
+    robots += values.get("robots") or [] if spec.name == "sim" else []
+    for path in filter(None, robots):
+        named_robot(path, values.get("robot_arguments", ""))
+    if spec.name == "sim" and values.get("viewer"):
+        from arjuna_sim.physics.viewer import need_screen
+
+        need_screen()
+    if spec.name == "sim" and values.get("world"):
+        named_world(values["world"])
+    if spec.name == "map_server" and values.get("yaml_filename"):
+        load_map(values["yaml_filename"])

@@ -1,0 +1,94 @@
+"""Nav2's, slam_toolbox's and AMCL's names without effect here, and older ones: `nav2.yaml`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fnmatch import fnmatchcase
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from arjuna_core.files.yaml_file import read_yaml
+from arjuna_core.plugins import canonical
+from bringup.parameters.remarks import Kind
+
+COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
+_TABLES: dict[str, Any] = read_yaml(Path(__file__).with_suffix(".yaml"))
+_OLDER = _TABLES["older"]
+
+
+@cache
+def _entries(node: str) -> tuple[tuple[str, Kind, str], ...]:
+    """Return pattern, kind and reason of each name of a node, its own before everybody's."""
+    return tuple(
+        (pattern, kind, reason)
+        for name in (node, "*")
+        for kind in (Kind.NOT_NEEDED, Kind.NO_EFFECT)
+        for reason, patterns in _TABLES["names"][kind.value].get(name, {}).items()
+        for pattern in patterns.split()
+    )
+
+
+def of_key(node: str, key: str) -> tuple[Kind, str] | None:
+    """Return why a name of a node has no effect; None where nobody is known to use it."""
+    for pattern, kind, reason in _entries(node):
+        if "=" not in pattern and fnmatchcase(key, pattern):
+            return kind, reason
+    return None
+
+
+def of_value(node: str, key: str, value: Any) -> tuple[Kind, str] | None:
+    """Return why a value has no effect where other values of its parameter have one."""
+    text = str(value).lower()
+    for pattern, kind, reason in _entries(node):
+        name, equals, values = pattern.partition("=")
+        if equals and fnmatchcase(key, name) and text in values.split("|"):
+            return kind, reason
+    return None
+
+
+def of_node(name: str) -> tuple[Kind, str, bool] | None:
+    """Return why a node has no counterpart, and whether it keeps robots from harm."""
+    last = name.rsplit("/", 1)[-1]
+    for kind, reasons in _TABLES["nodes"].items():
+        for reason, patterns in reasons.items():
+            if any(fnmatchcase(last, pattern) for pattern in patterns.split()):
+                return Kind(kind), reason, last in _TABLES["safety_nodes"]
+    return None
+
+
+def is_safety(node: str, key: str) -> bool:
+    """Return whether a name keeps a robot from harm where it has an effect."""
+    return any(fnmatchcase(key, pattern) for pattern in _TABLES["safety"].get(node, "").split())
+
+
+def made_of(node: str) -> set[str]:
+    """Return the names that a whole section has of a node without classes."""
+    return set(_TABLES["whole"].get(node, "").split())
+
+
+def section_as_today(name: str) -> str:
+    """Return a section's name with the node's name of today."""
+    before, slash, node = name.rpartition("/")
+    return f"{before}{slash}{_OLDER['nodes'].get(node, node)}"
+
+
+def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a node's values with keys, classes and forms of today."""
+    values: dict[str, Any] = {}
+    for key, value in given.items():
+        today = _OLDER["names"].get(node, {}).get(key, key)
+        if key.endswith("plugin") and isinstance(value, str):
+            value = canonical(value).replace("nav2_recoveries::", "nav2_behaviors::")
+            value = value if today == key else [value]
+        if isinstance(value, str):
+            value = _OLDER["values"].get(node, {}).get(key, {}).get(value, value)
+        values[today] = value
+    return _zones_as_today(values) if node == "collision_monitor" else values
+
+
+def _zones_as_today(values: dict[str, Any]) -> dict[str, Any]:
+    """Return a collision monitor's values with zones as Nav2 has them since Iron."""
+    flat = {k: v for k, v in values.items() if k.endswith(".points") and isinstance(v, list)}
+    pairs = {key: zip(value[::2], value[1::2], strict=False) for key, value in flat.items()}
+    return values | {key: str([list(pair) for pair in each]) for key, each in pairs.items()}

@@ -1,0 +1,242 @@
+"""Sources beside parameter files: the command line's words and options, the robot's own file."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from arjuna_core.errors import ConfigError
+from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.yaml_file import plain
+from bringup.parameters.files import EVERY_NODE, Parameters, Source, merged, shipped_parameters
+from bringup.stack import Group
+
+_COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
+ROBOT_NAMES: dict[str, dict[str, str]] = {
+    "scan_topic": {
+        **dict.fromkeys(("slam_toolbox", "amcl", "collision_monitor"), "scan_topic"),
+        **dict.fromkeys(_COSTMAPS, "obstacle_layer.scan.topic"),
+    },
+    "odom_topic": dict.fromkeys(
+        ("ekf_filter_node", "controller_server", "velocity_smoother", "bt_navigator"), "odom_topic"
+    ),
+    "cmd_vel_topic": {
+        "collision_monitor": "cmd_vel_out_topic",
+        "docking_server": "cmd_vel_topic",
+    },
+    "base_frame": {
+        "slam_toolbox": "base_frame",
+        **dict.fromkeys(("amcl", "collision_monitor"), "base_frame_id"),
+        **dict.fromkeys((*_COSTMAPS, "bt_navigator", "explorer"), "robot_base_frame"),
+        **dict.fromkeys(("docking_server", "route_server"), "base_frame"),
+    },
+    "odom_frame": {
+        "slam_toolbox": "odom_frame",
+        **dict.fromkeys(("amcl", "collision_monitor"), "odom_frame_id"),
+        "local_costmap/local_costmap": "global_frame",
+        "docking_server": "fixed_frame",
+    },
+    "wheel_odom": {"ekf_filter_node": "odom0"},
+    "imu": {"ekf_filter_node": "imu0"},
+}
+"""The parameter of each node that a name of the robot's sets; an option of that name sets all."""
+_OUTLINES = {**dict.fromkeys(_COSTMAPS, ""), "explorer": "costmap."}
+"""The nodes with a costmap, and what stands before its parameters."""
+_OUTLINE = ("footprint", "robot_radius")
+_ROBOT_NODES = ("sim", "robot_state_publisher")
+_OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
+    "world": (("sim",), "world"),
+    "robot": (_ROBOT_NODES, "robot"),
+    "robot_arguments": (_ROBOT_NODES, "robot_arguments"),
+    "viewer": (("sim",), "viewer"),
+    "rtf": (("sim",), "real_time_factor"),
+    "map": (("map_server",), "yaml_filename"),
+    "maps_folder": (("map_saver", "map_server", "slam_toolbox"), "maps_folder"),
+}
+"""The nodes and the parameter that an option of the command line stands for."""
+
+
+def of_words(words: Iterable[str]) -> Source:
+    """Return the parameters of words as `rcl` reads them: `NAME:=VALUE` or `NODE:NAME:=VALUE`.
+
+    Raises:
+        ConfigError: A word is none, or its value is no YAML.
+    """
+    found: Parameters = {}
+    for word in words:
+        name, sign, text = word.partition(":=")
+        node, _, key = name.rpartition(":")
+        if not (sign and key):
+            raise ConfigError(f"--param '{word}' is none; valid: NAME:=VALUE, NODE:NAME:=VALUE")
+        try:
+            value = plain(text)
+        except yaml.YAMLError as error:
+            raise ConfigError(f"--param {name}: {text!r} is no YAML value") from error
+        section = node if node == EVERY_NODE else node.strip("/") or EVERY_NODE
+        found.setdefault(section, {})[key] = "" if value is None else value
+    return Source("--param", found)
+
+
+def of_options(
+    options: Mapping[str, Any], groups: Iterable[Group], parameters: Parameters
+) -> Parameters:
+    """Return the parameters that the command line's options stand for.
+
+    Args:
+        options: What the command line says, by option.
+        groups: The groups that run.
+        parameters: Of all nodes, without the options.
+
+    Raises:
+        ConfigError: The starts of several robots are at odds.
+    """
+    found: Parameters = {}
+    for option, (nodes, key) in _OPTIONS.items():
+        value = options.get(option)
+        if isinstance(value, Path):
+            value = str(value.resolve())
+        elif isinstance(value, list):
+            value = shlex.join(value)
+        if value is not None and value is not False and value != "":
+            for node in nodes:
+                found.setdefault(node, {})[key] = value
+    if starts := _starts(options):
+        found.setdefault("sim", {}).update(starts)
+    running = [spec for group in groups for spec in group.nodes]
+    for spec in running if options.get("seed") is not None else ():
+        if "seed" in spec.config.__dataclass_fields__:
+            found.setdefault(spec.name, {})["seed"] = options["seed"]
+    return merged(found, of_names(options, groups, parameters))
+
+
+def is_fleet(options: Mapping[str, Any]) -> bool:
+    """Return whether options name several robots."""
+    return any(len(options.get(name) or ()) > 1 for name in ("robots", "namespaces"))
+
+
+def _starts(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters of `sim` that say which robots there are, and where they start.
+
+    One robot's file is that of all namespaces.
+    """
+    positions: Sequence[Sequence[float]] = options.get("ats") or []
+    headings: Sequence[float] = options.get("yaws") or []
+    if not is_fleet(options):
+        if max(len(positions), len(headings)) > 1:
+            raise ConfigError("--at or --yaw is given again, but there is one robot")
+        given = dict(zip(("x", "y"), *positions, strict=True)) if positions else {}
+        given |= dict(zip(("yaw",), headings, strict=False))
+        return {f"initial_pose.{key}": value for key, value in given.items()}
+    if headings and len(headings) != len(positions):
+        problem = f"{len(positions)} places (--at) and {len(headings)} headings (--yaw) are given"
+        raise ConfigError(f"{problem}; each place needs one, or none")
+    names = options.get("namespaces") or []
+    files = [str(path.resolve()) for path in options.get("robots") or []]
+    starts = zip(positions, headings or [0.0] * len(positions), strict=True)
+    values = {
+        "namespaces": names,
+        "robots": files * len(names) if len(files) == 1 else files,
+        "starts": [number for (x, y), yaw in starts for number in (x, y, yaw)],
+    }
+    return {key: value for key, value in values.items() if value}
+
+
+def of_names(
+    names: Mapping[str, Any], groups: Iterable[Group], parameters: Parameters
+) -> Parameters:
+    """Return the parameters that a robot's names stand for.
+
+    Args:
+        names: By a key of `ROBOT_NAMES`; None, or no name at all, for that of the other sources.
+        groups: The groups that run; nodes of others are left alone.
+        parameters: Of all nodes; which layers a costmap has, and which sources they have.
+    """
+    found: Parameters = {}
+    running = {spec.name for group in groups for spec in group.nodes}
+    for what, keys in ROBOT_NAMES.items():
+        value = names.get(what)
+        for node, key in keys.items() if value is not None else ():
+            if what == "scan_topic" and node in _COSTMAPS:
+                key = _first_scan(parameters.get(node, {}))
+            if node in running and key:
+                found.setdefault(node, {})[key] = value
+    return found
+
+
+def _first_scan(values: Mapping[str, Any]) -> str:
+    """Return the parameter that names the topic of a costmap's first scan; empty for none."""
+    for layer in values.get("plugins", ()):
+        for source in str(values.get(f"{layer}.observation_sources", "")).split():
+            if values.get(f"{layer}.{source}.data_type", "LaserScan") == "LaserScan":
+                return f"{layer}.{source}.topic"
+    return ""
+
+
+def keys_of_robot(node: str) -> frozenset[str]:
+    """Return the parameters of a node that are the robot's own: topics, frames and outline."""
+    names = {keys[node] for keys in ROBOT_NAMES.values() if node in keys}
+    return frozenset({*names, "robot_base_frame", *_OUTLINE})
+
+
+def with_base_frame(given: Parameters, below: Parameters) -> Parameters:
+    """Return a file's parameters, with its one base frame at every node that names none.
+
+    A file that names two, as Nav2's own base_link and base_footprint, stays as it is.
+
+    Args:
+        given: The file's parameters.
+        below: What holds without it: a node that has the frame there already needs none.
+    """
+    keys = ROBOT_NAMES["base_frame"]
+    named = {node: frame for node, key in keys.items() if (frame := given.get(node, {}).get(key))}
+    frames = {str(frame).lstrip("/") for frame in named.values()}
+    if len(frames) != 1:
+        return given
+    (frame,) = frames
+    unnamed = {node: key for node, key in keys.items() if node not in named}
+    own = {n: {k: frame} for n, k in unnamed.items() if below.get(n, {}).get(k) != frame}
+    return merged(own, given)
+
+
+def of_simulated_robot(
+    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
+) -> Parameters:
+    """Return a robot's names and its outline, but for those that parameter files say otherwise.
+
+    Args:
+        parameters: The files' over the shipped ones.
+        sim: The simulator's, which may name the robot.
+        groups: The groups that run.
+
+    Raises:
+        ArjunaError: The robot's file cannot be used.
+    """
+    from arjuna_sim.inputs import footprint_of, named_robot, names_of
+
+    if not sim.get("robot") or Path(sim["robot"]) == shipped_file("urdf/arjuna.urdf"):
+        return {}  # the shipped parameters are of that one
+    robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
+    names = names_of(robot)
+    if sim.get("standard_topics"):
+        names = {key: name for key, name in names.items() if key == "base_frame"}
+    shipped = shipped_parameters()
+
+    def is_set(node: str, key: str) -> bool:
+        """Return whether a file gives a value that is not the shipped one."""
+        return bool(parameters.get(node, {}).get(key) != shipped.get(node, {}).get(key))
+
+    own = {
+        node: {key: value for key, value in values.items() if not is_set(node, key)}
+        for node, values in of_names(names, groups, parameters).items()
+    }
+    for node, prefix in _OUTLINES.items():
+        values = merged(parameters, own).get(node, {})
+        frame = values.get(f"{prefix}robot_base_frame") or "base_link"
+        if not any(is_set(node, f"{prefix}{key}") for key in _OUTLINE):
+            outline = footprint_of(robot, frame)
+            own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
+    return own

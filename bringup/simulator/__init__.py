@@ -1,1 +1,0 @@
-"""Commands to a running simulator."""
