@@ -63,7 +63,7 @@ def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -
     from bringup.terminal import show
     from bringup.viewing.browser.server import open_server
     from bringup.viewing.browser.viewer import Viewer
-    from bringup.viewing.meshes import mesh_finder
+    from bringup.viewing.drawing.visual_model import mesh_finder
     from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
     from bringup.viewing.rviz_file import read_rviz
 
@@ -98,8 +98,8 @@ def _serve_foxglove(arguments: argparse.Namespace, stopped: Callable[[], bool]) 
 
 def _serve_rerun(arguments: argparse.Namespace, stopped: Callable[[], bool]) -> None:
     from bringup.terminal import show
-    from bringup.viewing.meshes import mesh_finder
-    from bringup.viewing.rerun.live import watch
+    from bringup.viewing.drawing.visual_model import mesh_finder
+    from bringup.viewing.rerun.show import watch
 
     options.extend_search(arguments)
     watch(arguments.save, arguments.web, mesh_finder(), show, stopped)

@@ -1,9 +1,10 @@
-"""The tree of frames as plain values, and as text."""
+"""The tree of frames as plain values, as text and as a picture."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 
 @dataclass(frozen=True)
@@ -92,3 +93,55 @@ def _below(frames: Frames, name: str, indent: str) -> Iterator[str]:
         twins = f"  also under {', '.join(frame.parents[:-1])}" if frame.parents[1:] else ""
         yield f"{label:<39} {frame.facts}{twins}"
         yield from _below(frames, child, indent + ("   " if last else "│  "))
+
+
+def layout(parents: Mapping[str, str]) -> dict[str, tuple[float, float]]:
+    """Return the columns and rows of frames in a picture, each parent above its children.
+
+    Leaves are side by side; frames in a loop are left out.
+    """
+    roots = sorted(set(parents.values()) - parents.keys())
+    found: dict[str, tuple[float, float]] = {}
+    leaves = iter(range(len(parents) + len(roots)))
+
+    def place(frame: str, depth: int) -> float:
+        children = sorted(child for child in parents if parents[child] == frame)
+        columns = [place(child, depth + 1) for child in children]
+        column = sum(columns) / len(columns) if columns else float(next(leaves))
+        found[frame] = (column, -float(depth))
+        return column
+
+    for root in roots:
+        place(root, 0)
+    return found
+
+
+def draw_tree(path: Path, parents: Mapping[str, str], labels: Mapping[str, str]) -> None:
+    """Write a picture of a tree.
+
+    Args:
+        path: The file; its ending says the format.
+        parents: The parent of each frame.
+        labels: What to write on the edge from each frame's parent.
+    """
+    from matplotlib.figure import Figure
+
+    at = layout(parents)
+    columns = 1 + max((column for column, _ in at.values()), default=0.0)
+    rows = 1 - min((row for _, row in at.values()), default=0.0)
+    figure = Figure(figsize=(max(2.6 * columns, 5.0), max(1.4 * rows, 3.0)))  # [inch]
+    axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))
+    axes.set_axis_off()
+    axes.set_xlim(-0.6, columns - 0.4)
+    axes.set_ylim(-rows + 0.6, 0.4)
+    box = {"boxstyle": "round", "facecolor": "white", "edgecolor": "black"}
+    edge = {"boxstyle": "round", "facecolor": "white", "edgecolor": "none", "pad": 0.1}
+    for child, (x1, y1) in at.items():
+        if child in parents:
+            x0, y0 = at[parents[child]]
+            axes.plot((x0, x1), (y0, y1), color="0.6", zorder=0)
+            middle = ((x0 + x1) / 2, (y0 + y1) / 2)
+            axes.text(*middle, labels[child], fontsize=6, ha="center", va="center", bbox=edge)
+    for frame, (x, y) in at.items():
+        axes.text(x, y, frame, ha="center", va="center", bbox=box, fontsize=8)
+    figure.savefig(path, dpi=110)

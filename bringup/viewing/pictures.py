@@ -12,15 +12,13 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
-from bringup.viewing.still import Still
+from bringup.viewing.snapshot import Snapshot
 
 mpl.use("Agg")
-_LEAP = 0.1
-_UNKNOWN, _FREE, _OCCUPIED = 0.8, 1.0, 0.0
 
 
 def _draw_map(figure: Figure, grid: OccupancyGrid, title: str) -> mpl.axes.Axes:
-    shades = np.select([grid.occupied(), grid.free()], [_OCCUPIED, _FREE], _UNKNOWN)
+    shades = np.select([grid.occupied(), grid.free()], [0.0, 1.0], 0.8)
     frame = grid.frame
     right = frame.origin.x + frame.width * frame.resolution
     top = frame.origin.y + frame.height * frame.resolution
@@ -50,7 +48,7 @@ def draw_map(path: Path, grid: OccupancyGrid) -> None:
     _save(figure, path)
 
 
-def _broken_at_leaps(points: NDArray[np.float64], leap: float = _LEAP) -> NDArray[np.float64]:
+def _broken_at_leaps(points: NDArray[np.float64], leap: float = 0.1) -> NDArray[np.float64]:
     """Put a gap where the robot was carried, so that no line is drawn there."""
     leaps = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) > leap) + 1
     return np.insert(points, leaps, np.nan, axis=0)
@@ -71,7 +69,7 @@ def draw_trajectory(
         goals: x, y, yaw [m, m, rad] and whether it was reached.
     """
     figure = Figure(figsize=(7.5, 7.5))
-    axes = _draw_map(figure, grid, "Where the robot was, and where it believed to be")
+    axes = _draw_map(figure, grid, "The robot's path, true and estimated")
     axes.plot(*_broken_at_leaps(table[:, 1:3]).T, color="tab:green", lw=2.5, label="true")
     axes.plot(*_broken_at_leaps(table[:, 4:6]).T, color="tab:blue", lw=1.0, label="estimated")
     for number, (x, y, yaw, reached) in enumerate(goals, 1):
@@ -100,30 +98,30 @@ def draw_path(path: Path, grid: OccupancyGrid, poses: NDArray[np.float64]) -> No
     _save(figure, path)
 
 
-def draw_still(path: Path, still: Still) -> None:
+def draw_snapshot(path: Path, snapshot: Snapshot) -> None:
     """Write a picture of a recording's moment."""
     figure = Figure(figsize=(9.0, 9.0))
-    title = f"The robot after {still.time:.1f} s"
-    if still.grid is not None:
-        axes = _draw_map(figure, still.grid, title)
+    title = f"The robot after {snapshot.time:.1f} s"
+    if snapshot.grid is not None:
+        axes = _draw_map(figure, snapshot.grid, title)
     else:
         axes = figure.add_subplot()
         axes.set(xlabel="x [m]", ylabel="y [m]", title=title, aspect="equal")
     for trail, colour, width, label in (
-        (still.true, "tab:green", 2.5, "true"),
-        (still.believed, "tab:blue", 1.0, "believed"),
-        (still.plan, "tab:purple", 1.5, "plan"),
+        (snapshot.true, "tab:green", 2.5, "true"),
+        (snapshot.believed, "tab:blue", 1.0, "believed"),
+        (snapshot.plan, "tab:purple", 1.5, "plan"),
     ):
         if len(trail):
             axes.plot(
                 *_broken_at_leaps(np.array(trail), 0.3).T, color=colour, lw=width, label=label
             )
-    if len(still.scan):
-        axes.plot(*still.scan.T, ".", color="tab:red", ms=4, label="scan")
-    for pose, colour in [(goal, "tab:orange") for goal in still.goals]:
-        _draw_pose(axes, pose, colour)
-    if still.robot is not None:
-        _draw_pose(axes, still.robot, "black")
+    if len(snapshot.scan):
+        axes.plot(*snapshot.scan.T, ".", color="tab:red", ms=4, label="scan")
+    for goal in snapshot.goals:
+        _draw_pose(axes, goal, "tab:orange")
+    if snapshot.robot is not None:
+        _draw_pose(axes, snapshot.robot, "black")
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper right")
     _save(figure, path)

@@ -69,8 +69,8 @@ BRINGUP_WITHOUT_ROS = (
     *("client/waypoints.py", "viewing/drawing/"),
     *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/restart.py"),
     *("recording/bags/", "recording/loss.py", "recording/playback.py", "recording/selection.py"),
-    *("viewing/still.py", "viewing/meshes.py", "viewing/drawing/", "viewing/rerun/replay.py"),
-    *("viewing/rerun/scene.py", "viewing/rerun/shapes.py", "viewing/rerun/stream.py"),
+    *("viewing/snapshot.py", "viewing/rerun/scene.py", "viewing/rerun/shapes.py"),
+    *("viewing/rerun/series.py", "viewing/rerun/stream.py"),
     *(
         "processes/child.py",
         "processes/fork.py",
@@ -83,7 +83,7 @@ BRINGUP_WITHOUT_ROS = (
     *("doctor/checks/", "doctor/finding.py", "doctor/fit.py", "doctor/guides.py"),
     *("doctor/machine.py", "doctor/processes.py", "doctor/report.py", "doctor/snapshot.py"),
     *("doctor/table.py", "client/endpoint.py"),
-    *("parameters/listing.py", "viewing/frame_tree.py", "viewing/frame_picture.py", "lessons/"),
+    *("parameters/listing.py", "viewing/frame_tree.py", "lessons/"),
 )
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "mujoco": ("arjuna_sim/physics/", "arjuna_sim/devices/", "arjuna_sim/simulator.py"),

@@ -34,14 +34,14 @@ def run(arguments: argparse.Namespace) -> int:
 
     bag = Bag(arguments.file)
     if arguments.picture is not None:
-        from bringup.viewing.pictures import draw_still
-        from bringup.viewing.still import still_of
+        from bringup.viewing.pictures import draw_snapshot
+        from bringup.viewing.snapshot import snapshot_of
 
-        draw_still(arguments.picture, still_of(bag, arguments.at))
+        draw_snapshot(arguments.picture, snapshot_of(bag, arguments.at))
         show(f"{arguments.picture} shows the recording")
     if arguments.save is not None or arguments.picture is None:
-        from bringup.viewing.meshes import mesh_finder
-        from bringup.viewing.rerun.replay import replay
+        from bringup.viewing.drawing.visual_model import mesh_finder
+        from bringup.viewing.rerun.show import replay
 
         options.extend_search(arguments)
         replay(bag, arguments.save, arguments.web, mesh_finder(), show)

@@ -53,7 +53,7 @@ def _draw(path: Path, frames: Frames) -> None:
         InputFileError: The file cannot be written.
     """
     from arjuna_core.errors import InputFileError
-    from bringup.viewing.frame_picture import draw_tree
+    from bringup.viewing.frame_tree import draw_tree
 
     parents = {name: frame.parent for name, frame in frames.items()}
     try:

@@ -1,18 +1,18 @@
-"""The tool in hand: clicks and drags on the ground become wishes."""
+"""The pointer on the ground while a tool is in hand, and the pose that it draws."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import viser
 
-from bringup.viewing.drawing.ground import on_ground
-from bringup.viewing.drawing.wishes import Pointed, Tool, Wish
+from arjuna_core.se2 import SE2
 
-_HALF = 500.0  # [m] of ground to each side
-_BELOW = -0.02  # so that it hides nothing
+Point3 = tuple[float, float, float]
+Point2 = tuple[float, float]
 
 
 class Pointer:
@@ -20,13 +20,21 @@ class Pointer:
 
     Args:
         server: viser's server.
-        wish: Takes a wish; must not block.
+        pointed: Takes start and end of a click or drag [m]; must not block.
+        half: Ground to each side [m].
+        below: Height at which it hides nothing [m].
     """
 
-    def __init__(self, server: viser.ViserServer, wish: Callable[[Wish], None]) -> None:
-        self._wish = wish
-        corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32) * _HALF
-        corners[:, 2] = _BELOW
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        pointed: Callable[[Point2, Point2], None],
+        half: float = 500.0,
+        below: float = -0.02,
+    ) -> None:
+        self._pointed = pointed
+        corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32) * half
+        corners[:, 2] = below
         self._ground = server.scene.add_mesh_simple(
             "/ground",
             corners,
@@ -37,9 +45,8 @@ class Pointer:
         )
         self._held = False
 
-    def take(self, tool: Tool) -> None:
-        """Take up a tool, or lay it down."""
-        wanted = tool is not Tool.LOOK
+    def hold(self, wanted: bool) -> None:
+        """Take hold of the ground, or release it."""
         if wanted and not self._held:
             self._ground.on_drag("left")(self.on_drag)
             self._ground.on_click(self.on_click)
@@ -49,17 +56,46 @@ class Pointer:
         self._held = wanted
 
     async def on_drag(self, event: Any) -> None:
-        """Hand over where a drag began and ended; viser's end lies in the view's plane."""
+        """Report where a drag began and ended; viser's end lies in the view's plane."""
         if event.phase != "end":
             return
-        eye = tuple(float(value) for value in event.client.camera.position)
-        end = on_ground((eye[0], eye[1], eye[2]), event.end_position)
+        x, y, z = (float(value) for value in event.client.camera.position)
+        end = on_ground((x, y, z), event.end_position)
         if end is not None:
-            self._wish(Pointed((event.start_position[0], event.start_position[1]), end))
+            self._pointed((event.start_position[0], event.start_position[1]), end)
 
     async def on_click(self, event: Any) -> None:
-        """Hand over where a click was."""
-        eye, way = event.ray_origin, event.ray_direction
-        place = on_ground(eye, (eye[0] + way[0], eye[1] + way[1], eye[2] + way[2]))
-        if place is not None:
-            self._wish(Pointed(place, place))
+        """Report where a click was."""
+        eye, ray = event.ray_origin, event.ray_direction
+        point = on_ground(eye, (eye[0] + ray[0], eye[1] + ray[1], eye[2] + ray[2]))
+        if point is not None:
+            self._pointed(point, point)
+
+
+def on_ground(eye: Point3, through: Point3) -> Point2 | None:
+    """Return where a line of sight meets the ground, z = 0 [m]; None where it goes up or level.
+
+    Args:
+        eye: The camera's position [m].
+        through: Another point of the line [m].
+    """
+    down = eye[2] - through[2]
+    if eye[2] <= 0.0 or down <= 1e-9:
+        return None
+    share = eye[2] / down
+    return eye[0] + share * (through[0] - eye[0]), eye[1] + share * (through[1] - eye[1])
+
+
+def dragged_pose(start: Point2, end: Point2, robot: SE2 | None, shortest: float = 0.1) -> SE2:
+    """Return the pose that a drag draws: at its start, heading for its end.
+
+    Args:
+        start: Of the drag [m].
+        end: Of the drag [m].
+        robot: The robot, from which a mere click heads away; None where it is not known.
+        shortest: A shorter drag is a click, as in RViz [m].
+    """
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    if math.hypot(dx, dy) < shortest:
+        dx, dy = (1.0, 0.0) if robot is None else (start[0] - robot.x, start[1] - robot.y)
+    return SE2(*start, math.atan2(dy, dx))

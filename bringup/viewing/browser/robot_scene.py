@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import viser
 
-from bringup.viewing.browser.nodes import plain, put
+from arjuna_core.pose3 import Pose3
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.layers import LAYERS
+from bringup.viewing.drawing.values import LAYERS
 
 
 class RobotScene:
@@ -28,10 +29,10 @@ class RobotScene:
         self._axes = LAYERS["axes"].shown
         self._shown = LAYERS["robot"].shown
 
-    def wear(self, glbs: Mapping[str, bytes]) -> None:
-        """Take the looks of the robot's links."""
+    def set_links(self, glbs: Mapping[str, bytes]) -> None:
+        """Set the robot's links, each as binary glTF."""
         self._glbs = dict(glbs)
-        self._parents = {}  # built anew when it is placed next
+        self._parents = {}  # so that the next `place` builds the tree again
 
     def show(self, layer: str, shown: bool) -> None:
         """Show or hide the robot or the frames' axes."""
@@ -45,31 +46,41 @@ class RobotScene:
                 frame.show_axes = shown
 
     def place(self, frames: Frames) -> None:
-        """Move every frame to where it is in its parent."""
+        """Move every frame to its pose in its parent."""
         parents = frames.parents
         if parents != self._parents:
             self._build(frames, parents)
-        fixed = frames.fixed
         for name, handle in self._frames.items():
             if name in parents:
                 put(handle, frames.local(name))
-            elif fixed is not None and (pose := frames.pose(name)) is not None:
+            elif frames.fixed is not None and (pose := frames.pose(name)) is not None:
                 put(handle, pose)
 
     def _build(self, frames: Frames, parents: dict[str, str]) -> None:
         if "/tf" in self._frames:
             self._frames["/tf"].remove()
-        self._parents = dict(parents)
-        self._links = {}
-        self._frames = {}
+        self._parents, self._links, self._frames = dict(parents), {}, {}
         root = self._scene.add_frame("/tf", show_axes=False)
         for name in dict.fromkeys((*parents.values(), *parents)):
-            path = "/".join(["/tf", *(plain(part) for part in reversed(frames.chain(name)))])
+            path = "/".join(["/tf", *(path_part(part) for part in reversed(frames.chain(name)))])
             self._frames[name] = self._scene.add_frame(
                 path, show_axes=self._axes, axes_length=0.25, axes_radius=0.008
             )
             if name in self._glbs:
                 self._links[name] = self._scene.add_glb(
-                    f"{path}/looks", self._glbs[name], visible=self._shown
+                    f"{path}/visual", self._glbs[name], visible=self._shown
                 )
         self._frames["/tf"] = root
+
+
+def path_part(name: str) -> str:
+    """Return a name as one step of a scene node's path."""
+    return name.replace("/", "|") or "|"
+
+
+def put(handle: Any, pose: Pose3) -> None:
+    """Move a scene node, if it is elsewhere."""
+    if not np.allclose(handle.position, pose.position, rtol=0.0, atol=1e-4):
+        handle.position = pose.position
+    if not np.allclose(handle.wxyz, pose.quaternion, rtol=0.0, atol=1e-4):
+        handle.wxyz = pose.quaternion

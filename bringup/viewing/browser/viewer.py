@@ -4,32 +4,27 @@ from __future__ import annotations
 
 import queue
 import time
-from collections.abc import Collection
+from collections.abc import Callable, Collection
+from functools import partial
 from typing import Any
 
 import viser
 
-from arjuna_core.se2 import SE2
-from bringup.viewing.browser.panel import Panel
-from bringup.viewing.browser.pointer import Pointer
+from arjuna_core.pixels import pixels
+from bringup.viewing.browser.panel import Panel, Tool
+from bringup.viewing.browser.pointer import Point2, Pointer, dragged_pose
 from bringup.viewing.browser.robot_scene import RobotScene
 from bringup.viewing.browser.scene import Scene
-from bringup.viewing.drawing import camera, looks, shapes, wishes
-from bringup.viewing.drawing.ground import dragged_pose, heading_to
-from bringup.viewing.drawing.layers import LAYERS
-from bringup.viewing.drawing.status import nodes_text
-from bringup.viewing.drawing.values import Arrows, Drawing
-from bringup.viewing.drawing.wishes import Tool, Wish
+from bringup.viewing.drawing import visual_model
+from bringup.viewing.drawing.messages import goal_arrow
+from bringup.viewing.drawing.values import LAYERS, Drawing
+from bringup.viewing.robot.managed import nodes_text
 from bringup.viewing.robot.robot_side import RobotSide
-from bringup.viewing.robot.topics import GOAL_COLOUR, GOAL_LENGTH, TOPICS
-
-PERIOD = 0.1
-"""Time between two pictures [s]."""
-_REST = 0.5  # how long to wait for a viewer before looking whether to stop [s]
+from bringup.viewing.robot.topics import TOPICS
 
 
 class Viewer:
-    """Shows a robot to browsers and does what they ask for.
+    """Shows a robot to browsers and does what their users ask for.
 
     Args:
         server: viser's server.
@@ -42,18 +37,18 @@ class Viewer:
         self,
         server: viser.ViserServer,
         robot: RobotSide,
-        find_mesh: looks.FindMesh,
+        find_mesh: visual_model.FindMesh,
         shown: Collection[str] | None = None,
     ) -> None:
         self._robot = robot
         self._find_mesh = find_mesh
-        self.wishes: queue.SimpleQueue[Wish] = queue.SimpleQueue()
+        self._calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._scene = Scene(server)
         self._body = RobotScene(server)
         usual = {name for name, layer in LAYERS.items() if layer.shown}
         self._shown = usual if shown is None else set(shown)
-        self._panel = Panel(server, self.wishes.put, self._shown)
-        self._pointer = Pointer(server, self.wishes.put)
+        self._panel = Panel(server, robot, self._queue, self._take, self._toggle, self._shown)
+        self._pointer = Pointer(server, partial(self._queue, self._point))
         self._tool = Tool.LOOK
         self._base = ""
         self._waiting: dict[str, Any] = {}
@@ -67,21 +62,24 @@ class Viewer:
         server.on_client_connect(self._on_viewers)
         server.on_client_disconnect(self._on_viewers)
 
-    async def _on_viewers(self, client: Any) -> None:
-        self.wishes.put(wishes.Viewers(len(self._server.get_clients())))
+    def _queue(self, function: Callable[..., None], *values: Any) -> None:
+        self._calls.put(partial(function, *values))
 
-    def step(self, period: float = PERIOD) -> None:
-        """Do one period's work [s], or wait for a viewer or a wish."""
+    async def _on_viewers(self, client: Any) -> None:
+        self._queue(self._count_viewers, len(self._server.get_clients()))
+
+    def step(self, period: float = 0.1, rest: float = 0.5) -> None:
+        """Do one period's work [s]; where nobody looks, wait up to a rest [s] for a viewer."""
         if self._viewers == 0:
             try:
-                self._grant(self.wishes.get(timeout=_REST))
+                self._calls.get(timeout=rest)()
             except queue.Empty:
                 return
         now = time.monotonic()
         self._due = max(self._due + period, now)
         self._robot.spin(self._due)
-        while not self.wishes.empty():
-            self._grant(self.wishes.get())
+        while not self._calls.empty():
+            self._calls.get()()
         if self._viewers > 0:
             with self._server.atomic():
                 self._draw()
@@ -97,90 +95,72 @@ class Viewer:
         self._scene.place(self._robot.frames)
         self._body.place(self._robot.frames)
         managed = self._robot.managed
-        nodes = "\n\n".join(filter(None, (managed.said, nodes_text(managed.states))))
-        self._panel.say(self._robot.navigation.state.text(), nodes)
+        nodes = "\n\n".join(filter(None, (managed.report, nodes_text(managed.states))))
+        self._panel.show_state(self._robot.navigation.state.text(), nodes)
 
     def _is_placed(self, item: Any) -> bool:
-        """Tell whether the transforms have come to where a drawing's stamp is."""
+        """Return whether the transforms have come to a drawing's stamp."""
         frames = self._robot.frames
         stamped = isinstance(item, Drawing) and item.stamp is not None
         return not stamped or frames.pose(item.frame, item.stamp) is not None
 
     def _show(self, key: str, item: Any) -> None:
-        """Draw what came on a topic."""
+        """Draw the message of a topic."""
         if key == "robot":
-            self._dress(item.data)
+            self._set_robot(item.data)
         elif key == "camera":
-            picture = (item.encoding, item.height, item.width, item.step, bytes(item.data))
-            self._panel.picture(camera.pixels(*picture))
+            image = (item.encoding, item.height, item.width, item.step, bytes(item.data))
+            self._panel.picture(pixels(*image, widest=320))
         else:
             self._scene.draw(TOPICS[key].layer, key, item)
             if key == "map":
                 self._scene.look_at(item.pose.planar(), item.size)
 
-    def _dress(self, description: str) -> None:
-        """Give the robot its looks."""
+    def _set_robot(self, description: str) -> None:
         logger = self._robot.node.get_logger()
         try:
-            found = looks.read(description, self._find_mesh)
-        except looks.LooksError as error:
+            model = visual_model.read(description, self._find_mesh)
+        except visual_model.VisualError as error:
             logger.warning(str(error))
             return
-        for note in found.notes:
+        for note in model.notes:
             logger.warning(note)
-        self._base = found.root
-        self._body.wear(found.glbs)
+        self._base = model.root
+        self._body.set_links(model.glbs)
 
-    def _grant(self, wish: Wish) -> None:
-        """Do what was asked for."""
-        if isinstance(wish, wishes.Viewers):
-            self._viewers = wish.count
-            self._listen()
-        elif isinstance(wish, wishes.Show):
-            self._toggle(wish)
-        elif isinstance(wish, wishes.Take):
-            self._take(wish.tool)
-        elif isinstance(wish, wishes.Pointed):
-            self._point(wish)
-        else:
-            self._robot.act(wish, time.monotonic())
+    def _count_viewers(self, count: int) -> None:
+        self._viewers = count
+        self._listen()
 
     def _listen(self) -> None:
-        """Hear what is shown, as long as somebody looks; the frames always."""
+        """Subscribe to what is shown, as long as somebody looks; to the frames always."""
         self._robot.listen(self._shown | {"axes"} if self._viewers else ())
 
-    def _toggle(self, wish: wishes.Show) -> None:
-        (self._shown.add if wish.shown else self._shown.discard)(wish.layer)
-        self._scene.show(wish.layer, wish.shown)
-        self._body.show(wish.layer, wish.shown)
-        if wish.layer == "camera":
-            self._panel.show_camera(wish.shown)
+    def _toggle(self, layer: str, shown: bool) -> None:
+        (self._shown.add if shown else self._shown.discard)(layer)
+        self._scene.show(layer, shown)
+        self._body.show(layer, shown)
+        if layer == "camera":
+            self._panel.show_camera(shown)
         self._listen()
 
     def _take(self, tool: Tool) -> None:
         self._tool = tool
-        self._pointer.take(tool)
+        self._pointer.hold(tool is not Tool.LOOK)
         self._panel.hint(tool)
 
-    def _point(self, pointed: wishes.Pointed) -> None:
+    def _point(self, start: Point2, end: Point2) -> None:
         """Use the tool in hand where the ground was pointed at, and lay it down."""
         robot = self._robot.frames.pose(self._base)
-        heading = heading_to(robot.planar() if robot else None, pointed.start)
-        pose = dragged_pose(pointed.start, pointed.end, heading)
-        made: dict[Tool, Wish] = {
-            Tool.GOAL: wishes.Goal(pose),
-            Tool.POSE: wishes.PoseEstimate(pose),
-            Tool.POINT: wishes.GroundPoint(pose.x, pose.y),
+        pose = dragged_pose(start, end, robot.planar() if robot else None)
+        uses = {
+            Tool.GOAL: self._robot.send_goal,
+            Tool.POSE: self._robot.estimate,
+            Tool.POINT: self._robot.publish_point,
         }
-        if self._tool in made:
-            self._robot.act(made[self._tool], time.monotonic())
-        if self._tool is Tool.GOAL:
-            self._mark(pose)
-        self._take(Tool.LOOK)
-
-    def _mark(self, goal: SE2) -> None:
+        if self._tool in uses:
+            uses[self._tool](pose)
         frame = self._robot.frames.fixed
-        if frame is not None:
-            segments = shapes.arrow(goal, GOAL_LENGTH, 0.06)
-            arrow = Arrows(frame=frame, segments=segments, colour=GOAL_COLOUR)
-            self._scene.draw("goals", "goal", arrow)
+        if self._tool is Tool.GOAL and frame is not None:
+            self._scene.draw("goals", "goal", goal_arrow(pose, frame))
+        self._take(Tool.LOOK)

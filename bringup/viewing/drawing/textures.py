@@ -14,27 +14,35 @@ from arjuna_core.grid import OccupancyGrid
 
 MAX_TEXTURE = 4096
 """What every browser's WebGL takes as edge of a texture [pixels]; larger grids are thinned."""
-_SHARP, _MAX_ENLARGEMENT = 800, 4  # pixels to aim at, and per cell
-_NEAREST, _CLAMP = 9728, 33071  # the cells stay sharp
+
+# glTF 2.0, sections 4.4 and 5, after OpenGL
 _GLB, _JSON, _BIN = 0x46546C67, 0x4E4F534A, 0x004E4942
+_NEAREST, _CLAMP = 9728, 33071
 _FLOAT, _SHORT, _TRIANGLES = 5126, 5123, 4
 
-Palette = NDArray[np.uint8]
-"""`(256, 4)` red, green, blue and opacity of a cell's value, taken as uint8 (-1 is 255)."""
+
+def map_glb(grid: OccupancyGrid, width: float, height: float) -> bytes:
+    """Return a map in RViz's colours as a rectangle of a size [m], binary glTF.
+
+    Free is light, occupied black, unknown a greenish grey.
+    """
+    palette = np.full((256, 3), (128, 144, 140), dtype=np.uint8)
+    palette[:101] = np.linspace(250, 0, 101)[:, None]
+    image = Image.fromarray(np.ascontiguousarray(thinned(grid.data)[::-1]).view(np.uint8))
+    image.putpalette(palette.tobytes())
+    out = io.BytesIO()
+    image.save(out, "png", compress_level=3)
+    return rectangle_glb(out.getvalue(), width, height)
 
 
-def map_palette() -> Palette:
-    """Return RViz's map colours: free light, occupied black, unknown a greenish grey."""
-    palette = np.full((256, 4), 255, dtype=np.uint8)
-    palette[:101, :3] = np.linspace(250, 0, 101)[:, None]
-    palette[101:, :3] = (128, 144, 140)
-    return palette
+def cost_pixels(grid: OccupancyGrid, opacity: float) -> NDArray[np.uint8]:
+    """Return costs in RViz's colours, `(rows, columns, 4) uint8`, the lowest row first.
 
-
-def costmap_palette(opacity: float) -> Palette:
-    """Return RViz's costmap colours: free and unknown clear, blue to red, cyan, then magenta.
+    Free and unknown are clear; costs go from blue to red, then cyan and magenta. A small grid is
+    enlarged: a browser smooths pictures over their pixels, not over their cells.
 
     Args:
+        grid: The costs.
         opacity: Of what is not clear, 0 to 1.
     """
     palette = np.zeros((256, 4), dtype=np.uint8)
@@ -43,27 +51,9 @@ def costmap_palette(opacity: float) -> Palette:
     palette[99, :3] = (0, 255, 255)  # the robot's centre must not be here
     palette[100, :3] = (255, 0, 255)
     palette[1:101, 3] = round(255 * opacity)
-    return palette
-
-
-def grid_png(grid: OccupancyGrid, palette: Palette) -> bytes:
-    """Return a grid as a PNG, its highest row first."""
-    image = Image.fromarray(np.ascontiguousarray(thinned(grid.data)[::-1]).view(np.uint8))
-    image.putpalette(palette[:, :3].tobytes())
-    out = io.BytesIO()
-    image.save(out, "png", compress_level=3)
-    return out.getvalue()
-
-
-def grid_pixels(grid: OccupancyGrid, palette: Palette) -> NDArray[np.uint8]:
-    """Return a grid as `(rows, columns, 4) uint8`, its lowest row first.
-
-    A small one is enlarged: a browser smooths pictures over their pixels, not over their cells.
-    """
     data = thinned(grid.data)
-    times = min(max(_SHARP // max(data.shape), 1), _MAX_ENLARGEMENT)
-    enlarged = np.repeat(np.repeat(data, times, axis=0), times, axis=1)
-    return palette[enlarged.view(np.uint8)]
+    times = min(max(800 // max(data.shape), 1), 4)
+    return palette[np.repeat(np.repeat(data, times, axis=0), times, axis=1).view(np.uint8)]
 
 
 def thinned(data: NDArray[np.int8]) -> NDArray[np.int8]:
@@ -79,8 +69,8 @@ def thinned(data: NDArray[np.int8]) -> NDArray[np.int8]:
 def rectangle_glb(png: bytes, width: float, height: float) -> bytes:
     """Return a rectangle in the ground plane that shows a picture, as binary glTF 2.0.
 
-    glTF says what viser's own image cannot: that nothing shines through, so that it is drawn
-    before all that is see-through; no light; sharp cells.
+    Unlike viser's own image it is opaque, so that it is drawn before all that is see-through,
+    unlit, and its cells are sharp.
 
     Args:
         png: The picture.
@@ -88,9 +78,9 @@ def rectangle_glb(png: bytes, width: float, height: float) -> bytes:
         height: Along y, from the origin [m].
     """
     corners = np.array([[0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0]], np.float32)
-    places = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
+    texture = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
     faces = np.array([0, 1, 2, 0, 2, 3], np.uint16)
-    parts = [corners.tobytes(), places.tobytes(), faces.tobytes(), png]
+    parts = [corners.tobytes(), texture.tobytes(), faces.tobytes(), png]
     views, start = [], 0
     for part in parts:
         views.append({"buffer": 0, "byteOffset": start, "byteLength": len(part)})

@@ -1,15 +1,42 @@
-"""What can be drawn, as plain values: each is placed in a frame, at a time or as it moves."""
+"""Drawings as plain values, each in a frame, at a time or as the frame moves; and their layers."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.grid import OccupancyGrid
 from arjuna_core.pose3 import ORIGIN, Pose3
 
 Colour = tuple[int, int, int]
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A part of the picture that can be shown or hidden; `shown` is whether it is at first."""
+
+    label: str
+    shown: bool = True
+
+
+LAYERS = {
+    "robot": Layer("Robot"),
+    "map": Layer("Map"),
+    "scan": Layer("Laser scan"),
+    "global_costmap": Layer("Global costmap", shown=False),
+    "local_costmap": Layer("Local costmap"),
+    "particles": Layer("Particles and covariance"),
+    "global_path": Layer("Global path"),
+    "local_path": Layer("Local path"),
+    "goals": Layer("Goals"),
+    "people": Layer("People and boxes", shown=False),
+    "axes": Layer("TF axes", shown=False),
+    "camera": Layer("Camera", shown=False),
+}
+"""The layers, in the order of the panel."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +45,7 @@ class Drawing:
 
     Attributes:
         frame: The frame it is in.
-        stamp: The time [s] at which it was there; None where it moves with the frame.
+        stamp: The time at which it was there [s]; None where it moves with the frame.
         pose: Its pose in the frame.
     """
 
@@ -28,86 +55,66 @@ class Drawing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Picture(Drawing):
-    """A picture of the ground, below all else.
+class Grid(Drawing):
+    """A map, or a see-through costmap; `pose` is that of its lower-left corner.
 
     Attributes:
-        glb: A textured rectangle as binary glTF, from the origin on.
-        size: Its width and height [m].
+        grid: The cells.
+        opacity: Of the costs, 0 to 1; None for a map.
     """
 
-    glb: bytes
-    size: tuple[float, float]
+    grid: OccupancyGrid
+    opacity: float | None = None
 
-
-@dataclass(frozen=True, kw_only=True)
-class Overlay(Drawing):
-    """A see-through picture that lies over the ground, in the middle of its place.
-
-    Attributes:
-        pixels: `(rows, columns, 4) uint8`, red, green, blue and opacity, the lowest row first.
-        size: Its width and height [m].
-    """
-
-    pixels: NDArray[np.uint8]
-    size: tuple[float, float]
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height [m]."""
+        frame = self.grid.frame
+        return frame.width * frame.resolution, frame.height * frame.resolution
 
 
 @dataclass(frozen=True, kw_only=True)
 class Points(Drawing):
-    """A cloud of points.
+    """A cloud of points `(N, 3) float32` [m], each of a size [m]."""
 
-    Attributes:
-        points: `(N, 3) float32` [m].
-        colour: Red, green and blue, 0 to 255.
-        size: Their size [m].
-    """
-
-    points: NDArray[np.float32]
+    points: Floats
     colour: Colour
-    size: float
+    size: float = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
-class Lines(Drawing):
-    """Line segments.
+class Line(Drawing):
+    """A line from point to point, `(N, 3) float32` [m]; its width is of the screen [pixels]."""
 
-    Attributes:
-        segments: `(N, 2, 3) float32`, start and end [m].
-        colour: Red, green and blue, 0 to 255.
-        width: Their width on the screen [pixels].
-    """
-
-    segments: NDArray[np.float32]
+    points: Floats
     colour: Colour
     width: float = 3.0
+
+    @property
+    def segments(self) -> Floats:
+        """The pieces between neighbours, `(N - 1, 2, 3) float32`."""
+        return np.stack([self.points[:-1], self.points[1:]], axis=1)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Arrows(Drawing):
-    """Arrows.
+    """Arrows `(N, 2, 3) float32` from tail to tip [m]; their width is that of the shafts [m]."""
 
-    Attributes:
-        segments: `(N, 2, 3) float32`, tail and tip [m].
-        colour: Red, green and blue, 0 to 255.
-        width: Diameter of their shafts [m].
-    """
-
-    segments: NDArray[np.float32]
+    segments: Floats
     colour: Colour
     width: float = 0.06
 
 
 @dataclass(frozen=True)
 class Body:
-    """A person or a box.
+    """A person, drawn round, or a box.
 
     Attributes:
         name: Its name.
-        pose: Where the middle of its bounding box is, in the drawing's frame.
+        pose: Pose of the middle of its bounding box in the drawing's frame.
         size: Edges of its bounding box [m].
         colour: Red, green and blue, 0 to 255.
-        person: Whether it is drawn round.
+        person: Whether it is a person.
     """
 
     name: str
@@ -119,6 +126,6 @@ class Body:
 
 @dataclass(frozen=True, kw_only=True)
 class Bodies(Drawing):
-    """What stands and walks around the robot."""
+    """Whatever stands and walks around the robot."""
 
-    bodies: tuple[Body, ...] = field(default_factory=tuple)
+    bodies: tuple[Body, ...] = ()

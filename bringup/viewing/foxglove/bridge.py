@@ -4,25 +4,33 @@ from __future__ import annotations
 
 import queue
 import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import TimeoutError as TimedOut
+from typing import Any
 
 import foxglove
-from foxglove.websocket import Capability, StatusLevel
+from foxglove.websocket import (
+    Capability,
+    ChannelView,
+    Client,
+    ClientChannel,
+    Parameter,
+    ServerListener,
+    StatusLevel,
+)
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.context import new_context
-from bringup.viewing.foxglove import listener
 from bringup.viewing.foxglove.channels import Channels
-from bringup.viewing.foxglove.parameters import Parameters
+from bringup.viewing.foxglove.parameters import Parameters, Question
 from bringup.viewing.foxglove.publications import Publications
 from bringup.viewing.robot.services import Services
 
 PORT = 8765
 """Foxglove's own."""
-_LOOK_AROUND = 1.0  # between two looks at the graph [s]
-_BUSY, _IDLE = 0.02, 0.2  # how long to wait for a message before looking at the queue [s]
 
 
 class BridgeError(ArjunaError):
@@ -42,7 +50,7 @@ class Bridge:
     """
 
     def __init__(self, host: str, port: int = PORT, context: Context | None = None) -> None:
-        self._events: queue.SimpleQueue[listener.Event] = queue.SimpleQueue()
+        self._calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         scene = foxglove.Context()
         try:
             self._server = foxglove.start_server(
@@ -51,7 +59,7 @@ class Bridge:
                 port=port,
                 capabilities=[Capability.ClientPublish, Capability.Parameters],
                 supported_encodings=["cdr"],
-                server_listener=listener.Listener(self._events),
+                server_listener=_Listener(self),
                 context=scene,
             )
         except RuntimeError as error:
@@ -61,48 +69,101 @@ class Bridge:
         self._node = Node("foxglove_bridge", context=self._context, start_parameter_services=False)
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._channels = Channels(self._node, scene)
-        self._publications = Publications(self._node)
-        self._parameters = Parameters(Services(self._node))
-        self._look_at = 0.0
+        self.channels = Channels(self._node, scene)
+        self.publications = Publications(self._node)
+        self.parameters = Parameters(Services(self._node))
+        self._refresh_due = 0.0
 
     @property
     def port(self) -> int:
         """The port that is served."""
         return self._server.port
 
-    def step(self) -> None:
-        """Pass on what comes, in both directions."""
-        now = time.monotonic()
-        if now >= self._look_at:
-            self._look_at = now + _LOOK_AROUND
-            self._channels.refresh()
-        while not self._events.empty():
-            self._handle(self._events.get())
-        self._parameters.tick()
-        self._executor.spin_once(timeout_sec=_IDLE if self._channels.idle else _BUSY)
+    def queue(self, call: Callable[[], None]) -> None:
+        """Have something called by `step`; the server's threads must not touch ROS."""
+        self._calls.put(call)
 
-    def _handle(self, event: listener.Event) -> None:
-        if isinstance(event, listener.Subscribed):
-            self._channels.subscribe(event.topic)
-        elif isinstance(event, listener.Unsubscribed):
-            self._channels.unsubscribe(event.topic)
-        elif isinstance(event, listener.Advertised):
-            problem = self._publications.advertise(event)
-            if problem is not None:
-                self._node.get_logger().warning(problem)
-                self._server.publish_status(problem, StatusLevel.Warning)
-        elif isinstance(event, listener.Unadvertised):
-            self._publications.unadvertise(event.key)
-        elif isinstance(event, listener.Published):
-            self._publications.publish(event.key, event.data)
-        else:
-            self._parameters.ask(event)
+    def step(self, refresh: float = 1.0, busy: float = 0.02, idle: float = 0.2) -> None:
+        """Pass on what comes, in both directions.
+
+        Args:
+            refresh: Period between two looks at the graph [s].
+            busy: Longest wait for a message while somebody listens [s].
+            idle: The same while nobody does [s].
+        """
+        now = time.monotonic()
+        if now >= self._refresh_due:
+            self._refresh_due = now + refresh
+            self.channels.refresh()
+        while not self._calls.empty():
+            self._calls.get()()
+        self.parameters.tick()
+        self._executor.spin_once(timeout_sec=idle if self.channels.idle else busy)
+
+    def advertise(self, key: tuple[int, int], topic: str, type_name: str, encoding: str) -> None:
+        """Publish for a client on a topic from now on, or report why that is not possible."""
+        problem = self.publications.advertise(key, topic, type_name, encoding)
+        if problem is not None:
+            self._node.get_logger().warning(problem)
+            self._server.publish_status(problem, StatusLevel.Warning)
 
     def close(self) -> None:
-        """Hang up and leave the graph."""
+        """Disconnect the clients and leave the graph."""
         self._server.stop()
         self._node.destroy_node()
         self._executor.shutdown()
         if self._owned:
             self._context.shutdown()
+
+
+class _Listener(ServerListener):
+    """Queues all that clients ask for; only questions for parameters wait for their answer."""
+
+    def __init__(self, bridge: Bridge) -> None:
+        self._bridge = bridge
+
+    def _call(self, of: Callable[[Bridge], Callable[..., None]], *values: Any) -> None:
+        self._bridge.queue(lambda: of(self._bridge)(*values))
+
+    def on_subscribe(self, client: Client, channel: ChannelView) -> None:
+        self._call(lambda bridge: bridge.channels.subscribe, channel.topic)
+
+    def on_unsubscribe(self, client: Client, channel: ChannelView) -> None:
+        self._call(lambda bridge: bridge.channels.unsubscribe, channel.topic)
+
+    def on_client_advertise(self, client: Client, channel: ClientChannel) -> None:
+        named = (channel.topic, channel.schema_name, channel.encoding)
+        self._call(lambda bridge: bridge.advertise, (client.id, channel.id), *named)
+
+    def on_client_unadvertise(self, client: Client, client_channel_id: int) -> None:
+        self._call(lambda bridge: bridge.publications.unadvertise, (client.id, client_channel_id))
+
+    def on_message_data(self, client: Client, client_channel_id: int, data: bytes) -> None:
+        key = (client.id, client_channel_id)
+        self._call(lambda bridge: bridge.publications.publish, key, data)
+
+    def on_get_parameters(
+        self, client: Client, param_names: list[str], request_id: str | None = None
+    ) -> list[Parameter]:
+        return self._ask(Question(tuple(param_names)))
+
+    def on_set_parameters(
+        self, client: Client, parameters: list[Parameter], request_id: str | None = None
+    ) -> list[Parameter]:
+        values = {item.name: item.get_value() for item in parameters}
+        return self._ask(Question(tuple(values), values))
+
+    def _ask(self, question: Question) -> list[Parameter]:
+        """Return parameters' values; those that do not come in time are left out."""
+        self._call(lambda bridge: bridge.parameters.ask, question)
+        try:
+            found = question.answer.result(timeout=5.0)
+        except TimedOut:
+            return []
+        return [Parameter(name, value=_native(value)) for name, value in found.items()]
+
+
+def _native(value: Any) -> Any:
+    """Return a parameter's value as Foxglove takes it."""
+    sequence = isinstance(value, Sequence) and not isinstance(value, str | bytes)
+    return list(value) if sequence else value

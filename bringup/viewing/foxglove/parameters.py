@@ -4,31 +4,34 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any
 
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
 
-from bringup.viewing.foxglove.listener import ParametersWanted
 from bringup.viewing.robot.services import Services
 
-_DEADLINE = 3.0
+_DEADLINE = 3.0  # of a node's answer [s]
 _SUFFIX = "/list_parameters"
 
 
-class _Job:
-    """A question under way: how many nodes have yet to answer.
+class Question:
+    """A client's question for parameters, all where it names none, perhaps after setting them.
 
     Args:
-        wanted: The question.
-        now: When it came [s, monotonic].
+        names: `/node.parameter`.
+        values: Values to set before, by name.
+
+    Attributes:
+        answer: Takes the values, by name.
     """
 
-    def __init__(self, wanted: ParametersWanted, now: float) -> None:
-        self.wanted = wanted
-        self.open = 0
-        self.end = now + _DEADLINE
-        self.values: dict[str, Any] = {}
+    def __init__(self, names: tuple[str, ...], values: dict[str, Any] | None = None) -> None:
+        self.names, self.values = names, values or {}
+        self.answer: Future[dict[str, Any]] = Future()
+        self.pending, self.found = 0, dict[str, Any]()
+        self.end = time.monotonic() + _DEADLINE
 
 
 class Parameters:
@@ -40,65 +43,63 @@ class Parameters:
 
     def __init__(self, services: Services) -> None:
         self._services = services
-        self._jobs: list[_Job] = []
+        self._questions: list[Question] = []
 
-    def ask(self, wanted: ParametersWanted) -> None:
+    def ask(self, question: Question) -> None:
         """Set and get parameters; the answer comes when all nodes have answered, or late."""
-        job = _Job(wanted, time.monotonic())
-        self._jobs.append(job)
-        if wanted.names:
-            for node, names in _by_node(wanted.names).items():
-                self._set_then_get(job, node, names)
+        self._questions.append(question)
+        if question.names:
+            for node, names in _by_node(question.names).items():
+                self._set_then_get(question, node, names)
         else:
             for service in self._services.of_type("rcl_interfaces/srv/ListParameters"):
-                self._list_then_get(job, service.removesuffix(_SUFFIX))
+                self._list_then_get(question, service.removesuffix(_SUFFIX))
 
     def tick(self) -> None:
         """Answer the questions that are complete or late."""
         now = time.monotonic()
-        for job in [job for job in self._jobs if job.open == 0 or now > job.end]:
-            self._jobs.remove(job)
-            job.wanted.answer.set_result(job.values)
+        for question in [q for q in self._questions if q.pending == 0 or now > q.end]:
+            self._questions.remove(question)
+            question.answer.set_result(question.found)
 
-    def _list_then_get(self, job: _Job, node: str) -> None:
+    def _list_then_get(self, question: Question, node: str) -> None:
         self._call(
-            *(job, ListParameters, f"{node}{_SUFFIX}", ListParameters.Request()),
-            lambda response: self._get(job, node, list(response.result.names)),
+            *(question, ListParameters, f"{node}{_SUFFIX}", ListParameters.Request()),
+            lambda response: self._get(question, node, list(response.result.names)),
         )
 
-    def _set_then_get(self, job: _Job, node: str, names: list[str]) -> None:
-        given = {
-            n: job.wanted.values[f"{node}.{n}"] for n in names if f"{node}.{n}" in job.wanted.values
-        }
+    def _set_then_get(self, question: Question, node: str, names: list[str]) -> None:
+        full = {name: f"{node}.{name}" for name in names}
+        given = {n: question.values[f] for n, f in full.items() if f in question.values}
         if not given:
-            self._get(job, node, names)
+            self._get(question, node, names)
             return
         messages = [
             Parameter(name, value=value).to_parameter_msg() for name, value in given.items()
         ]
         self._call(
-            *(job, SetParameters, f"{node}/set_parameters"),
+            *(question, SetParameters, f"{node}/set_parameters"),
             SetParameters.Request(parameters=messages),
-            lambda response: self._get(job, node, names),
+            lambda response: self._get(question, node, names),
         )
 
-    def _get(self, job: _Job, node: str, names: list[str]) -> None:
+    def _get(self, question: Question, node: str, names: list[str]) -> None:
         def take(response: Any) -> None:
             for name, value in zip(names, response.values, strict=False):
-                job.values[f"{node}.{name}"] = parameter_value_to_python(value)
+                question.found[f"{node}.{name}"] = parameter_value_to_python(value)
 
         request = GetParameters.Request(names=names)
-        self._call(job, GetParameters, f"{node}/get_parameters", request, take)
+        self._call(question, GetParameters, f"{node}/get_parameters", request, take)
 
     def _call(
-        self, job: _Job, kind: Any, name: str, request: Any, then: Callable[[Any], None]
+        self, question: Question, kind: Any, name: str, request: Any, then: Callable[[Any], None]
     ) -> None:
         def answered(response: Any) -> None:
             then(response)
-            job.open -= 1
+            question.pending -= 1
 
         if self._services.ask(kind, name, request, answered, _DEADLINE):
-            job.open += 1
+            question.pending += 1
 
 
 def _by_node(names: tuple[str, ...]) -> dict[str, list[str]]:

@@ -9,7 +9,6 @@ from rclpy.node import Node
 
 from arjuna_core.ros import qos
 from bringup.viewing.foxglove.channels import message_type
-from bringup.viewing.foxglove.listener import Advertised
 
 _LITTLE_ENDIAN_CDR = b"\x00\x01"
 
@@ -25,16 +24,26 @@ class Publications:
         self._node = node
         self._publishers: dict[tuple[int, int], Any] = {}
 
-    def advertise(self, channel: Advertised) -> str | None:
-        """Make a publisher; return what is wrong with the channel, if anything."""
-        if channel.encoding != "cdr":
-            return f"{channel.topic}: encoding '{channel.encoding}' is not taken; valid: cdr"
+    def advertise(
+        self, key: tuple[int, int], topic: str, type_name: str, encoding: str
+    ) -> str | None:
+        """Make a publisher for a client's channel; return why that is not possible, if so.
+
+        Args:
+            key: Names the channel.
+            topic: The topic.
+            type_name: `package/msg/Name` or, as in ROS 1, `package/Name`.
+            encoding: Of the messages.
+        """
+        if encoding != "cdr":
+            return f"{topic}: encoding '{encoding}' is not taken; valid: cdr"
         try:
-            kind = message_type(_full(channel.type_name))
-            publisher = self._node.create_publisher(kind, channel.topic, qos.DEFAULT)
+            publisher = self._node.create_publisher(
+                message_type(_full(type_name)), topic, qos.DEFAULT
+            )
         except (LookupError, InvalidTopicNameException) as error:
-            return f"{channel.topic}: {error}"
-        self._publishers[channel.key] = publisher
+            return f"{topic}: {error}"
+        self._publishers[key] = publisher
         return None
 
     def unadvertise(self, key: tuple[int, int]) -> None:

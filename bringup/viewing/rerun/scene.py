@@ -1,52 +1,61 @@
-"""What a robot says, message by message, as what rerun shows."""
+"""A robot's messages, one by one, in rerun."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
+import rerun.blueprint as rrb
+
 from bringup.recording.bags.decoder import DecodeError, Decoder
 from bringup.recording.bags.topic import TopicInfo
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.looks import FindMesh
-from bringup.viewing.rerun import curves, shapes, words
-from bringup.viewing.rerun.blueprint import blueprint
-from bringup.viewing.rerun.robot import log_robot
+from bringup.viewing.drawing.messages import DRAWN, SERIALIZED
+from bringup.viewing.drawing.visual_model import FindMesh
+from bringup.viewing.rerun import series, shapes
 from bringup.viewing.rerun.stream import Stream
 
-Handler = Callable[[Stream, str, Any], None]
-HANDLERS: dict[str, tuple[float, Handler]] = {
-    "sensor_msgs/msg/LaserScan": (0.09, shapes.scan),
-    "nav_msgs/msg/OccupancyGrid": (0.4, shapes.grid),
-    "nav_msgs/msg/Path": (0.15, shapes.path),
-    "nav2_msgs/msg/ParticleCloud": (0.2, shapes.particles),
-    "geometry_msgs/msg/PoseArray": (0.2, shapes.poses),
-    "geometry_msgs/msg/PoseStamped": (0.0, shapes.pose),
-    "geometry_msgs/msg/PoseWithCovarianceStamped": (0.1, shapes.belief),
-    "geometry_msgs/msg/PolygonStamped": (0.15, shapes.polygon),
-    "sensor_msgs/msg/Image": (0.19, shapes.image),
-    "sensor_msgs/msg/CompressedImage": (0.19, shapes.compressed_image),
-    "nav_msgs/msg/Odometry": (0.045, curves.odometry),
-    "geometry_msgs/msg/Twist": (0.045, curves.twist),
-    "geometry_msgs/msg/TwistStamped": (0.045, curves.twist_stamped),
-    "arjuna_interfaces/msg/LocalizationQuality": (0.09, curves.quality),
-    "nav2_msgs/action/NavigateToPose_FeedbackMessage": (0.2, curves.feedback),
-    "action_msgs/msg/GoalStatusArray": (0.0, words.goal_status),
-    "rcl_interfaces/msg/Log": (0.0, words.log),
+HANDLERS: dict[str, Callable[[Stream, str, Any], None]] = {
+    "sensor_msgs/msg/Image": shapes.image,
+    "sensor_msgs/msg/CompressedImage": shapes.compressed_image,
+    "nav_msgs/msg/Odometry": lambda stream, topic, m: series.twist(stream, topic, m.twist.twist),
+    "geometry_msgs/msg/Twist": series.twist,
+    "geometry_msgs/msg/TwistStamped": lambda stream, topic, m: series.twist(stream, topic, m.twist),
+    "arjuna_interfaces/msg/LocalizationQuality": series.quality,
+    "nav2_msgs/action/NavigateToPose_FeedbackMessage": series.feedback,
+    "action_msgs/msg/GoalStatusArray": series.goal_status,
+    "rcl_interfaces/msg/Log": series.log,
 }
-"""For each type the least time between two that are shown [s], and what shows it."""
+"""Shows the messages of a type that are not drawn in space."""
+_PERIODS = {
+    "sensor_msgs/msg/LaserScan": 0.09,
+    "nav_msgs/msg/OccupancyGrid": 0.4,
+    "nav_msgs/msg/Path": 0.15,
+    "nav2_msgs/msg/ParticleCloud": 0.2,
+    "geometry_msgs/msg/PoseArray": 0.2,
+    "geometry_msgs/msg/PoseWithCovarianceStamped": 0.1,
+    "geometry_msgs/msg/PolygonStamped": 0.15,
+    "sensor_msgs/msg/Image": 0.19,
+    "sensor_msgs/msg/CompressedImage": 0.19,
+    "nav_msgs/msg/Odometry": 0.045,
+    "geometry_msgs/msg/Twist": 0.045,
+    "geometry_msgs/msg/TwistStamped": 0.045,
+    "arjuna_interfaces/msg/LocalizationQuality": 0.09,
+    "nav2_msgs/action/NavigateToPose_FeedbackMessage": 0.2,
+}
+"""The least time between two messages of a topic that are shown, where not all are [s]."""
 _TF, _STRING = "tf2_msgs/msg/TFMessage", "std_msgs/msg/String"
 
 
 class Scene:
-    """Turns messages into what rerun shows; memory does not grow with time.
+    """Shows messages in rerun; memory does not grow with time.
 
     Args:
-        stream: Where it goes.
+        stream: Where they go.
         find_mesh: Finds the robot's meshes.
 
     Attributes:
-        notes: What cannot be shown, each once.
+        notes: On what cannot be shown, each once.
         topics: The topics that are shown.
     """
 
@@ -54,27 +63,25 @@ class Scene:
         self._stream = stream
         self._find_mesh = find_mesh
         self._decoder = Decoder()
-        self._shown: dict[str, float] = {}
+        self._last: dict[str, float] = {}
         self._frames = Frames("map")
         self._root = ""
         self.notes: list[str] = []
         self.topics: set[str] = set()
 
-    def shows(self, topic: TopicInfo) -> bool:
-        """Tell whether messages of a topic are shown."""
-        return topic.type_name in HANDLERS or topic.type_name in (_TF, _STRING)
+    def shows(self, type_name: str) -> bool:
+        """Return whether messages of a type are shown."""
+        return type_name in DRAWN or type_name in HANDLERS or type_name in (_TF, _STRING)
 
     def take(self, topic: TopicInfo, time: int, data: bytes) -> None:
-        """Show a message.
-
-        Args:
-            topic: Its topic.
-            time: When it was received [ns].
-            data: Its bytes.
-        """
+        """Show a message that was received at a time [ns]."""
         self._stream.at(time)
+        if not self.shows(topic.type_name) or not self._due(topic):
+            return
         try:
-            self._show(topic, data)
+            raw = topic.type_name in SERIALIZED
+            self._show(topic, data if raw else self._decoder.decode(topic, data))
+            self.topics.add(topic.name)
         except (DecodeError, ValueError) as error:
             self._note(f"{topic.name}: {error}")
 
@@ -82,38 +89,66 @@ class Scene:
         if text not in self.notes:
             self.notes.append(text)
 
-    def _show(self, topic: TopicInfo, data: bytes) -> None:
-        kind = topic.type_name
+    def _show(self, topic: TopicInfo, message: Any) -> None:
+        kind, name, stream = topic.type_name, topic.name, self._stream
         if kind == _TF:
-            static = topic.name.endswith("tf_static")
-            message = self._decoder.decode(topic, data)
-            if shapes.transforms(self._stream, self._frames, message, static):
+            if shapes.transforms(stream, self._frames, message, name.endswith("tf_static")):
                 self._orient()
-        elif kind == _STRING and topic.name.endswith("robot_description"):
-            message = self._decoder.decode(topic, data)
-            for note in log_robot(self._stream, message.data, self._find_mesh):
+        elif kind == _STRING and name.endswith("robot_description"):
+            for note in shapes.robot(stream, message.data, self._find_mesh):
                 self._note(note)
         elif kind == _STRING:
-            words.text(self._stream, topic.name, self._decoder.decode(topic, data))
-        elif kind in HANDLERS and self._due(topic.name, HANDLERS[kind][0]):
-            message = self._decoder.decode(topic, data)
-            HANDLERS[kind][1](self._stream, topic.name, message)
-            if topic.name.endswith("ground_truth/odom"):
-                curves.errors(self._stream, self._frames, message)
+            series.text(stream, name, message)
+        elif kind in DRAWN:
+            shapes.draw(stream, name, DRAWN[kind](name, message))
         else:
-            return
-        self.topics.add(topic.name)
+            HANDLERS[kind](stream, name, message)
+            if name.endswith("ground_truth/odom"):
+                series.errors(stream, self._frames, message)
 
-    def _due(self, topic: str, period: float) -> bool:
-        now = self._stream.now
-        if abs(now - self._shown.get(topic, -period)) < period:
+    def _due(self, topic: TopicInfo) -> bool:
+        period, now = _PERIODS.get(topic.type_name, 0.0), self._stream.now
+        if abs(now - self._last.get(topic.name, -period)) < period:
             return False
-        self._shown[topic] = now
+        self._last[topic.name] = now
         return True
 
     def _orient(self) -> None:
-        """Show everything in the frame that all others hang on; that changes as maps appear."""
+        """Show everything in the root frame, which changes as maps appear."""
         root = self._frames.fixed
         if root and root != self._root:
             self._root = root
             self._stream.recording.send_blueprint(blueprint(root))
+
+
+def blueprint(frame: str) -> rrb.Blueprint:
+    """Return the layout: the room in a frame on the left, pictures, curves and words beside it."""
+    room = rrb.Spatial3DView(
+        name="Room",
+        origin="/",
+        contents=["+ /**", "- /camera/**", "- /curves/**", "- /logs/**", "- /states/**"],
+        spatial_information=rrb.archetypes.SpatialInformation(target_frame=frame),
+        eye_controls=rrb.archetypes.EyeControls3D(
+            position=(-4.0, -6.0, 9.0), look_target=(0.0, 0.0, 0.0), eye_up=(0.0, 0.0, 1.0)
+        ),
+        line_grid=False,
+    )
+    right = rrb.Vertical(
+        rrb.Spatial2DView(name="Camera", origin="/camera"),
+        rrb.Tabs(
+            rrb.TimeSeriesView(name="Speed [m/s]", origin=f"/{series.SPEED}"),
+            rrb.TimeSeriesView(name="Turn rate [rad/s]", origin=f"/{series.TURN}"),
+        ),
+        rrb.Tabs(
+            rrb.TimeSeriesView(name="Error [m], [rad]", origin=f"/{series.ERROR}"),
+            rrb.TimeSeriesView(name="To the goal", origin=f"/{series.GOAL}"),
+        ),
+        rrb.StateTimelineView(name="Actions", origin="/states"),
+        rrb.TextLogView(name="Words", origin="/logs"),
+        row_shares=[3, 3, 3, 2, 2],
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(room, right, column_shares=[3, 2]),
+        rrb.TimePanel(timeline="time"),
+        collapse_panels=True,
+    )

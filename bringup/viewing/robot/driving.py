@@ -9,9 +9,6 @@ from rclpy.node import Node
 
 from arjuna_core.ros import qos
 
-_RELEASED = 0.35  # without a renewed wish, the button is no longer held [s]
-_STOPS = 5  # a lost message must not leave the robot driving
-
 
 class HandDrive:
     """Publishes velocities; the topic is advertised when it is first used.
@@ -19,11 +16,14 @@ class HandDrive:
     Args:
         node: The viewer's node.
         topic: The velocity command's topic.
+        hold: How long one request to drive holds; a button that is held renews it [s, wall].
+        stops: Stops that are sent, for a lost one must not leave the robot driving.
     """
 
-    def __init__(self, node: Node, topic: str) -> None:
+    def __init__(self, node: Node, topic: str, hold: float = 0.35, stops: int = 5) -> None:
         self._node = node
         self._topic = topic
+        self._hold, self._stops = hold, stops
         self._publisher: Any = None
         self._stamped = False
         self._until = 0.0
@@ -31,15 +31,16 @@ class HandDrive:
         self._stops_left = 0
 
     def drive(self, speed: float, turn_rate: float, now: float) -> None:
-        """Take a wish [m/s, rad/s] at a time [s, wall]."""
-        self._velocity, self._until, self._stops_left = (speed, turn_rate), now + _RELEASED, _STOPS
+        """Drive [m/s, rad/s] from a time [s, monotonic] on, for a moment."""
+        self._velocity, self._until = (speed, turn_rate), now + self._hold
+        self._stops_left = self._stops
 
     def stop(self) -> None:
         """Stand still from now on."""
-        self._until, self._stops_left = 0.0, _STOPS
+        self._until, self._stops_left = 0.0, self._stops
 
     def tick(self, now: float) -> None:
-        """Publish what is due at a time [s, wall]; called 10 times a second."""
+        """Publish what is due at a time [s, monotonic]; called 10 times a second."""
         if now < self._until:
             self._publish(*self._velocity)
         elif self._stops_left > 0:

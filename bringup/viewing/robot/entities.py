@@ -1,20 +1,39 @@
-"""People and boxes: asks a simulator, where one runs, what is in its world."""
+"""People and boxes: asks a simulator, where one runs, about the entities of its world."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
+from simulation_interfaces.msg import EntityCategory
 from simulation_interfaces.srv import GetEntitiesStates, GetEntityBounds, GetEntityInfo
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import seconds
-from bringup.viewing.drawing.surroundings import Kind, bodies
-from bringup.viewing.drawing.values import Bodies
+from bringup.viewing.drawing.messages import pose3
+from bringup.viewing.drawing.values import Bodies, Body, Colour
 from bringup.viewing.robot.services import Services
+
+ROBOT, HUMAN = EntityCategory.CATEGORY_ROBOT, EntityCategory.CATEGORY_HUMAN
+_COLOURS: dict[int, Colour] = {
+    HUMAN: (235, 140, 60),
+    EntityCategory.CATEGORY_STATIC_OBJECT: (150, 150, 160),
+}
+Corner = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """An entity's category and the corners of its bounding box in its own frame [m]."""
+
+    category: int
+    low: Corner
+    high: Corner
 
 
 class EntityWatch:
-    """Asks for the poses of all entities, and once for what each of them is.
+    """Asks for the poses of all entities, and once for the category and size of each.
 
     Args:
         services: The viewer's service clients.
@@ -35,19 +54,16 @@ class EntityWatch:
             )
 
     def _on_states(self, response: Any) -> None:
-        poses = [
-            (name, pose3(state.pose))
-            for name, state in zip(response.entities, response.states, strict=True)
-        ]
-        stamps = [seconds(state.header.stamp) for state in response.states]
-        self._newest = (max(stamps, default=0.0), poses)
-        self._kinds = {name: kind for name, kind in self._kinds.items() if name in dict(poses)}
-        self._names = [name for name, _ in poses]
+        states = list(zip(response.entities, response.states, strict=True))
+        stamp = max((seconds(state.header.stamp) for _, state in states), default=0.0)
+        self._newest = (stamp, [(name, pose3(state.pose)) for name, state in states])
+        self._names = [name for name, _ in states]
+        self._kinds = {name: kind for name, kind in self._kinds.items() if name in self._names}
         if not self._services.busy("get_entity_info"):
             self._ask_next_kind()
 
     def _ask_next_kind(self) -> None:
-        """Learn what the next new entity is: its category, then its size."""
+        """Ask about the next new entity: its category, then its size."""
         name = next((name for name in self._names if name not in self._kinds), None)
         if name is None:
             return
@@ -69,18 +85,40 @@ class EntityWatch:
         self._ask_next_kind()
 
     def take(self, robot_frame: str) -> Bodies | None:
-        """Return what stands around the robot since the last call, or None."""
+        """Return the bodies around the robot that came since the last call, or None."""
         if self._newest is None:
             return None
         (stamp, poses), self._newest = self._newest, None
         found = bodies(self._kinds, poses)
-        if found is None:
-            return None
-        return Bodies(frame=robot_frame, stamp=stamp, bodies=found)
+        return None if found is None else Bodies(frame=robot_frame, stamp=stamp, bodies=found)
 
 
-def pose3(message: Any) -> Pose3:
-    """Return a Pose or Transform message as a pose of space."""
-    place = message.position if hasattr(message, "position") else message.translation
-    turn = message.orientation if hasattr(message, "orientation") else message.rotation
-    return Pose3((place.x, place.y, place.z), (turn.w, turn.x, turn.y, turn.z))
+def bodies(
+    kinds: Mapping[str, Kind], poses: Iterable[tuple[str, Pose3]]
+) -> tuple[Body, ...] | None:
+    """Return the bodies around the robot in its frame; None where there is no robot.
+
+    A simulator's world and a map need not have the same origin; the robot is in both.
+
+    Args:
+        kinds: The entities that are known.
+        poses: All entities' poses in the world.
+    """
+    known = [(name, kinds[name], pose) for name, pose in poses if name in kinds]
+    robots = [pose for _, kind, pose in known if kind.category == ROBOT]
+    if not robots:
+        return None
+    T_robot_world = robots[0].inverse()
+    return tuple(
+        _body(name, kind, T_robot_world @ pose)
+        for name, kind, pose in known
+        if kind.category != ROBOT and kind.low != kind.high
+    )
+
+
+def _body(name: str, kind: Kind, pose: Pose3) -> Body:
+    pairs = list(zip(kind.low, kind.high, strict=True))
+    x, y, z = ((low + high) / 2.0 for low, high in pairs)
+    dx, dy, dz = (high - low for low, high in pairs)
+    colour = _COLOURS.get(kind.category, (180, 140, 90))
+    return Body(name, pose @ Pose3((x, y, z)), (dx, dy, dz), colour, kind.category == HUMAN)

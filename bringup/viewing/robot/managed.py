@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -14,22 +15,26 @@ COMMANDS = {
     name.lower(): getattr(ManageLifecycleNodes.Request, name)
     for name in ("STARTUP", "PAUSE", "RESUME", "RESET")
 }
-"""What can be asked of lifecycle managers."""
-_TRANSITIONS_DEADLINE = 120.0
+"""The commands that lifecycle managers take here."""
+_MARKS = {"active": "●", "inactive": "○", "unconfigured": "·"}
 
 
 class ManagedNodes:
-    """Asks one node after the other how it is.
+    """Asks one node after the other for its state.
 
     Args:
         services: The viewer's service clients.
+
+    Attributes:
+        states: Each node's state.
+        report: On the last command.
     """
 
     def __init__(self, services: Services) -> None:
         self._services = services
         self._round: list[str] = []
         self.states: dict[str, str] = {}
-        self.said = ""
+        self.report = ""
 
     def ask_next(self) -> None:
         """Ask the next node for its state; after the last, look who is there."""
@@ -40,10 +45,7 @@ class ManagedNodes:
         if not self._round:
             return
         name = self._round.pop(0)
-        node = _node(name)
-        self._services.ask(
-            GetState, name, GetState.Request(), lambda response: self._on_state(node, response)
-        )
+        self._services.ask(GetState, name, GetState.Request(), partial(self._on_state, _node(name)))
 
     def _on_state(self, node: str, response: Any) -> None:
         self.states[node] = response.current_state.label
@@ -52,33 +54,37 @@ class ManagedNodes:
         """Send a command to every lifecycle manager that takes commands."""
         request = ManageLifecycleNodes.Request(command=COMMANDS[command])
         managers = self._services.of_type("nav2_msgs/srv/ManageLifecycleNodes")
-        self.said = f"{command} …" if managers else "no lifecycle manager takes commands"
+        self.report = f"{command} …" if managers else "no lifecycle manager takes commands"
         failed: list[str] = []
-        left = list(managers)
+        pending = list(managers)
 
         def done(manager: str, response: Any) -> None:
-            left.remove(manager)
+            pending.remove(manager)
             if not response.success:
                 failed.append(_node(manager))
             how = f"failed: {', '.join(failed)}" if failed else "done"
-            self.said = f"{command} {how}" if not left else self.said
+            self.report = f"{command} {how}" if not pending else self.report
 
         for manager in managers:
             self._services.ask(
-                ManageLifecycleNodes,
-                manager,
-                request,
-                partial(done, manager),
-                _TRANSITIONS_DEADLINE,
+                ManageLifecycleNodes, manager, request, partial(done, manager), 120.0
             )
 
     def clear_costmaps(self) -> None:
         """Empty every costmap."""
         names = self._services.of_type("nav2_msgs/srv/ClearEntireCostmap")
-        self.said = "costmaps cleared" if names else "no costmap is running"
+        self.report = "costmaps cleared" if names else "no costmap is running"
         for name in names:
             request = ClearEntireCostmap.Request()
             self._services.ask(ClearEntireCostmap, name, request, lambda response: None)
+
+
+def nodes_text(states: Mapping[str, str]) -> str:
+    """Return the lifecycle states of nodes as a Markdown table."""
+    if not states:
+        return "no managed nodes found"
+    rows = [f"| {_MARKS.get(s, '✖')} | {name} | {s} |" for name, s in sorted(states.items())]
+    return "\n".join(["| | node | state |", "|-|-|-|", *rows])
 
 
 def _node(service: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -15,18 +16,53 @@ from unique_identifier_msgs.msg import UUID
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped, seconds
 from arjuna_core.se2 import SE2
-from bringup.viewing.drawing.status import Navigation
 from bringup.viewing.robot.services import Services
 
 _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
-_CANCELLED_TOO = (*_ACTIONS, "follow_waypoints")
-_OVER = {GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED}
-_RESULT_DEADLINE = 3600.0
+_ENDS = {
+    GoalStatus.STATUS_SUCCEEDED: "arrived",
+    GoalStatus.STATUS_CANCELED: "cancelled",
+    GoalStatus.STATUS_ABORTED: "failed",
+}
 _FEEDBACK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
+@dataclass(frozen=True)
+class Navigation:
+    """The state of the last goal, whoever gave it.
+
+    Attributes:
+        state: In a word.
+        distance: Left to drive [m].
+        time: Since it started [s].
+        recoveries: How often it had to recover.
+        error: Why it failed, or was refused.
+    """
+
+    state: str = "no goal"
+    distance: float | None = None
+    time: float | None = None
+    recoveries: int = 0
+    error: str = ""
+
+    def ended(self, status: int, code: int, message: str) -> Navigation:
+        """Return the state after a goal's end: a GoalStatus, the action's code and its reason."""
+        reason = message or ("" if code == 0 else f"error code {code}")
+        return replace(self, state=_ENDS.get(status, "over"), distance=None, error=reason)
+
+    def text(self) -> str:
+        """Return it as Markdown."""
+        lines = [f"**{self.state}**"]
+        if self.distance is not None:
+            lines.append(f"{self.distance:.2f} m to go")
+        if self.time is not None:
+            lines.append(f"{self.time:.0f} s, recoveries: {self.recoveries}")
+        text = " · ".join(lines)
+        return f"{text}\n\n⚠ {self.error}" if self.error else text
+
+
 class NavigationWatch:
-    """Follows what the navigator's actions say to everybody, and sends goals.
+    """Follows the navigator's actions, whoever uses them, and sends goals.
 
     It speaks the actions' own services and topics: an ActionClient hears only of its own goals.
 
@@ -52,17 +88,20 @@ class NavigationWatch:
                 self._node.destroy_subscription(self._open.pop())
 
     def _subscribe(self, name: str, action: Any) -> None:
-        kind, topic = action.Impl.FeedbackMessage, f"{name}/_action/feedback"
-        status = f"{name}/_action/status"
-        follow = partial(self._on_status, name, action)
-        create = self._node.create_subscription
-        self._open.append(create(kind, topic, self._on_feedback, _FEEDBACK))
-        self._open.append(create(GoalStatusArray, status, follow, qos.LATCHED))
+        create, topic = self._node.create_subscription, f"{name}/_action"
+        kind, follow = action.Impl.FeedbackMessage, partial(self._on_status, name, action)
+        self._open.append(create(kind, f"{topic}/feedback", self._on_feedback, _FEEDBACK))
+        self._open.append(create(GoalStatusArray, f"{topic}/status", follow, qos.LATCHED))
 
     def _on_feedback(self, message: Any) -> None:
-        told = message.feedback
-        time = seconds(told.navigation_time)
-        self.state = self.state.driving(told.distance_remaining, time, told.number_of_recoveries)
+        feedback = message.feedback
+        self.state = replace(
+            self.state,
+            state="driving",
+            distance=feedback.distance_remaining,
+            time=seconds(feedback.navigation_time),
+            recoveries=feedback.number_of_recoveries,
+        )
 
     def _on_status(self, name: str, action: Any, message: Any) -> None:
         """Ask for the result of the newest goal, which comes when the goal ends."""
@@ -70,16 +109,13 @@ class NavigationWatch:
             return
         newest = max(message.status_list, key=lambda item: seconds(item.goal_info.stamp))
         identity = newest.goal_info.goal_id
-        if newest.status not in _OVER and identity != self._followed:
-            self._follow(name, action, identity)
-
-    def _follow(self, name: str, action: Any, identity: UUID) -> None:
-        self._followed = identity
-        self.state = Navigation("driving")
+        if newest.status in _ENDS or identity == self._followed:
+            return
+        self._followed, self.state = identity, Navigation("driving")
         kind = action.Impl.GetResultService
-        request = kind.Request(goal_id=identity)
         self._services.ask(
-            kind, f"{name}/_action/get_result", request, self._on_result, _RESULT_DEADLINE
+            *(kind, f"{name}/_action/get_result", kind.Request(goal_id=identity)),
+            *(self._on_result, 3600.0),
         )
 
     def _on_result(self, response: Any) -> None:
@@ -89,21 +125,15 @@ class NavigationWatch:
     def send(self, goal: SE2, frame: str) -> None:
         """Ask the navigator to drive to a pose in a frame."""
         kind = NavigateToPose.Impl.SendGoalService
-        identity = UUID(uuid=self._new_identity())
-        request = kind.Request(
-            goal_id=identity, goal=NavigateToPose.Goal(pose=pose_stamped(goal, frame, 0.0))
-        )
-        asked = self._services.ask(
-            kind, "navigate_to_pose/_action/send_goal", request, self._on_accepted
-        )
-        self.state = Navigation("sent" if asked else "no goal")
-        if not asked:
+        # the clock's time is unique enough for one person's clicks
+        identity = self._node.get_clock().now().nanoseconds.to_bytes(16, "big")
+        goal_message = NavigateToPose.Goal(pose=pose_stamped(goal, frame, 0.0))
+        request = kind.Request(goal_id=UUID(uuid=list(identity)), goal=goal_message)
+        name = "navigate_to_pose/_action/send_goal"
+        if self._services.ask(kind, name, request, self._on_accepted):
+            self.state = Navigation("sent")
+        else:
             self._refuse("no navigator is running; start one with 'python -m bringup nav'")
-
-    def _new_identity(self) -> list[int]:
-        """Return a goal's identity: the clock's time is unique enough for one person's clicks."""
-        stamp = self._node.get_clock().now().nanoseconds
-        return list(stamp.to_bytes(16, "big"))
 
     def _on_accepted(self, response: Any) -> None:
         if not response.accepted:
@@ -114,7 +144,7 @@ class NavigationWatch:
 
     def cancel(self) -> None:
         """Cancel every goal, whoever gave it."""
-        for name in _CANCELLED_TOO:
+        for name in (*_ACTIONS, "follow_waypoints"):
             request = CancelGoal.Request(goal_info=GoalInfo())  # zero means all
             self._services.ask(
                 CancelGoal, f"{name}/_action/cancel_goal", request, lambda response: None

@@ -1,4 +1,4 @@
-"""The viewer's ROS node: what it hears while somebody looks, and what it says for them."""
+"""The viewer's ROS node: it listens while somebody looks, and speaks for them."""
 
 from __future__ import annotations
 
@@ -18,24 +18,21 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg, seconds
 from arjuna_core.se2 import SE2
-from bringup.viewing.drawing import wishes
 from bringup.viewing.drawing.frames import Frames
+from bringup.viewing.drawing.messages import frame_of, pose3
 from bringup.viewing.robot.driving import HandDrive
-from bringup.viewing.robot.entities import EntityWatch, pose3
+from bringup.viewing.robot.entities import EntityWatch
 from bringup.viewing.robot.managed import ManagedNodes
 from bringup.viewing.robot.navigation import NavigationWatch
 from bringup.viewing.robot.services import Services
 from bringup.viewing.robot.topics import Feed
 
-_BELIEF = np.diag([0.25, 0.25, 0.0685])  # what RViz's pose estimate says
-_SETTLE = 20  # turns of the executor until what was closed is gone
-_TURN = 0.001
-_SLOW, _RARE = 0.25, 2.0  # [s, wall]
+_COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # of RViz's pose estimate
 
 
 @dataclass(frozen=True)
 class RobotOptions:
-    """Where the robot is found.
+    """The names by which a robot is found.
 
     Attributes:
         namespace: Of its topics and services.
@@ -51,10 +48,10 @@ class RobotOptions:
 
 
 class RobotSide:
-    """Listens to layers, acts on wishes; everything happens in `spin` and `tick`.
+    """Listens to layers and publishes commands; everything happens in `spin` and `tick`.
 
     Args:
-        options: Where the robot is found.
+        options: The robot's names.
         context: An rclpy context to live in; its own if None.
     """
 
@@ -82,93 +79,88 @@ class RobotSide:
         self._point_out = self.node.create_publisher(PointStamped, "clicked_point", qos.DEFAULT)
         self._layers: Collection[str] = ()
         self._transforms: list[Any] = []
-        self._slow_due = self._rare_due = 0.0
+        self._questions_due = self._topics_due = 0.0
 
     def listen(self, layers: Collection[str]) -> None:
-        """Hear what belongs to layers, and the transforms; with no layers, nothing at all."""
+        """Subscribe to layers and the transforms; with no layers, to nothing at all."""
         self._layers = frozenset(layers)
         self._feed.listen(self._layers)
         self.navigation.listen(bool(layers))
         if layers and not self._transforms:
-            self._listen_to_transforms()
+            for topic, profile in (("tf", qos.TF), ("tf_static", qos.TF_STATIC_SUBSCRIPTION)):
+                static = topic == "tf_static"
+                subscription = self.node.create_subscription(
+                    *(TFMessage, topic),
+                    lambda m, static=static: self._on_transforms(m, static),
+                    profile,
+                )
+                self._transforms.append(subscription)
         elif not layers:
             self._hand.halt()
             while self._transforms:
                 self.node.destroy_subscription(self._transforms.pop())
-            for _ in range(_SETTLE):
+            for _ in range(20):  # until what was closed is gone
                 self._executor.spin_once(timeout_sec=0.0)
-
-    def _listen_to_transforms(self) -> None:
-        for topic, profile, static in (
-            ("tf", qos.TF, False),
-            ("tf_static", qos.TF_STATIC_SUBSCRIPTION, True),
-        ):
-            subscription = self.node.create_subscription(
-                TFMessage, topic, lambda m, static=static: self._on_transforms(m, static), profile
-            )
-            self._transforms.append(subscription)
 
     def _on_transforms(self, message: Any, static: bool) -> None:
         for item in message.transforms:
-            self.frames.insert(
-                item.header.frame_id.lstrip("/"),
-                item.child_frame_id.lstrip("/"),
-                seconds(item.header.stamp),
-                pose3(item.transform),
-                static,
-            )
+            child, stamp = item.child_frame_id.lstrip("/"), seconds(item.header.stamp)
+            self.frames.insert(frame_of(item), child, stamp, pose3(item.transform), static)
 
     def spin(self, until: float) -> None:
         """Take in what comes until a time [s, monotonic], and in any case all that waits now."""
-        while (left := until - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+        while (remaining := until - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=remaining)
         reached: list[bool] = []
         self._executor.create_task(lambda: reached.append(True))  # the queue is first in, first out
         while not reached:
-            self._executor.spin_once(timeout_sec=_TURN)
+            self._executor.spin_once(timeout_sec=0.001)
 
     def tick(self, now: float) -> None:
         """Publish and ask what is due at a time [s, monotonic]."""
         self._hand.tick(now)
-        if now >= self._slow_due:
-            self._slow_due = now + _SLOW
+        if now >= self._questions_due:
+            self._questions_due = now + 0.25
             self.managed.ask_next()
             if "people" in self._layers:
                 self.entities.ask()
-        if now >= self._rare_due:
-            self._rare_due = now + _RARE
+        if now >= self._topics_due:
+            self._topics_due = now + 2.0
             self._feed.listen(self._layers)
 
     def take(self) -> Iterator[tuple[str, Any]]:
-        """Yield what came on the topics, as `Feed.take` does."""
+        """Yield the messages since the last call, as `Feed.take` does."""
         return self._feed.take()
 
-    def act(self, wish: wishes.Wish, now: float) -> None:
-        """Do what a person asks for at a time [s, monotonic]."""
-        frame = self.frames.fixed or "map"
-        if isinstance(wish, wishes.Goal):
-            self.navigation.send(wish.pose, frame)
-        elif isinstance(wish, wishes.PoseEstimate):
-            self._estimate(wish.pose, frame)
-        elif isinstance(wish, wishes.GroundPoint):
-            message = PointStamped(header=header(frame, 0.0))
-            message.point.x, message.point.y = wish.x, wish.y
-            self._point_out.publish(message)
-        elif isinstance(wish, wishes.Drive):
-            self._hand.drive(wish.speed, wish.turn_rate, now)
-        elif isinstance(wish, wishes.Stop):
-            self.navigation.cancel()
-            self._hand.stop()
-        elif isinstance(wish, wishes.Manage):
-            self.managed.command(wish.command)
-        elif isinstance(wish, wishes.ClearCostmaps):
-            self.managed.clear_costmaps()
+    @property
+    def _frame(self) -> str:
+        return self.frames.fixed or "map"
 
-    def _estimate(self, pose: SE2, frame: str) -> None:
-        message = PoseWithCovarianceStamped(header=header(frame, 0.0))
+    def send_goal(self, pose: SE2) -> None:
+        """Ask the navigator to drive to a pose in the fixed frame."""
+        self.navigation.send(pose, self._frame)
+
+    def estimate(self, pose: SE2) -> None:
+        """Publish a person's estimate of the robot's pose in the fixed frame."""
+        message = PoseWithCovarianceStamped(header=header(self._frame, 0.0))
         message.pose.pose = pose_msg(pose)
-        message.pose.covariance = planar_covariance(_BELIEF)
+        message.pose.covariance = planar_covariance(_COVARIANCE)
         self._pose_out.publish(message)
+
+    def publish_point(self, pose: SE2) -> None:
+        """Publish a point of the fixed frame."""
+        message = PointStamped(header=header(self._frame, 0.0))
+        message.point.x, message.point.y = pose.x, pose.y
+        self._point_out.publish(message)
+
+    def drive(self, speed: float, turn_rate: float) -> None:
+        """Drive by hand for a moment [m/s, rad/s]."""
+        self._hand.drive(speed, turn_rate, time.monotonic())
+
+    def stop(self) -> None:
+        """Cancel all goals and stand still."""
+        self.navigation.cancel()
+        self._hand.stop()
 
     def close(self) -> None:
         """Leave the graph."""

@@ -8,9 +8,6 @@ from typing import Any
 
 from rclpy.node import Node
 
-_DEADLINE = 5.0
-_MEET = 0.3  # what a new client takes at most to find its server [s, wall]
-
 
 class Services:
     """Clients of services, made when they are first asked.
@@ -30,7 +27,7 @@ class Services:
         name: str,
         request: Any,
         then: Callable[[Any], None],
-        deadline: float = _DEADLINE,
+        deadline: float = 5.0,
     ) -> bool:
         """Send a request; an earlier one to the same service that is not answered is dropped.
 
@@ -39,7 +36,7 @@ class Services:
             name: Its name.
             request: The request.
             then: Called with the response.
-            deadline: How long a request keeps `busy` true [s, wall].
+            deadline: How long a request keeps `busy` true [s, monotonic].
 
         Returns:
             Whether somebody serves it.
@@ -47,7 +44,7 @@ class Services:
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = self._node.create_client(kind, name)
-            client.wait_for_service(timeout_sec=_MEET)
+            client.wait_for_service(timeout_sec=0.3)  # it finds its server within that
         if not client.service_is_ready():
             return False
         self._drop(name)
@@ -57,7 +54,7 @@ class Services:
         return True
 
     def busy(self, name: str) -> bool:
-        """Tell whether an answer may still come."""
+        """Return whether an answer may still come."""
         return name in self._pending and time.monotonic() < self._pending[name][1]
 
     def _drop(self, name: str) -> None:

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bringup.viewing.frame_picture import draw_tree, layout
-from bringup.viewing.frame_tree import Frame, chain, loops, roots, tree_text, walk
+from bringup.viewing.frame_tree import (
+    Frame,
+    chain,
+    draw_tree,
+    layout,
+    loops,
+    roots,
+    tree_text,
+    walk,
+)
 
 TREE = {
     "odom": Frame("odom", ("map",), rate=10.0, age=-0.2),

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from arjuna_core.errors import InputFileError
-from bringup.viewing.drawing.layers import LAYERS
+from bringup.viewing.drawing.values import LAYERS
 from bringup.viewing.rviz_file import RvizFile, read_rviz
 
 NAV2 = """

@@ -24,8 +24,7 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, header, path_msg, transform_msg
 from arjuna_core.se2 import SE2
-from bringup.viewing.drawing import wishes
-from bringup.viewing.drawing.values import Lines, Picture, Points
+from bringup.viewing.drawing.values import Grid, Line, Points
 from bringup.viewing.robot.robot_side import RobotOptions, RobotSide
 from tests.helpers.processes import wait_until
 from tests.helpers.ros import RosBench
@@ -83,7 +82,7 @@ def test_a_map_that_was_published_before_is_drawn(bench: Bench) -> None:
     )
     bench.viewer.listen({"map"})
     picture = bench.drawn("map", lambda: None)
-    assert isinstance(picture, Picture)
+    assert isinstance(picture, Grid)
     assert picture.frame == "map"
     assert picture.size == (2.0, 1.0)
     assert picture.pose.position == (-1.0, -2.0, 0.0)
@@ -111,7 +110,7 @@ def test_a_configuration_s_topic_is_listened_to() -> None:
         bench.viewer.listen({"global_path"})
         message = path_msg(np.zeros((2, 3)), "map", 0.0)
         plan = bench.drawn("plan", lambda: bench.ros.publish(Path, "/my_plan", message))
-        assert isinstance(plan, Lines)
+        assert isinstance(plan, Line)
         assert bench.ros.node.count_subscribers("/plan") == 0
 
 
@@ -156,7 +155,7 @@ def test_transforms_build_the_tree_of_frames(bench: Bench) -> None:
 def test_a_pose_estimate_says_how_sure_a_person_is(bench: Bench) -> None:
     got = bench.ros.collect(PoseWithCovarianceStamped, "/initialpose")
     bench.until(lambda: bench.viewer.node.count_subscribers("/initialpose"))
-    bench.viewer.act(wishes.PoseEstimate(SE2(1.0, 2.0, 3.0)), 0.0)
+    bench.viewer.estimate(SE2(1.0, 2.0, 3.0))
     bench.until(lambda: got)
     assert got[0].header.frame_id == "map"
     assert (got[0].pose.pose.position.x, got[0].pose.covariance[0]) == (1.0, 0.25)
@@ -165,7 +164,7 @@ def test_a_pose_estimate_says_how_sure_a_person_is(bench: Bench) -> None:
 def test_a_point_is_published(bench: Bench) -> None:
     got = bench.ros.collect(PointStamped, "/clicked_point")
     bench.until(lambda: bench.viewer.node.count_subscribers("/clicked_point"))
-    bench.viewer.act(wishes.GroundPoint(1.0, -2.0), 0.0)
+    bench.viewer.publish_point(SE2(1.0, -2.0))
     bench.until(lambda: got)
     assert (got[0].point.x, got[0].point.y) == (1.0, -2.0)
 
@@ -173,7 +172,7 @@ def test_a_point_is_published(bench: Bench) -> None:
 def test_driving_ends_when_the_button_is_let_go(bench: Bench) -> None:
     got = bench.ros.collect(Twist, "/cmd_vel")
     bench.until(lambda: bench.viewer.node.count_subscribers("/cmd_vel"))
-    bench.viewer.act(wishes.Drive(0.3, 0.1), time.monotonic())
+    bench.viewer.drive(0.3, 0.1)
     bench.until(lambda: len(got) > 3 and got[-1].linear.x == 0.0)
     assert (got[0].linear.x, got[0].angular.z) == (0.3, 0.1)
     bench.until(lambda: len([twist for twist in got if twist.linear.x == 0.0]) == 5)
@@ -183,7 +182,7 @@ def test_the_last_viewer_leaving_stops_the_robot(bench: Bench) -> None:
     got = bench.ros.collect(Twist, "/cmd_vel")
     bench.viewer.listen({"axes"})
     bench.until(lambda: bench.viewer.node.count_subscribers("/cmd_vel"))
-    bench.viewer.act(wishes.Drive(0.3, 0.0), time.monotonic() + 60.0)
+    bench.viewer._hand.drive(0.3, 0.0, time.monotonic() + 60.0)  # not released in this test
     bench.until(lambda: got)
     bench.viewer.listen(())
     bench.until(lambda: got[-1].linear.x == 0.0)
@@ -192,13 +191,13 @@ def test_the_last_viewer_leaving_stops_the_robot(bench: Bench) -> None:
 def test_a_robot_that_takes_stamped_velocities_gets_them(bench: Bench) -> None:
     got = bench.ros.collect(TwistStamped, "/cmd_vel")
     bench.until(lambda: bench.viewer.node.count_subscribers("/cmd_vel"))
-    bench.viewer.act(wishes.Drive(0.2, 0.0), time.monotonic())
+    bench.viewer.drive(0.2, 0.0)
     bench.until(lambda: got)
     assert got[0].twist.linear.x == 0.2
 
 
 def test_a_goal_without_a_navigator_says_what_to_start(bench: Bench) -> None:
-    bench.viewer.act(wishes.Goal(SE2()), 0.0)
+    bench.viewer.send_goal(SE2())
     assert "python -m bringup nav" in bench.viewer.navigation.state.error
 
 
@@ -215,13 +214,13 @@ def test_costmaps_and_managers_are_found_by_their_types(bench: Bench) -> None:
     node.create_service(ManageLifecycleNodes, "/lifecycle_manager_x/manage_nodes", answer)
     node.create_service(ClearEntireCostmap, "/local_costmap/clear_entirely", answer)
     bench.until(lambda: len(bench.viewer.node.get_service_names_and_types()) > 1)
-    bench.viewer.act(wishes.Manage("pause"), 0.0)
-    bench.until(lambda: managed.said == "pause done")
-    bench.viewer.act(wishes.Manage("reset"), 0.0)
-    bench.until(lambda: managed.said == "reset failed: lifecycle_manager_x")
-    bench.viewer.act(wishes.ClearCostmaps(), 0.0)
+    managed.command("pause")
+    bench.until(lambda: managed.report == "pause done")
+    managed.command("reset")
+    bench.until(lambda: managed.report == "reset failed: lifecycle_manager_x")
+    managed.clear_costmaps()
     bench.until(lambda: len(asked) == 3)
-    assert managed.said == "costmaps cleared"
+    assert managed.report == "costmaps cleared"
 
 
 def test_the_state_of_managed_nodes_is_asked_for_one_by_one(bench: Bench) -> None:

@@ -20,29 +20,35 @@ def grid(rows: list[list[int]]) -> OccupancyGrid:
     return OccupancyGrid(GridFrame(0.5, data.shape[1], data.shape[0]), data)
 
 
+def picture_of(glb: bytes) -> Image.Image:
+    scene = trimesh.load_scene(io.BytesIO(glb), file_type="glb")
+    (mesh,) = scene.geometry.values()
+    picture: Image.Image = mesh.visual.material.baseColorTexture
+    return picture
+
+
 def test_a_map_shows_free_light_occupied_black_and_its_highest_row_first() -> None:
-    png = textures.grid_png(grid([[0, 100], [-1, -1]]), textures.map_palette())
-    pixels = np.asarray(Image.open(io.BytesIO(png)).convert("RGB"))
+    glb = textures.map_glb(grid([[0, 100], [-1, -1]]), 1.0, 1.0)
+    pixels = np.asarray(picture_of(glb).convert("RGB"))
     assert pixels[1].tolist() == [[250, 250, 250], [0, 0, 0]]
     assert pixels[0].tolist() == [[128, 144, 140]] * 2
 
 
 def test_a_costmap_is_clear_where_it_is_free_or_unknown() -> None:
-    palette = textures.costmap_palette(0.5)
-    pixels = textures.grid_pixels(grid([[0, -1, 50, 99, 100]]), palette)[0, ::4]
+    pixels = textures.cost_pixels(grid([[0, -1, 50, 99, 100]]), 0.5)[0, ::4]
     assert pixels[:2, 3].tolist() == [0, 0]
     assert pixels[2:, 3].tolist() == [128] * 3
     assert pixels[3:, :3].tolist() == [[0, 255, 255], [255, 0, 255]]
 
 
 def test_costs_redden_as_they_grow() -> None:
-    palette = textures.costmap_palette(1.0).astype(int)
-    assert (np.diff(palette[1:99, 0]) > 0).all()
-    assert (np.diff(palette[1:99, 2]) < 0).all()
+    costs = textures.cost_pixels(grid([list(range(1, 99))]), 1.0)[0, ::4].astype(int)
+    assert (np.diff(costs[:, 0]) > 0).all()
+    assert (np.diff(costs[:, 2]) < 0).all()
 
 
 def test_a_small_grid_is_enlarged_and_keeps_its_lowest_row_first() -> None:
-    pixels = textures.grid_pixels(grid([[100, 0], [0, 0]]), textures.costmap_palette(1.0))
+    pixels = textures.cost_pixels(grid([[100, 0], [0, 0]]), 1.0)
     assert pixels.shape == (8, 8, 4)
     assert pixels[:4, :4, 3].all()
     assert pixels[:, :, 3].sum() == 16 * 255
@@ -56,17 +62,11 @@ def test_a_grid_too_large_for_a_texture_loses_no_wall() -> None:
     assert np.flatnonzero(thin[0] == 100).tolist() == [1]
 
 
-def test_a_rectangle_is_glTF_that_trimesh_reads() -> None:
-    png = textures.grid_png(grid([[0, 100]]), textures.map_palette())
-    glb = textures.rectangle_glb(png, 3.0, 2.0)
+def test_a_map_is_glTF_that_trimesh_reads_unlit_and_with_sharp_cells() -> None:
+    glb = textures.map_glb(grid([[0, 100]]), 3.0, 2.0)
     scene = trimesh.load_scene(io.BytesIO(glb), file_type="glb")
     assert scene.bounds == pytest.approx(np.array([[0, 0, 0], [3, 2, 0]]))
-    (mesh,) = scene.geometry.values()
-    assert mesh.visual.material.baseColorTexture.size == (2, 1)
-
-
-def test_a_rectangle_is_drawn_unlit_and_with_sharp_cells() -> None:
-    glb = textures.rectangle_glb(textures.grid_png(grid([[0]]), textures.map_palette()), 1.0, 1.0)
+    assert picture_of(glb).size == (2, 1)
     (length,) = struct.unpack_from("<I", glb, 12)
     document = json.loads(glb[20 : 20 + length])
     assert document["materials"][0]["extensions"] == {"KHR_materials_unlit": {}}

@@ -1,11 +1,11 @@
-"""Claims: images of the usual encodings become pixels of the panel's width."""
+"""Claims: images of the usual encodings become pixels, thinned to a width."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from bringup.viewing.drawing.camera import pixels
+from arjuna_core.pixels import pixels
 
 
 def test_a_colour_image_is_shown_as_it_is() -> None:
@@ -24,7 +24,7 @@ def test_padding_at_the_end_of_rows_is_left_out() -> None:
 
 
 def test_a_large_image_is_thinned() -> None:
-    assert pixels("rgb8", 480, 640, 1920, bytes(480 * 1920)).shape == (240, 320, 3)
+    assert pixels("rgb8", 480, 640, 1920, bytes(480 * 1920), 320).shape == (240, 320, 3)
 
 
 def test_near_depths_are_brighter_and_none_are_black() -> None:

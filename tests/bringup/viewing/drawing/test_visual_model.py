@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from bringup.viewing.drawing import looks
+from bringup.viewing.drawing import visual_model
 
 SHIPPED = Path(__file__).resolve().parents[4] / "urdf/arjuna.urdf"
 
@@ -27,7 +27,7 @@ def nowhere(uri: str) -> Path | None:
 
 
 def test_the_shipped_robot_is_drawn_whole() -> None:
-    found = looks.read(SHIPPED.read_text(), nowhere)
+    found = visual_model.read(SHIPPED.read_text(), nowhere)
     assert found.root == "base_footprint"
     assert not found.notes
     assert {"base_link", "front_left_wheel", "lidar_link", "camera_link"} <= set(found.glbs)
@@ -35,7 +35,7 @@ def test_the_shipped_robot_is_drawn_whole() -> None:
 
 def test_a_box_stands_where_its_origin_says() -> None:
     text = urdf("<origin xyz='1 0 0'/><geometry><box size='0.2 0.4 0.6'/></geometry>")
-    bounds = scene(looks.read(text, nowhere).glbs["base"]).bounds
+    bounds = scene(visual_model.read(text, nowhere).glbs["base"]).bounds
     assert bounds == pytest.approx(np.array([[0.9, -0.2, -0.3], [1.1, 0.2, 0.3]]))
 
 
@@ -43,7 +43,7 @@ def test_a_material_named_for_the_whole_robot_colours_its_links() -> None:
     text = urdf("<geometry><sphere radius='1'/></geometry><material name='red'/>").replace(
         "<link", "<material name='red'><color rgba='1 0 0 0.5'/></material><link", 1
     )
-    (mesh,) = scene(looks.read(text, nowhere).glbs["base"]).geometry.values()
+    (mesh,) = scene(visual_model.read(text, nowhere).glbs["base"]).geometry.values()
     assert mesh.visual.material.baseColorFactor.tolist() == [255, 0, 0, 128]
 
 
@@ -51,13 +51,13 @@ def test_a_mesh_is_found_and_scaled(tmp_path: Path) -> None:
     path = tmp_path / "cube.stl"
     trimesh.creation.box(extents=(1, 1, 1)).export(path)
     text = urdf("<geometry><mesh filename='package://p/cube.stl' scale='2 2 4'/></geometry>")
-    found = looks.read(text, {"package://p/cube.stl": path}.get)
+    found = visual_model.read(text, {"package://p/cube.stl": path}.get)
     extents = scene(found.glbs["base"]).extents
     assert extents == pytest.approx(np.array([2, 2, 4]))
 
 
 def test_a_mesh_that_is_missing_is_noted() -> None:
-    found = looks.read(urdf("<geometry><mesh filename='gone.stl'/></geometry>"), nowhere)
+    found = visual_model.read(urdf("<geometry><mesh filename='gone.stl'/></geometry>"), nowhere)
     assert found.glbs == {}
     assert found.notes == ("base: 'gone.stl' is not found; --package-path adds folders",)
 
@@ -66,7 +66,9 @@ def test_a_mesh_that_is_missing_is_noted() -> None:
 def test_a_mesh_that_is_broken_is_noted(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "broken.stl"
     path.write_bytes(content)
-    found = looks.read(urdf("<geometry><mesh filename='broken.stl'/></geometry>"), lambda uri: path)
+    found = visual_model.read(
+        urdf("<geometry><mesh filename='broken.stl'/></geometry>"), lambda uri: path
+    )
     assert len(found.notes) == 1
 
 
@@ -80,5 +82,5 @@ def test_a_mesh_that_is_broken_is_noted(content: bytes, tmp_path: Path) -> None:
     ],
 )
 def test_what_is_no_robot_is_refused(text: str) -> None:
-    with pytest.raises(looks.LooksError, match="robot's description"):
-        looks.read(text, nowhere)
+    with pytest.raises(visual_model.VisualError, match="robot's description"):
+        visual_model.read(text, nowhere)

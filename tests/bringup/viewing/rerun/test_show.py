@@ -13,7 +13,7 @@ import rerun as rr
 
 from arjuna_core.errors import InputFileError
 from bringup.viewing.rerun.output import OutputError
-from bringup.viewing.rerun.replay import replay
+from bringup.viewing.rerun.show import replay
 from tests.bringup.viewing.drives import Drive, drive, grid, make, scan, transform
 
 

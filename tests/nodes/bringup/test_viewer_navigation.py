@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from bringup.viewing.drawing.status import Navigation, nodes_text
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from bringup.viewing.robot.managed import nodes_text
+from bringup.viewing.robot.navigation import Navigation
+
+pytestmark = pytest.mark.ros
+DRIVING = Navigation("driving", 2.345, 12.4, 1)
 
 
 def test_driving_says_how_far_and_how_often_it_recovered() -> None:
-    text = Navigation().driving(2.345, 12.4, 1).text()
-    assert text == "**driving** · 2.35 m to go · 12 s, recoveries: 1"
+    assert DRIVING.text() == "**driving** · 2.35 m to go · 12 s, recoveries: 1"
 
 
 def test_a_failure_says_why_and_no_distance() -> None:
-    state = Navigation().driving(2.0, 3.0, 0).ended(6, 204, "no valid path")
-    assert state.text() == "**failed** · 3 s, recoveries: 0\n\n⚠ no valid path"
+    state = DRIVING.ended(6, 204, "no valid path")
+    assert state.text() == "**failed** · 12 s, recoveries: 1\n\n⚠ no valid path"
 
 
 def test_a_failure_without_words_says_its_code() -> None:

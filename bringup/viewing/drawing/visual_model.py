@@ -1,4 +1,4 @@
-"""The robot's looks: of /robot_description's text, one binary glTF a link."""
+"""The robot as /robot_description has it, one binary glTF a link, and where its meshes are."""
 
 from __future__ import annotations
 
@@ -19,22 +19,33 @@ from arjuna_core.errors import ArjunaError
 
 FindMesh = Callable[[str], Path | None]
 """Returns the file that a mesh's URI names, or None."""
-_MAX_TEXT = 10_000_000
 _GREY = (0.6, 0.6, 0.65, 1.0)
-_SIDES = 24
 
 
-class LooksError(ArjunaError):
+def mesh_finder() -> FindMesh:
+    """Return what finds meshes in the packages of the environment and below this folder."""
+    from arjuna_sim.files.search_path import EscapeError, SearchPath
+
+    def find(uri: str) -> Path | None:
+        try:
+            return SearchPath.of().find(Path.cwd() / "robot.urdf", uri)
+        except EscapeError:
+            return None
+
+    return find
+
+
+class VisualError(ArjunaError):
     """A robot's description cannot be drawn."""
 
 
 @dataclass(frozen=True)
-class Looks:
-    """What a robot looks like.
+class VisualModel:
+    """A robot to be drawn.
 
     Attributes:
-        root: The link that all others hang on.
-        glbs: What each link that can be seen looks like in its own frame, as binary glTF.
+        root: The link above all others.
+        glbs: Each visible link in its own frame, as binary glTF.
         notes: On what is not drawn.
     """
 
@@ -43,17 +54,13 @@ class Looks:
     notes: tuple[str, ...]
 
 
-def read(description: str, find_mesh: FindMesh) -> Looks:
-    """Return a robot's looks.
-
-    Args:
-        description: The URDF's text.
-        find_mesh: Finds the meshes.
+def read(description: str, find_mesh: FindMesh, longest: int = 10_000_000) -> VisualModel:
+    """Return the robot of a URDF's text.
 
     Raises:
-        LooksError: The text is no URDF, or has no root.
+        VisualError: The text is no URDF, or has no root.
     """
-    robot = _parse(description)
+    robot = _parse(description, longest)
     colours = {m.name: m.color.rgba for m in robot.materials if m.color is not None}
     glbs: dict[str, bytes] = {}
     notes: list[str] = []
@@ -66,27 +73,27 @@ def read(description: str, find_mesh: FindMesh) -> Looks:
                 notes.append(f"{link.name}: {error}")
         if meshes:
             glbs[link.name] = bytes(trimesh.Scene(meshes).export(file_type="glb"))
-    return Looks(_root(robot), glbs, tuple(notes))
+    return VisualModel(_root(robot), glbs, tuple(notes))
 
 
 def _root(robot: Any) -> str:
     children = {joint.child for joint in robot.joints}
     roots = [link.name for link in robot.links if link.name not in children]
     if not roots:
-        raise LooksError("the robot's description has no root link")
+        raise VisualError("the robot's description has no root link")
     return str(roots[0])
 
 
-def _parse(description: str) -> Any:
+def _parse(description: str, longest: int) -> Any:
     """Return yourdfpy's robot, after a parser that refuses entities and the network."""
     text = description.encode()
-    if len(text) > _MAX_TEXT:
-        raise LooksError(f"a description of {len(text)} bytes; valid: up to {_MAX_TEXT}")
+    if len(text) > longest:
+        raise VisualError(f"a description of {len(text)} bytes; valid: up to {longest}")
     try:
         fromstring(text)
         urdf = yourdfpy.URDF.load(io.BytesIO(text), build_scene_graph=False, load_meshes=False)
     except (ParseError, DefusedXmlException, ValueError, yourdfpy.urdf.URDFError) as error:
-        raise LooksError(f"the robot's description is no URDF: {error}") from error
+        raise VisualError(f"the robot's description is no URDF: {error}") from error
     return urdf.robot
 
 
@@ -114,7 +121,7 @@ def _primitive(geometry: Any) -> Any:
         return trimesh.creation.box(extents=geometry.box.size)
     if geometry.cylinder is not None:
         shape = geometry.cylinder
-        return trimesh.creation.cylinder(shape.radius, shape.length, sections=_SIDES)
+        return trimesh.creation.cylinder(shape.radius, shape.length, sections=24)
     if geometry.sphere is not None:
         return trimesh.creation.icosphere(subdivisions=2, radius=geometry.sphere.radius)
     raise ValueError("its geometry is no box, cylinder, sphere or mesh")
