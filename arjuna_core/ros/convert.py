@@ -8,9 +8,17 @@ from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
-from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Transform, TransformStamped
+from geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    Transform,
+    TransformStamped,
+    Vector3,
+)
+from nav_msgs.msg import MapMetaData, Path
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
-from nav_msgs.msg import Path
 from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
@@ -18,7 +26,6 @@ from std_msgs.msg import Header
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.pose3 import Pose3
 from arjuna_core.readings import Cloud
-from arjuna_core.ros.messages import fresh
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 
@@ -33,9 +40,8 @@ def seconds(stamp: Any) -> float:
 
 def time_msg(now: float) -> Time:
     """Return a time [s] as a Time message, to the nearest nanosecond."""
-    message = fresh(Time)
-    message.sec, message.nanosec = _whole(now)
-    return message
+    sec, nanosec = _whole(now)
+    return Time(sec=sec, nanosec=nanosec)
 
 
 def duration_msg(duration: float) -> Duration:
@@ -51,27 +57,13 @@ def _whole(time: float) -> tuple[int, int]:
 
 def header(frame_id: str, now: float) -> Header:
     """Return a header for a frame and a time [s]."""
-    message = fresh(Header)
-    set_header(message, frame_id, now)
-    return message
-
-
-def set_header(message: Header, frame_id: str, now: float) -> None:
-    """Make a header that is used again one for a frame and a time [s]."""
-    message.frame_id = frame_id
-    message.stamp.sec, message.stamp.nanosec = _whole(now)
+    sec, nanosec = divmod(round(now * _NANO), _NANO)
+    return Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=frame_id)
 
 
 def quaternion(yaw: float) -> Quaternion:
     """Return a rotation about z [rad] as a quaternion."""
-    rotation = fresh(Quaternion)
-    set_yaw(rotation, yaw)
-    return rotation
-
-
-def set_yaw(rotation: Quaternion, yaw: float) -> None:
-    """Make a quaternion that was about z, and is used again, one by an angle [rad]."""
-    rotation.z, rotation.w = math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+    return Quaternion(z=math.sin(yaw / 2.0), w=math.cos(yaw / 2.0))
 
 
 def yaw(rotation: Quaternion) -> float:
@@ -88,10 +80,8 @@ def pose_msg(pose: SE2) -> Pose:
 
     rclpy writes a whole number of Python's into a float64 as 5e-324, without a word.
     """
-    message = fresh(Pose)
-    set_yaw(message.orientation, pose.theta)
-    message.position.x, message.position.y = float(pose.x), float(pose.y)
-    return message
+    at = Point(x=float(pose.x), y=float(pose.y))
+    return Pose(position=at, orientation=quaternion(pose.theta))
 
 
 def se2_from_pose(message: Pose) -> SE2:
@@ -108,36 +98,17 @@ def se2_from_pose(message: Pose) -> SE2:
 
 def pose_stamped(pose: SE2, frame_id: str, now: float) -> PoseStamped:
     """Return a planar pose in a frame at a time [s]."""
-    message = fresh(PoseStamped)
-    message.header, message.pose = header(frame_id, now), pose_msg(pose)
-    return message
+    return PoseStamped(header=header(frame_id, now), pose=pose_msg(pose))
 
 
-def transform_msg(
-    T: SE2, parent: str, child: str, now: float, into: TransformStamped | None = None
-) -> TransformStamped:
-    """Return `T_parent_child` at a time [s] as a TransformStamped message.
-
-    Args:
-        T: The transform.
-        parent: Frame mapped into.
-        child: Frame mapped from.
-        now: [s].
-        into: One that an earlier call returned, to be used again.
-    """
-    message = between(parent, child, now, into)
-    at = message.transform.translation
-    at.x, at.y = float(T.x), float(T.y)
-    set_yaw(message.transform.rotation, T.theta)
-    return message
-
-
-def between(parent: str, child: str, now: float, into: TransformStamped | None) -> TransformStamped:
-    """Return a message of two frames at a time [s] whose transform is still to be filled in."""
-    message = into or fresh(TransformStamped)
-    set_header(message.header, parent, now)
-    message.child_frame_id = child
-    return message
+def transform_msg(T: SE2, parent: str, child: str, now: float) -> TransformStamped:
+    """Return `T_parent_child` at a time [s] as a TransformStamped message."""
+    at = Vector3(x=float(T.x), y=float(T.y))
+    return TransformStamped(
+        header=header(parent, now),
+        child_frame_id=child,
+        transform=Transform(translation=at, rotation=quaternion(T.theta)),
+    )
 
 
 def se2_from_transform(message: Transform) -> SE2:
@@ -166,21 +137,17 @@ def cloud_from_msg(message: PointCloud2, T_base_sensor: Pose3, most: int = 30_00
         return Cloud(np.zeros((0, 3)), position, stamp)
     order = ">" if message.is_bigendian else "<"
     fields = {each.name: each for each in message.fields}
-    places = [fields[name] for name in "xyz"]
-    kind = np.dtype(
-        {
-            "names": ["x", "y", "z"],
-            "formats": [order + _REALS[each.datatype] for each in places],
-            "offsets": [each.offset for each in places],
-            "itemsize": message.point_step,
-        }
-    )
     shape, strides = (message.height, message.width), (message.row_step, message.point_step)
-    packed: NDArray[Any] = np.ndarray(shape, kind, np.asarray(message.data), strides=strides)
-    chosen = np.divmod(np.arange(0, packed.size, -(-packed.size // most)), message.width)
-    points = np.column_stack([packed[name][chosen].astype(np.float64) for name in "xyz"])
-    points = T_base_sensor.apply(points[np.isfinite(points).all(axis=1)])
-    return Cloud(points, position, stamp)
+    step = -(-message.width * message.height // most)
+    points = np.empty((-(-message.width * message.height // step), 3))
+    for column, name in enumerate("xyz"):
+        kind, offset = order + _REALS[fields[name].datatype], fields[name].offset
+        values: NDArray[Any] = np.ndarray(shape, kind, message.data, offset, strides)
+        points[:, column] = values.reshape(-1)[::step]
+    finite = np.isfinite(points)
+    if not finite.all():
+        points = points[finite.all(axis=1)]
+    return Cloud(T_base_sensor.apply(points), position, stamp)
 
 
 def scan_from_msg(message: LaserScan, T_base_sensor: SE2 = IDENTITY) -> Scan:
@@ -199,26 +166,30 @@ def scan_from_msg(message: LaserScan, T_base_sensor: SE2 = IDENTITY) -> Scan:
 
 def scan_msg(scan: Scan, frame_id: str, scan_time: float) -> LaserScan:
     """Return a Scan as a LaserScan message; `scan_time` is the sweep's period [s]."""
-    message = fresh(LaserScan)
-    set_header(message.header, frame_id, scan.stamp)
-    message.angle_min, message.angle_increment = scan.angle_min, scan.angle_increment
-    message.angle_max = scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1)
-    message.time_increment, message.scan_time = scan.time_increment, scan_time
-    message.range_min, message.range_max = scan.range_min, scan.range_max
-    message.ranges = array.array("f", scan.ranges.astype(np.float32).tobytes())
-    return message
+    return LaserScan(
+        header=header(frame_id, scan.stamp),
+        angle_min=scan.angle_min,
+        angle_max=scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1),
+        angle_increment=scan.angle_increment,
+        time_increment=scan.time_increment,
+        scan_time=scan_time,
+        range_min=scan.range_min,
+        range_max=scan.range_max,
+        ranges=array.array("f", scan.ranges.astype(np.float32).tobytes()),
+    )
 
 
 def grid_msg(grid: OccupancyGrid, frame_id: str, now: float) -> OccupancyGridMsg:
     """Return a grid as an OccupancyGrid message stamped with a time [s]."""
-    message = fresh(OccupancyGridMsg)
-    set_header(message.header, frame_id, now)
-    message.info.map_load_time = time_msg(grid.stamp)
-    message.info.resolution = grid.frame.resolution
-    message.info.width, message.info.height = grid.frame.width, grid.frame.height
-    message.info.origin = pose_msg(grid.frame.origin)
-    message.data = array.array("b", grid.data.tobytes())
-    return message
+    info = MapMetaData(
+        map_load_time=time_msg(grid.stamp),
+        resolution=grid.frame.resolution,
+        width=grid.frame.width,
+        height=grid.frame.height,
+        origin=pose_msg(grid.frame.origin),
+    )
+    data = array.array("b", grid.data.tobytes())
+    return OccupancyGridMsg(header=header(frame_id, now), info=info, data=data)
 
 
 def grid_from_msg(message: OccupancyGridMsg) -> OccupancyGrid:
@@ -239,21 +210,15 @@ def grid_from_msg(message: OccupancyGridMsg) -> OccupancyGrid:
 
 def path_msg(poses: NDArray[np.float64], frame_id: str, now: float) -> Path:
     """Return poses `(N, 3) float64` of `x, y, yaw` as a Path message."""
-    whole = _whole(now)
-    stamped = [_placed(pose, frame_id, whole) for pose in np.asarray(poses, np.float64).tolist()]
+    sec, nanosec = _whole(now)
+    stamped = [
+        PoseStamped(
+            header=Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=frame_id),
+            pose=Pose(position=Point(x=x, y=y), orientation=quaternion(theta)),
+        )
+        for x, y, theta in np.asarray(poses, np.float64).tolist()
+    ]
     return Path(header=header(frame_id, now), poses=stamped)
-
-
-def _placed(pose: list[float], frame_id: str, whole: tuple[int, int]) -> PoseStamped:
-    """Return `x, y, yaw` in a frame at a time [s, ns] as a PoseStamped message."""
-    x, y, theta = pose
-    message = fresh(PoseStamped)
-    head, placed = message._header, message._pose
-    head._frame_id, head._stamp._sec, head._stamp._nanosec = frame_id, *whole
-    placed._position._x, placed._position._y = x, y
-    turn = placed._orientation
-    turn._z, turn._w = math.sin(theta / 2.0), math.cos(theta / 2.0)
-    return message
 
 
 def poses_from_path(message: Path) -> NDArray[np.float64]:

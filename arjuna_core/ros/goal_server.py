@@ -142,7 +142,7 @@ class GoalServer:
 
     def _on_cancel_request(self, handle: ServerGoalHandle) -> CancelResponse:
         cancelled = self._node.guarded(self._name, self._after_cancel_request, self._failed)
-        self._node.process.executor.create_task(cancelled)  # when the goal's state says so
+        self._node.process.later(cancelled)  # when the goal's state says so
         return CancelResponse.ACCEPT
 
     def _after_cancel_request(self) -> None:

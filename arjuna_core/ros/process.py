@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Literal, Protocol
 
-from rclpy.clock import ROSClock
+from rclpy.clock import ClockType, ROSClock
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.task import Task
-from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
 from arjuna_core.checks.message import problem_of
@@ -203,28 +203,35 @@ class Process:
         if problem is not None:
             self.guard.refused(self.node, "clock", problem)
             return
-        self._advance(seconds(message.clock), Time.from_msg(message.clock))
+        self._advance(seconds(message.clock), _nanoseconds(message.clock))
 
     def _on_system_time(self) -> None:
         self._advance(self.clock.now().nanoseconds / 1e9, None)
 
-    def _advance(self, now: float, override: Time | None) -> None:
+    def _advance(self, now: float, override: int | None) -> None:
         jumped_back = now < self.now
         self.now = now
         if jumped_back:
             self.transforms.clear()
         if override is not None:
+            time = _rclpy.rcl_time_point_t(override, ClockType.ROS_TIME)
             for clock in self._clocks:  # as rclpy's Clock does, which takes five times as long
-                clock.set_ros_time_override(override._time_handle)
+                clock.set_ros_time_override(time)
         if jumped_back:
             for node in self.nodes:
                 self.guard.call(node, "a clock set back", node.on_time_jump)
+        if self.transport is not None:
+            self.transport.now = now
+        self.later(self._run_due)
+        if self.transport is not None:
+            self.transport.run_timers()
+
+    def later(self, callback: Callable[[], Any]) -> None:
+        """Run a callback behind what waits in the executor."""
         if self.transport is None:
-            self.executor.create_task(self._run_due)
-            return
-        self.transport.now = now
-        self.executor.put(self._run_due)
-        self.transport.run_timers()
+            self.executor.create_task(callback)
+        else:
+            self.executor.put(callback)
 
     def _run_due(self) -> None:
         """Run what is due, behind the transforms and scans that were queued with the clock."""
@@ -284,3 +291,7 @@ class Process:
         self.executor.shutdown()
         if self.context.ok():
             self.context.shutdown()
+
+
+def _nanoseconds(stamp: Any) -> int:
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)

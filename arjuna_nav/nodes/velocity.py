@@ -6,11 +6,10 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import Twist, TwistStamped, Vector3
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
-from arjuna_core.ros.messages import fresh
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import STILL, Velocity
 
@@ -64,8 +63,8 @@ class VelocityOutput:
 
     def publish(self, velocity: Velocity) -> None:
         """Publish one velocity."""
-        twist = fresh(Twist)
-        twist.linear.x, twist.angular.z = float(velocity.x), float(velocity.yaw_rate)
+        linear, angular = Vector3(x=float(velocity.x)), Vector3(z=float(velocity.yaw_rate))
+        twist = Twist(linear=linear, angular=angular)
         if self._stamped:
             stamp = header(self._frame, self._node.now)
             self._publisher.publish(TwistStamped(header=stamp, twist=twist))

@@ -45,6 +45,7 @@ class VelocitySmootherNode(ManagedNode):
         subscribe_velocity(self, config.cmd_vel_in_topic, stamped, self._on_command)
         if config.feedback == "CLOSED_LOOP":
             self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
+        self._smoothing = self.guarded("carry_on", self._smooth_if_due)
         self.every(1.0 / config.smoothing_frequency, self._carry_on)
 
     def activate(self) -> None:
@@ -75,8 +76,7 @@ class VelocitySmootherNode(ManagedNode):
 
     def _carry_on(self) -> None:
         """Go on with the last command, unless one comes just now."""
-        carry_on = self.guarded("carry_on", self._smooth_if_due)
-        self.process.executor.create_task(carry_on)
+        self.process.later(self._smoothing)
 
     def _smooth_if_due(self) -> None:
         if self.active and self._smoother.is_due(self.now):

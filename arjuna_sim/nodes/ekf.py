@@ -62,8 +62,6 @@ class EkfNode(ManagedNode):
         config: EkfConfig = self.config
         self._check_inputs()
         self._begin()
-        self._odom: Odometry | None = None  # filled anew each time, as is `_moved`
-        self._moved = TFMessage()
         self._tf_out = self.publisher(TFMessage, "/tf", qos.TF)
         self._odom_out = self.publisher(Odometry, config.odom_topic, qos.DEFAULT)
         self.subscribe(Odometry, config.odom0, self._on_wheels, qos.DEFAULT)
@@ -167,9 +165,6 @@ class EkfNode(ManagedNode):
         now, frame = self._stamp, self._wheels.header.frame_id
         child = self._wheels.child_frame_id
         if self.config.publish_tf:
-            moved = self._moved.transforms
-            T = transform_msg(estimate.T_odom_base, frame, child, now, *moved)
-            self._moved.transforms = [T]
-            self._tf_out.publish(self._moved)
-        self._odom = odometry_msg(estimate, frame, child, now, self._odom)
-        self._odom_out.publish(self._odom)
+            T = transform_msg(estimate.T_odom_base, frame, child, now)
+            self._tf_out.publish(TFMessage(transforms=[T]))
+        self._odom_out.publish(odometry_msg(estimate, frame, child, now))

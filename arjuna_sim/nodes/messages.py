@@ -6,13 +6,21 @@ import array
 import math
 from typing import Any
 
-from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Twist, Vector3
+from geometry_msgs.msg import (
+    Point,
+    Pose,
+    Quaternion,
+    Transform,
+    TransformStamped,
+    Twist,
+    Vector3,
+)
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from simulation_interfaces.msg import Bounds, EntityState
 
 from arjuna_core.pose3 import Pose3
-from arjuna_core.ros.convert import PLANAR, between, header, set_header, set_yaw
+from arjuna_core.ros.convert import PLANAR, header, pose_msg
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.model.entities import EntityMotion
@@ -25,44 +33,28 @@ _DIAGONAL = PLANAR[::4]
 _FARTHEST = 10_000.0  # [m] beyond it single precision tears meshes apart
 
 
-def transform3_msg(
-    T: Pose3, parent: str, child: str, now: float, into: TransformStamped | None = None
-) -> TransformStamped:
-    """Return `T_parent_child` in space at a time [s] as a TransformStamped message.
-
-    Args:
-        T: The transform.
-        parent: Frame mapped into.
-        child: Frame mapped from.
-        now: [s].
-        into: One that an earlier call returned, to be used again.
-    """
-    message = between(parent, child, now, into)
-    at, turn = message.transform.translation, message.transform.rotation
-    at.x, at.y, at.z = T.position
-    turn.w, turn.x, turn.y, turn.z = T.quaternion
-    return message
+def transform3_msg(T: Pose3, parent: str, child: str, now: float) -> TransformStamped:
+    """Return `T_parent_child` in space at a time [s] as a TransformStamped message."""
+    (x, y, z), (qw, qx, qy, qz) = T.position, T.quaternion
+    transform = Transform(
+        translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)
+    )
+    return TransformStamped(header=header(parent, now), child_frame_id=child, transform=transform)
 
 
-def odometry_msg(
-    estimate: OdometryEstimate, frame: str, child: str, now: float, into: Odometry | None = None
-) -> Odometry:
+def odometry_msg(estimate: OdometryEstimate, frame: str, child: str, now: float) -> Odometry:
     """Return dead reckoning at a time [s] as an Odometry message.
 
     Args:
-        estimate: Where the robot is and how it moves.
-        frame: In which it is.
+        estimate: Pose and motion of the robot.
+        frame: The frame of its pose.
         child: The robot's frame.
         now: [s].
-        into: One that an earlier call returned, to be used again.
     """
-    message = into or Odometry()
-    set_header(message.header, frame, now)
-    message.child_frame_id = child
-    pose, twist, T = message.pose.pose, message.twist.twist, estimate.T_odom_base
-    pose.position.x, pose.position.y = T.x, T.y
-    set_yaw(pose.orientation, T.theta)
+    message = Odometry(header=header(frame, now), child_frame_id=child)
+    message.pose.pose = pose_msg(estimate.T_odom_base)
     message.pose.covariance[PLANAR] = estimate.covariance.ravel()
+    twist = message.twist.twist
     twist.linear.x, twist.linear.y, twist.angular.z = estimate.v, estimate.side, estimate.w
     v_variance, w_variance = estimate.twist_variance
     side_variance = v_variance if estimate.side else 0.0
@@ -70,18 +62,9 @@ def odometry_msg(
     return message
 
 
-def truth_msg(truth: Truth, child: str, now: float, into: Odometry | None = None) -> Odometry:
-    """Return the true pose and motion at a time [s] as an Odometry message, without errors.
-
-    Args:
-        truth: Where the robot is and how it moves.
-        child: Its frame.
-        now: [s].
-        into: One that an earlier call returned, to be used again.
-    """
-    message = into or Odometry()
-    set_header(message.header, WORLD, now)
-    message.child_frame_id = child
+def truth_msg(truth: Truth, child: str, now: float) -> Odometry:
+    """Return the true pose and motion at a time [s] as an Odometry message, without errors."""
+    message = Odometry(header=header(WORLD, now), child_frame_id=child)
     _set_truth(message.pose.pose, message.twist.twist, truth)
     return message
 
@@ -142,32 +125,19 @@ def box_msg(low: Any, high: Any) -> Bounds:
     return Bounds(type=Bounds.TYPE_BOX, points=points)
 
 
-def joint_state_msg(joints: JointStates, now: float, into: JointState | None = None) -> JointState:
-    """Return joint positions and velocities at a time [s] as a JointState message.
-
-    Args:
-        joints: Their names, positions and velocities.
-        now: [s].
-        into: One that an earlier call for the same joints returned, to be used again.
-    """
-    message = into or JointState(name=list(joints.names))
-    set_header(message.header, "", now)
-    message.position = array.array("d", joints.positions.tobytes())
-    message.velocity = array.array("d", joints.velocities.tobytes())
-    return message
+def joint_state_msg(joints: JointStates, now: float) -> JointState:
+    """Return joint positions and velocities at a time [s] as a JointState message."""
+    return JointState(
+        header=header("", now),
+        name=list(joints.names),
+        position=array.array("d", joints.positions.tobytes()),
+        velocity=array.array("d", joints.velocities.tobytes()),
+    )
 
 
-def imu_msg(reading: ImuReading, frame: str, now: float, into: Imu | None = None) -> Imu:
-    """Return an IMU's reading at a time [s] as an Imu message.
-
-    Args:
-        reading: What it says.
-        frame: Its frame.
-        now: [s].
-        into: One that an earlier call returned, to be used again.
-    """
-    message = into or Imu()
-    set_header(message.header, frame, now)
+def imu_msg(reading: ImuReading, frame: str, now: float) -> Imu:
+    """Return an IMU's reading at a time [s] as an Imu message."""
+    message = Imu(header=header(frame, now))
     turn = message.orientation
     turn.w, turn.x, turn.y, turn.z = reading.orientation.quaternion
     _set(message.angular_velocity, reading.angular_velocity.tolist())

@@ -56,7 +56,6 @@ class RobotStatePublisherNode(ManagedNode):
         self._description = self.publisher(String, "robot_description", qos.LATCHED)
         self._static = self.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
         self._moving = self.publisher(TFMessage, "/tf", qos.TF)
-        self._transforms: dict[str, TransformStamped] = {}  # filled anew each time
         self._due = Periodic(1.0 / self.config.publish_frequency)
         self.subscribe(JointState, "joint_states", self._on_joints, qos.DEFAULT)
 
@@ -91,7 +90,5 @@ class RobotStatePublisherNode(ManagedNode):
         for name, position in zip(message.name, message.position, strict=False):
             joint = self._urdf.joints.get(name)
             if joint is not None:
-                T, old = joint.at(position), self._transforms.get(name)
-                moving.append(transform3_msg(T, joint.parent, joint.child, now, old))
-                self._transforms[name] = moving[-1]
+                moving.append(transform3_msg(joint.at(position), joint.parent, joint.child, now))
         self._moving.publish(TFMessage(transforms=moving))

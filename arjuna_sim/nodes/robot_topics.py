@@ -121,11 +121,6 @@ class RobotTopics:
         self._create_publishers(node)
         self._odom_due = _slower(self.drive.rate, config.tick)
         # what comes each tick is filled anew: making an Odometry costs five times as much
-        self._odom: Odometry | None = None
-        self._true: Odometry | None = None
-        self._joints: JointState | None = None
-        self._imu: Imu | None = None
-        self._moved = TFMessage()
 
     def _create_publishers(self, node: ManagedNode) -> None:
         """Advertise what the robot has: who looks for a topic finds no empty one."""
@@ -153,12 +148,10 @@ class RobotTopics:
         if self.drive.wheels and (self._odom_due is None or self._odom_due.due(now)):
             self._publish_odometry(observation)
         if self._joints_out.get_subscription_count() > 0:
-            self._joints = joint_state_msg(observation.joints, now, self._joints)
-            self._joints_out.publish(self._joints)
+            self._joints_out.publish(joint_state_msg(observation.joints, now))
         self._publish_sensors(observation)
         if self._truth and self._truth_out.get_subscription_count() > 0:
-            self._true = truth_msg(observation.truth, self._base, now, self._true)
-            self._truth_out.publish(self._true)
+            self._truth_out.publish(truth_msg(observation.truth, self._base, now))
 
     def _publish_odometry(self, observation: Observation) -> None:
         drive, now = self.drive, observation.time
@@ -167,21 +160,17 @@ class RobotTopics:
             estimate = _exact(observation.truth)
         frame = drive.odometry_frame
         if "odom_tf" in drive.publishes:
-            moved = self._moved.transforms
-            T = transform_msg(estimate.T_odom_base, frame, self._base, now, *moved)
-            self._moved.transforms = [T]
-            self._tf_out.publish(self._moved)
+            T = transform_msg(estimate.T_odom_base, frame, self._base, now)
+            self._tf_out.publish(TFMessage(transforms=[T]))
         if "odom" in drive.publishes:
-            self._odom = odometry_msg(estimate, frame, self._base, now, self._odom)
-            self._odom_out.publish(self._odom)
+            self._odom_out.publish(odometry_msg(estimate, frame, self._base, now))
 
     def _publish_sensors(self, observation: Observation) -> None:
         settings = self.settings
         if observation.imu is not None and self._imu_out.get_subscription_count() > 0:
             assert settings.imu is not None
             for reading in (*observation.imu_before, observation.imu):
-                self._imu = imu_msg(reading, settings.imu.frame, reading.stamp, self._imu)
-                self._imu_out.publish(self._imu)
+                self._imu_out.publish(imu_msg(reading, settings.imu.frame, reading.stamp))
         if observation.scan is not None:
             lidar = settings.lidar
             assert lidar is not None

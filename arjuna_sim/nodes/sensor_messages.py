@@ -21,6 +21,12 @@ from arjuna_sim.model.settings import MagnetometerSettings, NavSatSettings, Rang
 
 _FLOAT, _UINT16 = np.dtype("<f4"), np.dtype("<u2")
 _POINT = np.dtype([("x", _FLOAT), ("y", _FLOAT), ("z", _FLOAT), ("ring", _UINT16)])
+_FIELDS = [
+    PointField(name=name, offset=4 * number, datatype=kind, count=1)
+    for number, (name, kind) in enumerate(
+        (*((axis, PointField.FLOAT32) for axis in "xyz"), ("ring", PointField.UINT16))
+    )
+]
 
 
 def cloud_msg(
@@ -39,17 +45,11 @@ def cloud_msg(
     packed["x"], packed["y"], packed["z"] = points.T
     if rows is not None:
         packed["ring"] = rows
-    sizes = {_FLOAT: PointField.FLOAT32, _UINT16: PointField.UINT16}
-    assert kind.fields is not None
-    fields = [
-        PointField(name=name, offset=offset, datatype=sizes[of], count=1)
-        for name, (of, offset, *_) in kind.fields.items()
-    ]
     return PointCloud2(
         header=header(frame, now),
         height=1,
         width=len(points),
-        fields=fields,
+        fields=_FIELDS[: 3 + (rows is not None)],
         is_bigendian=False,
         point_step=kind.itemsize,
         row_step=kind.itemsize * len(points),

@@ -164,6 +164,8 @@ class TopicListener:
         found = []
         for heard in self._heard.values():
             handle, kind = heard.subscription.handle, heard.message_type
+            if not getattr(handle, "waiting", True):  # of the local transport
+                continue
             with handle:
                 while (taken := handle.take_message(kind, True)) is not None:
                     data, info = taken

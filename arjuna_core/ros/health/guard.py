@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -93,7 +92,6 @@ class Guard:
             otherwise: Called with the reason and the arguments where it did, for what to return.
         """
 
-        @functools.wraps(callback)
         def run(*arguments: Any) -> Any:
             try:
                 return callback(*arguments)
@@ -104,6 +102,7 @@ class Guard:
                     raise
                 return otherwise(self._caught(node, source, error), *arguments)
 
+        run.__wrapped__ = callback  # type: ignore[attr-defined]  # rclpy counts its arguments
         return run
 
     def _caught(self, node: Any, source: str, error: Exception) -> str:

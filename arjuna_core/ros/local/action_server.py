@@ -12,7 +12,6 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from unique_identifier_msgs.msg import UUID
 
 from arjuna_core.ros.local.services import Respond
-from arjuna_core.ros.messages import fresh
 
 _FEEDBACK = QoSProfile(depth=10)
 _RUNNING = (
@@ -44,9 +43,7 @@ class LocalGoalHandle:
     @property
     def info(self) -> GoalInfo:
         """Its number and when it was accepted."""
-        info = fresh(GoalInfo)
-        info.goal_id, info.stamp = self.goal_id, self.stamp
-        return info
+        return GoalInfo(goal_id=self.goal_id, stamp=self.stamp)
 
     @property
     def is_active(self) -> bool:
@@ -208,18 +205,14 @@ class LocalActionServer:
 
     def publish_status(self) -> None:
         """Publish the states of all goals."""
-        message = fresh(GoalStatusArray)
+        message = GoalStatusArray()
         for goal in self._goal_handles.values():
-            state = fresh(GoalStatus)
-            state.goal_info, state.status = goal.info, goal.status
-            message.status_list.append(state)
+            message.status_list.append(GoalStatus(goal_info=goal.info, status=goal.status))
         self._status_out.publish(message)
 
     def publish_feedback(self, goal_id: UUID, feedback: Any) -> None:
         """Publish feedback on a goal."""
-        message = fresh(self._impl.FeedbackMessage)
-        message.goal_id, message.feedback = goal_id, feedback
-        self._feedback_out.publish(message)
+        self._feedback_out.publish(self._impl.FeedbackMessage(goal_id=goal_id, feedback=feedback))
 
     def destroy(self) -> None:
         """Take no more goals."""

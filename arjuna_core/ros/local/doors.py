@@ -14,6 +14,7 @@ from arjuna_core.ros.local.registry import Registry
 from arjuna_core.ros.local.services import DeferredService, LocalClient, LocalService
 from arjuna_core.ros.local.timers import LocalTimer
 from arjuna_core.ros.local.topics import LocalPublisher, LocalSubscription
+from arjuna_core.ros.messages import quicken
 
 
 class Doors:
@@ -32,6 +33,7 @@ class Doors:
         self, msg_type: Any, topic: str, qos_profile: Any, *options: Any, **named: Any
     ) -> Any:
         """Create a publisher."""
+        quicken(msg_type)
         if self.transport is None:
             return super().create_publisher(msg_type, topic, qos_profile, *options, **named)  # type: ignore[misc]
         name = self._full_name(topic)
@@ -50,6 +52,7 @@ class Doors:
         **named: Any,
     ) -> Any:
         """Create a subscription."""
+        quicken(msg_type)
         if self.transport is None:
             return super().create_subscription(  # type: ignore[misc]
                 msg_type, topic, callback, qos_profile, *options, raw=raw, **named
@@ -61,9 +64,11 @@ class Doors:
 
     def create_client(self, srv_type: Any, srv_name: str, *options: Any, **named: Any) -> Any:
         """Create a service's client."""
+        quicken(srv_type.Request, srv_type.Response)
         if self.transport is None:
             return super().create_client(srv_type, srv_name, *options, **named)  # type: ignore[misc]
-        made = LocalClient(self.transport, srv_type, self._full_name(srv_name, is_service=True))
+        name = self._full_name(srv_name, is_service=True)
+        made = LocalClient(self.transport, self, srv_type, name)
         self._clients.append(made)  # type: ignore[attr-defined]
         return made
 
@@ -71,12 +76,14 @@ class Doors:
         self, srv_type: Any, srv_name: str, callback: Any, *options: Any, **named: Any
     ) -> Any:
         """Create a service."""
+        quicken(srv_type.Request, srv_type.Response)
         if self.transport is None:
             return super().create_service(srv_type, srv_name, callback, *options, **named)  # type: ignore[misc]
         return self._add_service(LocalService, srv_type, srv_name, callback)
 
     def create_deferred_service(self, srv_type: Any, srv_name: str, callback: Any) -> Any:
         """Create a service of the local transport that may answer later."""
+        quicken(srv_type.Request, srv_type.Response)
         return self._add_service(DeferredService, srv_type, srv_name, callback)
 
     def adopt(self, service: Any) -> None:

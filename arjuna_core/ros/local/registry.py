@@ -43,6 +43,8 @@ class Registry:
         services: Each service's.
         timers: Those of all nodes.
         problem: Why the message that is delivered now cannot be used; None if it can.
+        trusted: Whether a node of ours made what is handled now, a message or a request.
+        watching: Whether messages are looked at again.
         now: The process's time [s].
     """
 
@@ -54,10 +56,10 @@ class Registry:
         self.timers: list[Any] = []
         self._numbers, self._goals = itertools.count(1), itertools.count(1)
         self.problem: str | None = None
+        self.trusted = False
         self.now = 0.0
-        self._watched: deque[tuple[str, Any, bytes]] | None = (
-            deque() if os.environ.get(_WATCH) else None
-        )
+        self.watching = bool(os.environ.get(_WATCH))
+        self._watched: deque[tuple[str, Any, bytes]] = deque()
 
     def topics(self) -> Iterator[tuple[str, list[Any]]]:
         """Yield each topic that somebody publishes or listens to, and their ends, by name."""
@@ -90,13 +92,11 @@ class Registry:
         }
 
     def watch(self, topic: str, message: Any) -> None:
-        """Note a message of a topic, if messages are watched.
+        """Note a message that was sent.
 
         Raises:
             ChangedMessageError: An earlier one is not as it was.
         """
-        if self._watched is None:
-            return
         self._watched.append((topic, message, to_cdr(message)))
         if len(self._watched) > _WATCHED:
             changed, earlier, data = self._watched.popleft()

@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.task import Future
 
 from arjuna_core.ros.local.registry import Registry
-from arjuna_core.ros.messages import copier
+from arjuna_core.ros.messages import handed_over
 
 Respond = Callable[[Any], None]
 
@@ -37,11 +37,19 @@ class LocalService:
         self._registry = registry
         self.srv_type, self.srv_name, self.callback = srv_type, srv_name, callback
         self.service_name = srv_name
+        self._sent = handed_over(srv_type.Response, node.trusted)
         registry.services[srv_name].append(self)
 
-    def take(self, request: Any, respond: Respond) -> None:
+    def take(self, request: Any, respond: Respond, trusted: bool) -> None:
         """Answer a request."""
-        respond(self.callback(request, self.srv_type.Response()))
+        self._registry.trusted = trusted
+        self._answer(respond, self.callback(request, self.srv_type.Response()))
+
+    def _answer(self, respond: Respond, response: Any) -> None:
+        response = self._sent(response)
+        if self._registry.watching:
+            self._registry.watch(self.srv_name, response)
+        respond(response)
 
     def destroy(self) -> None:
         """Take no more requests; those that wait are answered."""
@@ -51,9 +59,13 @@ class LocalService:
 class DeferredService(LocalService):
     """A service whose callback is given the request and what takes the response, perhaps later."""
 
-    def take(self, request: Any, respond: Respond) -> None:
+    def take(self, request: Any, respond: Respond, trusted: bool) -> None:
         """Hand a request over, a turn later, as rclpy's actions take theirs."""
-        self._registry.executor.put(partial(self.callback, request, respond))
+        self._registry.executor.put(partial(self._hand_over, request, respond, trusted))
+
+    def _hand_over(self, request: Any, respond: Respond, trusted: bool) -> None:
+        self._registry.trusted = trusted
+        self.callback(request, partial(self._answer, respond))
 
 
 class LocalClient:
@@ -61,16 +73,17 @@ class LocalClient:
 
     Args:
         registry: The process's.
+        node: The node that asks.
         srv_type: The service's type.
         srv_name: The service's full name.
     """
 
-    def __init__(self, registry: Registry, srv_type: Any, srv_name: str) -> None:
+    def __init__(self, registry: Registry, node: Any, srv_type: Any, srv_name: str) -> None:
         self._registry = registry
+        self._trusted: bool = node.trusted
         self.srv_type, self.srv_name = srv_type, srv_name
         self.service_name = srv_name
-        self._copy_request = copier(srv_type.Request)
-        self._copy_response = copier(srv_type.Response)
+        self._sent = handed_over(srv_type.Request, node.trusted)
         self._pending: set[Future] = set()
 
     def call_async(self, request: Any) -> Future:
@@ -81,18 +94,18 @@ class LocalClient:
         """
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
-        request = self._copy_request(request)
+        request = self._sent(request)
+        if self._registry.watching:
+            self._registry.watch(self.srv_name, request)
         future = Future(executor=self._registry.executor)
         self._pending.add(future)
         for service in self._services():
-            self._registry.executor.put(
-                partial(service.take, request, partial(self._on_response, future))
-            )
+            respond = partial(self._on_response, future)
+            self._registry.executor.put(partial(service.take, request, respond, self._trusted))
         return future
 
     def _on_response(self, future: Future, response: Any) -> None:
-        answer = self._copy_response(response)
-        self._registry.executor.put(partial(self._finish, future, answer))
+        self._registry.executor.put(partial(self._finish, future, response))
 
     def _finish(self, future: Future, response: Any) -> None:
         if future in self._pending:

@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message
 from arjuna_core.checks.message import problem_of
 from arjuna_core.ros.local.cdr import to_cdr
 from arjuna_core.ros.local.registry import Registry
-from arjuna_core.ros.messages import copier
+from arjuna_core.ros.messages import handed_over
 
 
 class LocalSubscription:
@@ -32,7 +32,8 @@ class LocalSubscription:
         raw: Whether messages come as bytes.
 
     Attributes:
-        waiting: Messages, and why they cannot be used; or bytes, and their numbers.
+        waiting: Messages, why they cannot be used, and whether a node of ours made them; or bytes,
+            and their numbers.
     """
 
     def __init__(
@@ -49,7 +50,7 @@ class LocalSubscription:
         self.node = node
         self.msg_type, self.topic_name, self.qos_profile = msg_type, topic_name, qos_profile
         self.callback, self.raw = callback, raw
-        self.waiting: deque[tuple[Any, Any]] = deque(maxlen=_depth(qos_profile))
+        self.waiting: deque[tuple[Any, ...]] = deque(maxlen=_depth(qos_profile))
         self.topic = topic_name
         self.handle = self
         self.event_handlers: tuple[Any, ...] = ()
@@ -60,7 +61,8 @@ class LocalSubscription:
     def deliver(self) -> None:
         """Call back with the message that came first, if one waits."""
         if self.waiting:
-            message, self._registry.problem = self.waiting.popleft()
+            registry = self._registry
+            message, registry.problem, registry.trusted = self.waiting.popleft()
             self.callback(message)
 
     def take_message(self, kind: Any, raw: bool) -> Any:
@@ -90,7 +92,8 @@ class LocalSubscription:
 class LocalPublisher:
     """The end of a topic where messages enter; what rclpy's Publisher is to its owner.
 
-    Those who listen share a copy of each message, which nobody changes.
+    Those who listen share each message, which nobody changes: of a trusted publisher the message
+    itself, of others a copy.
 
     Args:
         registry: The process's.
@@ -113,9 +116,8 @@ class LocalPublisher:
         self.topic = topic_name
         self.readers: list[LocalSubscription] = []
         self.trusted: bool = node.trusted
-        self._copy = copier(msg_type)
-        latched = qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-        self._kept: deque[Any] = deque(maxlen=_depth(qos_profile) if latched else 0)
+        self._latched = qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        self._kept: deque[Any] = deque(maxlen=_depth(qos_profile))
         self._count = 0
         self.event_handlers: tuple[Any, ...] = ()
         self._destroyed = False
@@ -130,20 +132,29 @@ class LocalPublisher:
             TypeError: It is of another type.
             InvalidHandle: The publisher is destroyed.
         """
+        if type(message) is not self.msg_type or self._destroyed:
+            message = self._admitted(message)
+        self._count += 1
+        if not (self.readers or self._latched):
+            return
+        trusted, registry = self.trusted, self._registry
+        message = handed_over(self.msg_type, trusted)(message)
+        if registry.watching:
+            registry.watch(self.topic_name, message)
+        judged = message, None if trusted else problem_of(message, registry.now), trusted
+        if self._latched:
+            self._kept.append(judged)
+        self._send(judged, self.readers, self._count)
+
+    def _admitted(self, message: Any) -> Any:
+        """Return the message that is to be published, which may be given as its bytes."""
         if isinstance(message, bytes):
             message = deserialize_message(message, self.msg_type)
         if not isinstance(message, self.msg_type):
             raise TypeError(f"Expected {self.msg_type}, got {type(message)}")
         if self._destroyed:
             raise InvalidHandle(f"the publisher of '{self.topic_name}' is destroyed")
-        self._count += 1
-        if not (self.readers or self._kept.maxlen):
-            return
-        message = self._copy(message)
-        self._registry.watch(self.topic_name, message)
-        problem = None if self.trusted else problem_of(message, self._registry.now)
-        self._kept.append((message, problem))
-        self._send((message, problem), self.readers, self._count)
+        return message
 
     def _send(self, judged: Any, readers: list[LocalSubscription], count: int) -> None:
         executor, taken = self._registry.executor, None

@@ -49,6 +49,7 @@ class OpenNode(GoalNode):
 
     Config = FragileConfig
     DEFAULT_NAME = "open"
+    trusted = False
 
     def configure(self) -> None:
         self.heard: list[Any] = []
