@@ -179,16 +179,3 @@ def print_names(names: Sequence[str], count: bool) -> None:
 def with_types(pairs: Names, types: bool) -> list[str]:
     """Return the names, their types in brackets if asked for."""
     return [f"{name} [{', '.join(kinds)}]" if types else name for name, kinds in pairs]
-
-
-def print_types(
-    arguments: argparse.Namespace,
-    name: str,
-    names_of: Callable[[Any], Names],
-    hidden: bool = True,
-) -> int:
-    """Print the types of a name of the graph, as `Client.find_types`; return 1 if it has none."""
-    with Client(arguments) as client:
-        types = client.find_types(absolute(name), names_of, hidden)
-        print_names(types, count=False)
-    return int(not types)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from arjuna_core.errors import ArjunaError, nearest
-from bringup.ros2.grammar import Argument, Command, Verb
+from bringup.ros2.grammar import GRAPH, Argument, Command, Verb
 from bringup.ros2.tables import COMMANDS
 
 _SHELLS = ("bash", "zsh")
@@ -67,7 +67,7 @@ def script(shell: str) -> str:
 
 def _options(command: Command, verb: Verb) -> str:
     flat: list[Argument] = []
-    for item in verb.arguments:
+    for item in verb.arguments + (GRAPH if command.graph else ()):
         flat.extend([item] if isinstance(item, Argument) else item)
     flags = [name for item in flat for name in item.names if name.startswith("--")]
     live = next((_LIVE[item.complete] for item in flat if item.complete), "")

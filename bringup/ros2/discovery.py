@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Any, NamedTuple
-
-from bringup.ros2.participants import on_this_machine
 
 WHOLE = 0.15  # a graph in which nothing is seen to lack must stand still for so long [s]
 STABLE = 0.6  # one of which that cannot be told
 SILENT = 3.5  # one some of whose participants have not been heard of
+# DDSI-RTPS 2.5, section 9.6.2: port = 7400 + 250 domain + 10 + 2 participant (discovery, unicast)
+_BASE, _DOMAIN_GAIN, _OFFSET, _PARTICIPANT_GAIN = 7400, 250, 10, 2
+_MOST = 120  # participants a domain; the next domain's ports follow
+_TABLE = Path("/proc/net/udp")
 _UNNAMED = "_NODE_NAME_UNKNOWN_"
 _REQUEST, _REPLY = ("rq/", "Request"), ("rr/", "Reply")
 
@@ -52,7 +55,7 @@ def _expected(node: Any) -> int | None:
     """Return how many participants there are, None where that cannot be counted."""
     if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") != "LOCALHOST":
         return None
-    return on_this_machine(node.context.get_domain_id())
+    return participants(node.context.get_domain_id())
 
 
 def _participants(node: Any, topic: str) -> dict[bytes, str]:
@@ -72,3 +75,23 @@ def _halves(graph: Graph) -> set[str]:
         for start, end in (_REQUEST, _REPLY)
     )
     return requests ^ replies
+
+
+def participants(domain: int) -> int | None:
+    """Return the number of participants of a domain, this process's too; None if unknown."""
+    if not _TABLE.is_file():
+        return None
+    return count_participants(domain, _TABLE.read_text(encoding="ascii"))
+
+
+def count_participants(domain: int, table: str) -> int:
+    """Return the number of participants whose ports stand in a table of UDP sockets.
+
+    Args:
+        domain: The domain.
+        table: As /proc/net/udp gives it.
+    """
+    first = _BASE + _DOMAIN_GAIN * domain + _OFFSET
+    expected = range(first, first + _MOST * _PARTICIPANT_GAIN, _PARTICIPANT_GAIN)
+    addresses = (line.split()[1] for line in table.splitlines()[1:])
+    return len({int(address.split(":")[1], 16) for address in addresses} & set(expected))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import builtins
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -35,14 +36,15 @@ class Verb:
     Attributes:
         name: As it is typed.
         about: One line for the help.
-        run: `module:function` among the verbs; the module is imported only when it runs.
-        arguments: What it takes; a tuple of them excludes one another.
+        arguments: Its arguments; a tuple of them excludes one another.
+        run: `module:function` among the verbs, imported only when it runs; by default the
+            command's module and the verb's name, with an underscore where Python has that name.
     """
 
     name: str
     about: str
-    run: str
     arguments: tuple[Argument | tuple[Argument, ...], ...] = ()
+    run: str = ""
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,9 @@ class Command:
         name: As it is typed.
         about: One line for the help.
         verbs: Its verbs.
-        arguments: What may stand before the verb.
+        arguments: Arguments before the verb.
         forward: `module:function` that takes all words after the command instead of verbs.
+        graph: Whether its verbs look at the graph and so take `GRAPH` too.
     """
 
     name: str
@@ -62,6 +65,12 @@ class Command:
     verbs: tuple[Verb, ...] = ()
     arguments: tuple[Argument, ...] = ()
     forward: str = ""
+    graph: bool = False
+
+    def runs(self, verb: Verb) -> str:
+        """Return `module:function` of one of its verbs."""
+        suffix = "_" if hasattr(builtins, verb.name) else ""
+        return verb.run or f"{self.name}:{verb.name}{suffix}"
 
 
 def argument(*names: str, complete: str = "", **options: Any) -> Argument:
@@ -75,12 +84,12 @@ def switch(*names: str, **options: Any) -> Argument:
     return argument(*names, action="store_true", **options)
 
 
-# What every verb that looks at the graph takes. Nothing here needs ros2cli's daemon.
 GRAPH = (
     argument("--spin-time", type=float, metavar="N", help="seconds to wait for the graph at most"),
     switch("-s", "--use-sim-time", help="take the time from /clock"),
     switch("--no-daemon", help="accepted for ros2cli's sake: there is no daemon"),
 )
+"""The options of every verb that looks at the graph. Nothing here needs ros2cli's daemon."""
 
 
 def build_parser(commands: tuple[Command, ...]) -> argparse.ArgumentParser:
@@ -97,8 +106,8 @@ def build_parser(commands: tuple[Command, ...]) -> argparse.ArgumentParser:
         child.set_defaults(run=None, help=child.format_help)
         _add_arguments(child, command.arguments)
         for verb, leaf in zip(command.verbs, _add_choices(child, command.verbs), strict=True):
-            leaf.set_defaults(run=verb.run)
-            _add_arguments(leaf, verb.arguments)
+            leaf.set_defaults(run=command.runs(verb), command=command.name)
+            _add_arguments(leaf, verb.arguments + (GRAPH if command.graph else ()))
     return parser
 
 

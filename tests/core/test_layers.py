@@ -79,7 +79,7 @@ BRINGUP_WITHOUT_ROS = (
     ),
     *("ros2/main.py", "ros2/grammar.py", "ros2/tables/", "ros2/completion.py"),
     *("ros2/errors.py", "ros2/interrupt.py", "ros2/statistics.py", "ros2/verbs/forward.py"),
-    *("ros2/programs/bag.py", "ros2/participants.py"),
+    "ros2/programs/bag.py",
     *("doctor/checks/", "doctor/finding.py", "doctor/fit.py", "doctor/guides.py"),
     *("doctor/machine.py", "doctor/processes.py", "doctor/report.py", "doctor/snapshot.py"),
     *("doctor/table.py", "client/endpoint.py"),

@@ -4,32 +4,36 @@ from __future__ import annotations
 
 import argparse
 
-from bringup.ros2.grammar import GRAPH, Argument, Command, Verb, argument, switch
+from bringup.ros2.grammar import Argument, Command, Verb, argument, switch
 
 PRESETS = (
     *("unknown", "default", "system_default", "sensor_data", "services_default"),
     *("parameters", "parameter_events", "action_status_default", "best_available"),
 )
-_HIDDEN = switch(
-    *("--include-hidden-topics", "-a", "--all"),
-    default=argparse.SUPPRESS,
-    help="consider hidden topics too",
-)
 _TOPIC = argument("topic_name", complete="topic", help="name of the topic, for example '/chatter'")
-_COUNT = switch("-c", "--count-topics", help="only display the number of topics found")
+_TOPICS = (
+    switch("-c", "--count-topics", help="only display the number of topics found"),
+    switch(
+        *("--include-hidden-topics", "-a", "--all"),
+        default=argparse.SUPPRESS,
+        help="consider hidden topics too",
+    ),
+)
 
 
 def positive(text: str) -> int:
     """Return a whole number above 0."""
-    if not text.isdecimal() or int(text) == 0:
-        raise argparse.ArgumentTypeError("value must be a positive integer")
-    return int(text)
+    return _number(text, "value must be a positive integer", 1)
 
 
 def unsigned(text: str) -> int:
     """Return a whole number from 0."""
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError("value must be non-negative integer")
+    return _number(text, "value must be non-negative integer", 0)
+
+
+def _number(text: str, problem: str, least: int) -> int:
+    if not text.isdecimal() or int(text) < least:
+        raise argparse.ArgumentTypeError(problem)
     return int(text)
 
 
@@ -126,67 +130,51 @@ PUB: tuple[Argument | tuple[Argument, ...], ...] = (
     *_qos("default"),
 )
 TOPIC = Command(
-    "topic",
-    "Various topic related sub-commands",
+    *("topic", "Various topic related sub-commands"),
     (
+        Verb("bw", "Display bandwidth used by topic", (_TOPIC, _window(100)), "rates:bw"),
         Verb(
-            "bw",
-            "Display bandwidth used by topic",
-            "rates:bw",
-            (_TOPIC, _window(100), *GRAPH),
+            *("delay", "Display delay of topic from timestamp in header"),
+            *((_TOPIC, _window(10000)), "rates:delay"),
         ),
+        Verb("echo", "Output messages from a topic", ECHO, "echo:echo"),
         Verb(
-            "delay",
-            "Display delay of topic from timestamp in header",
-            "rates:delay",
-            (_TOPIC, _window(10000), *GRAPH),
-        ),
-        Verb("echo", "Output messages from a topic", "echo:echo", (*ECHO, *GRAPH)),
-        Verb(
-            "find",
-            "Output a list of available topics of a given type",
-            "topic:find",
+            *("find", "Output a list of available topics of a given type"),
             (
                 argument(
                     "topic_type", complete="message_type", help="for example 'std_msgs/msg/String'"
                 ),
-                _COUNT,
-                _HIDDEN,
-                *GRAPH,
+                *_TOPICS,
             ),
+            "names:find",
         ),
         Verb(
-            "hz",
-            "Print the average receiving rate to screen",
-            "rates:hz",
+            *("hz", "Print the average receiving rate to screen"),
             (
                 _TOPIC,
                 _window(10000),
                 argument("--filter", metavar="EXPR", help="count only where this is true of m"),
                 switch("--wall-time", help="measure by the wall clock"),
-                *GRAPH,
             ),
+            "rates:hz",
         ),
         Verb(
-            "info",
-            "Print information about a topic",
-            "topic:info",
-            (_TOPIC, switch("-v", "--verbose", help="node names, GIDs and QoS too"), *GRAPH),
+            *("info", "Print information about a topic"),
+            (_TOPIC, switch("-v", "--verbose", help="node names, GIDs and QoS too")),
+            "names:topic_info",
         ),
         Verb(
-            "list",
-            "Output a list of available topics",
-            "topic:list_topics",
+            *("list", "Output a list of available topics"),
             (
                 switch("-t", "--show-types", help="show the types too"),
-                _COUNT,
-                _HIDDEN,
+                *_TOPICS,
                 switch("-v", "--verbose", help="with the numbers of publishers and subscribers"),
-                *GRAPH,
             ),
+            "names:list_",
         ),
-        Verb("pub", "Publish a message to a topic", "pub:pub", (*PUB, *GRAPH)),
-        Verb("type", "Print a topic's type", "topic:type_of", (_TOPIC, *GRAPH)),
+        Verb("pub", "Publish a message to a topic", PUB, "send:pub"),
+        Verb("type", "Print a topic's type", (_TOPIC,), "names:type_"),
     ),
     (switch("--include-hidden-topics", help="consider hidden topics too"),),
+    graph=True,
 )

@@ -15,7 +15,7 @@ from bringup.ros2.errors import Ros2Error
 from bringup.ros2.qos import for_subscription
 from bringup.ros2.types import interface_class
 from bringup.ros2.values import Abridge, dump, is_message, to_csv, to_yaml
-from bringup.ros2.verbs.topic import topics
+from bringup.ros2.verbs.names import names_of
 
 
 def echo(arguments: argparse.Namespace) -> None:
@@ -55,7 +55,7 @@ def topic_class(client: Client, topic: str, given: str | None = None) -> Any:
     """
     if given is not None:
         return interface_class(given, "msg")
-    types = dict(topics(client.node)).get(full_name(topic), ())
+    types = dict(names_of("topic")(client.node)).get(full_name(topic), ())
     if len(types) > 1:
         kinds = ", ".join(types)
         raise Ros2Error(

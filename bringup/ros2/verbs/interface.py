@@ -21,7 +21,7 @@ def _kinds(arguments: argparse.Namespace) -> list[str]:
     return [kind for kind in options if options[kind]] or list(options)
 
 
-def list_types(arguments: argparse.Namespace) -> None:
+def list_(arguments: argparse.Namespace) -> None:
     """List all interfaces."""
     found = all_packages()
     for kind in _kinds(arguments):

@@ -65,7 +65,7 @@ def get(arguments: argparse.Namespace) -> None:
             print(f"{prefix}{state.label} [{state.id}]")
 
 
-def list_transitions(arguments: argparse.Namespace) -> None:
+def list_(arguments: argparse.Namespace) -> None:
     """Print the transitions that a node can make now, or all it has."""
     service = "get_transition_graph" if arguments.all else "get_available_transitions"
     with Client(arguments) as client:
@@ -81,7 +81,7 @@ def _transitions(client: Client, node: str, service: str) -> list[Any]:
     return list(answer.available_transitions)
 
 
-def set_state(arguments: argparse.Namespace) -> None:
+def set_(arguments: argparse.Namespace) -> None:
     """Make a node go through a transition, named by label or number.
 
     Raises:

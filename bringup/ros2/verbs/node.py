@@ -19,7 +19,7 @@ _TWICE = (
 )
 
 
-def list_nodes(arguments: argparse.Namespace) -> None:
+def list_(arguments: argparse.Namespace) -> None:
     """List the nodes."""
     with Client(arguments) as client:
         client.discover()

@@ -1,4 +1,4 @@
-"""`ros2 param list`, `get`, `set`, `describe`, `delete`."""
+"""`ros2 param`."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from typing import Any
 import yaml
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rclpy.parameter import Parameter as RclpyParameter
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
 
+from bringup.parameters.files import EVERY_NODE, load_parameters
 from bringup.ros2.client import Client, say_failed
 from bringup.ros2.errors import Ros2Error
 
@@ -29,7 +31,7 @@ _NAMES = {
 }
 
 
-def list_parameters(arguments: argparse.Namespace) -> None:
+def list_(arguments: argparse.Namespace) -> None:
     """List the parameters of a node, or of all nodes that serve them."""
     wanted = re.compile(arguments.filter or "")
     with Client(arguments) as client:
@@ -77,7 +79,7 @@ def _describe(
     return list(answer.descriptors)
 
 
-def values(client: Client, node: str, arguments: argparse.Namespace) -> dict[str, Any]:
+def _all_values(client: Client, node: str, arguments: argparse.Namespace) -> dict[str, Any]:
     """Return all parameters of a node by name."""
     names = _list(client, node, arguments)
     found = _values(client, node, names, arguments)
@@ -117,7 +119,7 @@ def _field(kind: str) -> str:
     return kind.replace("boolean", "bool").replace(" ", "_") + "_value"
 
 
-def set_parameter(arguments: argparse.Namespace) -> None:
+def set_(arguments: argparse.Namespace) -> None:
     """Set a parameter."""
     try:
         value = get_parameter_value(arguments.value)
@@ -136,13 +138,13 @@ def _set(arguments: argparse.Namespace, value: Any, done: str, failed: str) -> N
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
         parameter = Parameter(name=arguments.parameter_name, value=value)
-        (result,) = set_all(client, node, [parameter], arguments)
+        (result,) = _set_all(client, node, [parameter], arguments)
     reason = f": {result.reason}" if result.reason else ""
     stream = sys.stdout if result.successful else sys.stderr
     stream.write(f"{done if result.successful else failed}{reason}\n")
 
 
-def set_all(
+def _set_all(
     client: Client, node: str, parameters: list[Any], arguments: argparse.Namespace
 ) -> list[Any]:
     """Set parameters of a node; return a result for each."""
@@ -174,3 +176,50 @@ def _described(item: Any) -> list[str]:
     if item.additional_constraints:
         lines.append(f"    Additional constraints: {item.additional_constraints}")
     return lines
+
+
+def dump(arguments: argparse.Namespace) -> None:
+    """Print a node's parameters as YAML, in the form that `load` reads."""
+    with Client(arguments) as client:
+        node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
+        found = _all_values(client, node, arguments)
+    print(yaml.safe_dump({node: {"ros__parameters": nested(found)}}))
+
+
+def nested(flat: dict[str, Any]) -> dict[str, Any]:
+    """Return dotted names as dictionaries in dictionaries."""
+    tree: dict[str, Any] = {}
+    for name in flat:
+        *groups, last = name.split(".")
+        branch = tree
+        for group in groups:
+            branch = branch.setdefault(group, {})
+        branch[last] = flat[name]
+    return tree
+
+
+def load(arguments: argparse.Namespace) -> None:
+    """Set a node's parameters from a file.
+
+    Raises:
+        InputFileError: The file cannot be read or has another form.
+        Ros2Error: It holds nothing for the node.
+    """
+    layers = load_parameters([arguments.parameter_file])
+    with Client(arguments) as client:
+        node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
+        every = {} if arguments.no_use_wildcard else layers.get(EVERY_NODE, {})
+        wanted = {**every, **layers.get(node.strip("/"), {})}
+        if not wanted:
+            raise Ros2Error(
+                f"Param file does not contain parameters for {node},"
+                f" only for nodes: {', '.join(layers) or 'none'}"
+            )
+        given = [
+            RclpyParameter(name, value=value).to_parameter_msg() for name, value in wanted.items()
+        ]
+        results = _set_all(client, node, given, arguments)
+    for parameter, result in zip(given, results, strict=True):
+        reason = f": {result.reason}" if result.reason else ""
+        word, stream = ("successful", sys.stdout) if result.successful else ("failed", sys.stderr)
+        stream.write(f"Set parameter {parameter.name} {word}{reason}\n")

@@ -14,7 +14,7 @@ from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import PROGRAMS
 
 
-def list_packages(arguments: argparse.Namespace) -> None:
+def list_(arguments: argparse.Namespace) -> None:
     """List the packages."""
     print("\n".join(sorted(_packages())))
 

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import socket
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from bringup.ros2 import discovery
-from bringup.ros2.discovery import SILENT, STABLE, WHOLE, Graph, time_to_settle
+from bringup.ros2.discovery import (
+    SILENT,
+    STABLE,
+    WHOLE,
+    Graph,
+    count_participants,
+    participants,
+    time_to_settle,
+)
 
 ME, OTHER, THIRD = bytes([1]) * 12, bytes([2]) * 12, bytes([3]) * 12
 SERVICE = [("rq/add/getRequest", ["..."]), ("rr/add/getReply", ["..."])]
@@ -39,7 +48,7 @@ class Seen:
 @pytest.fixture(autouse=True)
 def three_participants(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    monkeypatch.setattr(discovery, "on_this_machine", lambda domain: 3)
+    monkeypatch.setattr(discovery, "participants", lambda domain: 3)
 
 
 ALL = [ME, OTHER, THIRD]
@@ -70,3 +79,40 @@ def test_on_a_network_nobody_is_counted(
 ) -> None:
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
     assert time_to_settle(Seen(ALL, NAMED), Graph(nodes, SERVICE)) == expected
+
+
+HEAD = "  sl  local_address rem_address   st tx_queue rx_queue\n"
+
+
+def table(*ports: int) -> str:
+    rows = [f"  {i}: 00000000:{port:04X} 00000000:0000 07" for i, port in enumerate(ports)]
+    return HEAD + "\n".join(rows)
+
+
+@pytest.mark.parametrize(
+    ("ports", "expected"),
+    [
+        ((), 0),
+        ((7410,), 1),
+        ((7410, 7412, 7414), 3),
+        ((7410, 7410), 1),  # on two addresses
+        ((7400, 7401, 7411, 7413), 0),  # multicast, and data of users
+        ((7660, 53), 0),  # of the next domain, and no DDS at all
+    ],
+)
+def test_only_discovery_ports_of_the_domain_count(ports: tuple[int, ...], expected: int) -> None:
+    assert count_participants(0, table(*ports)) == expected
+
+
+def test_domains_lie_250_ports_apart() -> None:
+    assert count_participants(46, table(7400 + 250 * 46 + 10)) == 1
+
+
+def test_a_bound_port_is_seen() -> None:
+    domain = 211  # above what ROS uses on Linux
+    before = participants(domain)
+    if before is None:
+        pytest.skip("no /proc/net/udp here")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as bound:
+        bound.bind(("127.0.0.1", 7400 + 250 * domain + 10))
+        assert participants(domain) == before + 1

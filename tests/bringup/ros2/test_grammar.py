@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from bringup.cli_parser import parse
-from bringup.ros2.grammar import VERBS, build_parser
+from bringup.ros2.grammar import VERBS, Command, Verb, build_parser
 from bringup.ros2.main import main, real_ros2
 from bringup.ros2.programs.bag import translated
 from bringup.ros2.tables import COMMANDS
 from bringup.ros2.verbs import forward, launch
 from bringup.ros2.verbs.forward import RosArguments, ros_arguments
 
-ALL = [(command.name, verb) for command in COMMANDS for verb in command.verbs]
+ALL = [(command, verb) for command in COMMANDS for verb in command.verbs]
 
 
 def test_help_imports_neither_ros_nor_numpy() -> None:
@@ -30,9 +30,9 @@ def test_help_imports_neither_ros_nor_numpy() -> None:
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-@pytest.mark.parametrize(("command", "verb"), ALL, ids=[f"{c}-{v.name}" for c, v in ALL])
-def test_every_verb_has_its_function(command: str, verb: object) -> None:
-    module, function = verb.run.split(":")  # type: ignore[attr-defined]
+@pytest.mark.parametrize(("command", "verb"), ALL, ids=[f"{c.name}-{v.name}" for c, v in ALL])
+def test_every_verb_has_its_function(command: Command, verb: Verb) -> None:
+    module, function = command.runs(verb).split(":")
     path = Path(*VERBS.split("."), f"{module}.py")
     assert f"def {function}(arguments: argparse.Namespace) -> " in path.read_text()
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from tests.helpers.processes import DEADLINE
 
 _CONTEXT = multiprocessing.get_context("forkserver")
-_VERBS = ("action", "echo", "interface", "lifecycle", "node", "param_files", "pub", "service")
+_VERBS = ("echo", "goal", "interface", "lifecycle", "names", "node", "param", "send")
 _CONTEXT.set_forkserver_preload([f"bringup.ros2.verbs.{name}" for name in _VERBS])
 
 

@@ -1,4 +1,4 @@
-"""`ros2 topic pub`."""
+"""`ros2 topic pub`, `ros2 service call`."""
 
 from __future__ import annotations
 
@@ -74,3 +74,29 @@ def _wait_for_subscriptions(
                 f"Expected {wanted} subscribers but only got {count()} subscribers"
             )
         client.spin(lambda: count() >= wanted, _TICK)
+
+
+def call(arguments: argparse.Namespace) -> None:
+    """Call a service once, or at a rate until interrupted.
+
+    Raises:
+        Ros2Error: The type or a field does not exist, or the rate is none.
+    """
+    if arguments.rate is not None and not arguments.rate > 0.0:
+        raise Ros2Error("rate must be greater than zero")
+    service_type = interface_class(arguments.service_type, "srv")
+    request = service_type.Request()
+    fill(request, values_of(arguments.values, arguments.stdin))
+    with Client(arguments) as client:
+        service = client.node.create_client(service_type, arguments.service_name)
+        if not client.spin(service.service_is_ready, 0.1):
+            print("waiting for service to become available...")
+            client.spin(service.service_is_ready)
+        while True:
+            print(f"requester: making request: {request!r}\n")
+            sent = time.monotonic()
+            response = client.result(service.call_async(request))
+            print(f"response:\n{response!r}\n")
+            if arguments.rate is None:
+                return
+            client.spin(lambda: False, max(sent + 1.0 / arguments.rate - time.monotonic(), 0.0))

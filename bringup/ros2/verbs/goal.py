@@ -1,82 +1,23 @@
-"""`ros2 action list`, `info`, `type`, `find`, `send_goal`."""
+"""`ros2 action send_goal`."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
 import math
-from collections.abc import Callable
 from typing import Any
 
 from action_msgs.msg import GoalStatus
-from rclpy.action import (
-    ActionClient,
-    get_action_client_names_and_types_by_node,
-    get_action_names_and_types,
-    get_action_server_names_and_types_by_node,
-)
+from rclpy.action import ActionClient
 
-from bringup.ros2.client import (
-    Client,
-    Names,
-    full_name,
-    print_names,
-    print_types,
-    with_types,
-)
+from bringup.ros2.client import Client, full_name
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.filling import fill
 from bringup.ros2.types import interface_class
 from bringup.ros2.values import to_yaml
-from bringup.ros2.verbs.pub import values_of
+from bringup.ros2.verbs.send import values_of
 
 _WRONG = "Failed to populate message fields: {!r}"
-
-
-def list_actions(arguments: argparse.Namespace) -> None:
-    """List the actions."""
-    print_names(with_types(_actions(arguments), arguments.show_types), arguments.count_actions)
-
-
-def find(arguments: argparse.Namespace) -> None:
-    """List the actions of a type."""
-    names = [name for name, types in _actions(arguments) if arguments.action_type in types]
-    print_names(names, arguments.count_actions)
-
-
-def _actions(arguments: argparse.Namespace) -> Names:
-    with Client(arguments) as client:
-        client.discover()
-        return list(get_action_names_and_types(client.node))
-
-
-def type_of(arguments: argparse.Namespace) -> int:
-    """Print an action's types; 1 if there is no such action."""
-    return print_types(arguments, arguments.action_name, get_action_names_and_types)
-
-
-def info(arguments: argparse.Namespace) -> None:
-    """Print which nodes serve an action and which are its clients."""
-    name = full_name(arguments.action_name)
-    with Client(arguments) as client:
-        client.find_types(name, get_action_names_and_types)
-        clients = _nodes_with(client, name, get_action_client_names_and_types_by_node)
-        servers = _nodes_with(client, name, get_action_server_names_and_types_by_node)
-    print(f"Action: {arguments.action_name}")
-    for title, pairs in (("clients", clients), ("servers", servers)):
-        print(f"Action {title}: {len(pairs)}")
-        for line in [] if arguments.count else with_types(pairs, arguments.show_types):
-            print(f"    {line}")
-
-
-def _nodes_with(client: Client, action: str, get: Callable[..., Any]) -> Names:
-    found = []
-    for full in client.nodes(hidden=True):
-        space, _, name = full.rpartition("/")
-        types = dict(get(client.node, name, space or "/")).get(action)
-        if types:
-            found.append((full, types))
-    return found
 
 
 def send_goal(arguments: argparse.Namespace) -> None:
