@@ -114,137 +114,115 @@ SIMULATION = (*ROBOT, "--world", "--model-path")
 SUPERVISED = (*ROBOT_CHOICE, "--json")
 """The options of a command that runs supervised processes."""
 MESHES = "folder of ROS packages for the robot's meshes; may be given again"
-_FILE, _DIR = {"type": Path, "metavar": "FILE"}, {"metavar": "DIR"}
-_FLAG = {"action": "store_true"}
+
+
+def _path(about: str, metavar: str = "FILE", **more: Any) -> dict[str, Any]:
+    return {"type": Path, "metavar": metavar, "help": about, **more}
+
+
+def _paths(about: str, **more: Any) -> dict[str, Any]:
+    """Return an option that may be given again; folders must exist."""
+    return {"action": "append", "default": [], "help": f"{about}; may be given again", **more}
+
+
+def _flag(about: str) -> dict[str, Any]:
+    return {"action": "store_true", "help": about}
+
+
+def _value(kind: Callable[[str], Any], metavar: str, about: str, **more: Any) -> dict[str, Any]:
+    return {"type": kind, "metavar": metavar, "help": about, **more}
+
+
 _OPTIONS: dict[str, dict[str, Any]] = {
     "--params": {
-        **_FILE,
+        **_path("a ROS parameter file; may be given again, later files win"),
         "action": "append",
         "default": [],
-        "help": "a ROS parameter file; may be given again, later files win",
     },
-    "--param": {
-        "action": "append",
-        "default": [],
-        "metavar": "NAME:=VALUE",
-        "help": "a parameter, over those of files; NODE:NAME:=VALUE for one node; may be given "
-        "again",
-    },
-    "--strict": {**_FLAG, "help": "refuse files with names that no node has"},
+    "--param": _paths(
+        "a parameter, over those of files; NODE:NAME:=VALUE for one node", metavar="NAME:=VALUE"
+    ),
+    "--strict": _flag("refuse files with names that no node has"),
     "--log-level": {
         "choices": ("debug", "info", "warn", "error", "fatal"),
         "default": "info",
         "help": "what to log at least (info)",
     },
-    "--map": {**_FILE, "help": "the map's YAML file"},
-    "--slam": {**_FLAG, "help": "map while navigating"},
-    "--without-localization": {**_FLAG, "help": "navigation alone: others localize"},
-    "--without-navigation": {**_FLAG, "help": "localization or mapping alone"},
-    "--use-sim-time": {
-        "type": _truth,
-        "metavar": "true|false",
-        "help": "whether time is a simulator's (as the files say; true)",
-    },
-    "--record": {
-        "type": Path,
-        "nargs": "?",
-        "const": Path(),
-        "metavar": "FOLDER",
-        "help": "record all topics meanwhile; the folder must not exist (rosbag2_ and the time)",
-    },
-    "--namespace": {
-        "type": namespace,
-        "default": "",
-        "metavar": "NAME",
-        "help": "the robot's: its nodes and topics, /tf and /clock too, are below /NAME",
-    },
-    "--domain-id": {
-        "type": domain_id,
-        "metavar": "N",
-        "help": "of ROS, 0 to 232 ($ROS_DOMAIN_ID)",
-    },
-    "--json": {**_FLAG, "help": "print states and log as JSON, an object a line"},
-    "--resume": {
-        **_FLAG,
-        "help": "go on with map and goal under way after a process died, with the goal also after "
-        "time was set back",
-    },
-    "--maps-folder": {
-        **_DIR,
-        "type": Path,
-        "help": "folder of relative paths that clients save and load maps by (the working folder)",
-    },
-    "--seed": {
-        "type": seed,
-        "metavar": "N",
-        "help": "seed of every random choice, 0 or more (0)",
-    },
-    "--scan-topic": {"metavar": "TOPIC", "help": "of the lidar (scan)"},
-    "--odom-topic": {"metavar": "TOPIC", "help": "of the odometry (odom)"},
-    "--cmd-vel-topic": {"metavar": "TOPIC", "help": "it is driven by (cmd_vel)"},
-    "--base-frame": {"metavar": "FRAME", "help": "of the robot (base_footprint)"},
-    "--odom-frame": {"metavar": "FRAME", "help": "of its odometry (odom)"},
-    "--robot": {**_FILE, "help": "its URDF, xacro or SDF (urdf/arjuna.urdf)"},
-    "--package-path": {
-        **_DIR,
-        "type": _folder,
-        "action": "append",
-        "default": [],
-        "help": "folder of ROS packages for package:// and $(find ...); may be given again",
-    },
-    "robot_arguments": {
-        "nargs": "*",
-        "type": _argument,
-        "default": [],
-        "metavar": "NAME:=VALUE",
-        "help": "arguments of the robot's xacro file",
-    },
-    "--world": {
-        **_FILE,
-        "help": "an SDF world, or a map's YAML whose walls are built (worlds/arjuna_room.world)",
-    },
-    "--model-path": {
-        **_DIR,
-        "type": _folder,
-        "action": "append",
-        "default": [],
-        "help": "folder of Gazebo models for model://; may be given again",
-    },
+    "--map": _path("the map's YAML file"),
+    "--slam": _flag("map while navigating"),
+    "--without-localization": _flag("navigation alone: others localize"),
+    "--without-navigation": _flag("localization or mapping alone"),
+    "--use-sim-time": _value(
+        _truth, "true|false", "whether time is a simulator's (as the files say; true)"
+    ),
+    "--record": _path(
+        "record all topics meanwhile; the folder must not exist (rosbag2_ and the time)",
+        "FOLDER",
+        nargs="?",
+        const=Path(),
+    ),
+    "--namespace": _value(
+        namespace,
+        "NAME",
+        "the robot's: its nodes and topics, /tf and /clock too, are below /NAME",
+        default="",
+    ),
+    "--domain-id": _value(domain_id, "N", "of ROS, 0 to 232 ($ROS_DOMAIN_ID)"),
+    "--json": _flag("print states and log as JSON, an object a line"),
+    "--resume": _flag(
+        "go on with map and goal under way after a process died, with the goal also after "
+        "time was set back"
+    ),
+    "--maps-folder": _path(
+        "folder of relative paths that clients save and load maps by (the working folder)", "DIR"
+    ),
+    "--seed": _value(seed, "N", "seed of every random choice, 0 or more (0)"),
+    "--scan-topic": _value(str, "TOPIC", "of the lidar (scan)"),
+    "--odom-topic": _value(str, "TOPIC", "of the odometry (odom)"),
+    "--cmd-vel-topic": _value(str, "TOPIC", "it is driven by (cmd_vel)"),
+    "--base-frame": _value(str, "FRAME", "of the robot (base_footprint)"),
+    "--odom-frame": _value(str, "FRAME", "of its odometry (odom)"),
+    "--robot": _path("its URDF, xacro or SDF (urdf/arjuna.urdf)"),
+    "--package-path": _paths(
+        "folder of ROS packages for package:// and $(find ...)", type=_folder, metavar="DIR"
+    ),
+    "robot_arguments": _value(
+        _argument, "NAME:=VALUE", "arguments of the robot's xacro file", nargs="*", default=[]
+    ),
+    "--world": _path(
+        "an SDF world, or a map's YAML whose walls are built (worlds/arjuna_room.world)"
+    ),
+    "--model-path": _paths("folder of Gazebo models for model://", type=_folder, metavar="DIR"),
     "--at": {
         "nargs": 2,
         "type": finite,
         "metavar": ("X", "Y"),
         "help": "where the robot starts, or the nearest free place [m] (0 0)",
     },
-    "--yaw": {"type": finite, "metavar": "RAD", "help": "its heading there (0)"},
-    "--check": {
-        **_FILE,
-        "help": "say what is understood of a robot, world or map, and what is not, and end",
-    },
-    "--save-guess": {
-        **_FILE,
-        "help": "with --check: write the drive that was guessed; FILE then loads as the robot",
-    },
-    "--offline": {
-        "type": Path,
-        "metavar": "INPUT",
-        "help": "a CARMEN log (.clf, .log, also .xz, .gz, .bz2), a recording (.mcap, .db3, .bag) "
-        "or a rosbag2 folder",
-    },
-    "--out": {"type": Path, "metavar": "FOLDER"},
-    "x": {"type": finite, "metavar": "X", "help": "of the map [m]"},
-    "y": {"type": finite, "metavar": "Y", "help": "of the map [m]"},
-    "yaw": {"nargs": "?", "type": finite, "default": 0.0, "metavar": "YAW"},
-    "--tolerance": {
-        "type": positive,
-        "default": 0.3,
-        "metavar": "M",
-        "help": "how far from it the robot may stand in the end [m] (%(default)g)",
-    },
+    "--yaw": _value(finite, "RAD", "its heading there (0)"),
+    "--check": _path("say what is understood of a robot, world or map, and what is not, and end"),
+    "--save-guess": _path(
+        "with --check: write the drive that was guessed; FILE then loads as the robot"
+    ),
+    "--offline": _path(
+        "a CARMEN log (.clf, .log, also .xz, .gz, .bz2), a recording (.mcap, .db3, .bag) or a "
+        "rosbag2 folder",
+        "INPUT",
+    ),
+    "--out": _path("", "FOLDER"),
+    "x": _value(finite, "X", "of the map [m]"),
+    "y": _value(finite, "Y", "of the map [m]"),
+    "yaw": _value(finite, "YAW", "heading [rad] (0)", nargs="?", default=0.0),
+    "--tolerance": _value(
+        positive,
+        "M",
+        "how far from it the robot may stand in the end [m] (%(default)g)",
+        default=0.3,
+    ),
     "--timeout": {"type": positive, "default": 600.0, "help": "give up after [s] (%(default)g)"},
     "--speed": {"type": positive, "default": 0.3, "help": "forward [m/s] (%(default)s)"},
     "--turn": {"type": positive, "default": 0.5, "help": "turning [rad/s] (%(default)s)"},
-    "--duration": {"type": positive, "metavar": "S", "help": "how long to listen [s]"},
+    "--duration": _value(positive, "S", "how long to listen [s]"),
 }
 
 

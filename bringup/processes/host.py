@@ -14,17 +14,15 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.process import Process
 from bringup.parameters.files import SAFETY, Parameters, for_node, sim_time_of
 from bringup.processes.lifecycle.manager import LifecycleManager
-from bringup.processes.reporter import Reporter
-from bringup.processes.supervisor import QUIT_EXIT
-from bringup.processes.twins import Twins
+from bringup.processes.reporter import Reporter, Twins
+from bringup.processes.supervisor import QUIT_EXIT, USAGE_EXIT
 from bringup.stack import ALL_GROUPS, Group, with_further
 from bringup.terminal import show
 
 _LINGER = 1.0  # [s] after a client asked to quit
-_POLL = 0.05
+_POLL = 0.05  # [s] at most from one look at the signals to the next
 _PATIENCE = 2.5  # [s] for what a group needs to be discovered before it is named as missing
 _CLOCK_PATIENCE = 1.0  # [s] for a clock to be discovered before nodes start without one
-_REFUSED = 2
 
 
 class Host:
@@ -47,12 +45,10 @@ class Host:
         namespace: str = "",
         write: Callable[[str], None] = lambda line: None,
     ) -> None:
-        group = with_further(group, parameters)
-        use_sim_time = sim_time_of(parameters, [spec.name for spec in group.nodes])
+        specs = with_further(group, parameters).nodes
+        use_sim_time = sim_time_of(parameters, [spec.name for spec in specs])
         self.process = Process(f"{group.name}_host", use_sim_time, namespace=namespace)
-        self.nodes = [
-            spec.make(self.process, for_node(parameters, spec.name)) for spec in group.nodes
-        ]
+        self.nodes = [spec.make(self.process, for_node(parameters, spec.name)) for spec in specs]
         self._paced = [node for node in self.nodes if hasattr(node, "realtime_due")]
         self.process.remarks = tuple(parameters.get(SAFETY, {}).get(group.name, ()))
         for line in self.process.remarks:
@@ -64,17 +60,21 @@ class Host:
         self.manager = LifecycleManager(
             self.process,
             group.manager,
-            [spec.name for spec in group.nodes],
+            [spec.name for spec in specs],
             commandable=group.commandable,
             ready=self._may_start,
             on_wait=self._reporter.wait_for,
         )
-        self._stopping = False
-        self.quit = False
+        self._stopping = self.quit = False
 
     def stop(self, number: int = 0, frame: object = None) -> None:
         """Make `run` end; a signal handler."""
         self._stopping = True
+
+    def stop_on_signals(self) -> None:
+        """Let SIGINT and SIGTERM end `run`, from now on."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self.stop)
 
     def run(self, done: Callable[[], bool] = lambda: False) -> None:
         """Spin until done, stopped or orphaned, then take the nodes down in order."""
@@ -86,6 +86,25 @@ class Host:
                 self._linger()
                 break
         self._shut_down()
+
+    def run_until_done(self, timeout: float) -> bool:
+        """Run until the first node's end, `done`, or a timeout [s]; return whether it came to it.
+
+        What the node still `waits_for` after a while is said.
+        """
+        node, start, warned = self.nodes[0], time.monotonic(), False
+
+        def ended() -> bool:
+            nonlocal warned
+            passed = time.monotonic() - start
+            if not warned and node.active and passed >= _PATIENCE:
+                warned = True
+                if node.waits_for:
+                    node.get_logger().warning(node.waits_for)
+            return bool(node.done) or passed >= timeout
+
+        self.run(ended)
+        return bool(node.done)
 
     def _linger(self) -> None:
         """Stay until the answer has reached who asked to quit: it goes with its writer."""
@@ -109,7 +128,7 @@ class Host:
             self.process.spin_once(wait)
 
     def _may_start(self) -> bool:
-        """Tell whether time is known, so that what nodes latch has a stamp, or does not come."""
+        """Return whether time is known, so that what nodes latch has a stamp, or does not come."""
         has_time = self.process.now > 0.0 or bool(self._paced) or not self.process.use_sim_time
         return has_time or time.monotonic() >= self._start_at
 
@@ -131,46 +150,6 @@ class Host:
         self.process.close()
 
 
-def run_until_done(group: Group, parameters: Parameters, arguments: argparse.Namespace) -> bool:
-    """Run a group whose first node has an end, `done`; stop it then, on a signal or in time.
-
-    It says early what it `waits_for`, if anything.
-
-    Args:
-        group: The nodes.
-        parameters: Parameters of all nodes.
-        arguments: The robot's `namespace` and the `timeout` [s].
-
-    Returns:
-        Whether it came to its end.
-
-    Raises:
-        ConfigError: A parameter is not valid.
-    """
-    host = _stoppable(Host(group, parameters, arguments.namespace))
-    start = time.monotonic()
-    node = host.nodes[0]
-    told = False
-
-    def ended() -> bool:
-        nonlocal told
-        passed = time.monotonic() - start
-        if not told and node.active and passed >= _PATIENCE:
-            told = True
-            if node.waits_for:
-                node.get_logger().warning(node.waits_for)
-        return bool(node.done) or passed >= arguments.timeout
-
-    host.run(ended)
-    return bool(node.done)
-
-
-def _stoppable(host: Host) -> Host:
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, host.stop)
-    return host
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a group of nodes.
 
@@ -189,6 +168,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         host = Host(groups[arguments.group], arguments.parameters, arguments.namespace, report)
     except ArjunaError as error:
         sys.stderr.write(f"error: {error}\n")
-        return _REFUSED
-    _stoppable(host).run()
+        return USAGE_EXIT
+    host.stop_on_signals()
+    host.run()
     return QUIT_EXIT if host.quit else 0

@@ -1,4 +1,4 @@
-"""What a run shows: its processes' lines, merged, and how far the start-up is."""
+"""The output of a run: its processes' lines and events, merged, and how far the start-up is."""
 
 from __future__ import annotations
 
@@ -9,60 +9,146 @@ import shutil
 import sys
 import time
 from abc import ABC, abstractmethod
-from typing import Any, Protocol
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
 
 from bringup.processes.run_log import RunLog
-from bringup.processes.status import StartUp, read_event
 from bringup.terminal import show, write
 
-PATIENCE = 3.0
-"""How long something may be waited for before a line says so [s]."""
+OWN = "bringup"
+"""The name of the supervisor's own lines."""
+_MARK = "\x1e"
+"""Begins an event among the lines of a log, as in JSON text sequences (RFC 7464)."""
 _LEVEL = re.compile(r"\[(DEBUG|INFO|WARN|ERROR|FATAL)\]")
 _COLORS = {"DEBUG": "\033[32m", "WARN": "\033[33m", "ERROR": "\033[31m", "FATAL": "\033[31m"}
 _PLAIN = "\033[0m"
 _ERASE = "\r\033[K"
-OWN = "bringup"
-"""The name of the supervisor's own lines."""
 
 
-class Output(Protocol):
-    """Takes what a supervisor has to say."""
-
-    def line(self, process: str, text: str) -> None:
-        """Take a line that a process wrote."""
-
-    def state(self, process: str, state: str, text: str = "") -> None:
-        """Take a process's new state, and words for a person."""
-
-    def tick(self) -> None:
-        """Do what is due by time; called several times a second."""
+def event_line(**event: Any) -> str:
+    """Return an event as a line of output."""
+    return _MARK + json.dumps(event)
 
 
-class _Shown(ABC):
-    """What the two ways to show a run share.
+def read_event(line: str) -> dict[str, Any] | None:
+    """Return the event that a line of output is; None for a line of a log."""
+    if not line.startswith(_MARK):
+        return None
+    try:
+        event = json.loads(line[1:])
+    except json.JSONDecodeError:
+        return None
+    return event if isinstance(event, dict) else None
+
+
+@dataclass
+class _Process:
+    """A process in one of its lives: its nodes' states, and what it waits for."""
+
+    nodes: dict[str, str] = field(default_factory=dict)
+    waiting: str = "imports its nodes"
+    up: bool = False
+
+
+class StartUp:
+    """Whether all processes are up and, if not, what they wait for.
+
+    Args:
+        names: The processes that hold nodes; events of others are left alone.
+        now: The time [s], on any steady clock.
+    """
+
+    def __init__(self, names: Iterable[str], now: float) -> None:
+        self._processes = {name: _Process() for name in names}
+        self._since = self._changed = now
+        self._reported = ""
+        self._up = not self._processes
+
+    def restarted(self, name: str, now: float) -> None:
+        """Begin again with one process."""
+        if name in self._processes:
+            self._since = now if self._up else self._since
+            self._up = False
+            self._processes[name] = _Process()
+
+    def take(self, name: str, event: dict[str, Any]) -> None:
+        """Take an event of a process: a node's state, or what it waits for."""
+        if (process := self._processes.get(name)) is None:
+            return
+        if "node" in event:
+            process.nodes[event["node"]] = event["state"]
+        process.waiting = event.get("waiting", process.waiting)
+        states = process.nodes.values()
+        if states and not process.waiting and all(state == "active" for state in states):
+            process.up = True
+
+    def was_up(self, name: str) -> bool:
+        """Return whether all nodes of a process have been active since it started."""
+        return name in self._processes and self._processes[name].up
+
+    @property
+    def waiting(self) -> str:
+        """What is waited for, process by process; empty where all are up."""
+        missing: dict[str, list[str]] = {}
+        for name, process in self._processes.items():
+            if not process.up:
+                missing.setdefault(process.waiting or "its nodes", []).append(name)
+        return "; ".join(f"{', '.join(names)}: {what}" for what, names in missing.items())
+
+    @property
+    def nodes(self) -> int:
+        """The number of nodes."""
+        return sum(len(process.nodes) for process in self._processes.values())
+
+    def came_up(self, now: float) -> float | None:
+        """Return how long it took [s] once all are up, and None ever after."""
+        if self._up or self.waiting:
+            return None
+        self._up = True
+        return now - self._since
+
+    def overdue(self, now: float, patience: float) -> str | None:
+        """Return what has been waited for as long as a patience [s], once each."""
+        waiting = self.waiting
+        if waiting != self._reported:
+            self._reported, self._changed = waiting, now
+        elif waiting and self._changed <= now - patience:
+            self._changed = float("inf")
+            return waiting
+        return None
+
+    def elapsed(self, now: float) -> float:
+        """Return the time since the start [s]."""
+        return now - self._since
+
+
+class Output(ABC):
+    """Takes what a supervisor and its processes have to say.
 
     Args:
         start_up: Follows the start-up.
         log: The run's file.
+        patience: How long something may be waited for before a line says so [s].
     """
 
-    def __init__(self, start_up: StartUp, log: RunLog) -> None:
+    def __init__(self, start_up: StartUp, log: RunLog, patience: float = 3.0) -> None:
         self.start_up = start_up
-        self._log = log
+        self._log, self._patience = log, patience
 
     def line(self, process: str, text: str) -> None:
-        """Show a line of a log, or take the event that it is."""
-        event = read_event(text)
-        if event is None:
-            level = _LEVEL.search(text)
-            self._log.write(f"[{process}] {text}")
-            self.show_line(process, text, level[1] if level else "")
-        else:
-            self.start_up.take(process, event)
-            self.show_event(process, event)
+        """Show a line of a process's log."""
+        level = _LEVEL.search(text)
+        self._log.write(f"[{process}] {text}")
+        self.show_line(process, text, level[1] if level else "")
+
+    def event(self, process: str, event: dict[str, Any]) -> None:
+        """Take an event of a process."""
+        self.start_up.take(process, event)
+        self.show_event(process, event)
 
     def state(self, process: str, state: str, text: str = "") -> None:
-        """Show a process's new state."""
+        """Show a process's new state, and words for a person."""
         if state == "started":
             self.start_up.restarted(process, time.monotonic())
         self.show_event(process, {"state": state})
@@ -70,9 +156,9 @@ class _Shown(ABC):
             self.line(OWN, text)
 
     def tick(self) -> None:
-        """Say what has been waited for long, and when all are up."""
+        """Say what has been waited for long, and when all are up; called several times a second."""
         now = time.monotonic()
-        if (overdue := self.start_up.overdue(now, PATIENCE)) is not None:
+        if (overdue := self.start_up.overdue(now, self._patience)) is not None:
             self.line(OWN, f"waiting for {overdue}")
         if (duration := self.start_up.came_up(now)) is not None:
             self.show_event(OWN, {"state": "active", "seconds": round(duration, 2)})
@@ -87,7 +173,7 @@ class _Shown(ABC):
         """Show an event."""
 
 
-class JsonOutput(_Shown):
+class JsonOutput(Output):
     """Shows a run as JSON: an object a line."""
 
     def show_line(self, process: str, text: str, level: str) -> None:
@@ -99,7 +185,7 @@ class JsonOutput(_Shown):
         show(json.dumps({"time": round(time.time(), 3), "process": process, **event}))
 
 
-class TextOutput(_Shown):
+class TextOutput(Output):
     """Shows a run to a person; on a terminal with colours, and one line of progress at the end."""
 
     def __init__(self, start_up: StartUp, log: RunLog) -> None:
@@ -119,14 +205,6 @@ class TextOutput(_Shown):
 
     def show_event(self, process: str, event: dict[str, Any]) -> None:
         """Redraw the progress."""
-        self._draw()
-
-    def tick(self) -> None:
-        """Redraw the progress also where nothing came."""
-        super().tick()
-        self._draw()
-
-    def _draw(self) -> None:
         waiting = self.start_up.waiting
         if not self._live or not (waiting or self._progress):
             return
@@ -134,3 +212,8 @@ class TextOutput(_Shown):
         width = shutil.get_terminal_size().columns - 1
         self._progress = f"{elapsed:.1f} s, waiting for {waiting}"[:width] if waiting else ""
         write(_ERASE + self._progress)
+
+    def tick(self) -> None:
+        """Redraw the progress also where nothing came."""
+        super().tick()
+        self.show_event(OWN, {})

@@ -1,26 +1,29 @@
-"""Tells the supervisor about a host: that it lives, its nodes' states, what they wait for."""
+"""A host's reports to its supervisor, and its warning of nodes whose names are taken twice."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from numba.core import event as numba_event
 
 from arjuna_core.ros.process import Process
-from bringup.processes.heartbeat import PATIENCE, PERIOD
-from bringup.processes.status import event_line
+from bringup.processes.health import PATIENCE, PERIOD
+from bringup.processes.output import event_line
+from bringup.ros2.discovery import any_dead
 
-_PERIOD = 0.1
+_PERIOD = 0.1  # [s] from one report to the next
 _COMPILATION = 90.0  # [s] at most of one function, on a busy machine
+_LOOK = 1.0  # [s] from one look at the graph's names to the next
+_LEASE = 25.0  # [s] a participant that died without a word is forgotten by then
 
 
 class _Compilations(numba_event.Listener):
-    """Tells before Numba compiles a function, which it does where it is first used, and no later.
+    """Reports that Numba begins to compile a function, which it does where it is first used.
 
     Args:
-        expect: Told how long the process may be silent [s].
+        expect: Takes how long the process may be silent [s].
     """
 
     def __init__(self, expect: Callable[[float], None]) -> None:
@@ -35,7 +38,7 @@ class _Compilations(numba_event.Listener):
 
 
 class Reporter:
-    """Writes what changed.
+    """Writes that a host lives, its nodes' states and what they wait for, where it changed.
 
     Args:
         process: The host's process.
@@ -46,9 +49,7 @@ class Reporter:
     def __init__(
         self, process: Process, nodes: Sequence[Any], write: Callable[[str], None]
     ) -> None:
-        self._process = process
-        self._nodes = nodes
-        self._write = write
+        self._process, self._nodes, self._write = process, nodes, write
         self._states: dict[str, str] = {}
         self._waiting: str | None = None
         self._manager_waits = "the start"
@@ -69,7 +70,7 @@ class Reporter:
     def wait_for(self, what: str) -> None:
         """Say what the lifecycle manager waits for, nothing if empty; before a node holds it up."""
         self._manager_waits = what
-        self._say_waiting()
+        self._write_waiting()
 
     def update(self, now: float) -> None:
         """Report what changed by a time on a steady clock [s], if that is due."""
@@ -80,14 +81,13 @@ class Reporter:
             self._alive_due = now + PERIOD
             self._write(event_line(alive=PATIENCE))
         for node in self._nodes:
-            name = self._process.plain_name(node)
-            state = node.state_label
+            name, state = self._process.plain_name(node), node.state_label
             if self._states.get(name) != state:
                 self._states[name] = state
                 self._write(event_line(node=name, state=state))
-        self._say_waiting()
+        self._write_waiting()
 
-    def _say_waiting(self) -> None:
+    def _write_waiting(self) -> None:
         waiting = self._manager_waits or self._missing_clock()
         if waiting != self._waiting:
             self._waiting = waiting
@@ -104,3 +104,38 @@ class Reporter:
             f"{topic}: is 'python -m bringup sim' running? ({where} here; a real robot"
             " has no clock: use_sim_time: false under /**)"
         )
+
+
+class Twins:
+    """Warns once of names that the graph has twice: both nodes answer, and time runs twice.
+
+    Args:
+        node: Its graph and log are used.
+        names: Full names of this process's nodes.
+    """
+
+    def __init__(self, node: Any, names: Iterable[str]) -> None:
+        self._node, self._names = node, set(names)
+        self._due = 0.0
+        self._since: float | None = None
+        self._warned = False
+
+    def look(self, now: float) -> None:
+        """Look, if that is due by a time on a steady clock [s]."""
+        if now < self._due:
+            return
+        self._due = now + _LOOK
+        pairs = self._node.get_node_names_and_namespaces()
+        every = [f"{space.rstrip('/')}/{name}" for name, space in pairs]
+        twice = sorted(name for name in self._names if every.count(name) > 1)
+        if not twice:
+            self._since, self._warned = None, False
+            return
+        self._since = now if self._since is None else self._since
+        patience = _LEASE if any_dead(self._node) else 0.0
+        if not self._warned and now >= self._since + patience:
+            self._warned = True
+            self._node.get_logger().warning(
+                f"another process has {', '.join(twice)} too: end one of the two, or give one a"
+                f" --namespace or another --domain-id (here {os.environ.get('ROS_DOMAIN_ID', '0')})"
+            )

@@ -11,11 +11,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from bringup.processes.child import Child, ChildSpec, describe_exit
-from bringup.processes.heartbeat import Heartbeat, starved
-from bringup.processes.output import OWN, Output
-from bringup.processes.restart import RestartLimits, RestartPolicy
+from bringup.processes.health import Heartbeat, RestartLimits, RestartPolicy, starved
+from bringup.processes.output import OWN, Output, read_event
 from bringup.processes.shared_memory import remove_leftovers
-from bringup.processes.status import ProcessState, read_event
 
 USAGE_EXIT = 2
 """The exit code of a process that refuses its input: to start it again changes nothing."""
@@ -45,7 +43,7 @@ STOP_TIMES = StopTimes()
 
 
 class _Supervised:
-    """One process's place: the process while it runs, else when it starts again."""
+    """One process while it runs, else when it starts again."""
 
     def __init__(self, spec: ChildSpec, limits: RestartLimits) -> None:
         self.spec = spec
@@ -53,7 +51,6 @@ class _Supervised:
         self.child: Child | None = None
         self.start_at: float | None = 0.0
         self.heartbeat = Heartbeat()
-        self.state = ProcessState()
         self.kill_at: float | None = None
 
 
@@ -61,10 +58,10 @@ class Supervisor:
     """Keeps processes running until SIGINT or SIGTERM, until one quits or one cannot be kept.
 
     Args:
-        specs: What to run; stopped together.
-        output: Takes what there is to show.
+        specs: The processes; stopped together.
+        output: Shows their lines and states.
         limits: Back-off of restarts.
-        times: How long each way to stop may take.
+        times: How long each signal to stop may take.
     """
 
     def __init__(
@@ -127,7 +124,7 @@ class Supervisor:
         name = place.spec.name
         remove_leftovers()
         place.start_at = place.kill_at = None
-        place.heartbeat, place.state = Heartbeat(), ProcessState()
+        place.heartbeat = Heartbeat()
         place.child = Child(place.spec, lambda line: self._take(place, line))
         self._selector.register(place.child.output, selectors.EVENT_READ, place.child.read)
         self._output.state(name, "started")
@@ -140,11 +137,12 @@ class Supervisor:
         self._output.tick()
 
     def _take(self, place: _Supervised, line: str) -> None:
-        """Take a line of a process: a sign of life, or what there is to show."""
+        """Take a line of a process: a sign of life, an event, or a line of its log."""
         event = read_event(line)
-        place.state.take(event or {})
-        if event is None or "alive" not in event:
+        if event is None:
             self._output.line(place.spec.name, line)
+        elif "alive" not in event:
+            self._output.event(place.spec.name, event)
         elif place.child is not None:
             patience = float(event["alive"])
             place.heartbeat.hear(time.monotonic(), patience, starved(place.child.pid))
@@ -165,7 +163,7 @@ class Supervisor:
                 name = place.spec.name
                 text = f"{name} has not answered for {silent:.1f} s: ended"
                 self._output.state(name, "hung", text)
-                place.child.send(signal.SIGABRT)  # Python then tells where it is
+                place.child.send(signal.SIGABRT)  # Python then says where it is
                 place.child.send(signal.SIGCONT)
 
     def _reap(self, restart: bool = True) -> None:
@@ -187,7 +185,8 @@ class Supervisor:
             self._signals += 1
             self._output.state(name, "quit", f"{name} quit, and so do all")
             return
-        delay = None if code == USAGE_EXIT else place.policy.on_death(now, place.state.up)
+        was_up = self._output.start_up.was_up(name)
+        delay = None if code == USAGE_EXIT else place.policy.on_death(now, was_up)
         if delay is not None:
             place.start_at = now + delay
             text = f"{name} died ({how}); it starts again in {delay:g} s"
@@ -199,7 +198,7 @@ class Supervisor:
         self._output.state(name, "failed", text)
 
     def _stop_all(self) -> None:
-        """Ask the processes to end, in three ever firmer ways; a further Ctrl-C skips ahead."""
+        """Ask the processes to end by ever firmer signals; a further Ctrl-C skips ahead."""
         for number, patience in (
             (signal.SIGINT, self._times.interrupt),
             (signal.SIGTERM, self._times.terminate),

@@ -67,7 +67,7 @@ BRINGUP_WITHOUT_ROS = (
         "viewing/pictures.py",
     ),
     *("client/waypoints.py", "viewing/drawing/"),
-    *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/restart.py"),
+    *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/health.py"),
     *("recording/bags/", "recording/loss.py", "recording/playback.py", "recording/selection.py"),
     *("viewing/snapshot.py", "viewing/rerun/scene.py", "viewing/rerun/shapes.py"),
     *("viewing/rerun/series.py", "viewing/rerun/stream.py"),

@@ -16,10 +16,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Explore; return 0 where all was seen, 1 where the time is over."""
     from bringup.parameters.inputs import gather
-    from bringup.processes.host import run_until_done
+    from bringup.processes.host import Host
     from bringup.stack import EXPLORER_GROUP
     from bringup.terminal import show
 
-    done = run_until_done(EXPLORER_GROUP, gather(arguments, ask=True), arguments)
+    host = Host(EXPLORER_GROUP, gather(arguments, ask=True), arguments.namespace)
+    host.stop_on_signals()
+    done = host.run_until_done(arguments.timeout)
     show("explored" if done else "ended before all was seen")
     return 0 if done else 1

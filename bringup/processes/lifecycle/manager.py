@@ -1,4 +1,4 @@
-"""The lifecycle managers: brings nodes up in order, and takes commands as Nav2's manager does."""
+"""The lifecycle manager: brings nodes up in order, and takes commands as Nav2's manager does."""
 
 from __future__ import annotations
 
@@ -12,28 +12,29 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from nav2_msgs.srv import ManageLifecycleNodes
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from arjuna_core.ros.health.guarded import GuardedNode
 from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.process import Process
-from bringup.processes.lifecycle.deferred import DeferredService
 from bringup.processes.lifecycle.plan import Command, State, Step, Transition, Verdict, judge, plan
 
 SERVICE_DEADLINE = 10.0
 """How long a node's services may take to appear [s]."""
 TRANSITION_DEADLINE = 90.0
 """How long a transition may take [s]; the first ever compiles the algorithms."""
-_PERIOD = 0.05
+_PERIOD = 0.05  # [s] from one look at the command under way to the next
 _MANAGED = ParameterDescriptor(
     description="The managed nodes, in the order of bring-up.", read_only=True
 )
 _AUTOSTART = ParameterDescriptor(description="Whether they come up at once.", read_only=True)
+_UPS = (Command.STARTUP, Command.RESUME)
 
 
 @dataclass
 class _Job:
-    """A command under way: what is left of it, and whom to tell."""
+    """A command under way: its steps that are left, and what takes its success."""
 
     command: Command
     steps: deque[Step]
@@ -56,7 +57,7 @@ class LifecycleManager(GuardedNode):
         autostart: Whether to bring them up at once.
         commandable: Whether clients may command it by `<name>/manage_nodes`.
         ready: Whether the first command may begin; asked until it is so.
-        on_wait: Told what is waited for, before it is; empty where nothing is.
+        on_wait: Takes what is waited for, before it is; empty where nothing is.
     """
 
     def __init__(
@@ -74,14 +75,13 @@ class LifecycleManager(GuardedNode):
         self.declare_parameter("node_names", list(nodes), _MANAGED)
         self.declare_parameter("autostart", autostart, _AUTOSTART)
         self.system_active = False
-        self._ready = ready
-        self._on_wait = on_wait
+        self._ready, self._on_wait = ready, on_wait
         self._nodes = tuple(nodes)
         self._states = {n: self.create_client(GetState, f"{n}/get_state") for n in nodes}
         self._changes = {n: self.create_client(ChangeState, f"{n}/change_state") for n in nodes}
         self._jobs: deque[_Job] = deque()
         if commandable:
-            DeferredService(self, ManageLifecycleNodes, f"{name}/manage_nodes", self._on_manage)
+            _DeferredService(self, ManageLifecycleNodes, f"{name}/manage_nodes", self._on_manage)
         self.create_service(Trigger, f"{name}/is_active", self._on_is_active)
         self._timer = self.create_timer(
             _PERIOD, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -175,7 +175,7 @@ class LifecycleManager(GuardedNode):
         self._advance()
 
     def _fail(self, job: _Job, problem: str) -> None:
-        """Give up bringing up; go on taking down, so that as much as possible rests."""
+        """Give up bringing up; continue taking down, so that as much as possible rests."""
         step = job.steps[0]
         job.failures.append(step.node)
         self.get_logger().error(f"{step.node} {problem}")
@@ -186,11 +186,39 @@ class LifecycleManager(GuardedNode):
     def _finish(self, job: _Job) -> None:
         self._jobs.popleft()
         success = not job.failures
-        ups = (Command.STARTUP, Command.RESUME)
-        self.system_active = success if job.command in ups else False
-        if success and job.command in ups:
+        self.system_active = success and job.command in _UPS
+        if self.system_active:
             self.get_logger().info("Managed nodes are active")
         elif not success:
             self.get_logger().error(f"{job.command.name} failed: {', '.join(job.failures)}")
         self._on_wait("" if success else f"{', '.join(job.failures)}: failed, see the log")
         job.reply(success)
+
+
+class _DeferredService:
+    """A service whose `on_request` takes each request and the function that answers it, later.
+
+    rclpy's executors send what a callback returns through `Service.send_response`; here that
+    keeps the request's header instead, and the reply sends the real answer. Coroutines as
+    callbacks, the other way to do it, do not work under the EventsExecutor of rclpy 7.1.6.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        service_type: Any,
+        name: str,
+        on_request: Callable[[Any, Callable[[Any], None]], None],
+    ) -> None:
+        self._on_request = on_request
+        self._request: Any = None
+        self._service = node.create_service(service_type, name, self._keep_request)
+        self._send = self._service.send_response
+        self._service.send_response = self._keep_header
+
+    def _keep_request(self, request: Any, response: Any) -> Any:
+        self._request = request
+        return response
+
+    def _keep_header(self, response: Any, header: Any) -> None:
+        self._on_request(self._request, lambda answer: self._send(answer, header))

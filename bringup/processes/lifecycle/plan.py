@@ -1,10 +1,10 @@
-"""What a lifecycle manager does for a command, as data: which transitions, in which order."""
+"""The transitions that a lifecycle manager's commands stand for, and their order."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum, IntEnum
+from typing import NamedTuple
 
 
 class State(IntEnum):
@@ -39,9 +39,7 @@ class Transition(Enum):
     SHUTDOWN = (5, State.UNCONFIGURED, State.FINALIZED)
 
     def __init__(self, number: int, start: State, end: State) -> None:
-        self.number = number
-        self.start = start
-        self.end = end
+        self.number, self.start, self.end = number, start, end
 
     @property
     def upward(self) -> bool:
@@ -49,14 +47,8 @@ class Transition(Enum):
         return self in (Transition.CONFIGURE, Transition.ACTIVATE)
 
 
-@dataclass(frozen=True)
-class Step:
-    """One transition of one node.
-
-    Attributes:
-        node: The node's name.
-        transition: The transition.
-    """
+class Step(NamedTuple):
+    """One transition of one node."""
 
     node: str
     transition: Transition
@@ -96,7 +88,7 @@ def plan(command: Command, nodes: Sequence[str]) -> tuple[Step, ...]:
 
 
 def judge(transition: Transition, state: State) -> Verdict:
-    """Decide about a transition in a node's present state.
+    """Return what to do about a transition in a node's present state.
 
     A node that is there already, or beyond, is left alone, so that a command can be given again
     after it half failed.

@@ -17,10 +17,9 @@ import atexit, os, sys, threading, time
 from datetime import datetime
 from pathlib import Path
 from bringup.processes.child import ChildSpec
-from bringup.processes.output import TextOutput
-from bringup.processes.restart import RestartLimits
+from bringup.processes.health import RestartLimits
+from bringup.processes.output import StartUp, TextOutput
 from bringup.processes.run_log import RunLog
-from bringup.processes.status import StartUp
 from bringup.processes.supervisor import StopTimes, Supervisor
 
 def run():

@@ -1,4 +1,4 @@
-"""A run as text for a person and as JSON for a program."""
+"""A run as text for a person and as JSON for a program, and when its start-up is over."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from bringup.processes.output import JsonOutput, TextOutput
+from bringup.processes.output import JsonOutput, StartUp, TextOutput, event_line, read_event
 from bringup.processes.run_log import RunLog
-from bringup.processes.status import StartUp, event_line
 
 WARNING = "[WARN] [1.5] [amcl]: lost"
 
@@ -28,9 +27,9 @@ def test_json_has_an_object_for_each_state_and_each_line(
 ) -> None:
     output = JsonOutput(StartUp(["nav"], 0.0), log)
     output.state("nav", "started")
-    output.line("nav", event_line(node="amcl", state="active"))
+    output.event("nav", {"node": "amcl", "state": "active"})
     output.line("nav", WARNING)
-    output.line("nav", event_line(waiting=""))
+    output.event("nav", {"waiting": ""})
     output.tick()
     shown = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert all(each.pop("time") > 0.0 for each in shown)
@@ -46,9 +45,9 @@ def test_in_a_pipe_text_is_plain_and_events_are_not_shown(
     log: RunLog, capsys: pytest.CaptureFixture[str]
 ) -> None:
     output = TextOutput(StartUp(["nav"], 0.0), log)
-    output.line("nav", event_line(node="amcl", state="active"))
+    output.event("nav", {"node": "amcl", "state": "active"})
     output.line("nav", WARNING)
-    output.line("nav", event_line(waiting=""))
+    output.event("nav", {"waiting": ""})
     output.tick()
     warning, active = capsys.readouterr().out.splitlines()
     assert warning == f"[nav] {WARNING}"
@@ -65,9 +64,77 @@ def test_on_a_terminal_levels_have_colours_and_progress_is_the_last_line(
     output = TextOutput(StartUp(["nav"], 0.0), log)
     output.state("nav", "started")
     output.line("nav", WARNING)
-    output.line("nav", event_line(node="amcl", state="active"))
-    output.line("nav", event_line(waiting=""))
+    output.event("nav", {"node": "amcl", "state": "active"})
+    output.event("nav", {"waiting": ""})
     shown = capsys.readouterr().out
     assert f"\033[33m[nav] {WARNING}\033[0m\n" in shown
     assert "waiting for nav: imports its nodes" in shown.split("\n")[1]
     assert shown.endswith("\r\033[K")
+
+
+def up(start_up: StartUp, name: str, *nodes: str) -> None:
+    """Report a process whose nodes are all active."""
+    for node in nodes:
+        start_up.take(name, {"node": node, "state": "active"})
+    start_up.take(name, {"waiting": ""})
+
+
+def test_an_event_is_read_as_it_was_written_and_a_log_line_is_none() -> None:
+    event = {"node": "amcl", "state": "active"}
+    assert read_event(event_line(**event)) == event
+    for line in ("[INFO] [1.0] [amcl]: active", '{"node": "amcl"}', "\x1e{", "\x1e[1]", ""):
+        assert read_event(line) is None
+
+
+def test_it_is_up_when_every_process_has_all_its_nodes_active() -> None:
+    start_up = StartUp(["a", "b"], now=10.0)
+    up(start_up, "a", "x", "y")
+    start_up.take("b", {"node": "z", "state": "inactive"})
+    start_up.take("b", {"waiting": "z to activate"})
+    assert start_up.waiting == "b: z to activate"
+    assert start_up.came_up(12.0) is None
+    up(start_up, "b", "z")
+    assert start_up.came_up(14.5) == 4.5
+    assert start_up.came_up(15.0) is None
+    assert start_up.nodes == 3
+
+
+def test_processes_that_wait_for_the_same_are_named_together() -> None:
+    start_up = StartUp(["a", "b"], now=0.0)
+    assert start_up.waiting == "a, b: imports its nodes"
+
+
+def test_what_is_waited_for_is_said_once_after_a_while_and_again_when_it_changes() -> None:
+    start_up = StartUp(["a"], now=0.0)
+    assert [start_up.overdue(now, 3.0) for now in (0.0, 2.9)] == [None, None]
+    assert start_up.overdue(3.0, 3.0) == "a: imports its nodes"
+    assert start_up.overdue(9.0, 3.0) is None
+    start_up.take("a", {"waiting": "/clock"})
+    assert [start_up.overdue(now, 3.0) for now in (9.5, 12.0)] == [None, None]
+    assert start_up.overdue(12.5, 3.0) == "a: /clock"
+
+
+def test_a_process_that_starts_again_counts_its_time_from_then() -> None:
+    start_up = StartUp(["a"], now=0.0)
+    up(start_up, "a", "x")
+    assert start_up.came_up(2.0) == 2.0
+    start_up.restarted("a", 20.0)
+    assert start_up.waiting
+    up(start_up, "a", "x")
+    assert start_up.came_up(21.0) == 1.0
+
+
+def test_nodes_that_a_client_deactivates_later_are_no_start_up() -> None:
+    start_up = StartUp(["a"], now=0.0)
+    up(start_up, "a", "x")
+    start_up.came_up(2.0)
+    start_up.take("a", {"node": "x", "state": "inactive"})
+    assert start_up.waiting == ""
+
+
+def test_processes_without_nodes_are_not_waited_for() -> None:
+    start_up = StartUp(["a"], now=0.0)
+    start_up.restarted("record", 1.0)
+    start_up.take("record", {"waiting": "something"})
+    up(start_up, "a", "x")
+    assert start_up.waiting == ""

@@ -14,10 +14,9 @@ import sys, time
 from datetime import datetime
 from pathlib import Path
 from bringup.processes.child import ChildSpec
-from bringup.processes.output import TextOutput
-from bringup.processes.restart import RestartLimits
+from bringup.processes.health import RestartLimits
+from bringup.processes.output import StartUp, TextOutput
 from bringup.processes.run_log import RunLog
-from bringup.processes.status import StartUp
 from bringup.processes.supervisor import StopTimes, Supervisor
 
 specs = [
@@ -34,7 +33,7 @@ OBEDIENT = READY.format("signal.signal(signal.SIGTERM, signal.SIG_DFL)")
 STUBBORN = READY.format(
     "[signal.signal(s, signal.SIG_IGN) for s in (signal.SIGINT, signal.SIGTERM)]"
 )
-ALIVE = "from bringup.processes.status import event_line; print(event_line(alive={0}));"
+ALIVE = "from bringup.processes.output import event_line; print(event_line(alive={0}));"
 STOPPED = (
     ALIVE.format(0.3) + "import os, signal; print('pid', os.getpid(), flush=True);"
     "os.kill(os.getpid(), signal.SIGSTOP)"

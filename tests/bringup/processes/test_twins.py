@@ -1,4 +1,4 @@
-"""Two processes with nodes of one name are told of, those that died are not."""
+"""Two processes with nodes of one name are warned of, those that died are not."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from typing import Any
 
 import pytest
 
-from bringup.processes import twins
-from bringup.processes.twins import Twins
+pytest.importorskip("rclpy", reason="no ROS here")
 
+from bringup.processes import reporter
+from bringup.processes.reporter import Twins
+
+pytestmark = pytest.mark.ros
 PAIRS = [("sim", "/"), ("sim", "/other"), ("amcl", "/")]
 
 
 class Graph:
-    """A node that sees nodes and keeps what it is told to log."""
+    """A node that sees nodes and keeps what it is to log."""
 
     def __init__(self) -> None:
         self.pairs = list(PAIRS)
@@ -30,11 +33,11 @@ class Graph:
 @pytest.fixture
 def graph(monkeypatch: pytest.MonkeyPatch) -> Graph:
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
-    monkeypatch.setattr(twins, "any_dead", lambda node: False)
+    monkeypatch.setattr(reporter, "any_dead", lambda node: False)
     return Graph()
 
 
-def test_each_pair_is_told_once(graph: Graph) -> None:
+def test_each_pair_is_warned_of_once(graph: Graph) -> None:
     looking = Twins(graph, ["/sim", "/amcl"])
     looking.look(0.0)
     assert graph.warnings == []
@@ -55,7 +58,7 @@ def test_each_pair_is_told_once(graph: Graph) -> None:
 def test_one_that_died_may_be_remembered_for_its_lease(
     graph: Graph, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(twins, "any_dead", lambda node: True)
+    monkeypatch.setattr(reporter, "any_dead", lambda node: True)
     graph.pairs = [*PAIRS, ("sim", "/")]
     looking = Twins(graph, ["/sim"])
     for now in range(25):

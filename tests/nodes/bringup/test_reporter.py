@@ -10,9 +10,9 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from bringup.processes.heartbeat import PATIENCE
+from bringup.processes.health import PATIENCE
+from bringup.processes.output import read_event
 from bringup.processes.reporter import Reporter
-from bringup.processes.status import read_event
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros
