@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import sys
 from collections.abc import Sequence
 
-from bringup.commands import COMMANDS, FOLDERS
-from bringup.commands.examples import page as examples
+from bringup.commands import COMMANDS, module_of
 
 _FIRST = """Arjuna: a ROS 2 robot to map, localize and navigate with, simulated or real.
 
@@ -53,17 +51,17 @@ def _parser(chosen: str | None) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         dest="command", metavar="COMMAND", prog=parser.prog, help=argparse.SUPPRESS
     )
-    for heading, group in COMMANDS.items():
+    for group in COMMANDS.values():
         for name, about in group.items():
             command = commands.add_parser(name, description=f"{about[0].upper()}{about[1:]}.")
             if name == chosen:
-                file = f"{FOLDERS.get(heading, '')}{name.replace('-', '_')}"
-                module = importlib.import_module(f"bringup.commands.{file}")
+                module = module_of(name)
                 module.configure(command)
                 command.set_defaults(run=module.run)
                 command.formatter_class = argparse.RawDescriptionHelpFormatter
-                parts = (examples(parser.prog, name), command.epilog)
-                command.epilog = "\n\n".join(part for part in parts if part)
+                lines = [f"  {parser.prog} {line}" for line in module.EXAMPLES]
+                parts = "\n".join(["examples:", *lines]), command.epilog
+                command.epilog = "\n\n".join(filter(None, parts))
     return parser
 
 

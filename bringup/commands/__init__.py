@@ -1,57 +1,54 @@
-"""The commands of `arjuna`: one file each, with `configure(parser)` and `run(arguments)`.
+"""The commands of `arjuna`, a file each: docs/extending.md says how to add one.
 
-`configure` is argparse only, so that `--help` is instant; `run` imports what it needs, raises
-ArjunaError where an input cannot be used, and returns the exit code.
+A file's first line is "`name`: what it does.", which the first page shows. It has `EXAMPLES`, words
+to type after `python -m bringup`, shown by its `--help`; `configure(parser)`, argparse only, so
+that `--help` is instant; and `run(arguments)`, which imports what it needs, raises ArjunaError
+where an input cannot be used, and returns the exit code.
 """
 
 from __future__ import annotations
 
-COMMANDS = {
-    "Learn": {
-        "lesson": "a page of the tutorial, command by command",
-    },
-    "Run the robot": {
-        "sim": "the simulated robot in its world, in real time",
-        "slam": "mapping and localization of a running robot, or of a log",
-        "nav": "localization and navigation of a running robot on a map, or AMCL of a log",
-        "robot": "the same of a real robot, whose drivers run beside it",
-        "demo": "explore, map, drive waypoints, be carried off and drive home, as fast as it goes",
-    },
-    "Drive": {
-        "teleop": "drive by keys",
-        "avoid": "drive about by itself, away from what the lidar sees",
-        "goto": "drive to a place of the map",
-        "tour": "drive to the way-points of a file, one after the other",
-        "explore": "drive to the edges of the map until all is seen (beside nav --slam)",
-        "initial-pose": "tell AMCL where the robot is",
-        "save-map": "write the map to files",
-    },
-    "See": {
-        "view": "the robot, its map and its plans in a browser, with tools to command it",
-    },
-    "Look into it": {
-        "doctor": "what is wrong with the machine and the running robot, and the cure",
-        "top": "the nodes: state, CPU, rate of the main topic, last warning",
-        "tf": "the tree of frames, as text and picture",
-        "params": "all parameters, a file checked or converted, two files compared",
-    },
-    "The world": {
-        "entity": "spawn, move, delete and list what is in the simulation",
-        "world": "pause, step, reset and replace the simulated world",
-    },
-    "Recordings": {
-        "record": "write what the robot says into a recording, byte for byte",
-        "play": "publish a recording again",
-        "info": "what a recording holds and lacks, and its repair",
-        "replay": "see a recording: in rerun's viewer, as its file, or as a picture",
-    },
-    "Measure": {
-        "calibrate": "find a robot's effective track width and wheel radius by driving it",
-        "bench": "measure a part of the robot",
-        "campaign": "one command many times, and what the runs say together",
-        "tune": "parameters searched by machine, trial by trial",
-    },
+import importlib
+from pathlib import Path
+from typing import Any
+
+_FOLDER = Path(__file__).parent
+_HEADINGS = {
+    "Learn": "lesson",
+    "Run the robot": "sim slam nav robot demo",
+    "Drive": "teleop avoid goto tour explore initial-pose save-map",
+    "See": "view",
+    "Look into it": "doctor top tf params",
+    "The world": "entity world",
+    "Recordings": "record play info replay",
+    "Measure": "calibrate bench campaign tune",
 }
-"""What each command does, under the headings of the first page, in its order."""
-FOLDERS = {"Drive": "drive.", "Look into it": "tools.", "Recordings": "recordings."}
-"""Where the files of a heading's commands are, if not here."""
+_OTHERS = "Others"
+
+
+def _files() -> dict[str, Path]:
+    """Return the file of each command."""
+    found = (path for path in sorted(_FOLDER.rglob("*.py")) if path.stem != "__init__")
+    return {path.stem.replace("_", "-"): path for path in found}
+
+
+def _abouts() -> dict[str, dict[str, str]]:
+    """Return what each command does, by the first page's headings and in its order."""
+    abouts = {}
+    for name, path in _files().items():
+        with path.open(encoding="utf-8") as file:
+            abouts[name] = file.readline().partition(": ")[2].strip().strip('"').rstrip(".")
+    page = {
+        heading: {name: abouts.pop(name) for name in names.split()}
+        for heading, names in _HEADINGS.items()
+    }
+    return {**page, _OTHERS: abouts} if abouts else page
+
+
+COMMANDS = _abouts()
+
+
+def module_of(command: str) -> Any:
+    """Import a command's file."""
+    parts = _files()[command].relative_to(_FOLDER).with_suffix("").parts
+    return importlib.import_module(".".join(("bringup.commands", *parts)))

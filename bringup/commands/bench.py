@@ -1,4 +1,4 @@
-"""Benchmarks: `python -m bringup bench NAME`, each a module of the checkout's `tests/bench/`.
+"""`bench`: measure a part of the robot.
 
 A benchmark has `add_arguments(parser)` and `run(arguments) -> dict`, which prints what it measured
 and returns it for `--json`.
@@ -14,6 +14,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from arjuna_core.errors import InputFileError, nearest
+
+EXAMPLES = ("bench slam",)
 
 _ROOT = Path(__file__).resolve().parents[2]
 _FOLDER = _ROOT / "tests" / "bench"

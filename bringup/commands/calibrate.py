@@ -1,9 +1,11 @@
-"""`calibrate`: a robot's effective track width and wheel radius, from driving it."""
+"""`calibrate`: find a robot's effective track width and wheel radius by driving it."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+
+EXAMPLES = ("calibrate --robot my.urdf --out out/calibration",)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

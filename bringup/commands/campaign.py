@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from bringup.campaign.outcome import Outcome
     from bringup.campaign.plan import Campaign
 
+EXAMPLES = ("campaign campaigns/goals.yaml", "campaign --compare out/one out/other")
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""

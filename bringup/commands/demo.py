@@ -1,4 +1,4 @@
-"""`demo`: the whole robot in lock-step, as fast as it goes."""
+"""`demo`: explore, map, drive waypoints, be carried off and drive home, as fast as it goes."""
 
 from __future__ import annotations
 
@@ -13,6 +13,12 @@ from bringup.parameters import options
 if TYPE_CHECKING:
     from bringup.demo.demo import DemoOptions
     from bringup.parameters.files import Parameters
+
+EXAMPLES = (
+    "demo",
+    "demo --seed 7 --out out/seven",
+    "demo --robot my.urdf --world my.world --waypoints points.yaml --no-kidnap",
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

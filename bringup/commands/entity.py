@@ -1,4 +1,4 @@
-"""`entity`: what is in a running simulator's world, and how it comes and goes."""
+"""`entity`: spawn, move, delete and list what is in the simulation."""
 
 from __future__ import annotations
 
@@ -10,6 +10,13 @@ from bringup.parameters import options
 
 if TYPE_CHECKING:
     from bringup.client.simulator import SimulatorClient
+
+EXAMPLES = (
+    "entity list",
+    "entity spawn crate box:0.5,0.5,0.5 --at 2 0",
+    'entity spawn bob person --path "1,0 3,0"',
+    "entity move robot 0 2",
+)
 
 _WHAT = (
     "box:X,Y,Z, cylinder:RADIUS,LENGTH, sphere:RADIUS or person, with ?mass=KG where it"

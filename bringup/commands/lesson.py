@@ -12,6 +12,8 @@ from bringup.parameters import options
 if TYPE_CHECKING:
     from bringup.lessons.page import Section
 
+EXAMPLES = ("lesson 1", "lesson 3 --list", "lesson 4 --part 2")
+
 PAGES = {
     1: "1-arjuna",
     2: "2-fusion",

@@ -1,10 +1,16 @@
-"""`nav`: AMCL and navigation of a running robot; or AMCL on a log."""
+"""`nav`: localization and navigation of a running robot on a map, or AMCL of a log."""
 
 from __future__ import annotations
 
 import argparse
 
 from bringup.parameters import options
+
+EXAMPLES = (
+    "nav --map maps/arjuna_room.yaml",
+    "nav --slam",
+    "nav --offline drive.mcap --map m.yaml",
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -1,10 +1,12 @@
-"""`robot`: mapping or localization, and navigation, of a real robot whose drivers run beside it."""
+"""`robot`: the same of a real robot, whose drivers run beside it."""
 
 from __future__ import annotations
 
 import argparse
 
 from bringup.parameters import options
+
+EXAMPLES = ("robot --map my_map.yaml", "robot --slam")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

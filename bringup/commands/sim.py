@@ -1,10 +1,20 @@
-"""`sim`: the simulated robot in its world; or a check of a robot's or world's file."""
+"""`sim`: the simulated robot in its world, in real time."""
 
 from __future__ import annotations
 
 import argparse
 
 from bringup.parameters import options
+
+EXAMPLES = (
+    "sim",
+    "sim --robot urdf/burger.urdf --world worlds/pillar_arena.world --at -2 -0.5",
+    "sim --at -2 0.5 --yaw 1.57",
+    "sim --check my.urdf",
+    "sim --viewer",
+    "sim --namespace a --namespace b --at -2 0 --at 2 2",
+    "sim --world worlds/office.world --record",
+)
 
 _SEVERAL = """Several robots in one world: give --namespace again for each, and --at, --yaw and
 --robot in the same order. Each is driven and seen below its own namespace, as

@@ -1,4 +1,4 @@
-"""`slam`: slam_toolbox and map_saver on a running robot; or SLAM on a log."""
+"""`slam`: mapping and localization of a running robot, or of a log."""
 
 from __future__ import annotations
 
@@ -6,6 +6,13 @@ import argparse
 from pathlib import Path
 
 from bringup.parameters import options
+
+EXAMPLES = (
+    "slam",
+    "slam --params guides/ros2/params.yaml",
+    "slam --param mode:=lifelong",
+    "slam --offline drive.mcap",
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""`tune`: parameters searched by machine, trial by trial, each judged by runs of a campaign."""
+"""`tune`: parameters searched by machine, trial by trial."""
 
 from __future__ import annotations
 
@@ -11,6 +11,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from bringup.tuning.plan import Tuning
     from bringup.tuning.study import Study, Tried
+
+EXAMPLES = (
+    "tune campaigns/tuning/race_track.yaml",
+    "tune campaigns/tuning/race_track.yaml --trials 100",
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""`view`: see the robot in a browser, and command it there."""
+"""`view`: the robot, its map and its plans in a browser, with tools to command it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bringup.parameters import options
+
+EXAMPLES = ("view", "view --foxglove", "view --rerun --save drive.rrd")
 
 _PORT = 8080
 

@@ -1,4 +1,4 @@
-"""`world`: time and world of a running simulator."""
+"""`world`: pause, step, reset and replace the simulated world."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from contextlib import closing
 from pathlib import Path
 
 from bringup.parameters import options
+
+EXAMPLES = ("world pause", "world step 50", "world reset", "world load worlds/office.world")
 
 SCOPES = {"all": 255, "time": 1, "state": 2, "spawned": 4}
 STEPS_MAX = 1_000_000

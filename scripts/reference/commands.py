@@ -6,8 +6,7 @@ import argparse
 from collections.abc import Iterator
 
 from bringup.cli_parser import parser_of
-from bringup.commands import COMMANDS
-from bringup.commands.examples import EXAMPLES
+from bringup.commands import COMMANDS, module_of
 from scripts.reference import NOTE, cell, code
 
 _INTRO = f"""# Commands
@@ -77,8 +76,7 @@ def _value(action: argparse.Action) -> str:
 
 
 def _examples(name: str) -> Iterator[str]:
-    if name in EXAMPLES:
-        yield "```"
-        yield from (f"python -m bringup {line}" for line in EXAMPLES[name])
-        yield "```"
-        yield ""
+    yield "```"
+    yield from (f"python -m bringup {line}" for line in module_of(name).EXAMPLES)
+    yield "```"
+    yield ""

@@ -11,6 +11,8 @@ from bringup.parameters import options
 if TYPE_CHECKING:
     from bringup.client.robot import Robot
 
+EXAMPLES = ("avoid", "avoid --distance 1.0 --duration 30")
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""

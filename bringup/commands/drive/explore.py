@@ -1,10 +1,12 @@
-"""`explore`: drive to the edges of the map until all is seen."""
+"""`explore`: drive to the edges of the map until all is seen (beside nav --slam)."""
 
 from __future__ import annotations
 
 import argparse
 
 from bringup.parameters import options
+
+EXAMPLES = ("explore", "explore --timeout 300")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

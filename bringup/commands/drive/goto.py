@@ -1,10 +1,12 @@
-"""`goto`: drive to one place of the map."""
+"""`goto`: drive to a place of the map."""
 
 from __future__ import annotations
 
 import argparse
 
 from bringup.parameters import options
+
+EXAMPLES = ("goto 2 2", "goto 1.5 -1 3.14")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -6,6 +6,8 @@ import argparse
 
 from bringup.parameters import options
 
+EXAMPLES = ("initial-pose 0 0", "initial-pose 2.5 1 1.57")
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""

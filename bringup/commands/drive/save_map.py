@@ -1,4 +1,4 @@
-"""`save-map`: write the map that is on the topic to files."""
+"""`save-map`: write the map to files."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 
 from bringup.parameters import options
+
+EXAMPLES = ("save-map out/my_map",)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

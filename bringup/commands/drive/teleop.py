@@ -7,6 +7,8 @@ import argparse
 from bringup.client.keys import PAGES
 from bringup.parameters import options
 
+EXAMPLES = ("teleop", "teleop --keys twist --speed 0.2")
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""

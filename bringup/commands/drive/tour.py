@@ -7,6 +7,8 @@ from pathlib import Path
 
 from bringup.parameters import options
 
+EXAMPLES = ("tour guides/arjuna/waypoints.yaml",)
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""

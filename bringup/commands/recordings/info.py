@@ -1,9 +1,11 @@
-"""`info`: what a recording holds and lacks."""
+"""`info`: what a recording holds and lacks, and its repair."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+
+EXAMPLES = ("info out/bag",)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

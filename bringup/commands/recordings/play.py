@@ -1,4 +1,4 @@
-"""`play`: a recording published again."""
+"""`play`: publish a recording again."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from pathlib import Path
 
 from bringup.parameters import options
 from bringup.recording import selection
+
+EXAMPLES = ("play out/bag", "play out/bag --rate 2 --clock")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

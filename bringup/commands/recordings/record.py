@@ -1,4 +1,4 @@
-"""`record`: topics into a recording that rosbag2 plays."""
+"""`record`: write what the robot says into a recording, byte for byte."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from pathlib import Path
 
 from bringup.parameters import options
 from bringup.recording import selection
+
+EXAMPLES = ("record", "record -o out/bag --topics /scan /odom")
 
 _UNITS = {
     "b": 1.0,

@@ -1,4 +1,4 @@
-"""`replay`: a recording in rerun's viewer, or as a file or picture."""
+"""`replay`: see a recording: in rerun's viewer, as its file, or as a picture."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 
 from bringup.parameters import options
+
+EXAMPLES = ("replay out/bag", "replay out/bag --picture drive.png --at 12")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""`doctor`: what is wrong with the machine and the running robot, a cure for each."""
+"""`doctor`: what is wrong with the machine and the running robot, and the cure."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import argparse
 
 from bringup.doctor.guides import page as guides_page
 from bringup.parameters import options
+
+EXAMPLES = ("doctor", "doctor --json")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""`params`: all parameters as a file, files checked, compared and converted; no robot runs."""
+"""`params`: all parameters, a file checked or converted, two files compared."""
 
 from __future__ import annotations
 
@@ -10,6 +10,13 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from bringup.parameters.files import Parameters
+
+EXAMPLES = (
+    "params dump",
+    "params check my.yaml",
+    "params diff my.yaml",
+    "params convert amcl.launch",
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -11,6 +11,8 @@ from bringup.parameters import options
 if TYPE_CHECKING:
     from bringup.viewing.frame_tree import Frames
 
+EXAMPLES = ("tf", "tf --picture frames.png")
+
 _WAIT = 5.0  # [s] for the first frame
 
 

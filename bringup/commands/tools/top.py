@@ -1,10 +1,12 @@
-"""`top`: a live table of the nodes."""
+"""`top`: the nodes: state, CPU, rate of the main topic, last warning."""
 
 from __future__ import annotations
 
 import argparse
 
 from bringup.parameters import options
+
+EXAMPLES = ("top",)
 
 _CLEAR = "\033[2J\033[H"
 _WIDE = 160  # [characters] of a file or pipe
