@@ -38,11 +38,24 @@ class PoseSearchConfig:
     escape_radius: float = param(
         3.0, "How far a start too near to an obstacle is led out of it.", unit="m", minimum=0.0
     )
+    heuristic_weight: float = param(
+        1.03,
+        "Factor on the estimated rest: the search is faster, the path costlier by it at most.",
+        minimum=1.0,
+        maximum=10.0,
+    )
 
 
 @dataclass(frozen=True)
 class HybridConfig(PoseSearchConfig):
     """Parameters of Smac Hybrid-A*."""
+
+    heuristic_weight: float = param(
+        1.15,
+        "Factor on the estimated rest: the search is faster, the path costlier by it at most.",
+        minimum=1.0,
+        maximum=10.0,
+    )
 
     motion_model_for_search: str = param(
         "DUBIN", "Forwards alone, or backwards too.", choices=("DUBIN", "REEDS_SHEPP")

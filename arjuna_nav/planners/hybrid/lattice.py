@@ -68,7 +68,8 @@ class SmacLattice(PoseSearch):
     def _rules(self, costmap: Costmap) -> Rules:
         """Return how the robot drives."""
         lattice = self._lattice(costmap)
-        return super()._rules(costmap)._replace(spins=lattice.spins, radius=lattice.radius)
+        rules = super()._rules(costmap)
+        return rules._replace(spins=lattice.spins, shortcuts=False, radius=lattice.radius)
 
     @property
     def _reverse(self) -> bool:

@@ -14,15 +14,15 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import PlanResult, PlanStatus
 from arjuna_nav.planners.guide import guide
 from arjuna_nav.planners.hybrid.config import PoseSearchConfig
-from arjuna_nav.planners.hybrid.moves import STEP, Moves
-from arjuna_nav.planners.hybrid.search import Rules, Terrain, driven, search
+from arjuna_nav.planners.hybrid.moves import Moves
+from arjuna_nav.planners.hybrid.search import Rules, Terrain, search
+from arjuna_nav.planners.hybrid.shortcuts import driven
 from arjuna_nav.planners.nearby import Plan, nearby_first
 from arjuna_nav.planners.query import Cell, Query, ask
 from arjuna_nav.planners.waves.potential import NEUTRAL
 
 _ENDLESS = 2**62
 _SLACK = 0.0  # of ways that are looked at on large maps, over the best estimate
-_TRUST = 1.03  # factor on what is left: a tenth of the time for a way 1 % dearer at most
 
 
 class PoseSearch(abc.ABC):
@@ -71,9 +71,9 @@ class PoseSearch(abc.ABC):
             nodes, row, curve, more = search(first, end, terrain, left, moves)
             looked += more
             if row >= 0:
-                poses = np.vstack((way_out, driven(nodes, row, curve, moves)))
+                searched, cells = driven(nodes, row, curve, terrain, left, moves)
+                poses = np.vstack((way_out, searched))
                 poses[0, 2] = heading
-                cells = float(nodes.values[row]) + STEP * len(curve)
                 price = NEUTRAL * cells if found.end == query.goal_cell else math.inf
                 return Plan(PlanResult(PlanStatus.SUCCEEDED, _placed(poses, costmap, goal)), price)
             if found.whole:
@@ -136,12 +136,14 @@ class PoseSearch(abc.ABC):
             self._reverse,
             config.cost_penalty,
             self._straight,
+            config.non_straight_penalty,
             config.analytic_expansion_ratio,
             config.analytic_expansion_max_length / resolution,
             config.analytic_expansion_max_cost,
             config.max_iterations if config.max_iterations > 0 else _ENDLESS,
-            _TRUST,
-            False,
+            config.heuristic_weight,
+            spins=False,
+            shortcuts=True,
         )
 
 

@@ -20,7 +20,6 @@ from arjuna_nav.planners.pose_table import (
     begun,
     indexed,
     row_at,
-    rows_to,
     slot_of,
     with_block,
     with_room,
@@ -54,18 +53,27 @@ class Terrain(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """How it drives, and what that costs; lengths in cells. See `HybridConfig`."""
+    """How it drives, and what that costs; lengths in cells. See `HybridConfig`.
+
+    Attributes:
+        straight: What a cell of a straight costs where nothing is near.
+        bends: Factor on bends.
+        spins: Whether it turns on the spot.
+        shortcuts: Whether any arc of the radius may be driven, not only the pieces.
+    """
 
     radius: float
     reverse: bool
     cost_penalty: float
     straight: float
+    bends: float
     direct_ratio: float
     direct_length: float
     direct_cost: float
     limit: int
-    trust: float
+    heuristic_weight: float
     spins: bool
+    shortcuts: bool
 
 
 @njit(cache=True)
@@ -106,8 +114,8 @@ def search(
                 return nodes, row, curve, looked
             until_direct = max(distance / rules.direct_ratio, 1.0)
         nodes = with_room(nodes, count, most)
-        trust = rules.trust * (1.0 + looked / _PATIENCE)
-        count, index = _expand(row, count, nodes, index, queue, goal, terrain, rules, moves, trust)
+        weight = rules.heuristic_weight * (1.0 + looked / _PATIENCE)
+        count, index = _expand(row, count, nodes, index, queue, goal, terrain, rules, moves, weight)
     return nodes, -1, np.empty((0, 3)), looked
 
 
@@ -122,7 +130,7 @@ def _expand(
     terrain: Terrain,
     rules: Rules,
     moves: Moves,
-    trust: float,
+    weight: float,
 ) -> tuple[int, RowIndex]:
     """Add the poses that one piece leads to from a row; return how many rows there are."""
     pose, last = nodes.poses[row], nodes.kinds[row]
@@ -152,7 +160,7 @@ def _expand(
         index.slots[slot_of(index, r, c, moves.ends[move])] = count
         nodes.values[count], nodes.before[count], nodes.kinds[count] = value, row, move
         left = _left(reached, goal, terrain, rules)
-        heapq.heappush(queue, (value / trust + left, np.int64(count)))
+        heapq.heappush(queue, (value / weight + left, np.int64(count)))
         count += 1
     return count, index
 
@@ -276,25 +284,3 @@ def _straight(pose: NDArray[np.float64], goal: NDArray[np.float64]) -> NDArray[n
             count += 1
         at += np.array([x, y, turn])
     return result[:count]
-
-
-@njit(cache=True)
-def driven(
-    nodes: PoseTable, row: int, curve: NDArray[np.float64], moves: Moves
-) -> NDArray[np.float64]:
-    """Return the poses from the start to the goal, `(N, 3)`, at most a cell apart."""
-    pieces = [nodes.poses[:1].copy()]
-    for k in rows_to(nodes, row)[1:]:
-        move = nodes.kinds[k]
-        poses = moves.poses[moves.begins[move] : moves.begins[move + 1]]
-        pieces.append(poses + nodes.poses[nodes.before[k]])
-    pieces.append(curve)
-    total = 0
-    for part in pieces:
-        total += len(part)
-    result = np.empty((total, 3))
-    at = 0
-    for part in pieces:
-        result[at : at + len(part)] = part
-        at += len(part)
-    return result

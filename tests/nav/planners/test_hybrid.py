@@ -91,6 +91,19 @@ def test_a_way_through_a_large_map_is_as_good_as_any() -> None:
     assert first_collision(costmap, Footprint.circle(0.25), result.path) is None
 
 
+@pytest.mark.parametrize("bearing", [4.0, 7.5, 11.0, 20.0])
+def test_a_path_between_the_headings_of_the_search_turns_no_more_than_it_must(
+    bearing: float,
+) -> None:
+    heading = math.radians(bearing)
+    goal = SE2(1.0 + 9.0 * math.cos(heading), 1.0 + 9.0 * math.sin(heading), heading)
+    planner = make("smac hybrid", motion_model_for_search="DUBIN")
+    result = planner.plan(costmap_of(empty_grid(12.0, 6.0)), SE2(1.0, 1.0), goal)
+    assert result.status is PlanStatus.SUCCEEDED, result.message
+    assert np.abs(wrap(np.diff(result.path[:, 2]))).sum() < 1.5 * heading
+    assert paths.length(result.path) < 9.15
+
+
 def test_the_dearer_costs_are_the_farther_it_keeps_away() -> None:
     grid = empty_grid(8.0, 6.0)
     block(grid, 3.5, 2.0, 1.0, 1.2)
