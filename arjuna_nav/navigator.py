@@ -1,74 +1,30 @@
-"""Navigation to a goal: when to plan, follow, clear, recover and give up.
+"""Navigation to a goal: a behavior tree is ticked until it has come there or has failed.
 
-The rules are those of Nav2's default tree, navigate_to_pose_w_replanning_and_recovery:
-
-1. Plan, follow the path, and plan again each second while following.
-2. Where planning fails, clear the global costmap and try once more; where following fails, clear
-   the local costmap and try once more.
-3. Where that fails too, recover: clear both costmaps, spin, wait or back up, one after the other
-   in turn; then start over. After six recoveries, or at an error no recovery mends, give up.
-
-Two rules are ours. Where the robot's place or what is round it is not known (TF_ERROR, or a costmap
-is too old), it stands and tries again each second, for a while: no recovery mends that, and to
-clear costmaps in the dark is none. And a path is kept while it is free, unless the new one is
-nearly the same or clearly shorter, so that the robot does not waver between two ways round an
-obstacle.
+The tree says when to plan, follow, clear, recover and give up; `behavior_trees/` holds the default
+one and Nav2's, `trees/` the nodes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
-import numpy as np
-from numpy.typing import NDArray
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
-from arjuna_nav.attempt import Attempt, Step
-from arjuna_nav.commands import (
-    GLOBAL_COSTMAP,
-    LOCAL_COSTMAP,
-    CheckPath,
-    Clear,
-    Command,
-    ComputePath,
-    Ending,
-    Feedback,
-    Finish,
-    Follow,
-    NavigatorState,
-    Outcome,
-    Recover,
-    Recovery,
-    Stop,
-    progress,
-)
-from arjuna_nav.controllers.base import ControlStatus
 from arjuna_nav.planners import path as paths
-from arjuna_nav.planners.base import PlanStatus
+from arjuna_nav.trees.asking import RECOVERIES
+from arjuna_nav.trees.blackboard import TreeError
+from arjuna_nav.trees.exchange import Ask, StatusChange, TreeState, Withdraw
+from arjuna_nav.trees.node import Status, Tree
 
-PLAN_ERRORS_TO_RETRY = frozenset({PlanStatus.UNKNOWN, PlanStatus.NO_VALID_PATH})
-FOLLOW_ERRORS_TO_RETRY = frozenset(
-    {
-        ControlStatus.UNKNOWN,
-        ControlStatus.PATIENCE_EXCEEDED,
-        ControlStatus.FAILED_TO_MAKE_PROGRESS,
-        ControlStatus.NO_VALID_CONTROL,
-    }
-)
-OUTAGES = frozenset(
-    {
-        PlanStatus.TF_ERROR,
-        PlanStatus.TIMEOUT,
-        ControlStatus.TF_ERROR,
-        ControlStatus.CONTROLLER_TIMED_OUT,
-    }
-)
+PROBLEM = "outage"
+"""Entry of the blackboard that says why the robot stands and waits."""
 
 
 @dataclass(frozen=True)
 class NavigatorConfig:
-    """What Nav2's default tree has written into it."""
+    """Entries of each tree's blackboard, by these names; in Nav2's trees they are numbers."""
 
     replanning_frequency: float = param(1.0, "Plans a second.", unit="Hz", minimum=0.01)
     number_of_retries: int = param(6, "Most recoveries.", minimum=0)
@@ -87,189 +43,139 @@ class NavigatorConfig:
     )
     outage_patience: float = param(
         30.0,
-        "How long to stand where the place or the surroundings are not known.",
+        "How long to stand where the robot's pose or its surroundings are not known.",
         unit="s",
         minimum=0.0,
     )
 
 
-@dataclass
+class Ending(enum.Enum):
+    """How navigation ended."""
+
+    SUCCEEDED = enum.auto()
+    ABORTED = enum.auto()
+    CANCELED = enum.auto()
+
+
+@dataclass(frozen=True)
+class Finish:
+    """The end of navigation, with the error that ended it."""
+
+    ending: Ending
+    error_code: int = 0
+    error_msg: str = ""
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """The progress of navigation, as NavigateToPose's feedback has it.
+
+    Attributes:
+        navigation_time: Since the goal came [s].
+        estimated_time_remaining: At the present speed [s]; 0 where that says nothing.
+        number_of_recoveries: So far.
+        distance_remaining: Along the path [m].
+        number_of_poses_remaining: Goals not yet passed.
+    """
+
+    navigation_time: float
+    estimated_time_remaining: float
+    number_of_recoveries: int
+    distance_remaining: float
+    number_of_poses_remaining: int
+
+
 class Navigator:
-    """Goes to one goal, or through several to the last.
+    """Drives to one goal, or through several to the last, by a tree.
 
     Args:
+        tree: The tree; its blackboard has `goal`, `goals`, the configuration's entries, and `path`
+            once there is one.
         config: Rates and amounts.
-        goals: Where to go, in map.
+        error_code_names: Entries of the blackboard that hold error codes.
+        goals: Poses to drive to, in map.
         start: Time at which the goal came [s].
     """
 
-    config: NavigatorConfig
-    goals: tuple[SE2, ...]
-    start: float
-    recoveries: int = 0
-    path: NDArray[np.float64] | None = None
-    _planning: Attempt = field(
-        default_factory=lambda: Attempt(GLOBAL_COSTMAP, PLAN_ERRORS_TO_RETRY)
-    )
-    _following: Attempt = field(
-        default_factory=lambda: Attempt(LOCAL_COSTMAP, FOLLOW_ERRORS_TO_RETRY)
-    )
-    _recovery: Recovery | None = None
-    _turn: int = 0
-    _still_to_clear: frozenset[str] = frozenset()
-    _asked_at: float = -np.inf
-    _path_valid: bool | None = None
-    _path_outdated: bool = False
-    _outage: Outcome = field(default_factory=Outcome)
-    _outage_since: float = -np.inf
-    _outage_at: float = -np.inf
+    def __init__(
+        self,
+        tree: Tree,
+        config: NavigatorConfig,
+        error_code_names: Sequence[str],
+        goals: tuple[SE2, ...],
+        start: float,
+    ) -> None:
+        self._tree = tree
+        self._board = tree.blackboard
+        self._codes = tuple(error_code_names)
+        self._start = start
+        self._outdated = False
+        self._path = self._board.entry("path")
+        self._followed: object = None
+        for each in fields(NavigatorConfig):
+            self._board.set(each.name, getattr(config, each.name))
+        self._take_goals(goals)
 
-    def trouble(self, now: float) -> str:
+    def _take_goals(self, goals: tuple[SE2, ...]) -> None:
+        self._board.set("goal", goals[-1])
+        self._board.set("goals", goals)
+        self._board.set(RECOVERIES, 0)
+
+    def tick(
+        self, state: TreeState, goals: tuple[SE2, ...] | None = None, cancel: bool = False
+    ) -> tuple[list[Ask | Withdraw], Finish | None]:
+        """Return the requests to servers, in order, and the end once it has come.
+
+        Args:
+            state: The robot's state now.
+            goals: New goals that take the place of the old.
+            cancel: Whether to stop for good.
+        """
+        if cancel:
+            return self._tree.halt(state), Finish(Ending.CANCELED)
+        if goals is not None:
+            self._take_goals(goals)
+            self._outdated = self._followed is not None  # its end is no success any more
+        try:
+            status, requests = self._tree.tick(state)
+        except TreeError as error:
+            return self._tree.halt(state), Finish(Ending.ABORTED, 0, str(error))
+        if self._path.value is not self._followed:
+            self._followed, self._outdated = self._path.value, False
+        if status is Status.SUCCESS and not self._outdated:
+            return requests, Finish(Ending.SUCCEEDED)
+        going_on = status in (Status.RUNNING, Status.SUCCESS)
+        return requests, None if going_on else self._failure()
+
+    def _failure(self) -> Finish:
+        """Return the end with the lowest of the error codes on the blackboard, as Nav2 does."""
+        codes = [(code, name) for name in self._codes for code in [self._board.get(name)] if code]
+        if not codes:
+            return Finish(Ending.ABORTED, 0, "the behavior tree failed, without an error code")
+        code, name = min(codes)
+        message = self._board.get(name.replace("error_code", "error_msg"))
+        return Finish(Ending.ABORTED, int(code), str(message or f"error code {code}"))
+
+    def trouble(self) -> str:
         """Return why the robot stands and waits now, empty where it does not."""
-        return self._outage.message if now - self._outage_at < 2.0 * self._period else ""
+        return str(self._board.get(PROBLEM) or "")
 
-    @property
-    def _period(self) -> float:
-        return 1.0 / self.config.replanning_frequency
+    def feedback(self, state: TreeState) -> Feedback:
+        """Return the progress.
 
-    def tick(self, state: NavigatorState) -> list[Command]:
-        """Return what to do now, in order; what is not named goes on as it is."""
-        if state.cancel:
-            return [Finish(Ending.CANCELED)]
-        commands = [] if state.goals is None else self._take_goals(state.goals)
-        if self._recovery is not None:
-            commands += self._recover(state)
-        if self._recovery is None:
-            commands += self._navigate(state)
-        return commands
+        Source: nav2_bt_navigator: the time left is distance by speed where the speed is above
+            0.01 m/s and the distance above 0.1 m.
+        """
+        path, distance = self._path.value, 0.0
+        if path is not None and len(path) and state.pose is not None:
+            distance = paths.remaining(path, state.pose)
+        speed = abs(state.velocity.x)
+        left = distance / speed if speed > 0.01 and distance > 0.1 else 0.0
+        recoveries, goals = self._board.get(RECOVERIES), self._board.get("goals")
+        return Feedback(
+            state.now - self._start, left, int(recoveries or 0), distance, len(goals or ())
+        )
 
-    def feedback(self, state: NavigatorState) -> Feedback:
-        """Return how it goes."""
-        return progress(state, self.start, self.path, self.recoveries, len(self.goals))
-
-    def _take_goals(self, goals: tuple[SE2, ...]) -> list[Command]:
-        """Go somewhere else; the old path is followed until the new one is there."""
-        self.goals = goals
-        self._path_outdated = True
-        self._planning.reset()
-        self._asked_at = -np.inf
-        if self._recovery is None:
-            return []
-        self._recovery = None
-        return [Stop()]
-
-    def _navigate(self, state: NavigatorState) -> list[Command]:
-        """Follow the path and plan the next; an outcome that stands ends both."""
-        followed = self._follow(state)
-        if isinstance(followed, Outcome):
-            return self._finish_or_recover(followed, state.now)
-        planned = self._plan(state)
-        if isinstance(planned, Outcome):
-            return self._finish_or_recover(planned, state.now)
-        return followed + planned
-
-    def _follow(self, state: NavigatorState) -> list[Command] | Outcome:
-        """Take how following ended; the path of a goal that was replaced leads to no success."""
-        attempt = self._following
-        if attempt.is_cleared(state) and self.path is not None:
-            attempt.step = Step.RUNNING
-            return [Follow(self.path)]
-        if attempt.step is not Step.RUNNING or state.follow is None:
-            return []
-        if state.follow.code:
-            self._path_outdated = True  # it led into trouble: the next one is better
-            return attempt.failed(state.follow)
-        attempt.step = Step.IDLE
-        return [] if self._path_outdated else state.follow
-
-    def _plan(self, state: NavigatorState) -> list[Command] | Outcome:
-        """Ask for paths and take them."""
-        attempt = self._planning
-        if state.path_valid is not None:
-            self._path_valid = state.path_valid
-        if attempt.step is Step.RUNNING and state.plan is not None:
-            if state.plan.status is not PlanStatus.SUCCEEDED:
-                return attempt.failed(Outcome(state.plan.status, state.plan.message))
-            attempt.reset()
-            keeps = self._keeps_path(state.plan.path, state.T_map_base)
-            return [] if keeps else self._take_path(state.plan.path)
-        due = attempt.step is Step.IDLE and self._is_replanning_due(state.now)
-        return self._ask_path(state) if due or attempt.is_cleared(state) else []
-
-    def _is_replanning_due(self, now: float) -> bool:
-        if now - self._outage_at < self._period:
-            return False
-        return self.path is None or now - self._asked_at >= self._period
-
-    def _ask_path(self, state: NavigatorState) -> list[Command]:
-        self._drop_passed_goals(state.T_map_base)
-        self._planning.step = Step.RUNNING
-        self._asked_at, self._path_valid = state.now, None
-        check = [] if self.path is None else [CheckPath(self.path)]
-        return [*check, ComputePath(self.goals)]
-
-    def _drop_passed_goals(self, T_map_base: SE2 | None) -> None:
-        radius = self.config.passed_goal_radius
-        while len(self.goals) > 1 and T_map_base and T_map_base.distance(self.goals[0]) <= radius:
-            self.goals = self.goals[1:]
-
-    def _keeps_path(self, new: NDArray[np.float64], T_map_base: SE2 | None) -> bool:
-        """Tell whether to stay on the present path although there is a new one."""
-        if self.path is None or T_map_base is None or self._path_outdated or not self._path_valid:
-            return False
-        rest = paths.ahead(self.path, T_map_base)
-        beside = T_map_base.distance(SE2.from_array(rest[0]))
-        if beside > self.config.same_way_deviation:
-            return False  # the robot is not on it any more
-        if paths.deviation(new, rest) <= self.config.same_way_deviation:
-            return False
-        return paths.length(new) > self.config.shorter_ratio * (beside + paths.length(rest))
-
-    def _take_path(self, path: NDArray[np.float64]) -> list[Command]:
-        self.path, self._path_outdated = path, False
-        if self._following.step is Step.CLEARING:
-            return []
-        self._following.step = Step.RUNNING
-        return [Follow(path)]
-
-    def _finish_or_recover(self, outcome: Outcome, now: float) -> list[Command]:
-        if outcome.code == 0:
-            return [Finish(Ending.SUCCEEDED)]
-        self.path = None
-        self._planning.reset()
-        self._following.reset()
-        if outcome.code in OUTAGES and self._bears(outcome, now):
-            return [Stop()]
-        mendable = outcome.code in PLAN_ERRORS_TO_RETRY | FOLLOW_ERRORS_TO_RETRY
-        if not mendable or self.recoveries >= self.config.number_of_retries:
-            return [Finish(Ending.ABORTED, outcome.code, outcome.message)]
-        self.recoveries += 1
-        return [Stop(), *self._next_recovery()]
-
-    def _bears(self, outage: Outcome, now: float) -> bool:
-        """Tell whether to wait for the end of an outage; one goes on while each try fails."""
-        if now - self._outage_at > 3.0 * self._period:
-            self._outage_since = now
-        self._outage, self._outage_at = outage, now
-        return now - self._outage_since < self.config.outage_patience
-
-    def _next_recovery(self) -> list[Command]:
-        kinds = tuple(Recovery)
-        self._recovery = kinds[self._turn % len(kinds)]
-        self._turn += 1
-        if self._recovery is not Recovery.CLEAR:
-            return [Recover(self._recovery)]
-        self._still_to_clear = frozenset({LOCAL_COSTMAP, GLOBAL_COSTMAP})
-        return [Clear(LOCAL_COSTMAP), Clear(GLOBAL_COSTMAP)]
-
-    def _recover(self, state: NavigatorState) -> list[Command]:
-        """Wait for the recovery's end; where one fails, the next is tried in its place."""
-        if self._recovery is Recovery.CLEAR:
-            self._still_to_clear -= state.cleared
-            if not self._still_to_clear:
-                self._recovery = None
-        elif state.behavior is not None:
-            if state.behavior.code:
-                return self._next_recovery()  # ends: clearing never fails
-            self._recovery = None
-        return []
+    def take_changes(self) -> tuple[StatusChange, ...]:
+        """Return the nodes' changes of status since the last call."""
+        return self._tree.take_changes()

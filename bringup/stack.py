@@ -151,7 +151,7 @@ NAVIGATION_GROUP = Group(
     ),
     "lifecycle_manager_navigation",
     cores=(
-        *("arjuna_nav.navigator", "arjuna_nav.tree_navigator", "arjuna_nav.docking.docking"),
+        *("arjuna_nav.navigator", "arjuna_nav.trees.xml_file", "arjuna_nav.docking.docking"),
         *("arjuna_nav.safety.collision_monitor", "nav2_msgs.action", "nav2_msgs.srv"),
     ),
 )

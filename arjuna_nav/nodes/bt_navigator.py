@@ -24,16 +24,13 @@ from arjuna_core.ros.goal_node import result_timeout
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.commands import Ending, Finish, NavigatorState
-from arjuna_nav.navigator import Navigator, NavigatorConfig
+from arjuna_nav.navigator import Ending, Finish, Navigator, NavigatorConfig
 from arjuna_nav.nodes.goals.admission import Admission, RefusedGoalError, error_code
 from arjuna_nav.nodes.goals.memory import GoalMemory
 from arjuna_nav.nodes.goals.resuming_node import ResumingNode
-from arjuna_nav.nodes.navigation_clients import NavigationClients
 from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
-from arjuna_nav.tree_navigator import TreeNavigator
-from arjuna_nav.trees.exchange import Ask, Withdraw
+from arjuna_nav.trees.exchange import TreeState
 
 _FEEDBACK_PERIOD = 0.1  # ten a second are enough for a client; Nav2 sends one each tick [s]
 _ROUNDING = 1e-6  # of sums of ticks
@@ -49,31 +46,35 @@ class BtNavigatorConfig(NavigatorConfig):
     global_frame: str = param("map", "Frame to navigate in.", read_only=True)
     robot_base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
     odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
-    transform_tolerance: float = param(0.1, "Age of the transform borne.", unit="s", minimum=0.0)
+    transform_tolerance: float = param(
+        0.1, "Age of the transform that is tolerated.", unit="s", minimum=0.0
+    )
     action_server_result_timeout: float = result_timeout(900.0)
     start_patience: float = param(
-        10.0, "How long a new goal waits for the robot's place.", unit="s", minimum=0.0
+        10.0, "How long a new goal waits for the robot's pose.", unit="s", minimum=0.0
     )
     bt_loop_duration: int = param(10, "Time between two ticks.", unit="ms", minimum=1)
     wait_for_service_timeout: int = param(
-        1000, "How long to wait for a costmap to be cleared.", unit="ms", minimum=0
+        1000, "How long to wait for a server, and for a service's answer.", unit="ms", minimum=0
     )
     default_nav_to_pose_bt_xml: str = param(
-        "", "Behavior tree of goals that name none; empty: the navigator's own rules."
+        "navigate_to_pose.xml", "Behavior tree of goals that name none; empty: that one."
     )
-    default_nav_through_poses_bt_xml: str = param("", "The same for goals through poses.")
+    default_nav_through_poses_bt_xml: str = param(
+        "navigate_through_poses.xml", "The same for goals through poses."
+    )
     bt_folder: str = param(".", "Folder of the behavior trees that goals may name.")
     error_code_names: tuple[str, ...] = param(
         ("compute_path_error_code", "follow_path_error_code"),
         "Entries of a tree's blackboard that hold error codes; the lowest is a failed goal's.",
     )
     resume_file: str = param(
-        "", "Keeps the goal under way, to go on with it after a crash; empty: no.", read_only=True
+        "", "Keeps the goal under way, to resume it after a crash; empty: no.", read_only=True
     )
 
 
 class BtNavigatorNode(ResumingNode):
-    """Runs the navigator: tells it what happened, does what it says."""
+    """Ticks the navigator, and carries out its requests."""
 
     Config = BtNavigatorConfig
     DEFAULT_NAME = "bt_navigator"
@@ -81,16 +82,16 @@ class BtNavigatorNode(ResumingNode):
     def configure(self) -> None:
         """Create the actions and their clients."""
         config = self.config
-        self._navigator: Navigator | TreeNavigator | None = None
+        self._navigator: Navigator | None = None
         self._kind = ""
         self._velocity, self._measured_at, self._begun = STILL, 0.0, 0.0
         self._new_goals: tuple[SE2, ...] | None = None
         self._feedback_at = 0.0
-        self._others = NavigationClients(self, config)
-        self._asked = TreeClients(self, config)
+        self._requests = TreeClients(self, config)
         self._log_out = self.publisher(BehaviorTreeLog, "behavior_tree_log", qos.DEFAULT)
         defaults = config.default_nav_to_pose_bt_xml, config.default_nav_through_poses_bt_xml
         self._trees = TreeChoice(dict(zip(_ACTIONS, defaults, strict=True)), config.bt_folder)
+        self._requests.listen(self._trees.topics)
         self._servers: dict[str, GoalServer] = {
             kind: self.keep(
                 GoalServer(
@@ -106,7 +107,7 @@ class BtNavigatorNode(ResumingNode):
             )
             for kind, action in _ACTIONS.items()
         }
-        self._admission = Admission(self, self._others, self._trees, self._consider)
+        self._admission = Admission(self, self._requests, self._trees, self._consider)
         self.memory = GoalMemory(self, config.resume_file, _ACTIONS)
         self._own = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         for topic in ("goal_pose", "/move_base_simple/goal"):
@@ -115,23 +116,22 @@ class BtNavigatorNode(ResumingNode):
         self.every(config.bt_loop_duration / 1000.0, self._work)
 
     def go_on(self) -> None:
-        """Begin anew with the goal under way."""
+        """Begin again with the goal under way."""
         self.halt()
         self._feedback_at = 0.0
         self._admission.begin(self.config.outage_patience)
 
     def halt(self) -> None:
         """Stop the robot and stop navigating."""
-        self._others.stop()
-        self._asked.stop()
+        self._requests.stop()
         self._navigator = None
 
     def trouble(self) -> str:
-        """Say why the robot stands and waits, where it does."""
-        navigator, problem = self._navigator, ""
-        if isinstance(navigator, Navigator):
-            problem = navigator.trouble(self.now)
-        elif navigator is None and self._busy_with() is not None:
+        """Return why the robot stands and waits, where it does."""
+        problem = ""
+        if self._navigator is not None:
+            problem = self._navigator.trouble()
+        elif self._busy_with() is not None:
             problem = self._admission.problem
         return f"the robot stands and waits: {problem}" if problem else ""
 
@@ -144,7 +144,7 @@ class BtNavigatorNode(ResumingNode):
         self._own.send(NavigateToPose.Goal(pose=message), lambda outcome: None)
 
     def _admit(self, kind: str, goal: Any) -> str | None:
-        """Say why a goal is rejected."""
+        """Return why a goal is rejected."""
         other = self._busy_with()
         return None if other in (None, kind) else f"{other} is running"
 
@@ -157,7 +157,7 @@ class BtNavigatorNode(ResumingNode):
         self._consider()
 
     def _consider(self) -> None:
-        """Begin with the goal that waits, refuse it alone, or let it wait on."""
+        """Begin with the goal that waits, refuse it alone, or let it wait."""
         kind = self._busy_with()
         if kind is None:
             return
@@ -188,12 +188,10 @@ class BtNavigatorNode(ResumingNode):
             self._navigator = self._made_navigator(goals)
         self._tick()
 
-    def _made_navigator(self, goals: tuple[SE2, ...]) -> Navigator | TreeNavigator:
-        tree = self._trees.tree
-        if tree is None:
-            return Navigator(self.config, goals, self.now)
-        self._asked.listen(tree.topics)
-        return TreeNavigator(tree, self.config.error_code_names, goals, self.now)
+    def _made_navigator(self, goals: tuple[SE2, ...]) -> Navigator:
+        tree, config = self._trees.tree, self.config
+        self._requests.listen(tree.topics)
+        return Navigator(tree, config, config.error_code_names, goals, self.now)
 
     def _work(self) -> None:
         self.memory.resume()
@@ -201,60 +199,44 @@ class BtNavigatorNode(ResumingNode):
         self._tick()
 
     def _tick(self) -> None:
-        if self._navigator is None:
+        navigator = self._navigator
+        if navigator is None:
             return
-        server = self._servers[self._kind]
         frames = self.config.global_frame, self.config.robot_base_frame
         pose = self.transforms.try_lookup(*frames)
-        state = NavigatorState(
-            now=self.now,
-            T_map_base=pose,
-            speed=self._velocity.x,
-            goals=self._new_goals,
-            cancel=server.cancel_requested,
-            tree=self._asked.state(pose, self._velocity, self._measured_at),
-            **self._others.take_outcomes(),
-        )
-        self._new_goals = None
-        navigator = self._navigator
-        for command in navigator.tick(state):
-            if isinstance(command, (Ask, Withdraw)):
-                self._asked.carry_out(command)
-                continue
-            self._others.carry_out(command)
-            if isinstance(command, Finish):
-                self._finish(command)
-        self._tell_changes(navigator)
-        self._give_feedback(state)
-
-    def _tell_changes(self, navigator: Navigator | TreeNavigator) -> None:
-        """Publish which nodes of a tree changed their status."""
-        changes = navigator.take_changes() if isinstance(navigator, TreeNavigator) else ()
+        state = self._requests.state(pose, self._velocity, self._measured_at)
+        goals, self._new_goals = self._new_goals, None
+        requests, end = navigator.tick(state, goals, self._servers[self._kind].cancel_requested)
+        for request in requests:
+            self._requests.carry_out(request)
+        if end is not None:
+            self._finish(end)
+        changes = navigator.take_changes()
         if changes:
             self._log_out.publish(log_msg(changes, self.now))
+        self._give_feedback(state)
 
-    def _give_feedback(self, state: NavigatorState) -> None:
+    def _give_feedback(self, state: TreeState) -> None:
         if self._navigator is None or self.now - self._feedback_at < _FEEDBACK_PERIOD - _ROUNDING:
             return
         self._feedback_at = self.now
-        told = self._navigator.feedback(state)
+        progress = self._navigator.feedback(state)
         message = _ACTIONS[self._kind].Feedback(
-            navigation_time=duration_msg(told.navigation_time),
-            estimated_time_remaining=duration_msg(told.estimated_time_remaining),
-            number_of_recoveries=told.number_of_recoveries,
-            distance_remaining=told.distance_remaining,
+            navigation_time=duration_msg(progress.navigation_time),
+            estimated_time_remaining=duration_msg(progress.estimated_time_remaining),
+            number_of_recoveries=progress.number_of_recoveries,
+            distance_remaining=progress.distance_remaining,
         )
-        if state.T_map_base is not None:
-            frame = self.config.global_frame
-            message.current_pose = pose_stamped(state.T_map_base, frame, self.now)
+        if state.pose is not None:
+            message.current_pose = pose_stamped(state.pose, self.config.global_frame, self.now)
         if self._kind == "navigate_through_poses":
-            message.number_of_poses_remaining = told.number_of_poses_remaining
+            message.number_of_poses_remaining = progress.number_of_poses_remaining
         self._servers[self._kind].feedback(message)
 
     def _finish(self, finish: Finish) -> None:
         self._navigator = None
         self.memory.forget()
-        self._asked.stop()
+        self._requests.stop()
         result = _ACTIONS[self._kind].Result(
             error_code=error_code(self._kind, finish.error_code), error_msg=finish.error_msg
         )

@@ -1,6 +1,6 @@
-"""What every node is that asks a server and waits for its answer.
+"""The base of all nodes that ask a server and wait for its answer.
 
-Source: nav2_behavior_tree, BtActionNode, BtServiceNode and BtCancelActionNode.
+Source: nav2_behavior_tree, BtActionNode and BtServiceNode.
 """
 
 from __future__ import annotations
@@ -10,98 +10,107 @@ from typing import Any, ClassVar
 
 from arjuna_nav.trees.exchange import Answer, Withdraw
 from arjuna_nav.trees.node import Maker, Status, TreeNode
-from arjuna_nav.trees.ports import NUMBER, TEXT, WHOLE, Port
+from arjuna_nav.trees.ports import PATH
 
 RECOVERIES = "number_recoveries"
 """Entry of the blackboard that counts recoveries, as Nav2's."""
-SERVER_PORTS = {
-    "server_name": Port(TEXT, ""),
-    "server_timeout": Port(NUMBER, 0.0),
-    "error_code_id": Port(WHOLE, 0, output=True),
-    "error_msg": Port(TEXT, "", output=True),
-}
 
 
 class Asking(TreeNode):
-    """Asks a server once, and ends as its answer says; a halt withdraws what was asked."""
+    """Asks a server once, and ends as its answer says; a halt withdraws the request.
+
+    Each port with a `field` fills that field of the request; each output port takes the field of
+    the result, or of the feedback, that it names.
+    """
 
     KIND: ClassVar[str]
     SERVER: ClassVar[str] = ""
-    FIELDS: ClassVar[Mapping[str, str]] = {}
-    """Field of the request by port."""
     IS_RECOVERY: ClassVar[bool] = False
     FEEDBACK: ClassVar[bool] = False
-    """Whether ports tell how it goes while it runs."""
+    """Whether feedback is written to ports while it runs."""
+    RENEWS: ClassVar[tuple[str, ...]] = ()
+    """Fields of the request whose change has the server asked again."""
     _key: int | None = None
     _cancelled = False
     _asked: Mapping[str, Any] = {}
+    _writes = 0
 
     def __init__(self, maker: Maker) -> None:
         super().__init__(maker)
         self.running.asking.append(self)
 
-    def tick(self) -> Status:
-        """Ask, or look for the answer."""
+    def _tick(self) -> Status:
         if self._key is None:
             self.set_status(Status.RUNNING)
-            if self.counts_as_recovery():
-                board = self.running.root
-                board.set(RECOVERIES, (board.get(RECOVERIES) or 0) + 1)
-            self.ask()
-            return Status.RUNNING
+            self._count()
+            return self._ask()
         if self._cancelled:
             self._key, self._cancelled = None, False
             return Status.SUCCESS
         answer = self.running.state.answers.get(self._key)
-        if answer is None:
-            self._write(self.running.state.feedback.get(self._key, {}))
-            self.while_running()
-            return Status.RUNNING
-        self._key = None
-        return self.take(answer)
+        if answer is not None:
+            self._key = None
+            return self._take(answer)
+        if self.FEEDBACK:
+            self._write(self.running.state.feedback.get(self._key, {}), True)
+        return self._ask() if self.RENEWS and self._is_outdated() else Status.RUNNING
 
-    def ask(self) -> None:
+    def _ask(self) -> Status:
         """Ask the server, in place of what was asked before."""
-        self._asked = self.request()
-        self._key = self.running.ask(self.KIND, self.server(), self._asked, self.FEEDBACK)
+        self._asked = self._request()
+        server = self.get("server_name" if "server_name" in self.PORTS else "service_name")
+        self._key = self.running.ask(self.KIND, server or self.SERVER, self._asked, self.FEEDBACK)
+        return Status.RUNNING
+
+    def _request(self) -> dict[str, Any]:
+        """Return what is asked, by the names of the message's fields."""
+        values = {
+            port.field: self.get(name)
+            for name, port in self.PORTS.items()
+            if port.field and not port.output
+        }
+        return {field: value for field, value in values.items() if value is not None}
+
+    def _is_outdated(self) -> bool:
+        """Return whether the request has changed; a path is another where it is another array."""
+        writes = self.board.writes.count
+        if writes == self._writes:
+            return False
+        self._writes = writes
+        ports = ((p.field, n) for n, p in self.PORTS.items() if p.field in self.RENEWS)
+        for field, name in ports:
+            value, before = self.get(name), self._asked.get(field)
+            if value is not before and (self.PORTS[name].kind is PATH or value != before):
+                return True
+        return False
+
+    def _count(self) -> None:
+        """Count a recovery for feedback, unless the XML denies that it is one."""
+        if self.IS_RECOVERY and self.get("is_recovery"):
+            board = self.running.root
+            board.set(RECOVERIES, (board.get(RECOVERIES) or 0) + 1)
 
     def cancel(self) -> None:
-        """Withdraw what was asked, as another node wants it; this one succeeds then, as Nav2's."""
+        """Withdraw the request, as another node wants it; this one succeeds then, as Nav2's."""
         if self._key is not None and not self._cancelled:
             self.running.commands.append(Withdraw(self._key))
             self._cancelled = True
 
-    def server(self) -> str:
-        """Return the server's name."""
-        return self.get("server_name") or self.SERVER
-
-    def request(self) -> dict[str, Any]:
-        """Return what is asked, by the names of the message's fields."""
-        values = {field: self.get(port) for port, field in self.FIELDS.items()}
-        return {field: value for field, value in values.items() if value is not None}
-
-    def while_running(self) -> None:
-        """Look whether something else is to be asked."""
-
-    def counts_as_recovery(self) -> bool:
-        """Tell whether this is one of the recoveries that feedback counts; the XML may deny it."""
-        said = self.get("is_recovery") if "is_recovery" in self.PORTS else True
-        return self.IS_RECOVERY and bool(said)
-
-    def take(self, answer: Answer) -> Status:
-        """Write what was found, and end."""
+    def _take(self, answer: Answer) -> Status:
+        """Write the answer, and end."""
         if "error_code_id" in self.PORTS:
             self.put("error_code_id", 0 if answer.succeeded else answer.code)
             self.put("error_msg", "" if answer.succeeded else answer.message)
-        self._write(answer.values)
+        self._write(answer.values, answer.succeeded)
         return Status.SUCCESS if answer.succeeded else Status.FAILURE
 
-    def _write(self, values: Mapping[str, Any]) -> None:
-        for name, value in values.items():
-            if name in self.PORTS:
-                self.put(name, value)
+    def _write(self, values: Mapping[str, Any], succeeded: bool) -> None:
+        """Write a result to the output ports; a path only where it succeeded."""
+        for name, port in self.PORTS.items():
+            field = port.field or name
+            if port.output and field in values and (succeeded or port.kind is not PATH):
+                self.put(name, values[field])
 
-    def on_halt(self) -> None:
-        """Withdraw what was asked."""
+    def _on_halt(self) -> None:
         self.cancel()
         self._key, self._cancelled = None, False

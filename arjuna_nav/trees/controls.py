@@ -1,74 +1,80 @@
-"""BehaviorTree.CPP's nodes with several children.
+"""Nodes with several children: BehaviorTree.CPP's, then Nav2's.
 
-A reactive node stops a child that runs when another takes its place, and leaves the statuses of the
-others as they are, so that a condition such as GoalUpdated remembers what it saw.
+A reactive node stops a running child when another takes its place, and leaves the statuses of the
+others as they are, so that a condition such as GoalUpdated remembers what it saw. A child that a
+condition skips counts as none; where all are skipped, so is the node.
+
+Source: BehaviorTree.CPP 4, controls; nav2_behavior_tree, plugins/control.
 """
 
 from __future__ import annotations
 
 from typing import ClassVar
 
-from arjuna_nav.trees.node import Control, Status
-from arjuna_nav.trees.ports import WHOLE, Port
+from arjuna_nav.trees.node import ENDED, Control, Status
+from arjuna_nav.trees.ports import TEXT, WHOLE, Port
+
+_ROUNDS = 100  # of children that end at once in one tick; the rest waits for the next
 
 
 class _InTurn(Control):
-    """Ticks one child after the other, and goes on where it was."""
+    """Ticks one child after the other, and resumes with the one that ran."""
 
-    GOES_ON: ClassVar[Status]
+    CONTINUES: ClassVar[Status]
     ENDS: ClassVar[Status]
-    KEEPS_PLACE: ClassVar[bool] = False
+    KEEPS_INDEX: ClassVar[bool] = False
     _index = 0
+    _skipped = 0
 
-    def tick(self) -> Status:
-        """Tick the children from where it was."""
-        self.set_status(Status.RUNNING)
+    def _tick(self) -> Status:
+        if self._before is not Status.RUNNING:
+            self._skipped = 0
         while self._index < len(self.children):
             status = self.children[self._index].execute()
             if status is Status.RUNNING:
                 return status
             if status is self.ENDS:
-                return self._end(status, self._index if self.KEEPS_PLACE else 0)
+                return self._end(status, self._index if self.KEEPS_INDEX else 0)
+            self._skipped += status is Status.SKIPPED
             self._index += 1
-        return self._end(self.GOES_ON, 0)
+        all_skipped = self._skipped == len(self.children)
+        return self._end(Status.SKIPPED if all_skipped else self.CONTINUES, 0)
 
     def _end(self, status: Status, index: int) -> Status:
         self.reset_children()
         self._index = index
         return status
 
-    def on_halt(self) -> None:
-        """Begin with the first child next time, unless the place is kept."""
-        self._index = self._index if self.KEEPS_PLACE else 0
+    def _on_halt(self) -> None:
+        self._index = self._index if self.KEEPS_INDEX else 0
 
 
 class Sequence(_InTurn):
     """Succeeds when all children have, one after the other; fails with the first that fails."""
 
-    GOES_ON, ENDS = Status.SUCCESS, Status.FAILURE
+    CONTINUES, ENDS = Status.SUCCESS, Status.FAILURE
 
 
 class SequenceWithMemory(Sequence):
     """A sequence that begins again with the child that failed."""
 
-    KEEPS_PLACE = True
+    KEEPS_INDEX = True
 
 
 class Fallback(_InTurn):
     """Succeeds with the first child that does; fails when all have failed."""
 
-    GOES_ON, ENDS = Status.FAILURE, Status.SUCCESS
+    CONTINUES, ENDS = Status.FAILURE, Status.SUCCESS
 
 
 class _Reactive(Control):
     """Ticks all children from the first in each tick."""
 
-    GOES_ON: ClassVar[Status]
+    CONTINUES: ClassVar[Status]
     ENDS: ClassVar[Status]
 
-    def tick(self) -> Status:
-        """Tick from the first child to the one that decides."""
-        self.set_status(Status.RUNNING)
+    def _tick(self) -> Status:
+        skipped = 0
         for child in self.children:
             status = child.execute()
             if status is Status.RUNNING:
@@ -79,20 +85,21 @@ class _Reactive(Control):
             if status is self.ENDS:
                 self.reset_children()
                 return status
+            skipped += status is Status.SKIPPED
         self.reset_children()
-        return self.GOES_ON
+        return Status.SKIPPED if skipped == len(self.children) else self.CONTINUES
 
 
 class ReactiveSequence(_Reactive):
     """A sequence whose earlier children are asked again while a later one runs."""
 
-    GOES_ON, ENDS = Status.SUCCESS, Status.FAILURE
+    CONTINUES, ENDS = Status.SUCCESS, Status.FAILURE
 
 
 class ReactiveFallback(_Reactive):
     """A fallback whose earlier children are asked again while a later one runs."""
 
-    GOES_ON, ENDS = Status.FAILURE, Status.SUCCESS
+    CONTINUES, ENDS = Status.FAILURE, Status.SUCCESS
 
 
 class Parallel(Control):
@@ -103,74 +110,195 @@ class Parallel(Control):
         "failure_count": Port(WHOLE, 1),
     }
 
-    def tick(self) -> Status:
-        """Tick the children that have not ended."""
-        self.set_status(Status.RUNNING)
-        ended = (Status.SUCCESS, Status.FAILURE)
+    def _tick(self) -> Status:
         for child in self.children:
-            if child.status not in ended:
+            if child.status not in ENDED:
                 child.execute()
         statuses = [child.status for child in self.children]
+        skipped = statuses.count(Status.SKIPPED)
         for status, port in ((Status.SUCCESS, "success_count"), (Status.FAILURE, "failure_count")):
             count = self.get(port)
             needed = count if count >= 0 else len(statuses) + count + 1
+            if status is Status.SUCCESS and count < 0:
+                needed = max(needed - skipped, 1)
             if statuses.count(status) >= needed:
                 self.reset_children()
                 return status
-        if all(status in ended for status in statuses):
+        if Status.RUNNING in statuses:
+            return Status.RUNNING
+        self.reset_children()
+        return Status.SKIPPED if skipped == len(statuses) else Status.FAILURE
+
+
+class ParallelAll(Control):
+    """Ticks all children to their ends; fails where too many have failed; -1 means all."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"max_failures": Port(WHOLE, 1)}
+
+    def _tick(self) -> Status:
+        for child in self.children:
+            if child.status not in ENDED:
+                child.execute()
+        statuses = [child.status for child in self.children]
+        if Status.RUNNING in statuses:
+            return Status.RUNNING
+        self.reset_children()
+        most = self.get("max_failures")
+        most = most if most >= 0 else len(statuses) + most + 1
+        if statuses.count(Status.SKIPPED) == len(statuses):
+            return Status.SKIPPED
+        return Status.FAILURE if statuses.count(Status.FAILURE) >= most else Status.SUCCESS
+
+
+class _Choosing(Control):
+    """Runs one of its children."""
+
+    _chosen = 0
+
+    def _run(self, index: int) -> Status:
+        """Tick the child chosen, or fail where there is none of that number."""
+        for other, child in enumerate(self.children):
+            if other != index and child.status is not Status.IDLE:
+                child.reset()
+        status = self.children[index].execute() if index < len(self.children) else Status.FAILURE
+        if status is not Status.RUNNING:
             self.reset_children()
-            return Status.FAILURE
-        return Status.RUNNING
+            self._chosen = 0
+        return status
+
+    def _on_halt(self) -> None:
+        self._chosen = 0
 
 
-class IfThenElse(Control):
+class IfThenElse(_Choosing):
     """Runs the second child where the first succeeds, else the third, or fails."""
 
     CHILDREN = (2, 3)
-    _chosen = 0
 
-    def tick(self) -> Status:
-        """Ask the first child once, then run the one it chose."""
-        self.set_status(Status.RUNNING)
+    def _tick(self) -> Status:
         if self._chosen == 0:
             condition = self.children[0].execute()
             if condition is Status.RUNNING:
                 return condition
             self._chosen = 1 if condition is Status.SUCCESS else 2
-        if self._chosen == len(self.children):
-            return self._end(Status.FAILURE)
-        status = self.children[self._chosen].execute()
-        return status if status is Status.RUNNING else self._end(status)
-
-    def _end(self, status: Status) -> Status:
-        self.reset_children()
-        self._chosen = 0
-        return status
-
-    def on_halt(self) -> None:
-        """Ask again next time."""
-        self._chosen = 0
+        return self._run(self._chosen)
 
 
-class WhileDoElse(Control):
+class WhileDoElse(_Choosing):
     """Runs the second child while the first succeeds, the third while it does not."""
 
     CHILDREN = (2, 3)
 
-    def tick(self) -> Status:
-        """Ask the first child, and run the one that it chooses now."""
-        self.set_status(Status.RUNNING)
+    def _tick(self) -> Status:
         condition = self.children[0].execute()
         if condition is Status.RUNNING:
             return condition
         chosen = 1 if condition is Status.SUCCESS else 2
-        for index in {1, 2} - {chosen}:
-            if index < len(self.children):
-                self.children[index].reset()
-        if chosen == len(self.children):
-            self.reset_children()
-            return Status.FAILURE
-        status = self.children[chosen].execute()
-        if status is not Status.RUNNING:
-            self.reset_children()
+        return self._run(chosen)
+
+
+class _Switch(_Choosing):
+    """Runs the child of the case that a variable has now, or else the last."""
+
+    def _tick(self) -> Status:
+        variable = self.get("variable")
+        cases = [self.get(name) for name in self.PORTS if name != "variable"]
+        return self._run(cases.index(variable) if variable in cases else len(cases))
+
+
+SWITCHES: dict[str, type[Control]] = {
+    f"Switch{count}": type(
+        f"Switch{count}",
+        (_Switch,),
+        {
+            "PORTS": {
+                "variable": Port(TEXT, ""),
+                **{f"case_{k}": Port(TEXT) for k in range(1, count + 1)},
+            },
+            "CHILDREN": (count + 1, count + 1),
+        },
+    )
+    for count in range(2, 7)
+}
+"""Switch2 to Switch6."""
+
+
+class PipelineSequence(Control):
+    """A sequence that ticks all children up to the one that has come farthest, again and again."""
+
+    _last = 0
+
+    def _tick(self) -> Status:
+        for index, child in enumerate(self.children):
+            status = child.execute()
+            if status is Status.FAILURE:
+                return self._end(status)
+            if status is Status.RUNNING and index >= self._last:
+                self._last = index
+                return status
+        return self._end(Status.SUCCESS)
+
+    def _end(self, status: Status) -> Status:
+        self.reset_children()
+        self._last = 0
         return status
+
+    def _on_halt(self) -> None:
+        self._last = 0
+
+
+class RecoveryNode(Control):
+    """Runs the second child where the first fails, then the first again, a number of times."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"number_of_retries": Port(WHOLE, 1)}
+    CHILDREN = (2, 2)
+    _retries = 0
+    _recovering = False
+
+    def _tick(self) -> Status:
+        for _ in range(_ROUNDS):
+            status = self.children[self._recovering].execute()
+            if status is Status.RUNNING:
+                return status
+            if self._recovering:
+                if status is not Status.SUCCESS:
+                    return self._end(Status.FAILURE)
+                self._retries += 1
+            elif status is not Status.FAILURE or self._retries >= self.get("number_of_retries"):
+                return self._end(status)
+            self.children[self._recovering].reset()
+            self._recovering = not self._recovering
+        return Status.RUNNING
+
+    def _end(self, status: Status) -> Status:
+        self.reset_children()
+        self._on_halt()
+        return status
+
+    def _on_halt(self) -> None:
+        self._retries, self._recovering = 0, False
+
+
+class RoundRobin(Control):
+    """Ticks one child until it ends; the next time the next one; fails when all have in a row."""
+
+    _index = 0
+    _failed = 0
+
+    def _tick(self) -> Status:
+        while self._failed < len(self.children):
+            status = self.children[self._index].execute()
+            if status is Status.RUNNING:
+                return status
+            self._index = (self._index + 1) % len(self.children)
+            if status is Status.SUCCESS:
+                self._failed = 0
+                self.reset_children()
+                return status
+            self._failed += 1
+        self.reset_children()
+        self._on_halt()
+        return Status.FAILURE
+
+    def _on_halt(self) -> None:
+        self._index = self._failed = 0

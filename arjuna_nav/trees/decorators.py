@@ -1,26 +1,43 @@
-"""BehaviorTree.CPP's nodes with one child.
+"""Nodes with one child: BehaviorTree.CPP's, then Nav2's.
 
-Source: BehaviorTree.CPP 4, decorators.
+Source: BehaviorTree.CPP 4, decorators; nav2_behavior_tree, plugins/decorator.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from arjuna_nav.trees.node import Decorator, Status
-from arjuna_nav.trees.ports import NUMBER, WHOLE, Port
+import numpy as np
 
-_ENDED = (Status.SUCCESS, Status.FAILURE)
+from arjuna_core.se2 import SE2
+from arjuna_nav.planners import path as paths
+from arjuna_nav.trees.exchange import Topic, TopicKind
+from arjuna_nav.trees.node import ENDED, Decorator, Status
+from arjuna_nav.trees.ports import (
+    ANY,
+    NUMBER,
+    PATH,
+    POSE,
+    SCRIPT,
+    TEXT,
+    TRUTH,
+    WHOLE,
+    Kind,
+    Port,
+    literal,
+)
+
+GOAL_UPDATE = "goal_update"
+"""The topic on which a goal is moved, as Nav2's."""
+_SAME_GOAL = 0.05  # [m]
 
 
 class Inverter(Decorator):
     """Turns success into failure and failure into success."""
 
-    def tick(self) -> Status:
-        """Tick the child."""
-        self.set_status(Status.RUNNING)
-        turned = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}
+    def _tick(self) -> Status:
         status = self.child.execute()
+        turned = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}
         return turned.get(status, status)
 
 
@@ -29,11 +46,9 @@ class ForceSuccess(Decorator):
 
     ANSWER: ClassVar[Status] = Status.SUCCESS
 
-    def tick(self) -> Status:
-        """Tick the child."""
-        self.set_status(Status.RUNNING)
+    def _tick(self) -> Status:
         status = self.child.execute()
-        return self.ANSWER if status in _ENDED else status
+        return self.ANSWER if status in ENDED else status
 
 
 class ForceFailure(ForceSuccess):
@@ -45,11 +60,8 @@ class ForceFailure(ForceSuccess):
 class KeepRunningUntilFailure(Decorator):
     """Runs until the child fails."""
 
-    def tick(self) -> Status:
-        """Tick the child."""
-        self.set_status(Status.RUNNING)
-        status = self.child.execute()
-        return status if status is Status.FAILURE else Status.RUNNING
+    def _tick(self) -> Status:
+        return Status.FAILURE if self.child.execute() is Status.FAILURE else Status.RUNNING
 
 
 class _Counted(Decorator):
@@ -59,11 +71,9 @@ class _Counted(Decorator):
     AGAIN: ClassVar[Status]
     _count = 0
 
-    def tick(self) -> Status:
-        """Tick the child."""
-        self.set_status(Status.RUNNING)
+    def _tick(self) -> Status:
         status = self.child.execute()
-        if status is Status.RUNNING:
+        if status not in ENDED:
             return status
         limit = self.get(self.PORT)
         self._count += 1
@@ -72,8 +82,7 @@ class _Counted(Decorator):
         self._count = 0
         return status
 
-    def on_halt(self) -> None:
-        """Begin to count anew."""
+    def _on_halt(self) -> None:
         self._count = 0
 
 
@@ -96,13 +105,11 @@ class RunOnce(Decorator):
 
     _answer: Status | None = None
 
-    def tick(self) -> Status:
-        """Tick the child, or answer as it did."""
+    def _tick(self) -> Status:
         if self._answer is not None:
             return self._answer
-        self.set_status(Status.RUNNING)
         status = self.child.execute()
-        if status in _ENDED:
+        if status in ENDED:
             self._answer = status
         return status
 
@@ -110,18 +117,17 @@ class RunOnce(Decorator):
 class _Timed(Decorator):
     """A node that counts from its first tick."""
 
-    _since: float | None = None
+    _since = 0.0
 
-    def elapsed(self) -> float:
-        """Return the time since the first tick [s]."""
+    def _tick(self) -> Status:
         now = self.running.state.now
-        if self._since is None:
+        if self._before is not Status.RUNNING:
             self._since = now
-        return now - self._since
+        return self._timed((now - self._since) * 1000.0)
 
-    def on_halt(self) -> None:
-        """Begin to count anew."""
-        self._since = None
+    def _timed(self, elapsed: float) -> Status:
+        """Do the node's work; `elapsed` is the time since its first tick [ms]."""
+        raise NotImplementedError
 
 
 class Timeout(_Timed):
@@ -129,17 +135,11 @@ class Timeout(_Timed):
 
     PORTS: ClassVar[dict[str, Port]] = {"msec": Port(NUMBER)}
 
-    def tick(self) -> Status:
-        """Tick the child, unless its time is over."""
-        self.set_status(Status.RUNNING)
-        if self.elapsed() * 1000.0 >= self.get("msec"):
-            self.child.reset()
-            self._since = None
-            return Status.FAILURE
-        status = self.child.execute()
-        if status is not Status.RUNNING:
-            self._since = None
-        return status
+    def _timed(self, elapsed: float) -> Status:
+        if elapsed < self.get("msec"):
+            return self.child.execute()
+        self.child.reset()
+        return Status.FAILURE
 
 
 class Delay(_Timed):
@@ -147,12 +147,221 @@ class Delay(_Timed):
 
     PORTS: ClassVar[dict[str, Port]] = {"delay_msec": Port(NUMBER)}
 
-    def tick(self) -> Status:
-        """Wait, then tick the child."""
-        self.set_status(Status.RUNNING)
-        if self.elapsed() * 1000.0 < self.get("delay_msec"):
+    def _timed(self, elapsed: float) -> Status:
+        return Status.RUNNING if elapsed < self.get("delay_msec") else self.child.execute()
+
+
+class Precondition(Decorator):
+    """Runs the child where a script holds as it begins, else answers `else`."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"if": Port(SCRIPT), "else": Port(TEXT, "FAILURE")}
+
+    def _tick(self) -> Status:
+        if self.child.status is Status.RUNNING or self.get("if").holds(self.board):
+            return self.child.execute()
+        otherwise = {status.name: status for status in (*ENDED, Status.SKIPPED)}
+        return otherwise.get(self.get("else"), Status.FAILURE)
+
+
+class _Loop(Decorator):
+    """Runs the child for each value of a list, as '1;2;3', until it fails."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "queue": Port(ANY),
+        "if_empty": Port(TEXT, "SUCCESS"),
+        "value": Port(ANY, None, output=True),
+    }
+    KIND: ClassVar[Kind]
+    _left: tuple[Any, ...] = ()
+
+    def _tick(self) -> Status:
+        if self._before is not Status.RUNNING:
+            queue = self.get("queue")
+            parts = queue.split(";") if isinstance(queue, str) else queue
+            self._left = tuple(part for part in parts if str(part).strip())
+            if not self._left:
+                return Status[self.get("if_empty")]
+        if self.child.status is not Status.RUNNING:
+            value = Port(self.KIND), f"{self.name}: port 'queue'"
+            self.put("value", literal(str(self._left[0]).strip(), *value))
+            self._left = self._left[1:]
+        status = self.child.execute()
+        ended = status is Status.FAILURE or (status is not Status.RUNNING and not self._left)
+        return status if ended else Status.RUNNING
+
+
+LOOPS: dict[str, type[Decorator]] = {
+    name: type(name, (_Loop,), {"KIND": kind})
+    for name, kind in (
+        *(("LoopString", TEXT), ("LoopInt", WHOLE)),
+        *(("LoopDouble", NUMBER), ("LoopBool", TRUTH)),
+    )
+}
+"""The loops by the type of their values."""
+
+
+class SkipUnlessUpdated(Decorator):
+    """Runs the child where an entry was written since it last began, else answers SKIPPED."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"entry": Port(ANY)}
+    OTHERWISE: ClassVar[Status] = Status.SKIPPED
+    _written = 0
+
+    def _tick(self) -> Status:
+        if self.child.status is not Status.RUNNING:
+            before, self._written = self._written, self.named_entry("entry").written
+            if self._written == before:
+                return self.OTHERWISE
+        return self.child.execute()
+
+
+class WaitValueUpdated(SkipUnlessUpdated):
+    """Runs the child where an entry was written since it last began, else waits for that."""
+
+    OTHERWISE = Status.RUNNING
+
+
+class _Gate(Decorator):
+    """Ticks the child at first, while it runs, and whenever it is due; runs in between."""
+
+    def _tick(self) -> Status:
+        first = self._before in (Status.IDLE, Status.SKIPPED)
+        if first:
+            self._restart()
+        if not (first or self.child.status is Status.RUNNING or self._is_due()):
             return Status.RUNNING
         status = self.child.execute()
-        if status is not Status.RUNNING:
-            self._since = None
+        if status is Status.SUCCESS:
+            self._restart()
         return status
+
+    def _restart(self) -> None:
+        """Begin to wait for the next time."""
+        raise NotImplementedError
+
+    def _is_due(self) -> bool:
+        """Return whether the child is to be ticked again."""
+        raise NotImplementedError
+
+
+class RateController(_Gate):
+    """Ticks the child at most so often."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"hz": Port(NUMBER, 10.0)}
+    _since = 0.0
+
+    def _restart(self) -> None:
+        self._since = self.running.state.now
+
+    def _is_due(self) -> bool:
+        return (self.running.state.now - self._since) * self._rate() >= 1.0
+
+    def _rate(self) -> float:
+        """Return the greatest rate [Hz]."""
+        return float(self.get("hz"))
+
+
+class SpeedController(RateController):
+    """Ticks the child the more often the faster the robot drives."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "min_rate": Port(NUMBER, 0.1),
+        "max_rate": Port(NUMBER, 1.0),
+        "min_speed": Port(NUMBER, 0.0),
+        "max_speed": Port(NUMBER, 0.5),
+    }
+
+    def _rate(self) -> float:
+        low, high = self.get("min_speed"), self.get("max_speed")
+        share = (abs(self.running.state.velocity.x) - low) / max(high - low, 1e-9)
+        slow, fast = self.get("min_rate"), self.get("max_rate")
+        return float(slow + min(max(share, 0.0), 1.0) * (fast - slow))
+
+
+class DistanceController(_Gate):
+    """Ticks the child each time the robot has gone so far."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"distance": Port(NUMBER, 1.0)}
+    _start: SE2 | None = None
+
+    def _restart(self) -> None:
+        self._start = self.running.state.pose
+
+    def _is_due(self) -> bool:
+        pose, start = self.running.state.pose, self._start
+        return pose is not None and (
+            start is None or pose.distance(start) >= float(self.get("distance"))
+        )
+
+
+class SingleTrigger(Decorator):
+    """Runs the child to its end once, and fails from then on."""
+
+    _used = False
+
+    def _tick(self) -> Status:
+        if self._used:
+            return Status.FAILURE
+        status = self.child.execute()
+        self._used = status in ENDED
+        return status
+
+    def _on_halt(self) -> None:
+        self._used = False
+
+
+class GoalUpdatedController(Decorator):
+    """Ticks the child at first, while it runs, and when the goal has changed."""
+
+    _goals: Any = None
+
+    def _tick(self) -> Status:
+        board = self.running.root
+        before, self._goals = self._goals, (board.get("goal"), board.get("goals"))
+        first = self._before in (Status.IDLE, Status.SKIPPED)
+        if first or self.child.status is Status.RUNNING or self._goals != before:
+            return self.child.execute()
+        return Status.RUNNING
+
+
+class GoalUpdater(Decorator):
+    """Writes the goal that the topic goal_update moved it to, or the goal itself."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "input_goal": Port(POSE),
+        "output_goal": Port(POSE, None, output=True),
+    }
+
+    def topics(self) -> set[Topic]:
+        """Return the topics that the node and those below it listen to."""
+        return super().topics() | {Topic(TopicKind.GOAL, GOAL_UPDATE)}
+
+    def _tick(self) -> Status:
+        moved = self.running.state.moved_goal
+        self.put("output_goal", self.get("input_goal") if moved is None else moved)
+        return self.child.execute()
+
+
+class PathLongerOnApproach(Decorator):
+    """Runs the child where a new path to the same goal is much longer, near the goal."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "path": Port(PATH),
+        "prox_len": Port(NUMBER, 3.0),
+        "length_factor": Port(NUMBER, 2.0),
+    }
+    _path: Any = None
+
+    def _tick(self) -> Status:
+        path, before = self.get("path"), self._path
+        if self.child.status is not Status.RUNNING:
+            self._path = path
+            if before is None or path is before or not self._is_detour(path, before):
+                return Status.SUCCESS
+        return self.child.execute()
+
+    def _is_detour(self, path: Any, before: Any) -> bool:
+        same_goal = bool(np.hypot(*(path[-1, :2] - before[-1, :2])) < _SAME_GOAL)
+        length, old = paths.length(path), paths.length(before)
+        near = old < self.get("prox_len")
+        return bool(same_goal and near and length > self.get("length_factor") * old)

@@ -1,4 +1,4 @@
-"""What a tree asks of the robot's servers, and what they answer."""
+"""The requests of trees to the robot's servers, and their answers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Ask:
         server: Its name.
         fields: The request in plain values, by nav2_msgs' names: poses as SE2, paths
             `(N, 3) float64`, durations [s].
-        feedback: Whether to tell of how it goes.
+        feedback: Whether its feedback is wanted.
     """
 
     key: int
@@ -40,13 +40,13 @@ class Withdraw:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What a server answered.
+    """A server's answer.
 
     Attributes:
-        succeeded: Whether it did what was asked.
+        succeeded: Whether it reached its goal.
         code: Its error code, 0 for none.
         message: What went wrong.
-        values: What it found, by nav2_msgs' names.
+        values: Its result, by nav2_msgs' names.
     """
 
     succeeded: bool
@@ -55,8 +55,8 @@ class Answer:
     values: Mapping[str, Any] = field(default_factory=dict)
 
 
-class Heard(enum.Enum):
-    """What comes on a topic that a tree listens to."""
+class TopicKind(enum.Enum):
+    """The kinds of topics that trees listen to."""
 
     CHOICE = enum.auto()
     GOAL = enum.auto()
@@ -64,9 +64,9 @@ class Heard(enum.Enum):
 
 
 class Topic(NamedTuple):
-    """A topic that a tree must be told of."""
+    """A topic that a tree listens to."""
 
-    heard: Heard
+    kind: TopicKind
     name: str
 
 
@@ -80,7 +80,7 @@ class Battery(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TreeState:
-    """What a tree is told at each tick.
+    """What is known at a tick of a tree.
 
     Attributes:
         now: Time [s].
@@ -92,7 +92,7 @@ class TreeState:
         selected: What was chosen on the selectors' topics.
         moved_goal: The newest pose on the topic goal_update since the goal came.
         batteries: By their topics.
-        connected: Tells whether a transform is known from the second frame to the first.
+        connected: Says whether a transform is known from the second frame to the first.
     """
 
     now: float

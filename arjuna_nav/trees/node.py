@@ -1,4 +1,7 @@
-"""Trees and what every node of one is: a status, ports, children; ticked and halted.
+"""Trees and their nodes: a status, ports, children, conditions; ticked and halted.
+
+The engine is our own: py_trees has neither BehaviorTree.CPP's XML, ports and scripts nor Nav2's
+control nodes, which are nine tenths of this wing, and ticks slower.
 
 Source: BehaviorTree.CPP 4, TreeNode, ControlNode and DecoratorNode.
 """
@@ -10,30 +13,42 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from arjuna_nav.trees.blackboard import Blackboard, Entry, TreeError
 from arjuna_nav.trees.exchange import Ask, StatusChange, Topic, TreeState, Withdraw
-from arjuna_nav.trees.ports import REQUIRED, Blackboard, Port, TreeError, converted, entry
-
-_FIRST_KEY = 1
+from arjuna_nav.trees.ports import NOT_OF_KIND, REQUIRED, Port, entry, literal, mismatch
+from arjuna_nav.trees.script import Script
 
 
 class Status(enum.Enum):
-    """How a node is."""
+    """The state of a node; SKIPPED where a condition in its attributes left it out."""
 
     IDLE = enum.auto()
     RUNNING = enum.auto()
     SUCCESS = enum.auto()
     FAILURE = enum.auto()
+    SKIPPED = enum.auto()
+
+
+ENDED = (Status.SUCCESS, Status.FAILURE)
+_DECIDING = {
+    "_failureIf": Status.FAILURE,
+    "_successIf": Status.SUCCESS,
+    "_skipIf": Status.SKIPPED,
+}
+_AFTER = {"_onSuccess": (Status.SUCCESS,), "_onFailure": (Status.FAILURE,), "_post": ENDED}
+SCRIPTED = (*_DECIDING, "_while", *_AFTER, "_onHalted")
+"""Attributes of any node that hold scripts, in the order in which they are run."""
 
 
 @dataclass
 class Running:
-    """What the nodes of a tree share while it runs.
+    """The nodes of a tree share this while it runs.
 
     Attributes:
         root: The blackboard of the whole tree.
-        state: What is known in this tick.
-        commands: What was asked in this tick.
-        changes: Which nodes changed their status since they were last taken.
+        state: The robot's state in this tick.
+        commands: Requests of this tick.
+        changes: Changes of status since they were last taken.
         asking: The nodes that ask servers.
     """
 
@@ -42,18 +57,18 @@ class Running:
     commands: list[Ask | Withdraw] = field(default_factory=list)
     changes: list[StatusChange] = field(default_factory=list)
     asking: list[TreeNode] = field(default_factory=list)
-    _next: int = _FIRST_KEY
+    _last_key: int = 0
 
     def ask(self, kind: str, server: str, fields: Mapping[str, Any], feedback: bool = False) -> int:
         """Ask a server; return the key of its answer, and of its feedback where that is wanted."""
-        key, self._next = self._next, self._next + 1
-        self.commands.append(Ask(key, kind, server, fields, feedback))
-        return key
+        self._last_key += 1
+        self.commands.append(Ask(self._last_key, kind, server, fields, feedback))
+        return self._last_key
 
 
 @dataclass
 class Maker:
-    """What a node is made of.
+    """The parts of a node.
 
     Attributes:
         name: Its name.
@@ -61,7 +76,8 @@ class Maker:
         texts: Its ports as the XML has them.
         children: Its children.
         board: The blackboard of its tree.
-        running: What all nodes share.
+        running: Shared by all nodes.
+        scripts: Its conditions and what is run after it, by the names in `SCRIPTED`.
     """
 
     name: str
@@ -70,18 +86,24 @@ class Maker:
     children: tuple[TreeNode, ...]
     board: Blackboard
     running: Running
+    scripts: Mapping[str, Script] = field(default_factory=dict)
 
 
 class TreeNode:
     """One node.
 
     Args:
-        maker: What it is made of.
+        maker: Its parts.
+
+    Raises:
+        TreeError: A port's text can be no value of it.
     """
 
     PORTS: ClassVar[dict[str, Port]] = {}
     CHILDREN: ClassVar[tuple[int, float]] = (0, 0)
     """Least and greatest number of children."""
+    _before = Status.IDLE
+    """The status of a node with children before this tick."""
 
     def __init__(self, maker: Maker) -> None:
         self.name = maker.name
@@ -90,25 +112,71 @@ class TreeNode:
         self.running = maker.running
         self.status = Status.IDLE
         self._texts = maker.texts
-        self._named: dict[str, str] = {}
-        self._board = maker.board
+        self.board = maker.board
+        scripts = maker.scripts
+        self._deciding = [(scripts[key], _DECIDING[key]) for key in _DECIDING if key in scripts]
+        self._while = scripts.get("_while")
+        self._guarded = bool(self._deciding) or self._while is not None
+        self._after = [(scripts[key], _AFTER[key]) for key in _AFTER if key in scripts]
+        self._halted = scripts.get("_onHalted")
+        self._entries: dict[str, Entry] = {}
+        self._values: dict[str, Any] = {}
+        for name, port in self.PORTS.items():
+            self._bind(name, port)
+
+    def _bind(self, name: str, port: Port) -> None:
+        """Look up once where a port's value is."""
+        text = self._texts.get(name)
+        key = entry(text) if text is not None else None
+        if key is not None:
+            self._entries[name] = self.board.entry(key)
+        elif text is not None:
+            self._values[name] = literal(text, port, f"<{self.name}>: port '{name}'")
+        elif port.default is not REQUIRED:
+            self._values[name] = port.default
 
     def execute(self) -> Status:
-        """Tick the node and keep its status."""
-        self.set_status(self.tick())
-        return self.status
+        """Tick the node, unless its conditions decide, and keep its status."""
+        status = self._decided() if self._guarded else None
+        if status is None:
+            if self.children:
+                self._before = self.status
+                if self._before is not Status.RUNNING:
+                    self.set_status(Status.RUNNING)
+            status = self._tick()
+        if status is not self.status:
+            self.set_status(status)
+        for script, statuses in self._after:
+            if status in statuses:
+                script.run(self.board)
+        return status
 
-    def tick(self) -> Status:
-        """Do what the node does; never IDLE."""
+    def _decided(self) -> Status | None:
+        """Return the status that the conditions give the node, None where it is ticked."""
+        begins = self.status in (Status.IDLE, Status.SKIPPED)
+        for script, status in self._deciding if begins else ():
+            if script.holds(self.board):
+                return status
+        if self._while is None or not (begins or self.status is Status.RUNNING):
+            return None
+        if self._while.holds(self.board):
+            return None
+        self.reset()
+        return Status.SKIPPED
+
+    def _tick(self) -> Status:
+        """Do the node's work; never IDLE."""
         raise NotImplementedError
 
-    def on_halt(self) -> None:
+    def _on_halt(self) -> None:
         """Stop what is under way and forget it."""
 
     def halt(self) -> None:
         """Stop the node and all below it; it is idle then."""
         self.reset_children()
-        self.on_halt()
+        self._on_halt()
+        if self._halted is not None and self.status is Status.RUNNING:
+            self._halted.run(self.board)
         self.set_status(Status.IDLE)
 
     def reset(self) -> None:
@@ -119,22 +187,33 @@ class TreeNode:
             self.set_status(Status.IDLE)
 
     def topics(self) -> set[Topic]:
-        """Return the topics that the node and those below it must be told of."""
+        """Return the topics that the node and those below it listen to."""
         return set().union(*(child.topics() for child in self.children))
 
     def topic(self, port: str) -> str:
         """Return the topic that a port names; it is listened to from when the tree is built on.
 
         Raises:
-            TreeError: It is an entry of the blackboard that was not there then.
+            TreeError: It is an entry of the blackboard, which may change.
         """
-        if port not in self._named:
-            text = self._texts.get(port, "")
-            key = entry(text)
-            if key is not None and self._board.get(key) is None:
-                raise TreeError(f"{self.name}: port '{port}' is {text}; valid: a topic's name")
-            self._named[port] = str(self.get(port))
-        return self._named[port]
+        bound = self._entries.pop(port, None)
+        if bound is not None:
+            if bound.value is None:
+                where = self._texts[port]
+                raise TreeError(f"{self.name}: port '{port}' is {where}; valid: a topic's name")
+            self._values[port] = str(bound.value)
+        return str(self._values[port])
+
+    def named_entry(self, port: str) -> Entry:
+        """Return the entry that a port names, in braces or not.
+
+        Raises:
+            TreeError: The port is not given.
+        """
+        if port not in self._texts:
+            raise TreeError(f"{self.name}: port '{port}' is not given")
+        text = self._texts[port]
+        return self.board.entry(entry(text) or text)
 
     def reset_children(self) -> None:
         """Make all children idle."""
@@ -142,7 +221,7 @@ class TreeNode:
             child.reset()
 
     def set_status(self, status: Status) -> None:
-        """Change the status; the change is told."""
+        """Change the status; the change is logged."""
         if status is not self.status:
             now = self.running.state.now
             change = StatusChange(now, self.name, self.uid, self.status.name, status.name)
@@ -153,26 +232,27 @@ class TreeNode:
         """Return a port's value.
 
         Raises:
-            TreeError: It must be given and is not, or is none of its kind.
+            TreeError: It must be given and is not, or is not of its kind.
         """
-        port = self.PORTS[name]
-        text = self._texts.get(name)
-        key = entry(text) if text is not None else None
-        value = text if key is None else self._board.get(key)
-        where = f"{self.name}: port '{name}'"
-        if value is None:
-            if port.default is REQUIRED:
-                missing = f"{{{key}}} is not on the blackboard" if key else "it is not given"
-                raise TreeError(f"{where}: {missing}; valid: {port.kind.name}")
+        if name in self._values:
+            return self._values[name]
+        port, bound = self.PORTS[name], self._entries.get(name)
+        if bound is not None and bound.value is not None:
+            try:
+                return port.kind.convert(bound.value)
+            except NOT_OF_KIND as error:
+                where = f"{self.name}: port '{name}'"
+                raise mismatch(bound.value, port.kind, where, error) from error
+        if bound is not None and port.default is not REQUIRED:
             return port.default
-        return converted(value, port.kind, where)
+        text = self._texts.get(name)
+        missing = "it is not given" if text is None else f"{text} is not on the blackboard"
+        raise TreeError(f"{self.name}: port '{name}': {missing}; valid: {port.kind.name}")
 
     def put(self, name: str, value: Any) -> None:
         """Write a port's value where the XML names an entry for it."""
-        text = self._texts.get(name)
-        key = entry(text) if text is not None else None
-        if key is not None:
-            self._board.set(key, value)
+        if name in self._entries:
+            self._entries[name].set(value)
 
 
 class Control(TreeNode):
@@ -186,17 +266,27 @@ class Decorator(TreeNode):
 
     CHILDREN = (1, 1)
 
-    @property
-    def child(self) -> TreeNode:
-        """The child."""
-        return self.children[0]
+    def __init__(self, maker: Maker) -> None:
+        super().__init__(maker)
+        self.child = maker.children[0]
 
     def execute(self) -> Status:
         """Tick the node, keep its status, and make its child ready for the next time."""
         status = super().execute()
-        if self.child.status in (Status.SUCCESS, Status.FAILURE):
-            self.child.reset()
+        if self.child.status is not Status.RUNNING:
+            self.child.set_status(Status.IDLE)
         return status
+
+
+class Condition(TreeNode):
+    """A node that answers at once."""
+
+    def _tick(self) -> Status:
+        return Status.SUCCESS if self._holds() else Status.FAILURE
+
+    def _holds(self) -> bool:
+        """Return whether the condition is met."""
+        raise NotImplementedError
 
 
 class Tree:
@@ -204,10 +294,10 @@ class Tree:
 
     Args:
         root: Its uppermost node.
-        running: What its nodes share.
+        running: Shared by its nodes.
 
     Attributes:
-        topics: That the nodes must be told of.
+        topics: The topics that its nodes listen to.
     """
 
     def __init__(self, root: TreeNode, running: Running) -> None:
@@ -221,27 +311,27 @@ class Tree:
         return self._running.root
 
     def tick(self, state: TreeState) -> tuple[Status, list[Ask | Withdraw]]:
-        """Tick the tree once; return its status and what it asks.
+        """Tick the tree once; return its status and its requests.
 
         Raises:
             TreeError: A node lacks what it must be given.
         """
         self._running.state = state
-        self._running.commands.clear()
+        self._running.commands = []
         status = self._root.execute()
         if status is not Status.RUNNING:
             self._root.reset()
-        return status, list(self._running.commands)
+        return status, self._running.commands
 
     def halt(self, state: TreeState) -> list[Ask | Withdraw]:
         """Stop the tree; return what is withdrawn."""
         self._running.state = state
-        self._running.commands.clear()
+        self._running.commands = []
         self._root.halt()
-        return list(self._running.commands)
+        return self._running.commands
 
     def take_changes(self) -> tuple[StatusChange, ...]:
-        """Return which nodes changed their status since this was asked last."""
+        """Return the changes of status since the last call."""
         changes = tuple(self._running.changes)
         self._running.changes.clear()
         return changes

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -10,28 +11,36 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import ParseError, fromstring
 
 from arjuna_core.errors import InputFileError, nearest
+from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
+from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.whole_file import read_bytes
-from arjuna_nav.trees import controls, decorators
-from arjuna_nav.trees.nav2.catalog import NAV2
-from arjuna_nav.trees.node import Decorator, Maker, Running, Status, Tree, TreeNode
-from arjuna_nav.trees.ports import Blackboard, TreeError, checked, entry
+from arjuna_nav.trees import actions, conditions, controls, decorators, replanning, servers
+from arjuna_nav.trees.blackboard import Blackboard, TreeError
+from arjuna_nav.trees.node import SCRIPTED, Decorator, Maker, Running, Status, Tree, TreeNode
+from arjuna_nav.trees.ports import entry
+from arjuna_nav.trees.script import Script
 
-_PLAIN: tuple[type[TreeNode], ...] = (
-    *(controls.Sequence, controls.SequenceWithMemory, controls.Fallback),
-    *(controls.ReactiveSequence, controls.ReactiveFallback, controls.Parallel),
-    *(controls.IfThenElse, controls.WhileDoElse),
-    *(decorators.Inverter, decorators.ForceSuccess, decorators.ForceFailure),
-    *(decorators.KeepRunningUntilFailure, decorators.Repeat, decorators.RetryUntilSuccessful),
-    *(decorators.RunOnce, decorators.Timeout, decorators.Delay),
-)
+_MODULES = (controls, decorators, conditions, actions, servers, replanning)
 NODES: dict[str, type[TreeNode]] = {
-    **{cls.__name__: cls for cls in (*_PLAIN, *NAV2)},
+    **{
+        name: cls
+        for module in _MODULES
+        for name, cls in vars(module).items()
+        if isinstance(cls, type) and issubclass(cls, TreeNode) and cls.__module__ == module.__name__
+        if not name.startswith("_")
+    },
+    **controls.SWITCHES,
+    **decorators.LOOPS,
+    **conditions.CONDITIONS,
+    **actions.SELECTORS,
+    **servers.SERVERS,
     "AsyncSequence": controls.Sequence,
     "AsyncFallback": controls.Fallback,
     "SequenceStar": controls.SequenceWithMemory,
 }
-"""The nodes that a tree may have, by the names of BehaviorTree.CPP and Nav2."""
-_MAX_SIZE, _MAX_NODES, _MAX_DEPTH = 1_000_000, 2000, 100
+"""The nodes that a tree may have, by the names of BehaviorTree.CPP and Nav2: each public class of
+the modules above, and those that they make of tables."""
+_MAX_SIZE, _MAX_NODES, _MAX_DEPTH, _MAX_FILES = 1_000_000, 2000, 100, 20
 _BY_ID = ("Action", "Condition", "Control", "Decorator")
 _SUBTREES = ("SubTree", "SubTreePlus")
 _IGNORED = ("_description", "_fullpath", "_uid")
@@ -40,9 +49,7 @@ _IGNORED = ("_description", "_fullpath", "_uid")
 class SubTree(Decorator):
     """A tree in a tree, with entries of its own."""
 
-    def tick(self) -> Status:
-        """Tick it."""
-        self.set_status(Status.RUNNING)
+    def _tick(self) -> Status:
         return self.child.execute()
 
 
@@ -52,70 +59,109 @@ def read_tree(path: Path) -> Tree:
     Raises:
         TreeError: It cannot be read, or is no tree that can be run.
     """
+    return build_tree(_read(path), str(path), path.parent)
+
+
+def _read(path: Path) -> bytes:
     try:
-        text = read_bytes(path, _MAX_SIZE)
+        return read_bytes(path, _MAX_SIZE)
     except InputFileError as error:
         raise TreeError(str(error)) from error
-    return build_tree(text, str(path))
 
 
-def build_tree(text: str | bytes, where: str) -> Tree:
-    """Build a tree of its XML.
+def build_tree(text: str | bytes, where: str, folder: Path = Path()) -> Tree:
+    """Build a tree from its XML.
 
     Args:
         text: The XML.
-        where: What to name in errors.
+        where: The file's name in errors.
+        folder: What it includes lies there, or below.
 
     Raises:
         TreeError: It is no tree that can be run; the message names the node and what is valid.
     """
+    document = _document(text, where)
+    trees = _Trees(where)
+    trees.add(document, where, folder)
+    return _Builder(where, trees.named).build(trees.main(document))
+
+
+def _document(text: str | bytes, where: str) -> Any:
     try:
         document = fromstring(text, forbid_dtd=True)
     except (ParseError, DefusedXmlException, ValueError, RecursionError) as error:
         raise TreeError(f"{where}: no XML, or one with a DTD: {error}") from error
-    return _Builder(document, where).build()
+    if document.tag != "root":
+        raise TreeError(f"{where}: the outermost element is <{document.tag}>; valid: <root>")
+    return document
+
+
+@dataclass
+class _Trees:
+    """The trees of a file and of those that it includes, by name."""
+
+    where: str
+    named: dict[str, Any] = field(default_factory=dict)
+    own: list[str] = field(default_factory=list)
+    files: set[Path] = field(default_factory=set)
+
+    def add(self, document: Any, where: str, folder: Path) -> None:
+        """Take the trees of a document and of its includes."""
+        for element in document:
+            if element.tag == "include":
+                self._include(element, where, folder)
+            elif element.tag == "BehaviorTree":
+                name = element.get("ID", "")
+                if len(element) != 1:
+                    count = f"has {len(element)} children; valid: 1"
+                    raise TreeError(f"{where}: <BehaviorTree ID='{name}'> {count}")
+                self.named[name] = element
+                if where == self.where:
+                    self.own.append(name)
+
+    def _include(self, element: Any, where: str, folder: Path) -> None:
+        """Take an included file's trees; of another package, a shipped one by the file's name."""
+        named = element.get("path", "")
+        try:
+            path = path_in_folder(folder, named)
+        except MapsFolderError as error:
+            raise TreeError(f"{where}: <include path='{named}'>: {error}") from error
+        shipped = shipped_file("behavior_trees") / path.name
+        if element.get("ros_pkg") and shipped.is_file():
+            path = shipped
+        if path in self.files:
+            return
+        self.files.add(path)
+        if len(self.files) > _MAX_FILES:
+            raise TreeError(f"{where}: over {_MAX_FILES} files are included")
+        self.add(_document(_read(path), str(path)), str(path), path.parent)
+
+    def main(self, document: Any) -> str:
+        """Return the name of the tree to run."""
+        name = document.get("main_tree_to_execute")
+        if name is None and len(self.own) == 1:
+            return self.own[0]
+        if name not in self.named:
+            hint = nearest(str(name), self.named)
+            problem = f"main_tree_to_execute is '{name}', no tree of the file; {hint}"
+            raise TreeError(f"{self.where}: {problem}")
+        return str(name)
 
 
 class _Builder:
-    """Builds the nodes of one document."""
+    """Builds the nodes of a tree."""
 
-    def __init__(self, document: Any, where: str) -> None:
+    def __init__(self, where: str, trees: Mapping[str, Any]) -> None:
         self._where = where
+        self._trees = trees
         self._running = Running()
         self._count = 0
-        if document.tag != "root":
-            raise self._error(f"the outermost element is <{document.tag}>; valid: <root>")
-        self._trees = dict(self._named(document))
-        self._main = self._main_tree(document)
 
     def _error(self, problem: str) -> TreeError:
         return TreeError(f"{self._where}: {problem}")
 
-    def _named(self, document: Any) -> Iterator[tuple[str, Any]]:
-        """Return the document's trees by name."""
-        for element in document:
-            if element.tag == "include":
-                raise self._error("<include> is not offered; put the trees into one file")
-            if element.tag != "BehaviorTree":
-                continue
-            name = element.get("ID", "")
-            if len(element) != 1:
-                raise self._error(
-                    f"<BehaviorTree ID='{name}'> has {len(element)} children; valid: 1"
-                )
-            yield name, element
-
-    def _main_tree(self, document: Any) -> str:
-        name = document.get("main_tree_to_execute")
-        if name is None and len(self._trees) == 1:
-            return next(iter(self._trees))
-        if name not in self._trees:
-            hint = nearest(str(name), self._trees)
-            raise self._error(f"main_tree_to_execute is '{name}', no tree of the file; {hint}")
-        return str(name)
-
-    def build(self) -> Tree:
-        root = self._node(self._trees[self._main][0], self._running.root, (self._main,), 0)
+    def build(self, main: str) -> Tree:
+        root = self._node(self._trees[main][0], self._running.root, (main,), 0)
         return Tree(root, self._running)
 
     def _node(
@@ -125,59 +171,64 @@ class _Builder:
         self._count += 1
         if self._count > _MAX_NODES or depth > _MAX_DEPTH:
             raise self._error(f"over {_MAX_NODES} nodes, or deeper than {_MAX_DEPTH}")
-        uid, attributes = self._count, dict(element.attrib)
-        if element.tag in _SUBTREES:
-            return self._subtree(attributes, board, inside, depth, uid)
-        kind = attributes.pop("ID", "") if element.tag in _BY_ID else element.tag
+        uid, texts = self._count, dict(element.attrib)
+        is_subtree = element.tag in _SUBTREES
+        kind = texts.pop("ID", "") if is_subtree or element.tag in _BY_ID else element.tag
+        texts.pop("ID", None)
+        name = texts.pop("name", "") or kind
+        shown = f"<{kind} name='{name}'>"
+        scripts = {
+            key: self._script(shown, key, texts.pop(key)) for key in SCRIPTED if key in texts
+        }
+        if is_subtree:
+            own, child = self._subtree(kind, texts, board, inside, depth)
+            parts = Maker(name, uid, {}, (child,), own, self._running, scripts)
+            return SubTree(parts)
         cls = NODES.get(kind)
         if cls is None:
-            valid = [*NODES, "SubTree"]
-            raise self._error(f"there is no node '{kind}'; {nearest(kind, valid)}")
-        attributes.pop("ID", None)
-        name = attributes.pop("name", "") or kind
-        self._check_ports(f"<{kind} name='{name}'>", cls, attributes)
-        self._check_children(f"<{kind} name='{name}'>", cls, len(element))
+            raise self._error(f"there is no node '{kind}'; {nearest(kind, [*NODES, 'SubTree'])}")
+        self._check(shown, cls, texts, len(element))
         children = tuple(self._node(child, board, inside, depth + 1) for child in element)
-        return cls(Maker(name, uid, attributes, children, board, self._running))
+        try:
+            return cls(Maker(name, uid, texts, children, board, self._running, scripts))
+        except TreeError as error:
+            raise self._error(str(error)) from error
 
-    def _check_ports(self, node: str, cls: type[TreeNode], texts: Mapping[str, str]) -> None:
-        for name, text in texts.items():
-            if name in _IGNORED:
-                continue
-            if name.startswith("_"):
-                raise self._error(f"{node}: '{name}' (scripts and conditions) is not offered")
-            if name not in cls.PORTS:
-                raise self._error(f"{node} has no port '{name}'; {nearest(name, cls.PORTS)}")
-            checked(text, cls.PORTS[name], f"{self._where}: {node}: port '{name}'")
+    def _script(self, node: str, name: str, text: str) -> Script:
+        try:
+            return Script(text)
+        except TreeError as error:
+            raise self._error(f"{node}: '{name}': {error}") from error
 
-    def _check_children(self, node: str, cls: type[TreeNode], count: int) -> None:
+    def _check(self, node: str, cls: type[TreeNode], texts: Mapping[str, str], count: int) -> None:
+        """Refuse a node with attributes or children that it cannot have."""
+        for name in texts:
+            valid = cls.PORTS if not name.startswith("_") else (*SCRIPTED, *_IGNORED)
+            if name not in valid:
+                raise self._error(f"{node} has no port '{name}'; {nearest(name, valid)}")
         least, most = cls.CHILDREN
         if not least <= count <= most:
-            valid = str(least) if least == most else f"{least} or more"
-            raise self._error(f"{node} has {count} children; valid: {valid}")
+            known = str(least) if least == most else f"{least} or more"
+            raise self._error(f"{node} has {count} children; valid: {known}")
 
     def _subtree(
         self,
-        attributes: dict[str, str],
+        called: str,
+        texts: dict[str, str],
         board: Blackboard,
         inside: tuple[str, ...],
         depth: int,
-        uid: int,
-    ) -> TreeNode:
+    ) -> tuple[Blackboard, TreeNode]:
         """Build a tree in a tree; its entries are its own but for those that are passed."""
-        called = attributes.pop("ID", "")
         if called not in self._trees:
             raise self._error(f"there is no tree '{called}'; {nearest(called, self._trees)}")
         if called in inside:
             raise self._error(f"tree '{called}' holds itself: {' > '.join((*inside, called))}")
-        name = attributes.pop("name", "") or called
-        flags = (attributes.pop("_autoremap", ""), attributes.pop("__autoremap", ""))
-        shared = any(flag.lower() in ("true", "1") for flag in flags)
-        passed = {key: text for key, text in attributes.items() if not key.startswith("_")}
+        shared = any(
+            texts.get(key, "").lower() in ("true", "1") for key in ("_autoremap", "__autoremap")
+        )
+        passed = {key: text for key, text in texts.items() if not key.startswith("_")}
         renamed = {key: entry(text) or "" for key, text in passed.items() if entry(text)}
-        own = Blackboard(board, renamed, shared)
-        for key in passed.keys() - renamed.keys():
-            own.set(key, passed[key])
-        root = self._trees[called][0]
-        child = self._node(root, own, (*inside, called), depth + 1)
-        return SubTree(Maker(name, uid, {}, (child,), own, self._running))
+        literals = {key: text for key, text in passed.items() if key not in renamed}
+        own = Blackboard(board, renamed, shared, literals)
+        return own, self._node(self._trees[called][0], own, (*inside, called), depth + 1)

@@ -1,43 +1,32 @@
-"""The navigator, with scripted outcomes instead of servers."""
+"""Arjuna's default tree, with scripted answers instead of servers."""
 
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
-from arjuna_nav.commands import (
-    GLOBAL_COSTMAP,
-    LOCAL_COSTMAP,
-    CheckPath,
-    Clear,
-    ComputePath,
-    Ending,
-    Finish,
-    NavigatorState,
-    Outcome,
-    Recover,
-    Recovery,
-    Stop,
-)
 from arjuna_nav.controllers.base import ControlStatus
-from arjuna_nav.navigator import Navigator, NavigatorConfig
+from arjuna_nav.navigator import Ending, Finish, NavigatorConfig
 from arjuna_nav.planners.base import PlanStatus
+from arjuna_nav.trees.exchange import Answer
 from tests.helpers.nav.navigator_script import (
-    BOTH,
-    CLEAR_BOTH,
     DETOUR,
     GOAL,
     STRAIGHT,
     Script,
     failed,
-    followed,
-    no_plan,
     planned,
 )
 from tests.nav.worlds import polyline
+
+SUCCEEDED = Finish(Ending.SUCCEEDED)
+STUCK = failed(ControlStatus.NO_VALID_CONTROL)
+BLOCKED = Answer(False, 703, "collision ahead")
+THROUGH = "navigate_through_poses.xml"
 
 
 @pytest.fixture
@@ -48,11 +37,13 @@ def script() -> Script:
 def test_plans_follows_and_succeeds(script: Script) -> None:
     script.follow()
     assert script.tick() == []
-    assert script.tick(follow=Outcome()) == [Finish(Ending.SUCCEEDED)]
+    script.tick(follow=True)
+    assert script.end == SUCCEEDED
 
 
 def test_asks_for_a_path_once_and_waits(script: Script) -> None:
-    script.tick()
+    assert script.tick() == ["plan"]
+    assert script.asked["plan"]["goal"] == GOAL
     assert all(script.tick() == [] for _ in range(50))
 
 
@@ -63,134 +54,166 @@ def test_replans_each_second_while_following(script: Script) -> None:
         commands = script.tick()
         if commands:
             asked.append(script.now)
-            assert [type(command) for command in commands] == [CheckPath, ComputePath]
-            script.tick(dt=0.0, plan=planned(), path_valid=True)
+            assert commands == ["check", "plan"]
+            script.tick(dt=0.0, plan=planned(), check=True)
     assert len(asked) >= 4
     assert np.diff(asked) == pytest.approx(1.0, abs=0.11)
 
 
+def test_plans_by_the_rate_of_its_configuration() -> None:
+    script = Script(config=NavigatorConfig(replanning_frequency=4.0)).follow()
+    assert script.tick(0.15) == []  # planned 0.25 s ago, but for rounding
+    assert script.tick(0.01) == ["check", "plan"]
+
+
 def test_a_nearly_equal_path_is_taken(script: Script) -> None:
-    script.follow()
-    script.tick(dt=1.0)
     near = STRAIGHT + np.array([0.0, 0.1, 0.0])
-    assert followed(script.tick(plan=planned(near), path_valid=True)) is near
+    assert script.follow().replan(near)
+    assert script.followed is near
 
 
 def test_stays_on_a_free_path_that_another_does_not_clearly_beat(script: Script) -> None:
-    script.tick()
-    script.tick(plan=planned(DETOUR))
+    script.follow(DETOUR)
     other = DETOUR * np.array([1.0, -1.0, -1.0])
-    script.tick(dt=1.0)
-    assert followed(script.tick(plan=planned(other), path_valid=True)) is None
+    assert not script.replan(other)
+    assert script.followed is DETOUR
+    assert not script.replan(other)
 
 
-@pytest.mark.parametrize("path_valid", [False, None])
-def test_leaves_a_path_that_is_blocked_or_unchecked(
-    script: Script, path_valid: bool | None
-) -> None:
+def test_leaves_a_path_that_is_blocked(script: Script) -> None:
+    assert script.follow().replan(DETOUR, free=False)
+    assert script.followed is DETOUR
+
+
+def test_a_new_path_waits_until_the_old_one_is_checked(script: Script) -> None:
     script.follow()
-    script.tick(dt=1.0)
-    assert followed(script.tick(plan=planned(DETOUR), path_valid=path_valid)) is DETOUR
+    script.tick(1.0)
+    assert script.tick(plan=planned(DETOUR)) == []
+    assert script.tick(check=False) == ["follow"]
 
 
 def test_a_path_that_comes_with_the_end_of_following_changes_nothing(script: Script) -> None:
     script.follow()
     script.tick(dt=1.0)
-    end = script.tick(plan=planned(DETOUR), follow=Outcome())
-    assert end == [Finish(Ending.SUCCEEDED)]
+    script.tick(plan=planned(DETOUR), check=False, follow=True)
+    assert script.end == SUCCEEDED
 
 
 def test_a_path_that_comes_with_trouble_is_followed_once_cleared(script: Script) -> None:
     script.follow()
     script.tick(dt=1.0)
-    trouble = failed(ControlStatus.NO_VALID_CONTROL)
-    assert script.tick(plan=planned(DETOUR), follow=trouble) == [Clear(LOCAL_COSTMAP)]
-    assert followed(script.tick(cleared=frozenset({LOCAL_COSTMAP}))) is DETOUR
+    assert script.tick(plan=planned(DETOUR), check=False, follow=STUCK) == ["clear_local"]
+    assert script.tick(clear_local=True) == ["follow"]
+    assert script.followed is DETOUR
 
 
 def test_leaves_a_free_path_for_a_clearly_shorter_one(script: Script) -> None:
-    script.tick()
-    script.tick(plan=planned(DETOUR))
-    script.tick(dt=1.0)
-    assert followed(script.tick(plan=planned(STRAIGHT), path_valid=True)) is STRAIGHT
+    assert script.follow(DETOUR).replan(STRAIGHT)
+    assert script.followed is STRAIGHT
 
 
 def test_leaves_a_free_path_that_it_is_not_on_any_more(script: Script) -> None:
-    script.follow()
-    script.tick(dt=1.0)
-    beside = SE2(1.0, 0.8, 0.0)
-    commands = script.tick(plan=planned(DETOUR), path_valid=True, pose=beside)
-    assert followed(commands) is DETOUR
+    assert script.follow().replan(DETOUR, pose=SE2(1.0, 0.8, 0.0))
+
+
+def test_keeps_a_path_as_its_configuration_says() -> None:
+    near = STRAIGHT + np.array([0.0, 0.1, 0.0])
+    assert not Script(config=NavigatorConfig(same_way_deviation=0.05)).follow().replan(near)
+    ready = NavigatorConfig(same_way_deviation=0.05, shorter_ratio=1.0)
+    assert Script(config=ready).follow(near).replan(near[2:])
 
 
 def test_clears_the_local_costmap_and_follows_once_more(script: Script) -> None:
     script.follow()
-    trouble = failed(ControlStatus.NO_VALID_CONTROL)
-    assert script.tick(follow=trouble) == [Clear(LOCAL_COSTMAP)]
+    assert script.tick(follow=STUCK) == ["clear_local"]
     assert script.tick() == []
-    assert followed(script.tick(cleared=frozenset({LOCAL_COSTMAP}))) is STRAIGHT
-    assert script.tick(follow=trouble) == CLEAR_BOTH
-    assert script.navigator.recoveries == 1
+    assert script.tick(clear_local=True) == ["follow"]
+    assert script.followed is STRAIGHT
+    assert script.recoveries == 0
+    assert script.tick(follow=STUCK) == ["clear_local"]
+    assert script.recoveries == 1
+    assert script.tick(clear_local=True) == ["clear_global"]
 
 
 def test_after_trouble_the_next_path_is_taken_whatever_it_is(script: Script) -> None:
     script.follow()
-    script.tick(follow=failed(ControlStatus.NO_VALID_CONTROL))
-    script.tick(cleared=frozenset({LOCAL_COSTMAP}))
-    script.tick(dt=1.0)
-    assert followed(script.tick(plan=planned(DETOUR), path_valid=True)) is DETOUR
+    script.tick(follow=STUCK)
+    script.tick(clear_local=True)
+    assert script.replan(DETOUR)
+    assert not script.replan(DETOUR * np.array([1.0, -1.0, -1.0]))
 
 
 def test_recovers_in_turn_and_gives_up_after_six(script: Script) -> None:
-    done: list[Recovery] = []
     script.tick()
+    done = []
     for _ in range(6):
-        commands = script.fail_to_plan()
-        if commands == CLEAR_BOTH:
-            done.append(Recovery.CLEAR)
-            again = script.tick(cleared=BOTH)
-        else:
-            stop, recover = commands
-            assert stop == Stop()
-            assert isinstance(recover, Recover)
-            done.append(recover.recovery)
-            assert script.tick() == []
-            again = script.tick(behavior=Outcome())
-        assert again == [ComputePath((GOAL,))]
-    kinds = [Recovery.CLEAR, Recovery.SPIN, Recovery.WAIT, Recovery.BACK_UP]
+        (asked,) = script.fail_to_plan()
+        done.append(asked)
+        assert script.tick() == []
+        answer: dict[str, Any] = {asked: True}
+        if asked == "clear_local":
+            assert script.tick(**answer) == ["clear_global"]
+            answer = {"clear_global": True}
+        assert script.tick(**answer) == ["plan"]
+    kinds = ["clear_local", "Spin", "Wait", "BackUp"]
     assert done == list(itertools.islice(itertools.cycle(kinds), 6))
-    assert script.fail_to_plan() == [Finish(Ending.ABORTED, 208, "NO_VALID_PATH")]
-    assert script.navigator.recoveries == 6
+    assert script.fail_to_plan() == []
+    assert script.end == Finish(Ending.ABORTED, 208, "NO_VALID_PATH")
+    assert script.recoveries == 6
 
 
-def test_waits_for_both_costmaps_to_be_cleared(script: Script) -> None:
+def test_recovers_as_its_configuration_says() -> None:
+    config = NavigatorConfig(0.5, 3, 0.7, 2.0, 0.4, 0.1)
+    script = Script(config=config)
     script.tick()
     script.fail_to_plan()
-    assert script.tick(cleared=frozenset({LOCAL_COSTMAP})) == []
-    assert script.tick(cleared=frozenset({GLOBAL_COSTMAP})) == [ComputePath((GOAL,))]
+    script.tick(clear_local=True)
+    script.tick(clear_global=True)
+    assert script.fail_to_plan() == ["Spin"]
+    assert dict(script.asked["Spin"]) == {"target_yaw": 0.7, "time_allowance": 10.0}
+    script.tick(Spin=True)
+    assert script.fail_to_plan() == ["Wait"]
+    assert dict(script.asked["Wait"]) == {"time": 2.0}
+    script.tick(Wait=True)
+    script.fail_to_plan()
+    assert script.end is not None
+
+
+def test_backs_up_as_its_configuration_says() -> None:
+    script = Script(config=NavigatorConfig(backup_dist=0.4, backup_speed=0.1))
+    script.tick()
+    script.fail_to_plan()
+    script.tick(clear_local=True)
+    script.tick(clear_global=True)
+    script.fail_to_plan()
+    script.tick(Spin=BLOCKED)
+    assert script.tick(Wait=BLOCKED) == ["BackUp"]
+    expected = {"target": 0.4, "speed": 0.1, "time_allowance": 10.0}
+    assert dict(script.asked["BackUp"]) == expected
 
 
 def test_a_failing_recovery_gives_way_to_the_next(script: Script) -> None:
     script.tick()
     script.fail_to_plan()
-    script.tick(cleared=BOTH)
-    assert script.fail_to_plan() == [Stop(), Recover(Recovery.SPIN)]
-    blocked = Outcome(703, "collision ahead")
-    assert script.tick(behavior=blocked) == [Recover(Recovery.WAIT)]
-    assert script.tick(behavior=Outcome()) == [ComputePath((GOAL,))]
-    assert script.navigator.recoveries == 2
+    script.tick(clear_local=True)
+    script.tick(clear_global=True)
+    assert script.fail_to_plan() == ["Spin"]
+    assert script.tick(Spin=BLOCKED) == ["Wait"]
+    assert script.tick(Wait=True) == ["plan"]
+    assert script.recoveries == 2
 
 
 def test_where_every_motion_fails_it_comes_round_to_clearing(script: Script) -> None:
     script.tick()
     script.fail_to_plan()
-    script.tick(cleared=BOTH)
+    script.tick(clear_local=True)
+    script.tick(clear_global=True)
     script.fail_to_plan()
-    blocked = Outcome(703, "collision ahead")
-    script.tick(behavior=blocked)
-    script.tick(behavior=Outcome(740, "no"))
-    assert script.tick(behavior=Outcome(714, "no")) == CLEAR_BOTH[1:]
-    assert script.tick(cleared=BOTH) == [ComputePath((GOAL,))]
+    script.tick(Spin=BLOCKED)
+    script.tick(Wait=Answer(False, 740, "no"))
+    assert script.tick(BackUp=Answer(False, 714, "no")) == ["clear_local"]
+    script.tick(clear_local=True)
+    assert script.tick(clear_global=True) == ["plan"]
 
 
 @pytest.mark.parametrize(
@@ -205,71 +228,147 @@ def test_where_every_motion_fails_it_comes_round_to_clearing(script: Script) -> 
 )
 def test_aborts_at_once_where_no_recovery_helps(script: Script, status: PlanStatus) -> None:
     script.tick()
-    end = script.tick(plan=no_plan(status))
-    assert end == [Finish(Ending.ABORTED, int(status), status.name)]
+    script.tick(plan=failed(status))
+    assert script.end == Finish(Ending.ABORTED, int(status), status.name)
 
 
-@pytest.mark.parametrize(
-    "status",
-    [
-        ControlStatus.INVALID_CONTROLLER,
-        ControlStatus.INVALID_PATH,
-    ],
-)
+@pytest.mark.parametrize("status", [ControlStatus.INVALID_CONTROLLER, ControlStatus.INVALID_PATH])
 def test_aborts_at_once_at_a_controllers_hopeless_error(
     script: Script, status: ControlStatus
 ) -> None:
-    end = script.follow().tick(follow=failed(status))
-    assert end == [Finish(Ending.ABORTED, int(status), status.name)]
+    script.follow().tick(follow=failed(status))
+    assert script.end == Finish(Ending.ABORTED, int(status), status.name)
 
 
-@pytest.mark.parametrize("phase", ["planning", "following", "recovering"])
-def test_cancel_stops_everything_at_once(script: Script, phase: str) -> None:
+def test_ends_with_the_error_that_ended_it_whatever_went_wrong_before(script: Script) -> None:
+    script.follow()
+    script.tick(follow=STUCK)
+    script.tick(clear_local=True)
+    script.tick(dt=1.0)
+    script.tick(plan=failed(PlanStatus.GOAL_OCCUPIED))
+    assert script.end == Finish(Ending.ABORTED, 206, "GOAL_OCCUPIED")
+
+
+@pytest.mark.parametrize(
+    ("phase", "withdrawn"),
+    [("planning", "-plan"), ("following", "-follow"), ("recovering", "-clear_local")],
+)
+def test_cancel_stops_everything_at_once(script: Script, phase: str, withdrawn: str) -> None:
     script.tick()
     if phase == "following":
         script.tick(plan=planned())
     elif phase == "recovering":
         script.fail_to_plan()
-    assert script.tick(cancel=True) == [Finish(Ending.CANCELED)]
+    assert script.tick(cancel=True) == [withdrawn]
+    assert script.end == Finish(Ending.CANCELED)
 
 
 def test_a_new_goal_is_planned_to_at_once_while_the_old_path_is_followed(script: Script) -> None:
     other = SE2(0.0, 3.0, 1.0)
     script.follow()
-    commands = script.tick(goals=(other,))
-    assert [type(command) for command in commands] == [CheckPath, ComputePath]
-    assert commands[1] == ComputePath((other,))
-    assert script.tick(follow=Outcome()) == [], "the old goal's end is no success"
+    assert script.tick(goals=(other,)) == ["check", "plan"]
+    assert script.asked["plan"]["goal"] == other
     path = polyline([(0.0, 0.0), (0.0, 3.0)], 1.0)
-    assert followed(script.tick(plan=planned(path), path_valid=True)) is path
-    assert script.tick(follow=Outcome()) == [Finish(Ending.SUCCEEDED)]
+    assert script.tick(plan=planned(path), check=True) == ["follow"]
+    assert script.followed is path
+    script.tick(follow=True)
+    assert script.end == SUCCEEDED
+
+
+def test_the_end_of_the_old_path_is_no_success_for_a_new_goal(script: Script) -> None:
+    script.follow()
+    script.tick(goals=(SE2(0.0, 3.0, 1.0),))
+    script.tick(follow=True)
+    assert script.end is None
+    assert script.tick() == ["plan"]
+    script.tick(plan=planned(DETOUR))
+    script.tick(follow=True)
+    assert script.end == SUCCEEDED
 
 
 def test_a_new_goal_ends_a_recovery(script: Script) -> None:
     other = SE2(0.0, 3.0, 1.0)
     script.tick()
     script.fail_to_plan()
-    assert script.tick(goals=(other,)) == [Stop(), ComputePath((other,))]
+    assert script.tick(goals=(other,)) == ["-clear_local", "plan"]
+    assert script.asked["plan"]["goal"] == other
 
 
 def test_poses_on_the_way_are_dropped_as_they_are_passed() -> None:
     goals = (SE2(1.0, 0.0), SE2(2.0, 0.0), GOAL)
-    script = Script(Navigator(NavigatorConfig(), goals, start=0.0))
-    assert script.tick() == [ComputePath(goals)]
-    script.tick(plan=planned())
-    assert script.tick(dt=1.0, pose=SE2(0.9, 0.0))[-1] == ComputePath(goals[1:])
-    script.tick(pose=SE2(0.9, 0.0), plan=planned(), path_valid=True)
-    last = script.tick(dt=1.0, pose=SE2(3.9, 0.0))[-1]
-    assert last == ComputePath(goals[1:]), "far beyond is not passed"
+    script = Script(goals, THROUGH).follow()
+    assert script.asked["plan"]["goals"] == goals
+    assert script.feedback().number_of_poses_remaining == 3
+    script.replan(STRAIGHT, pose=SE2(0.9, 0.0))
+    assert script.asked["plan"]["goals"] == goals[1:]
+    script.replan(STRAIGHT, pose=SE2(3.9, 0.0))
+    assert script.asked["plan"]["goals"] == goals[1:], "far beyond is not passed"
+    assert script.feedback().number_of_poses_remaining == 2
+
+
+@pytest.mark.parametrize(
+    ("tree", "code", "recovers"),
+    [(THROUGH, 308, True), (THROUGH, 300, True), (THROUGH, 306, False)],
+)
+def test_planning_through_poses_has_codes_of_its_own(tree: str, code: int, recovers: bool) -> None:
+    script = Script((SE2(1.0), GOAL), tree)
+    script.tick()
+    asked = script.tick(plan=Answer(False, code, "no"))
+    assert (asked == ["clear_global"]) is recovers
+    assert recovers or script.end == Finish(Ending.ABORTED, code, "no")
 
 
 def test_feedback_is_nav2s(script: Script) -> None:
+    script.follow().tick(4.8)
+    pose = SE2(1.0, 0.2, 0.0)
+    progress = script.feedback(pose, speed=0.5)
+    assert progress.navigation_time == 5.0
+    assert progress.distance_remaining == pytest.approx(3.0)
+    assert progress.estimated_time_remaining == pytest.approx(6.0)
+    assert (progress.number_of_recoveries, progress.number_of_poses_remaining) == (0, 1)
+    assert script.feedback(pose, speed=0.005).estimated_time_remaining == 0.0
+
+
+@pytest.mark.parametrize("status", [ControlStatus.TF_ERROR, ControlStatus.CONTROLLER_TIMED_OUT])
+def test_an_outage_is_stood_through(status: ControlStatus) -> None:
+    script = Script()
     script.follow()
-    state = NavigatorState(now=5.0, T_map_base=SE2(1.0, 0.2, 0.0), speed=0.5)
-    told = script.navigator.feedback(state)
-    assert told.navigation_time == 5.0
-    assert told.distance_remaining == pytest.approx(3.0)
-    assert told.estimated_time_remaining == pytest.approx(6.0)
-    assert (told.number_of_recoveries, told.number_of_poses_remaining) == (0, 1)
-    standing = NavigatorState(now=5.0, T_map_base=SE2(1.0, 0.2, 0.0), speed=0.005)
-    assert script.navigator.feedback(standing).estimated_time_remaining == 0.0
+    for _ in range(5):
+        assert script.tick(follow=failed(status)) == []
+        assert status.name in script.navigator.trouble()
+        assert script.tick(0.9) == []
+        assert script.tick(0.2) == ["plan"]
+        assert script.tick(plan=planned()) == ["follow"]
+        assert script.followed is STRAIGHT
+    script.tick(3.0)
+    assert script.navigator.trouble() == ""
+    assert script.recoveries == 0
+
+
+@pytest.mark.parametrize("status", [ControlStatus.TF_ERROR, PlanStatus.TF_ERROR])
+def test_an_outage_that_lasts_ends_the_goal_with_its_reason(
+    status: ControlStatus | PlanStatus,
+) -> None:
+    script = Script(config=NavigatorConfig(outage_patience=4.0))
+    script.tick()
+    while script.now < 20.0 and script.end is None:
+        if status is PlanStatus.TF_ERROR:
+            script.tick(0.05, plan=failed(status))
+        else:
+            script.tick(0.02, plan=planned())
+            script.tick(0.03, follow=failed(status))
+        if script.end is None:
+            assert script.tick(1.05) == ["plan"]
+    assert script.end == Finish(Ending.ABORTED, int(status), "TF_ERROR")
+    assert 4.0 < script.now < 8.0
+
+
+def test_outages_with_a_drive_between_them_each_have_all_the_patience() -> None:
+    script = Script(config=NavigatorConfig(outage_patience=4.0)).follow()
+    for _ in range(5):
+        assert script.tick(follow=failed(ControlStatus.TF_ERROR)) == []
+        assert script.tick(1.1) == ["plan"]
+        assert script.tick(plan=planned()) == ["follow"]
+        assert script.replan(STRAIGHT.copy())
+        assert script.replan(STRAIGHT.copy())
+    assert script.end is None

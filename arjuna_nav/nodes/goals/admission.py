@@ -1,4 +1,4 @@
-"""What is looked at before a goal is driven to, so that a bad one harms no other."""
+"""The checks of a goal before it is driven to, so that a bad one harms no other."""
 
 from __future__ import annotations
 
@@ -11,11 +11,20 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
-from arjuna_nav.navigator import OUTAGES, PLAN_ERRORS_TO_RETRY
 from arjuna_nav.nodes.frames import pose_in, robot_pose
-from arjuna_nav.nodes.navigation_clients import NavigationClients
+from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice
 from arjuna_nav.planners import PlanStatus
+from arjuna_nav.trees.exchange import Answer
+
+_THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
+_MAY_CHANGE = {
+    PlanStatus.UNKNOWN,
+    PlanStatus.NO_VALID_PATH,
+    PlanStatus.TF_ERROR,
+    PlanStatus.TIMEOUT,
+}
+"""Errors of a plan that recoveries or time may mend."""
 
 
 class RefusedGoalError(ArjunaError):
@@ -38,14 +47,14 @@ class RefusedGoalError(ArjunaError):
 class Admission:
     """Lets a goal wait until it may be driven to.
 
-    The robot's place is waited for, up to `start_patience` (localization may just have been
+    The robot's pose is waited for, up to `start_patience` (localization may just have been
     started again), and then the goal's frame, up to `transform_tolerance`. A goal that is to
-    replace another is planned for first: where no recovery could mend that there is no way to it,
-    it alone is refused and the robot drives on, where Nav2 ends both.
+    replace another is planned for first: where there is no path to it and no recovery could mend
+    that, it alone is refused and the robot drives on, where Nav2 ends both.
 
     Args:
         node: bt_navigator; made in its `configure`.
-        clients: Where plans come from.
+        clients: The source of plans.
         trees: The behavior trees.
         on_change: Called where it is time to ask again.
     """
@@ -53,7 +62,7 @@ class Admission:
     def __init__(
         self,
         node: ManagedNode,
-        clients: NavigationClients,
+        clients: TreeClients,
         trees: TreeChoice,
         on_change: Callable[[], None],
     ) -> None:
@@ -62,19 +71,21 @@ class Admission:
         self._trees = trees
         self._on_change = on_change
         self._came = self._lost_at = self._patience = 0.0
+        self._trial: object = None
+        self._plan: Answer | None = None
         self.problem = ""
-        """What the goal waits for, empty if it does not wait for the robot's place."""
+        """Why the robot's pose is not known, empty if the goal does not wait for it."""
 
     def begin(self, patience: float) -> None:
-        """Take note that a new goal has come.
+        """Begin with a new goal.
 
         Args:
-            patience: How long to wait for the robot's place [s].
+            patience: How long to wait for the robot's pose [s].
         """
         self._came = self._lost_at = self._node.now
         self._patience = patience
         self.problem = ""
-        self._clients.forget_trial()
+        self._trial = self._plan = None
 
     def goals(self, kind: str, goal: Any, preempts: bool) -> tuple[SE2, ...] | None:
         """Return the poses of the newest goal in the global frame, None while it must wait.
@@ -97,10 +108,10 @@ class Admission:
         problem = self._trees.choose(kind, goal.behavior_tree, preempts)
         if problem:
             raise RefusedGoalError(0, problem)
-        return goals if not preempts or self._has_way(kind, goals) else None
+        return goals if not preempts or self._is_reachable(kind, goals) else None
 
     def _placed(self, kind: str, poses: list[Any]) -> tuple[SE2, ...] | None:
-        """Return poses in the global frame, None while that or the robot's place may still come."""
+        """Return poses in the global frame, None while that or the robot's pose may still come."""
         config = self._node.config
         frame, tolerance = config.global_frame, config.transform_tolerance
         try:
@@ -123,17 +134,31 @@ class Admission:
             problem = f"{error} (waited for {waited:.2f} s)"
             raise RefusedGoalError(error_code(kind, PlanStatus.TF_ERROR), problem) from error
 
-    def _has_way(self, kind: str, goals: tuple[SE2, ...]) -> bool:
-        """Tell whether the goals may be driven to; false while the plan has not come."""
-        plan = self._clients.trial(goals, self._on_change)
-        if plan is None:
+    def _is_reachable(self, kind: str, goals: tuple[SE2, ...]) -> bool:
+        """Return whether the goals may be driven to; false while the plan has not come."""
+        if self._trial is None:
+            self._trial = trial = object()
+
+            def take(plan: Answer) -> None:
+                if self._trial is trial:
+                    self._plan = plan
+                    self._on_change()
+
+            self._clients.trial_plan(goals, take)
+        if self._plan is None:
             return False
-        if plan.status in PLAN_ERRORS_TO_RETRY | OUTAGES | {PlanStatus.SUCCEEDED}:
+        code = plan_code(self._plan.code)
+        if self._plan.succeeded or code in _MAY_CHANGE or code not in list(PlanStatus):
             return True
-        raise RefusedGoalError(error_code(kind, plan.status), plan.message)
+        raise RefusedGoalError(error_code(kind, code), self._plan.message)
+
+
+def plan_code(code: int) -> int:
+    """Return a code of ComputePathThroughPoses as that of ComputePathToPose."""
+    return code - _THROUGH if code >= ComputePathThroughPoses.Result.UNKNOWN else code
 
 
 def error_code(kind: str, code: int) -> int:
     """Return an error code; planning's count from 300 where it is through poses."""
     through = kind == "navigate_through_poses" and code in list(PlanStatus) and code
-    return code + 100 if through else code
+    return code + _THROUGH if through else code

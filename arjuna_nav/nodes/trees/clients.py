@@ -1,8 +1,8 @@
-"""Asks the robot's servers what a tree asks, and collects their answers."""
+"""Sends the requests of trees to the robot's servers, and collects the answers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -16,6 +16,7 @@ from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
+from arjuna_core.timing import Periodic
 from arjuna_core.twist import Velocity
 from arjuna_nav.nodes.frames import pose_in
 from arjuna_nav.nodes.trees.messages import (
@@ -26,22 +27,33 @@ from arjuna_nav.nodes.trees.messages import (
     service_type,
     unknown_code,
 )
-from arjuna_nav.trees.exchange import Answer, Ask, Battery, Heard, Topic, TreeState, Withdraw
-from arjuna_nav.trees.nav2.decorators import GOAL_UPDATE
+from arjuna_nav.trees.decorators import GOAL_UPDATE
+from arjuna_nav.trees.exchange import Answer, Ask, Battery, Topic, TopicKind, TreeState, Withdraw
+
+_LOOK = 0.2  # [s] from one look for the servers to the next: 0.3 ms each, it searches the graph
 
 
 @dataclass
-class _Question:
-    """Something asked that is not answered yet."""
+class _Request:
+    """A request that is not answered yet.
+
+    Attributes:
+        ask: What is asked.
+        since: When it was made, or sent [s].
+        client: The client of its server.
+        take: Called with the answer.
+        sent: Whether it was sent.
+    """
 
     ask: Ask
     since: float
     client: Any
+    take: Callable[[Answer], None]
     sent: bool = False
 
 
 class TreeClients:
-    """Carries out what trees ask.
+    """The one client of the robot's servers: it carries out the requests of trees.
 
     Args:
         node: bt_navigator; made in its `configure`.
@@ -51,30 +63,32 @@ class TreeClients:
     def __init__(self, node: ManagedNode, config: Any) -> None:
         self._node = node
         self._config = config
-        self._clients: dict[tuple[str, str], Any] = {}
-        self._open: dict[int, _Question] = {}
+        self._clients: dict[tuple[str, str, bool], Any] = {}
+        self._open: dict[int, _Request] = {}
         self._answers: dict[int, Answer] = {}
         self._topics: set[Topic] = set()
         self._feedback: dict[int, Mapping[str, Any]] = {}
         self._selected: dict[str, str] = {}
         self._batteries: dict[str, Battery] = {}
         self._moved_goal: SE2 | None = None
+        self._look = Periodic(_LOOK)
+        self._trials = 0
 
     def listen(self, topics: set[Topic]) -> None:
-        """Listen to the topics that a tree must be told of; what moved an older goal is over."""
+        """Listen to the topics of a tree; what moved an older goal is over."""
         self._moved_goal = None
         for topic in sorted(topics - self._topics, key=lambda topic: topic.name):
             self._topics.add(topic)
-            if topic.heard is Heard.GOAL:
+            if topic.kind is TopicKind.GOAL:
                 self._node.subscribe(PoseStamped, topic.name, self._on_moved_goal, qos.DEFAULT)
-            elif topic.heard is Heard.BATTERY:
-                hear = partial(self._on_battery, topic.name)
-                self._node.subscribe(BatteryState, topic.name, hear, qos.SENSOR_SUBSCRIPTION)
+            elif topic.kind is TopicKind.BATTERY:
+                take = partial(self._on_battery, topic.name)
+                self._node.subscribe(BatteryState, topic.name, take, qos.SENSOR_SUBSCRIPTION)
             else:
-                take = partial(self._select, topic.name)
+                take = partial(self._on_selected, topic.name)
                 self._node.subscribe(String, topic.name, take, qos.LATCHED, while_inactive=True)
 
-    def _select(self, topic: str, message: Any) -> None:
+    def _on_selected(self, topic: str, message: Any) -> None:
         self._selected[topic] = message.data
 
     def _on_battery(self, topic: str, message: Any) -> None:
@@ -88,15 +102,16 @@ class TreeClients:
             self._node.get_logger().warning(f"{GOAL_UPDATE} ignored: {error}")
 
     def state(self, pose: SE2 | None, velocity: Velocity, measured_at: float) -> TreeState:
-        """Return what a tree is told now, answers and feedback once.
+        """Return the state of a tree's tick, with each answer and feedback once.
 
         Args:
             pose: Of the robot, None where it is not known.
             velocity: Of the robot.
             measured_at: When it had that velocity [s].
         """
-        for key, question in list(self._open.items()):
-            self._look_after(key, question)
+        if self._look.due(self._node.now):
+            for key, request in list(self._open.items()):
+                self._look_after(key, request)
         answers, self._answers = self._answers, {}
         feedback, self._feedback = self._feedback, {}
         return TreeState(
@@ -116,85 +131,107 @@ class TreeClients:
         return self._node.transforms.try_lookup(parent, child) is not None
 
     def stop(self) -> None:
-        """Cancel all that was asked."""
-        for key in list(self._open):
-            self.carry_out(Withdraw(key))
+        """Cancel all requests of the tree."""
+        for key in [key for key in self._open if key > 0]:
+            self._withdraw(key)
         self._answers.clear()
         self._feedback.clear()
 
     def carry_out(self, command: Ask | Withdraw) -> None:
         """Ask, or withdraw what was asked."""
-        if isinstance(command, Ask):
-            client = self._client(command.kind, command.server)
-            self._drop_older(client)
-            question = _Question(command, self._node.now, client)
-            self._open[command.key] = question
-            self._look_after(command.key, question)
+        if isinstance(command, Withdraw):
+            self._withdraw(command.key)
             return
-        withdrawn = self._open.pop(command.key, None)
-        self._answers.pop(command.key, None)
+        client = self._client(command.kind, command.server)
+        self._begin(command, client, partial(self._keep, command.key))
+
+    def trial_plan(self, goals: tuple[SE2, ...], take: Callable[[Answer], None]) -> None:
+        """Ask for a plan that is only looked at, beside the tree's.
+
+        Args:
+            goals: Poses to plan to, one or through several to the last.
+            take: Called with the answer.
+        """
+        fields: dict[str, Any] = {"planner_id": self._selected.get("planner_selector", "")}
+        if len(goals) == 1:
+            kind, server, fields["goal"] = "ComputePathToPose", "compute_path_to_pose", goals[0]
+        else:
+            kind, server = "ComputePathThroughPoses", "compute_path_through_poses"
+            fields["goals"] = goals
+        self._trials += 1
+        ask = Ask(-self._trials, kind, server, fields)
+        self._begin(ask, self._client(kind, server, trial=True), take)
+
+    def _keep(self, key: int, answer: Answer) -> None:
+        self._answers[key] = answer
+
+    def _begin(self, ask: Ask, client: Any, take: Callable[[Answer], None]) -> None:
+        if isinstance(client, GoalClient):  # the newer goal takes the place of the older
+            for key in [k for k, request in self._open.items() if request.client is client]:
+                del self._open[key]
+        self._open[ask.key] = _Request(ask, self._node.now, client, take)
+        self._look_after(ask.key, self._open[ask.key])
+
+    def _withdraw(self, key: int) -> None:
+        withdrawn = self._open.pop(key, None)
+        self._answers.pop(key, None)
         if withdrawn is not None and withdrawn.sent and isinstance(withdrawn.client, GoalClient):
             withdrawn.client.cancel()
 
-    def _drop_older(self, client: Any) -> None:
-        """Forget what the same action was asked before: the newer goal takes its place."""
-        if isinstance(client, GoalClient):
-            for key in [k for k, q in self._open.items() if q.client is client]:
-                del self._open[key]
-
-    def _client(self, kind: str, server: str) -> Any:
-        if (kind, server) not in self._clients:
+    def _client(self, kind: str, server: str, trial: bool = False) -> Any:
+        if (kind, server, trial) not in self._clients:
             action = action_type(kind)
-            self._clients[kind, server] = (
+            self._clients[kind, server, trial] = (
                 self._node.client(service_type(kind), server)
                 if action is None
                 else self._node.keep(GoalClient(self._node, action, server))
             )
-        return self._clients[kind, server]
+        return self._clients[kind, server, trial]
 
-    def _look_after(self, key: int, question: _Question) -> None:
+    def _look_after(self, key: int, request: _Request) -> None:
         """Send what is not sent yet; give up on who is not there or does not answer."""
-        client, ask = question.client, question.ask
+        client, ask = request.client, request.ask
         is_action = isinstance(client, GoalClient)
         ready = client.ready if is_action else client.service_is_ready()
-        if ready and not question.sent:
-            question.sent, question.since = True, self._node.now
-            (self._send_goal if is_action else self._call)(key, question)
+        if ready and not request.sent:
+            request.sent, request.since = True, self._node.now
+            (self._send_goal if is_action else self._call)(key, request)
             return
         limit = self._config.wait_for_service_timeout / 1000.0
-        silent = self._node.now - question.since > limit
+        silent = self._node.now - request.since > limit
         if silent and not (ready and is_action):
-            what = "did not answer" if ready else "is not there"
-            self._fail(key, f"{ask.server} {what} within {limit:g} s at {self._node.now:.2f} s")
+            problem = "did not answer" if ready else "is not there"
+            self._fail(key, f"{ask.server} {problem} within {limit:g} s at {self._node.now:.2f} s")
 
-    def _send_goal(self, key: int, question: _Question) -> None:
-        ask, frame = question.ask, self._config.global_frame
+    def _send_goal(self, key: int, request: _Request) -> None:
+        ask, frame = request.ask, self._config.global_frame
         goal = request_msg(action_type(ask.kind).Goal, ask.fields, frame, self._node.now)  # type: ignore[union-attr]
 
         def ended(outcome: GoalOutcome) -> None:
-            if self._open.get(key) is not question:
+            if self._open.get(key) is not request:
                 return
             if outcome.result is None:
-                self._fail(key, f"{ask.server} refused the goal; its log says why")
+                now = self._node.now
+                self._fail(key, f"{ask.server} refused the goal at {now:.2f} s; its log says why")
             else:
                 self._answer(key, answer_of(outcome.result, outcome.succeeded))
 
-        def told(feedback: Any) -> None:
-            if self._open.get(key) is question:
+        def take_feedback(feedback: Any) -> None:
+            if self._open.get(key) is request:
                 self._feedback[key] = plain_values(feedback)
 
-        question.client.send(goal, ended, told if ask.feedback else None)
+        request.client.send(goal, ended, take_feedback if ask.feedback else None)
 
-    def _call(self, key: int, question: _Question) -> None:
-        ask, frame = question.ask, self._config.global_frame
+    def _call(self, key: int, request: _Request) -> None:
+        ask, frame = request.ask, self._config.global_frame
         message = service_type(ask.kind).Request
-        request = request_msg(message, ask.fields, frame, self._node.now)
+        body = request_msg(message, ask.fields, frame, self._node.now)
 
         def answered(future: Any) -> None:
-            if self._open.get(key) is question:
+            if self._open.get(key) is request:
                 self._answer(key, Answer(bool(getattr(future.result(), "is_valid", True))))
 
-        question.client.call_async(request).add_done_callback(answered)
+        request.client.call_async(body).add_done_callback(answered)
 
     def _fail(self, key: int, message: str) -> None:
         action = action_type(self._open[key].ask.kind)
@@ -203,5 +240,4 @@ class TreeClients:
         self._answer(key, Answer(False, code, message))
 
     def _answer(self, key: int, answer: Answer) -> None:
-        del self._open[key]
-        self._answers[key] = answer
+        self._open.pop(key).take(answer)

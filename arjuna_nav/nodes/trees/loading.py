@@ -1,4 +1,4 @@
-"""Which file a goal's `behavior_tree` is, and how a tree's log looks as a message."""
+"""The file that a goal's `behavior_tree` names, and a tree's log as a message."""
 
 from __future__ import annotations
 
@@ -11,36 +11,37 @@ from nav2_msgs.msg import BehaviorTreeLog, BehaviorTreeStatusChange
 from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import time_msg
+from arjuna_nav.trees.blackboard import TreeError
 from arjuna_nav.trees.exchange import StatusChange
 from arjuna_nav.trees.node import Tree
-from arjuna_nav.trees.ports import TreeError
 from arjuna_nav.trees.xml_file import read_tree
 
 
 class TreeChoice:
-    """Which tree drives, by the goal or by a parameter.
+    """The tree that drives, by the goal or by a parameter.
 
     Args:
-        defaults: By kind of goals, the tree of those that name none; empty: no tree.
+        defaults: By kind of goals, the tree of those that name none; empty: Arjuna's.
         folder: Of the trees that goals may name.
 
     Attributes:
-        tree: The tree chosen; None: the navigator's own rules.
+        tree: The tree chosen.
+        topics: Topics of the default trees.
 
     Raises:
         TreeError: A default tree cannot be run.
     """
 
     def __init__(self, defaults: Mapping[str, str], folder: str) -> None:
-        self.tree: Tree | None = None
         self._name = ""
-        self._defaults = dict(defaults)
+        self._defaults = {kind: name or f"{kind}.xml" for kind, name in defaults.items()}
         self._folder = folder
-        for name in filter(None, self._defaults.values()):
-            _default_tree(name)
+        trees = [_default_tree(name) for name in self._defaults.values()]
+        self.tree = trees[0]
+        self.topics = set().union(*(tree.topics for tree in trees))
 
     def choose(self, kind: str, asked: str, preempts: bool) -> str:
-        """Load the tree of a goal; say why that cannot be, or return nothing.
+        """Load the tree of a goal; return why that cannot be, or nothing.
 
         As Nav2's, a goal does not replace one that another tree drives.
 
@@ -54,10 +55,7 @@ class TreeChoice:
             same = name == self._name
             return "" if same else f"'{self._name}' drives the goal that runs, not '{name}'"
         try:
-            if asked:
-                self.tree = _asked_tree(asked, self._folder)
-            else:
-                self.tree = _default_tree(name) if name else None
+            self.tree = _asked_tree(asked, self._folder) if asked else _default_tree(name)
         except TreeError as error:
             return str(error)
         self._name = name
@@ -97,7 +95,7 @@ def _default_tree(name: str) -> Tree:
 
 
 def log_msg(changes: Sequence[StatusChange], now: float) -> Any:
-    """Return what changed in a tree as the message of behavior_tree_log."""
+    """Return the changes of a tree as the message of behavior_tree_log."""
     return BehaviorTreeLog(
         timestamp=time_msg(now),
         event_log=[

@@ -1,4 +1,4 @@
-"""What trees ask and are answered, as nav2_msgs has it."""
+"""The requests and answers of trees as nav2_msgs' messages."""
 
 from __future__ import annotations
 

@@ -7,9 +7,9 @@ import pytest
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
+from arjuna_nav.trees.blackboard import TreeError
 from arjuna_nav.trees.exchange import TreeState
 from arjuna_nav.trees.node import Status
-from arjuna_nav.trees.ports import TreeError
 from tests.helpers.nav.tree_play import Play
 
 RUNNING, SUCCESS, FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE

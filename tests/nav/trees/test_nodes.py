@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
-from arjuna_nav.trees.exchange import Answer, Heard, Topic, TreeState
+from arjuna_nav.trees.blackboard import TreeError
+from arjuna_nav.trees.exchange import Answer, Topic, TopicKind, TreeState
 from arjuna_nav.trees.node import Status
-from arjuna_nav.trees.ports import TreeError, entry
+from arjuna_nav.trees.ports import entry
 from arjuna_nav.trees.xml_file import build_tree
 from tests.helpers.nav.tree_play import Play
 
@@ -183,7 +184,7 @@ def test_a_goal_is_moved() -> None:
         '<GoalUpdater input_goal="{goal}" output_goal="{moved}"><AlwaysSuccess/></GoalUpdater>',
         goal=SE2(1.0),
     )
-    assert play.tree.topics == {Topic(Heard.GOAL, "goal_update")}
+    assert play.tree.topics == {Topic(TopicKind.GOAL, "goal_update")}
     play.tick()
     assert play.get("moved") == SE2(1.0)
     play.tree.tick(TreeState(1.0, moved_goal=SE2(2.0)))
@@ -215,7 +216,7 @@ def test_goals_paths_and_choices_on_the_blackboard() -> None:
     assert play.get("left") == goals[1:]
     assert play.get("short") == pytest.approx(PATH[:2])
     assert (play.get("answer"), play.get("planner"), play.get("path")) == ("42", "GridBased", None)
-    assert play.tree.topics == {Topic(Heard.CHOICE, "planner_selector")}
+    assert play.tree.topics == {Topic(TopicKind.CHOICE, "planner_selector")}
 
 
 def test_codes_and_messages_are_written() -> None:

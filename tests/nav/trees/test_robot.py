@@ -9,9 +9,9 @@ import pytest
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.trees.exchange import Answer, Ask, Battery, Heard, Topic, TreeState
+from arjuna_nav.trees.blackboard import TreeError
+from arjuna_nav.trees.exchange import Answer, Ask, Battery, Topic, TopicKind, TreeState
 from arjuna_nav.trees.node import Status
-from arjuna_nav.trees.ports import TreeError
 from tests.helpers.nav.tree_play import Play
 
 RUNNING, SUCCESS, FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
@@ -69,7 +69,7 @@ def test_a_transform_that_was_known_once_is_known() -> None:
 )
 def test_a_battery_is_low(ports: str, battery: Battery, low: bool) -> None:
     play = Play(f'<IsBatteryLow battery_topic="/bat" {ports}/>')
-    assert play.tree.topics == {Topic(Heard.BATTERY, "/bat")}
+    assert play.tree.topics == {Topic(TopicKind.BATTERY, "/bat")}
     assert play.tick() is FAILURE, "nothing is known of it"
     play.batteries = {"/bat": battery, "/other": Battery(0.0, 0.0, True)}
     assert play.tick() is (SUCCESS if low else FAILURE)

@@ -15,7 +15,7 @@ from arjuna_nav.controllers import ControlStatus
 from arjuna_nav.docking.docking import DockingError
 from arjuna_nav.planners import PlanStatus
 from arjuna_nav.smoothers.base import SmoothStatus
-from arjuna_nav.trees.nav2 import conditions
+from arjuna_nav.trees.xml_file import NODES
 
 pytestmark = pytest.mark.ros
 
@@ -39,18 +39,18 @@ def test_a_code_is_nav2s(codes: type[IntEnum], result: Any) -> None:
     ("node", "result", "names"),
     [
         (
-            conditions.WouldAControllerRecoveryHelp,
+            "WouldAControllerRecoveryHelp",
             FollowPath.Result,
             ("UNKNOWN", "PATIENCE_EXCEEDED", "FAILED_TO_MAKE_PROGRESS", "NO_VALID_CONTROL"),
         ),
         (
-            conditions.WouldASmootherRecoveryHelp,
+            "WouldASmootherRecoveryHelp",
             SmoothPath.Result,
             ("UNKNOWN", "TIMEOUT", "FAILED_TO_SMOOTH_PATH", "SMOOTHED_PATH_IN_COLLISION"),
         ),
     ],
 )
 def test_recoveries_are_tried_at_nav2s_codes(
-    node: Any, result: Any, names: tuple[str, ...]
+    node: str, result: Any, names: tuple[str, ...]
 ) -> None:
-    assert frozenset(getattr(result, name) for name in names) == node.CODES
+    assert frozenset(getattr(result, name) for name in names) == vars(NODES[node])["CODES"]

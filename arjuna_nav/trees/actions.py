@@ -1,0 +1,238 @@
+"""Actions that ask nobody: entries of the blackboard, goals, paths, and the choice of plug-ins.
+
+Source: nav2_behavior_tree, plugins/action; BehaviorTree.CPP 4, actions.
+"""
+
+from __future__ import annotations
+
+import math
+from operator import is_
+from typing import Any, ClassVar
+
+import numpy as np
+
+from arjuna_core.se2 import SE2
+from arjuna_nav.planners import path as paths
+from arjuna_nav.trees.exchange import Topic, TopicKind
+from arjuna_nav.trees.node import Status, TreeNode
+from arjuna_nav.trees.ports import ANY, NUMBER, PATH, POSE, POSES, SCRIPT, TEXT, WHOLE, Port
+
+_FRAMES = {"global_frame": Port(TEXT, ""), "robot_base_frame": Port(TEXT, "")}
+
+
+class SetBlackboard(TreeNode):
+    """Writes an entry."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"value": Port(ANY), "output_key": Port(ANY)}
+
+    def _tick(self) -> Status:
+        self.named_entry("output_key").set(self.get("value"))
+        return Status.SUCCESS
+
+
+class UnsetBlackboard(TreeNode):
+    """Removes an entry."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"key": Port(ANY)}
+
+    def _tick(self) -> Status:
+        self.named_entry("key").set(None)
+        return Status.SUCCESS
+
+
+class Script(TreeNode):
+    """Runs a script."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"code": Port(SCRIPT)}
+
+    def _tick(self) -> Status:
+        self.get("code").run(self.board)
+        return Status.SUCCESS
+
+
+class Sleep(TreeNode):
+    """Runs for a while, then succeeds."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"msec": Port(NUMBER)}
+    _since = 0.0
+
+    def _tick(self) -> Status:
+        now = self.running.state.now
+        if self.status is not Status.RUNNING:
+            self._since = now
+        over = (now - self._since) * 1000.0 >= self.get("msec")
+        return Status.SUCCESS if over else Status.RUNNING
+
+
+class RemovePassedGoals(TreeNode):
+    """Removes goals from the first on while the robot is near them; the last one stays."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "input_goals": Port(POSES),
+        "output_goals": Port(POSES, None, output=True),
+        "radius": Port(NUMBER, 0.5),
+        **_FRAMES,
+    }
+
+    def _tick(self) -> Status:
+        goals, pose = self.get("input_goals"), self.running.state.pose
+        if pose is None:
+            return Status.FAILURE
+        while len(goals) > 1 and pose.distance(goals[0]) <= self.get("radius"):
+            goals = goals[1:]
+        self.put("output_goals", goals)
+        return Status.SUCCESS
+
+
+class _Selector(TreeNode):
+    """Writes the plug-in that was chosen on a topic, or a default; an empty one is the server's."""
+
+    SELECTED: ClassVar[str]
+
+    def _tick(self) -> Status:
+        chosen = self.running.state.selected.get(self.topic("topic_name"), "")
+        chosen = chosen or self.get(f"default_{self.SELECTED}")
+        if chosen is None:
+            return Status.FAILURE
+        self.put(f"selected_{self.SELECTED}", chosen)
+        return Status.SUCCESS
+
+    def topics(self) -> set[Topic]:
+        """Return the topic on which it is chosen."""
+        return {Topic(TopicKind.CHOICE, self.topic("topic_name"))}
+
+
+def _selector(name: str, selected: str) -> type[TreeNode]:
+    ports = {
+        "topic_name": Port(TEXT, f"{selected}_selector"),
+        f"default_{selected}": Port(TEXT, None),
+        f"selected_{selected}": Port(TEXT, "", output=True),
+    }
+    return type(name, (_Selector,), {"SELECTED": selected, "PORTS": ports})
+
+
+SELECTORS: dict[str, type[TreeNode]] = {
+    name: _selector(name, selected)
+    for name, selected in (
+        *(("PlannerSelector", "planner"), ("ControllerSelector", "controller")),
+        *(("SmootherSelector", "smoother"), ("GoalCheckerSelector", "goal_checker")),
+        ("ProgressCheckerSelector", "progress_checker"),
+    )
+}
+"""The selectors of plug-ins."""
+
+
+class _OfPaths(TreeNode):
+    """Makes a path of others."""
+
+    _sources: tuple[Any, ...] = ()
+    _made: Any = None
+
+    def _write(self, made: Any, *sources: Any) -> Status:
+        """Write it; where it is as before, of the same paths, as the same array."""
+        same = len(sources) == len(self._sources) and all(map(is_, sources, self._sources))
+        if not same or not np.array_equal(made, self._made):
+            self._made = made
+        self._sources = sources
+        self.put("output_path", self._made)
+        return Status.SUCCESS
+
+
+class TruncatePath(_OfPaths):
+    """Leaves the end of a path out; a path that is shorter keeps its first pose."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "distance": Port(NUMBER, 1.0),
+        "input_path": Port(PATH),
+        "output_path": Port(PATH, None, output=True),
+    }
+
+    def _tick(self) -> Status:
+        path = self.get("input_path")
+        left = paths.along(path[::-1])
+        kept = int(np.count_nonzero(left >= self.get("distance")))
+        return self._write(path[: max(kept, 1)], path)
+
+
+class TruncatePathLocal(_OfPaths):
+    """Leaves out of a path what is far from the robot, along the path, ahead and behind.
+
+    On the same path the search begins at the index found last.
+    """
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "input_path": Port(PATH),
+        "output_path": Port(PATH, None, output=True),
+        "distance_forward": Port(NUMBER, 8.0),
+        "distance_backward": Port(NUMBER, 4.0),
+        "robot_frame": Port(TEXT, ""),
+        "transform_tolerance": Port(NUMBER, 0.2),
+        "pose": Port(POSE, None),
+        "angular_distance_weight": Port(NUMBER, 0.0),
+        "max_robot_pose_search_dist": Port(NUMBER, math.inf),
+    }
+    _path: Any = None
+    _at = 0
+
+    def _tick(self) -> Status:
+        path, pose = self.get("input_path"), self.get("pose") or self.running.state.pose
+        if not len(path):
+            return self._write(path, path)
+        if pose is None:
+            return Status.FAILURE
+        if path is not self._path:
+            self._path, self._at = path, 0
+        reach, turning = self.get("max_robot_pose_search_dist"), self.get("angular_distance_weight")
+        self._at = paths.nearest(path, pose, self._at, max(reach, 0.0), turning)
+        lengths = paths.along(path)
+        ahead = lengths - lengths[self._at]
+        kept = (ahead <= self.get("distance_forward")) & (-ahead <= self.get("distance_backward"))
+        return self._write(path[kept], path)
+
+
+class ConcatenatePaths(_OfPaths):
+    """Joins two paths; one alone stays as it is."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "input_path1": Port(PATH, None),
+        "input_path2": Port(PATH, None),
+        "output_path": Port(PATH, None, output=True),
+    }
+
+    def _tick(self) -> Status:
+        both = (self.get("input_path1"), self.get("input_path2"))
+        parts = [path for path in both if path is not None and len(path)]
+        if not parts:
+            return Status.FAILURE
+        return self._write(np.concatenate(parts), *parts)
+
+
+class GetPoseFromPath(TreeNode):
+    """Takes one pose of a path, -1 for the last; fails where the path has none there."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "path": Port(PATH),
+        "index": Port(WHOLE, 0),
+        "pose": Port(POSE, None, output=True),
+    }
+
+    def _tick(self) -> Status:
+        path, index = self.get("path"), self.get("index")
+        if not -len(path) <= index < len(path):
+            return Status.FAILURE
+        self.put("pose", SE2(*path[index].tolist()))
+        return Status.SUCCESS
+
+
+class GetCurrentPose(TreeNode):
+    """Writes the robot's pose; fails where it is not known."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        **_FRAMES,
+        "current_pose": Port(POSE, None, output=True),
+    }
+
+    def _tick(self) -> Status:
+        pose = self.running.state.pose
+        self.put("current_pose", pose)
+        return Status.FAILURE if pose is None else Status.SUCCESS

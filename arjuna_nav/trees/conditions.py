@@ -1,0 +1,279 @@
+"""Conditions: nodes that answer at once.
+
+Source: nav2_behavior_tree, plugins/condition; BehaviorTree.CPP 4, actions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from arjuna_nav.trees.exchange import Battery, Topic, TopicKind
+from arjuna_nav.trees.node import Condition, Status, TreeNode
+from arjuna_nav.trees.ports import (
+    ANY,
+    CODES,
+    NUMBER,
+    PATH,
+    POSE,
+    POSES,
+    SCRIPT,
+    TEXT,
+    TRUTH,
+    WHOLE,
+    Port,
+)
+
+_BRAKES = 10.0  # harder than a robot brakes by itself: it was stopped, as in Nav2 [m/s^2]
+_FRAMES = {"global_frame": Port(TEXT, ""), "robot_base_frame": Port(TEXT, "")}
+
+
+def _is_at_goal(node: TreeNode) -> bool:
+    pose = node.running.state.pose
+    return pose is not None and pose.distance(node.get("goal")) <= node.get("goal_reached_tol")
+
+
+def _are_near(node: TreeNode) -> bool:
+    gap = node.get("ref_pose").distance(node.get("target_pose"))
+    return bool(gap <= node.get("tolerance"))
+
+
+def _has_code(node: TreeNode) -> bool:
+    return node.get("error_code") in node.get("error_codes_to_check")
+
+
+_SIMPLE: dict[str, tuple[Callable[[TreeNode], bool], dict[str, Port]]] = {
+    "AlwaysSuccess": (lambda node: True, {}),
+    "AlwaysFailure": (lambda node: False, {}),
+    "ScriptCondition": (lambda node: node.get("code").holds(node.board), {"code": Port(SCRIPT)}),
+    "GoalReached": (
+        _is_at_goal,
+        {"goal": Port(POSE), "goal_reached_tol": Port(NUMBER, 0.25), **_FRAMES},
+    ),
+    "InitialPoseReceived": (
+        lambda node: node.running.state.pose is not None,
+        {"initial_pose_received": Port(TEXT, "")},
+    ),
+    "ArePosesNear": (
+        _are_near,
+        {
+            "ref_pose": Port(POSE),
+            "target_pose": Port(POSE),
+            "tolerance": Port(NUMBER, 0.5),
+            "global_frame": Port(TEXT, ""),
+        },
+    ),
+    "AreErrorCodesPresent": (
+        _has_code,
+        {"error_code": Port(WHOLE, 0), "error_codes_to_check": Port(CODES, frozenset())},
+    ),
+}
+_HELPS = {
+    # unknown, patience exceeded, no progress, no valid control
+    "WouldAControllerRecoveryHelp": frozenset({100, 104, 105, 106}),
+    # unknown, time-out, no valid path; to a pose and through poses
+    "WouldAPlannerRecoveryHelp": frozenset({200, 207, 208, 300, 307, 308}),
+    # unknown, time-out, failed to smooth, smoothed path in collision
+    "WouldASmootherRecoveryHelp": frozenset({500, 502, 503, 504}),
+    # unknown, time-out, no valid route
+    "WouldARouteRecoveryHelp": frozenset({400, 404, 405}),
+}
+
+
+class _Simple(Condition):
+    """A condition that a function of the node answers."""
+
+    ANSWER: ClassVar[Callable[[Any], bool]]
+
+    def _holds(self) -> bool:
+        return type(self).ANSWER(self)
+
+
+class _RecoveryHelps(Condition):
+    """Whether an error is one that clearing or moving may mend."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"error_code": Port(WHOLE, 0)}
+    CODES: ClassVar[frozenset[int]]
+
+    def _holds(self) -> bool:
+        return self.get("error_code") in self.CODES
+
+
+CONDITIONS: dict[str, type[Condition]] = {
+    **{
+        name: type(name, (_Simple,), {"ANSWER": staticmethod(answer), "PORTS": ports})
+        for name, (answer, ports) in _SIMPLE.items()
+    },
+    **{name: type(name, (_RecoveryHelps,), {"CODES": codes}) for name, codes in _HELPS.items()},
+}
+"""The conditions that remember nothing."""
+
+
+class WasEntryUpdated(Condition):
+    """Whether an entry was written since it was asked before."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"entry": Port(ANY)}
+    _written = 0
+
+    def _holds(self) -> bool:
+        before, self._written = self._written, self.named_entry("entry").written
+        return self._written != before
+
+
+class GoalUpdated(Condition):
+    """Whether the goal has changed since it was asked before, in this branch of the tree."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"goal": Port(POSE, None), "goals": Port(POSES, None)}
+    _seen: Any = None
+
+    def _holds(self) -> bool:
+        board = self.running.root
+        goal, goals = self.get("goal"), self.get("goals")
+        now = (goal or board.get("goal"), goals or board.get("goals"))
+        before, self._seen = self._seen, now
+        return self._remembers() and self._seen != before
+
+    def _remembers(self) -> bool:
+        """Return whether it was asked before."""
+        return self.status is not Status.IDLE
+
+
+class GlobalUpdatedGoal(GoalUpdated):
+    """Whether the goal has changed since it was asked before, wherever the tree was since.
+
+    The first time it is new.
+    """
+
+    def _remembers(self) -> bool:
+        return True
+
+
+class TimeExpired(Condition):
+    """Whether so much time has passed since it was so before, from the first tick on."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"seconds": Port(NUMBER, 1.0)}
+    _since = 0.0
+
+    def _holds(self) -> bool:
+        now = self.running.state.now
+        if self.status is Status.IDLE:
+            self._since = now
+            return False
+        if now - self._since < self.get("seconds"):
+            return False
+        self._since = now
+        return True
+
+
+class PathExpiringTimer(Condition):
+    """Whether so much time has passed since it was so before; a new path restarts it."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"seconds": Port(NUMBER, 1.0), "path": Port(PATH, None)}
+    _since: float | None = None
+    _path: Any = None
+
+    def _holds(self) -> bool:
+        path, now = self.get("path"), self.running.state.now
+        if self._since is None or path is not self._path:
+            self._path, self._since = path, now
+        if now - self._since < self.get("seconds"):
+            return False
+        self._since = now
+        return True
+
+
+class DistanceTraveled(Condition):
+    """Whether the robot has gone so far since it was so before, from the first tick on."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"distance": Port(NUMBER, 1.0), **_FRAMES}
+    _start: Any = None
+
+    def _holds(self) -> bool:
+        pose = self.running.state.pose
+        if self.status is Status.IDLE or self._start is None:
+            self._start = pose
+            return False
+        if pose is None or pose.distance(self._start) < self.get("distance"):
+            return False
+        self._start = pose
+        return True
+
+
+class IsStuck(Condition):
+    """Whether the robot was stopped at once, as by a wall, between its last two odometries."""
+
+    _last: tuple[float, float] | None = None
+    _stuck = False
+
+    def _holds(self) -> bool:
+        state = self.running.state
+        now, speed = state.measured_at, abs(state.velocity.x)
+        if self._last is not None and now > self._last[0]:
+            self._stuck = (self._last[1] - speed) / (now - self._last[0]) > _BRAKES
+        self._last = now, speed
+        return self._stuck
+
+
+class IsStopped(TreeNode):
+    """Whether the robot has stood for a while; it runs while it stands not long enough."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        "velocity_threshold": Port(NUMBER, 0.01),
+        "duration_stopped": Port(NUMBER, 1000.0),  # [ms]
+    }
+    _since = math.inf
+
+    def _tick(self) -> Status:
+        now, velocity = self.running.state.now, self.running.state.velocity
+        if max(abs(velocity.x), abs(velocity.yaw_rate)) >= self.get("velocity_threshold"):
+            self._since = math.inf
+            return Status.FAILURE
+        self._since = min(self._since, now)
+        if now - self._since <= self.get("duration_stopped") / 1000.0:
+            return Status.RUNNING
+        self._since = math.inf
+        return Status.SUCCESS
+
+
+class TransformAvailable(Condition):
+    """Whether a transform is known; where it once was, it is."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"child": Port(TEXT), "parent": Port(TEXT)}
+    _known = False
+
+    def _holds(self) -> bool:
+        connected = self.running.state.connected
+        self._known = self._known or connected(self.get("parent"), self.get("child"))
+        return self._known
+
+
+class IsBatteryCharging(Condition):
+    """Whether a battery is being charged; not while nothing is known of it."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"battery_topic": Port(TEXT, "/battery_status")}
+
+    def topics(self) -> set[Topic]:
+        """Return the topics that the node listens to."""
+        return {Topic(TopicKind.BATTERY, self.topic("battery_topic"))}
+
+    def _holds(self) -> bool:
+        battery = self.running.state.batteries.get(self.topic("battery_topic"))
+        return battery is not None and self._judge(battery)
+
+    def _judge(self, battery: Battery) -> bool:
+        return battery.charges
+
+
+class IsBatteryLow(IsBatteryCharging):
+    """Whether a battery has no more than some share (0..1), or voltage, left."""
+
+    PORTS: ClassVar[dict[str, Port]] = {
+        **IsBatteryCharging.PORTS,
+        "min_battery": Port(NUMBER),
+        "is_voltage": Port(TRUTH, False),
+    }
+
+    def _judge(self, battery: Battery) -> bool:
+        left = battery.voltage if self.get("is_voltage") else battery.share
+        return bool(left <= self.get("min_battery"))

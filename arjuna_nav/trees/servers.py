@@ -1,0 +1,232 @@
+"""Nav2's actions and services: to plan, follow, smooth, dock, the behaviors, and to clear costmaps.
+
+Source: nav2_behavior_tree, plugins/action; BtCancelActionNode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from arjuna_nav.trees.asking import Asking
+from arjuna_nav.trees.node import Status, TreeNode
+from arjuna_nav.trees.ports import NUMBER, PATH, POSE, POSES, REQUIRED, TEXT, TRUTH, WHOLE, Port
+
+_TIMEOUT = {"server_timeout": Port(NUMBER, 0.0)}
+_SERVER = {
+    "server_name": Port(TEXT, ""),
+    **_TIMEOUT,
+    "error_code_id": Port(WHOLE, 0, output=True),
+    "error_msg": Port(TEXT, "", output=True),
+}
+_IS_RECOVERY = {"is_recovery": Port(TRUTH, True)}
+
+
+class _Planning(Asking):
+    """Plans; a goal that changes is planned to at once, and a path to the older one is dropped."""
+
+    def _tick(self) -> Status:
+        if self._key is not None and not self._cancelled and self._is_outdated():
+            return self._ask()
+        return super()._tick()
+
+    def _request(self) -> dict[str, Any]:
+        """Plan from a start where one is given, else from where the robot is."""
+        fields = super()._request()
+        if not self.get("use_start"):
+            fields.pop("start", None)
+        return {**fields, "use_start": "start" in fields}
+
+
+_PLANNING = {
+    **_SERVER,
+    "start": Port(POSE, None, "start"),
+    "use_start": Port(TRUTH, True),
+    "planner_id": Port(TEXT, "", "planner_id"),
+    "path": Port(PATH, None, output=True),
+}
+
+
+class ComputePathToPose(_Planning):
+    """Plans to a pose."""
+
+    KIND, SERVER, RENEWS = "ComputePathToPose", "compute_path_to_pose", ("goal",)
+    PORTS: ClassVar[dict[str, Port]] = {**_PLANNING, "goal": Port(POSE, field="goal")}
+
+
+class ComputePathThroughPoses(_Planning):
+    """Plans through poses."""
+
+    KIND, SERVER, RENEWS = "ComputePathThroughPoses", "compute_path_through_poses", ("goals",)
+    PORTS: ClassVar[dict[str, Port]] = {**_PLANNING, "goals": Port(POSES, field="goals")}
+
+
+class FollowPath(Asking):
+    """Follows a path; a new path, controller or checker on the blackboard is taken on the way."""
+
+    KIND, SERVER = "FollowPath", "follow_path"
+    RENEWS = ("path", "controller_id", "goal_checker_id", "progress_checker_id")
+    PORTS: ClassVar[dict[str, Port]] = {
+        **_SERVER,
+        "path": Port(PATH, field="path"),
+        **{name: Port(TEXT, "", name) for name in RENEWS[1:]},
+    }
+
+
+class IsPathValid(Asking):
+    """Whether a path is free; where there is no path yet, none is."""
+
+    KIND, SERVER = "IsPathValid", "is_path_valid"
+    PORTS: ClassVar[dict[str, Port]] = {
+        "service_name": Port(TEXT, ""),
+        "path": Port(PATH, None, "path"),
+        **_TIMEOUT,
+    }
+
+    def _tick(self) -> Status:
+        return Status.FAILURE if self.get("path") is None else super()._tick()
+
+
+_ALLOWANCE = {"time_allowance": Port(NUMBER, 10.0, "time_allowance")}
+_ROUTE = {
+    **{name: Port(WHOLE, None, name) for name in ("start_id", "goal_id")},
+    **{name: Port(POSE, None, name) for name in ("start", "goal")},
+    **{name: Port(TRUTH, False, name) for name in ("use_start", "use_poses")},
+    "route": Port(POSES, None, output=True),
+    "path": Port(PATH, None, output=True),
+}
+_ACTIONS: dict[str, tuple[str, dict[str, Port]]] = {
+    "SmoothPath": (
+        "smooth_path",
+        {
+            "unsmoothed_path": Port(PATH, field="path"),
+            "max_smoothing_duration": Port(NUMBER, 3.0, "max_smoothing_duration"),
+            "check_for_collisions": Port(TRUTH, False, "check_for_collisions"),
+            "smoother_id": Port(TEXT, "", "smoother_id"),
+            "smoothed_path": Port(PATH, None, "path", output=True),
+            "smoothing_duration": Port(NUMBER, 0.0, output=True),
+            "was_completed": Port(TRUTH, False, output=True),
+        },
+    ),
+    "Spin": ("spin", {"spin_dist": Port(NUMBER, 1.57, "target_yaw"), **_ALLOWANCE}),
+    "Wait": ("wait", {"wait_duration": Port(NUMBER, 1.0, "time")}),
+    "BackUp": (
+        "backup",
+        {
+            "backup_dist": Port(NUMBER, 0.15, "target"),
+            "backup_speed": Port(NUMBER, 0.025, "speed"),
+            **_ALLOWANCE,
+        },
+    ),
+    "DriveOnHeading": (
+        "drive_on_heading",
+        {
+            "dist_to_travel": Port(NUMBER, 0.15, "target"),
+            "speed": Port(NUMBER, 0.025, "speed"),
+            **_ALLOWANCE,
+        },
+    ),
+    "AssistedTeleop": ("assisted_teleop", {**_ALLOWANCE, "is_recovery": Port(TRUTH, False)}),
+    "DockRobot": (
+        "dock_robot",
+        {
+            "use_dock_id": Port(TRUTH, True, "use_dock_id"),
+            "dock_id": Port(TEXT, "", "dock_id"),
+            "dock_pose": Port(POSE, None, "dock_pose"),
+            "dock_type": Port(TEXT, "", "dock_type"),
+            "max_staging_time": Port(NUMBER, 1000.0, "max_staging_time"),
+            "navigate_to_staging_pose": Port(TRUTH, True, "navigate_to_staging_pose"),
+            "num_retries": Port(WHOLE, 0, output=True),
+            "success": Port(TRUTH, False, output=True),
+        },
+    ),
+    "UndockRobot": (
+        "undock_robot",
+        {
+            "dock_type": Port(TEXT, "", "dock_type"),
+            "max_undocking_time": Port(NUMBER, 30.0, "max_undocking_time"),
+            "success": Port(TRUTH, False, output=True),
+        },
+    ),
+    "ComputeRoute": ("compute_route", {**_ROUTE, "planning_time": Port(NUMBER, 0.0, output=True)}),
+    "ComputeAndTrackRoute": (
+        "compute_and_track_route",
+        {
+            **_ROUTE,
+            **{
+                name: Port(WHOLE, 0, output=True)
+                for name in ("last_node_id", "next_node_id", "current_edge_id")
+            },
+            "rerouted": Port(TRUTH, False, output=True),
+            "execution_time": Port(NUMBER, 0.0, "execution_duration", output=True),
+        },
+    ),
+    "NavigateToPose": (
+        "navigate_to_pose",
+        {"goal": Port(POSE, field="pose"), "behavior_tree": Port(TEXT, "", "behavior_tree")},
+    ),
+    "NavigateThroughPoses": (
+        "navigate_through_poses",
+        {"goals": Port(POSES, field="poses"), "behavior_tree": Port(TEXT, "", "behavior_tree")},
+    ),
+}
+_RECOVERING = ("Spin", "Wait", "BackUp", "AssistedTeleop")
+_ROUTES = ("ComputeRoute", "ComputeAndTrackRoute")
+
+
+def _action(name: str, server: str, ports: Mapping[str, Port]) -> type[Asking]:
+    recovers = name in _RECOVERING
+    parts = {
+        "KIND": name,
+        "SERVER": server,
+        "PORTS": {**_SERVER, **(_IS_RECOVERY if recovers else {}), **ports},
+        "IS_RECOVERY": recovers,
+        "FEEDBACK": name == "ComputeAndTrackRoute",
+        "RENEWS": tuple(p.field for p in _ROUTE.values() if p.field) if name in _ROUTES else (),
+    }
+    return type(name, (Asking,), parts)
+
+
+_REGION = {"reset_distance": Port(NUMBER, 1.0, "reset_distance")}
+_SERVICES: dict[str, dict[str, Port]] = {
+    "ClearEntireCostmap": {},
+    "ClearCostmapExceptRegion": _REGION,
+    "ClearCostmapAroundRobot": _REGION,
+    "ClearCostmapAroundPose": {**_REGION, "pose": Port(POSE, field="pose")},
+}
+
+
+def _service(
+    name: str, ports: Mapping[str, Port], kind: str, server: str, default: Any
+) -> type[Asking]:
+    every = {"service_name": Port(TEXT, default), **_TIMEOUT, **_IS_RECOVERY}
+    parts = {"KIND": kind, "SERVER": server, "PORTS": {**every, **ports}, "IS_RECOVERY": True}
+    return type(name, (Asking,), parts)
+
+
+class _Cancel(TreeNode):
+    """Cancels what the tree asked of one action; the node that asked succeeds, as Nav2's do."""
+
+    PORTS: ClassVar[dict[str, Port]] = {"server_name": Port(TEXT, ""), **_TIMEOUT}
+    KIND: ClassVar[str]
+
+    def _tick(self) -> Status:
+        for node in self.running.asking:
+            if isinstance(node, Asking) and node.KIND == self.KIND:
+                node.cancel()
+        return Status.SUCCESS
+
+
+_CANCELS = {
+    "CancelControl": "FollowPath",
+    **{f"Cancel{kind}": kind for kind in (*_RECOVERING, "DriveOnHeading", "ComputeAndTrackRoute")},
+}
+SERVERS: dict[str, type[TreeNode]] = {
+    **{name: _action(name, server, ports) for name, (server, ports) in _ACTIONS.items()},
+    **{name: _service(name, ports, name, "", REQUIRED) for name, ports in _SERVICES.items()},
+    "ReinitializeGlobalLocalization": _service(
+        "ReinitializeGlobalLocalization", {}, "Empty", "reinitialize_global_localization", ""
+    ),
+    **{name: type(name, (_Cancel,), {"KIND": kind}) for name, kind in _CANCELS.items()},
+}
+"""The nodes that only fill a request, and those that cancel one."""
