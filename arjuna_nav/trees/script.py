@@ -4,33 +4,27 @@
 the later it stands here: `?:`, `||`, `&&`, `== != < <= > >=` (which chain), `| ^`, `&`, `+ - ..`,
 `* /`, and the signs `! - ~`. `:=` makes an entry, `=` changes one that is there.
 
-Source: BehaviorTree.CPP 4, its scripting language.
+Source: BehaviorTree.CPP 4, its scripting language; Pratt, Top down operator precedence, 1973.
 """
 
 from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 from arjuna_nav.trees.blackboard import Blackboard, TreeError
 
-Value = bool | float | str
 Code = Callable[[Blackboard], Any]
+_Function = Callable[[Any, Any], Any]
 
 _TOKEN = re.compile(
-    r"\s*(?:(0[xX][0-9a-fA-F]+|(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)|'([^']*)'|(@?[A-Za-z_]\w*)"
-    r"|(\|\||&&|==|!=|<=|>=|:=|\+=|-=|\*=|/=|\.\.|[-+*/<>=!~&|^?:();]))"
+    r"\s*(?:(?P<number>0[xX][0-9a-fA-F]+|(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)|'(?P<text>[^']*)'"
+    r"|(?P<name>@?[A-Za-z_]\w*)"
+    r"|(?P<sign>\|\||&&|==|!=|<=|>=|:=|\+=|-=|\*=|/=|\.\.|[-+*/<>=!~&|^?:();]))"
 )
-
-
-def _numbers(function: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-    return lambda a, b: function(_number(a), _number(b))
-
-
-def _bits(function: Callable[[int, int], int]) -> Callable[[Any, Any], float]:
-    return lambda a, b: function(int(_number(a)), int(_number(b)))
 
 
 def _number(value: Any) -> float:
@@ -42,9 +36,16 @@ def _number(value: Any) -> float:
 
 
 def _truth(value: Any) -> bool:
-    if isinstance(value, str) and value.lower() in ("true", "false"):
-        return value.lower() == "true"
-    return bool(_number(value))
+    is_word = isinstance(value, str) and value.lower() in ("true", "false")
+    return value.lower() == "true" if is_word else bool(_number(value))
+
+
+def _numbers(function: _Function) -> _Function:
+    return lambda a, b: function(_number(a), _number(b))
+
+
+def _bits(function: _Function) -> _Function:
+    return lambda a, b: function(int(_number(a)), int(_number(b)))
 
 
 def _add(a: Any, b: Any) -> Any:
@@ -56,7 +57,18 @@ def _equal(a: Any, b: Any) -> bool:
     return bool(a == b if isinstance(a, str) == isinstance(b, str) else _number(a) == _number(b))
 
 
-_COMPARED: dict[str, Callable[[Any, Any], Any]] = {
+_OR, _AND, _COMPARISON = 1, 2, 3
+_ARITHMETIC: dict[str, tuple[int, _Function]] = {
+    "|": (4, _bits(operator.or_)),
+    "^": (4, _bits(operator.xor)),
+    "&": (5, _bits(operator.and_)),
+    "+": (6, _add),
+    "-": (6, _numbers(operator.sub)),
+    "..": (6, lambda a, b: f"{a}{b}"),
+    "*": (7, _numbers(operator.mul)),
+    "/": (7, _numbers(operator.truediv)),
+}
+_COMPARED: dict[str, _Function] = {
     "==": _equal,
     "!=": lambda a, b: not _equal(a, b),
     "<": _numbers(operator.lt),
@@ -64,23 +76,18 @@ _COMPARED: dict[str, Callable[[Any, Any], Any]] = {
     ">": _numbers(operator.gt),
     ">=": _numbers(operator.ge),
 }
-_LEVELS: tuple[dict[str, Callable[[Any, Any], Any]], ...] = (
-    {"|": _bits(operator.or_), "^": _bits(operator.xor)},
-    {"&": _bits(operator.and_)},
-    {"+": _add, "-": _numbers(operator.sub), "..": lambda a, b: f"{a}{b}"},
-    {"*": _numbers(operator.mul), "/": _numbers(operator.truediv)},
-)
+_POWERS = {
+    "||": _OR,
+    "&&": _AND,
+    **dict.fromkeys(_COMPARED, _COMPARISON),
+    **{sign: power for sign, (power, _) in _ARITHMETIC.items()},
+}
 _SIGNS: dict[str, Callable[[Any], Any]] = {
     "-": lambda value: -_number(value),
     "!": lambda value: not _truth(value),
     "~": lambda value: ~int(_number(value)),
 }
-_CHANGES = {
-    "+=": _add,
-    "-=": _numbers(operator.sub),
-    "*=": _numbers(operator.mul),
-    "/=": _numbers(operator.truediv),
-}
+_CHANGES = {f"{sign}=": _ARITHMETIC[sign][1] for sign in "+-*/"}
 
 
 class Script:
@@ -125,51 +132,46 @@ class _Parser:
         at, end = 0, len(text.rstrip())
         while at < end:
             match = _TOKEN.match(text, at)
-            if match is None:
+            if match is None or match.lastgroup is None:
                 raise self._error(text[at:].strip())
-            kind = ("number", "text", "name", "sign")[(match.lastindex or 1) - 1]
-            self._tokens.append((kind, match.group(match.lastindex or 1)))
+            self._tokens.append((match.lastgroup, match.group(match.lastgroup)))
             at = match.end()
+        self._tokens.append(("end", ""))
         self._at = 0
 
     def _error(self, found: str) -> TreeError:
-        shown = f"unexpected '{found}'" if found else "it ends too early"
-        return TreeError(f"script '{self._text}': {shown}")
-
-    def _next(self) -> str:
-        """Return the sign that comes next, empty where none does."""
-        ahead = self._tokens[self._at] if self._at < len(self._tokens) else ("", "")
-        return ahead[1] if ahead[0] == "sign" else ""
+        problem = f"unexpected '{found}'" if found else "it ends too early"
+        return TreeError(f"script '{self._text}': {problem}")
 
     def _take(self, *signs: str) -> str:
         """Return one of the signs where it comes next, and step behind it; else empty."""
-        found = self._next()
-        if found not in signs:
+        kind, word = self._tokens[self._at]
+        if kind != "sign" or word not in signs:
             return ""
         self._at += 1
-        return found
+        return word
 
     def _need(self, sign: str) -> None:
         if not self._take(sign):
-            raise self._error(" ".join(value for _, value in self._tokens[self._at :][:1]))
+            raise self._error(self._tokens[self._at][1])
 
     def statements(self) -> list[Code]:
+        """Return the script's statements."""
         found = [self._statement()]
         while self._take(";"):
-            if self._at < len(self._tokens):
+            if self._tokens[self._at][0] != "end":
                 found.append(self._statement())
-        if self._at < len(self._tokens):
-            raise self._error(self._tokens[self._at][1])
+        kind, word = self._tokens[self._at]
+        if kind != "end":
+            raise self._error(word)
         return found
 
     def _statement(self) -> Code:
-        begins_with_name = self._at < len(self._tokens) and self._tokens[self._at][0] == "name"
-        name = self._tokens[self._at][1] if begins_with_name else ""
-        self._at += begins_with_name
-        sign = self._take(":=", "=", *_CHANGES) if begins_with_name else ""
-        if not sign:
-            self._at -= begins_with_name
+        (kind, name), ahead = self._tokens[self._at], self._tokens[self._at + 1 :][:1]
+        if kind != "name" or ahead[0][1] not in (":=", "=", *_CHANGES):
             return self._expression()
+        self._at += 1
+        sign = self._take(":=", "=", *_CHANGES)
         value = self._expression()
 
         def assign(board: Blackboard) -> Any:
@@ -183,7 +185,7 @@ class _Parser:
         return assign
 
     def _expression(self) -> Code:
-        condition = self._either()
+        condition = self._operation(0)
         if not self._take("?"):
             return condition
         yes = self._expression()
@@ -191,55 +193,32 @@ class _Parser:
         no = self._expression()
         return lambda board: yes(board) if _truth(condition(board)) else no(board)
 
-    def _either(self) -> Code:
-        return self._joined("||", self._both, any)
-
-    def _both(self) -> Code:
-        return self._joined("&&", self._comparison, all)
-
-    def _joined(
-        self, sign: str, read: Callable[[], Code], join: Callable[[Iterable[bool]], bool]
-    ) -> Code:
-        parts = [read()]
-        while self._take(sign):
-            parts.append(read())
-        if len(parts) == 1:
-            return parts[0]
-        return lambda board: join(_truth(part(board)) for part in parts)
-
-    def _comparison(self) -> Code:
-        parts, compared = [self._binary(0)], []
-        while sign := self._take(*_COMPARED):
-            compared.append(_COMPARED[sign])
-            parts.append(self._binary(0))
-        if not compared:
-            return parts[0]
-
-        def compare(board: Blackboard) -> bool:
-            values = [part(board) for part in parts]
-            return all(f(a, b) for f, a, b in zip(compared, values, values[1:], strict=False))
-
-        return compare
-
-    def _binary(self, level: int) -> Code:
-        if level == len(_LEVELS):
-            return self._signed()
-        left = self._binary(level + 1)
-        while sign := self._take(*_LEVELS[level]):
-            left = _applied(_LEVELS[level][sign], left, self._binary(level + 1))
+    def _operation(self, least: int) -> Code:
+        """Read operands as long as the operators between them bind tighter than the least."""
+        left = self._operand()
+        while (power := self._power()) > least:
+            parts, signs = [left], []
+            while self._power() == power:
+                signs.append(self._take(*_POWERS))
+                parts.append(self._operation(power))
+            left = _joined(power, parts, signs)
         return left
 
-    def _signed(self) -> Code:
+    def _power(self) -> int:
+        kind, word = self._tokens[self._at]
+        return _POWERS.get(word, 0) if kind == "sign" else 0
+
+    def _operand(self) -> Code:
         sign = self._take(*_SIGNS)
         if sign:
-            function, operand = _SIGNS[sign], self._signed()
+            function, operand = _SIGNS[sign], self._operand()
             return lambda board: function(operand(board))
         if self._take("("):
             inner = self._expression()
             self._need(")")
             return inner
-        kind, word = self._tokens[self._at] if self._at < len(self._tokens) else ("", "")
-        if kind in ("", "sign"):
+        kind, word = self._tokens[self._at]
+        if kind in ("end", "sign"):
             raise self._error(word)
         self._at += 1
         if kind == "name" and word not in ("true", "false"):
@@ -248,16 +227,31 @@ class _Parser:
         return lambda board: value
 
 
-def _constant(kind: str, word: str) -> Value:
+def _joined(power: int, parts: list[Code], signs: list[str]) -> Code:
+    """Return the code of operands with operators of one power between them."""
+    if power in (_OR, _AND):
+        join = any if power == _OR else all
+        return lambda board: join(_truth(part(board)) for part in parts)
+
+    def compare(board: Blackboard) -> bool:
+        pairs = pairwise(part(board) for part in parts)
+        return all(_COMPARED[sign](a, b) for sign, (a, b) in zip(signs, pairs, strict=True))
+
+    def compute(board: Blackboard) -> Any:
+        value = parts[0](board)
+        for sign, part in zip(signs, parts[1:], strict=True):
+            value = _ARITHMETIC[sign][1](value, part(board))
+        return value
+
+    return compare if power == _COMPARISON else compute
+
+
+def _constant(kind: str, word: str) -> bool | float | str:
     """Return a literal's value; a number without point or exponent is whole."""
     if kind == "number":
-        whole = word.isdigit() or word[:2] in ("0x", "0X")
-        return int(word, 16 if word[:2] in ("0x", "0X") else 10) if whole else float(word)
+        is_hex = word[:2] in ("0x", "0X")
+        return int(word, 16 if is_hex else 10) if is_hex or word.isdigit() else float(word)
     return word if kind == "text" else word == "true"
-
-
-def _applied(function: Callable[[Any, Any], Any], left: Code, right: Code) -> Code:
-    return lambda board: function(left(board), right(board))
 
 
 def _read(board: Blackboard, name: str) -> Any:
