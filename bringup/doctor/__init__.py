@@ -1,1 +1,1 @@
-"""What is wrong with a machine and a running robot, and the cure; also what it is doing."""
+"""Faults of a machine and a running robot with their remedies; and a table of its nodes."""

@@ -36,9 +36,9 @@ class Counter:
         client.create_subscription(kind, topic, count, _ANY, raw=True)
 
     def restart(self) -> None:
-        """Begin at zero again."""
+        """Start at zero again."""
         self._counts = dict.fromkeys(self._counts, 0)
 
     def counts(self) -> dict[str, int]:
-        """Return how many messages came on each topic that is counted."""
+        """Return the number of messages on each topic that is counted."""
         return dict(self._counts)

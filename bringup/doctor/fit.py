@@ -1,4 +1,4 @@
-"""How a scan fits the map."""
+"""The fit of a scan to the map."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from bringup.doctor.snapshot import ScanFacts
 
-_NEAR = 0.05  # [m] nearer than a robot's own skin lets anything come
-_WALL = 0.15  # [m] the map's resolution and the pose's error
+_NEAR = 0.05  # a hit within it is the robot itself [m]
 
 
 def scan_facts(
@@ -24,14 +23,14 @@ def scan_facts(
     grid: OccupancyGrid | None,
     T_map_sensor: SE2 | None,
 ) -> ScanFacts:
-    """Return what the doctor wants to know of a scan.
+    """Return the facts of a scan.
 
     Args:
         scan: The scan, in the sensor's frame.
         frame: That frame.
         upside_down: Whether its z axis points down.
         grid: The map, if there is one.
-        T_map_sensor: Where the sensor was in it, if it is known.
+        T_map_sensor: Pose of the sensor in it, if it is known.
     """
     hits = scan.valid
     fit = None
@@ -48,14 +47,15 @@ def scan_facts(
     )
 
 
-def share_on_walls(points: NDArray[np.float64], grid: OccupancyGrid) -> float:
+def share_on_walls(points: NDArray[np.float64], grid: OccupancyGrid, near: float = 0.15) -> float:
     """Return the share of points that lie near an occupied cell of a map.
 
     Args:
         points: `(N, 2) float64` in the map's frame [m], at least one.
         grid: The map, with at least one occupied cell.
+        near: The map's resolution and the pose's error [m].
     """
     cells = grid.frame.to_cells(points)
     rows, columns = cells[grid.frame.inside(cells)].T
     distances = distance_transform_edt(~grid.occupied()) * grid.frame.resolution
-    return float((distances[rows, columns] <= _WALL).sum() / len(points))
+    return float((distances[rows, columns] <= near).sum() / len(points))

@@ -1,4 +1,4 @@
-"""The rows of the guides' error tables, and what says them here; text only, for `--help`."""
+"""The rows of the guides' error tables and the checks that find them; text only, for `--help`."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ ROWS: dict[str, tuple[str, str]] = {
     ),
     "/scan not in rostopic list": (
         "lidar",
-        "who waits for /scan; sim --check FILE names the lidar",
+        "the nodes that wait for /scan; sim --check FILE names the lidar",
     ),
     "robot visible but does not move": (
         "velocity",
-        "who listens on /cmd_vel, Twist or TwistStamped; teleop needs its terminal in front",
+        "the listeners of /cmd_vel, Twist or TwistStamped; teleop needs its terminal in front",
     ),
-    "map not building in rviz": ("localization", "whether /map comes, and how much of it is known"),
+    "map not building in rviz": ("localization", "/map, and the share of it that is known"),
     "map file not found": (
         "",
         "nav --map FILE refuses at once and names the file; save-map NAME first",
@@ -30,16 +30,16 @@ ROWS: dict[str, tuple[str, str]] = {
         "share of the scan on the map's walls; initial-pose X Y YAW",
     ),
     "catkin_make fails": ("installation", "modules that are missing; make setup"),
-    "Gazebo very slow": ("clock", "how fast simulated time passes; resources: load and memory"),
+    "Gazebo very slow": ("clock", "the pace of simulated time; resources: load and memory"),
     "Robot sinks into ground": ("body", "the true height of the base"),
     "spins in circles (angle convention)": (
         "lidar",
-        "a lidar that hangs upside down, left for right",
+        "a lidar that is upside down, left for right",
     ),
     "bogus screen in a VM": ("graphics", "off-screen OpenGL; sim itself needs no screen"),
-    "TF not available": ("transforms", "which frame is missing, late or has two parents"),
+    "TF not available": ("transforms", "the frame that is missing, late or has two parents"),
 }
-"""What a guide calls it: the check that says it ("" for none), and what that looks at."""
+"""A guide's words: the check that finds it ("" for none), and what that looks at."""
 
 
 def page() -> str:
@@ -48,4 +48,4 @@ def page() -> str:
         f"  {name}\n      {f'{check}: ' if check else ''}{text}"
         for name, (check, text) in ROWS.items()
     ]
-    return "\n".join(["what the guides' error tables call it, and what says it here:", *rows])
+    return "\n".join(["the guides' error tables, and what finds each row here:", *rows])

@@ -18,19 +18,18 @@ _VARIABLES = (
 _LIBRARIES = ("mujoco", "numba", "rclpy")
 _MESSAGES = ("nav2_msgs", "slam_toolbox", "simulation_interfaces", "arjuna_interfaces", "tf2_msgs")
 _SHADOWED = ("rclpy", "tf2_ros", "nav2_msgs", "nav2_simple_commander")
-_GIB = 2**30
 _CHECKOUT = Path(__file__).resolve().parents[2]
 
 
 def read_machine() -> Machine:
-    """Return what the doctor wants to know of the machine."""
+    """Return the facts of the machine."""
     return Machine(
         python=(sys.version_info.major, sys.version_info.minor),
         missing=tuple(name for name in (*_LIBRARIES, *_MESSAGES) if _origin(name) is None),
         foreign=_foreign(),
         environment={name: os.environ[name] for name in _VARIABLES if name in os.environ},
         gl_error=_gl_error(),
-        disk_free=shutil.disk_usage(Path.home()).free / _GIB,
+        disk_free=shutil.disk_usage(Path.home()).free / 2**30,
         memory_free=_memory_free(),
         load=os.getloadavg()[0] / (os.cpu_count() or 1),
         domains=tuple(sorted({host.domain for host in host_processes()})),

@@ -1,4 +1,4 @@
-"""The processes of ours on this machine, as /proc tells: which nodes, which domain, what CPU."""
+"""The processes of ours on this machine, from /proc: group of nodes, domain, CPU time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class HostProcess:
         pid: Its id.
         group: The group's name.
         domain: Its ROS domain.
-        cpu_time: What it has used so far [s].
+        cpu_time: Used so far [s].
     """
 
     pid: int

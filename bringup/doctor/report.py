@@ -1,4 +1,4 @@
-"""What all checks found, as a page and as JSON."""
+"""The findings of all checks, as a page and as JSON."""
 
 from __future__ import annotations
 
@@ -6,17 +6,16 @@ import json
 from dataclasses import asdict
 
 from bringup.doctor.checks import CHECKS
-from bringup.doctor.finding import Finding
-from bringup.doctor.snapshot import Snapshot
+from bringup.doctor.snapshot import Finding, Snapshot
 
 
 def diagnose(snapshot: Snapshot) -> dict[str, list[Finding]]:
     """Return the findings of every check, by its name."""
-    return {name: check(snapshot) for name, check in CHECKS.items()}
+    return {name: list(check(snapshot)) for name, check in CHECKS.items()}
 
 
 def page(snapshot: Snapshot, findings: dict[str, list[Finding]]) -> str:
-    """Return the findings as one screen: a line each, with its cure."""
+    """Return the findings as one screen: a line each, with its remedy."""
     count = len(snapshot.nodes)
     graph = f"{count} nodes" if count else "no robot runs"
     where = f"domain {snapshot.domain}"
@@ -26,7 +25,7 @@ def page(snapshot: Snapshot, findings: dict[str, list[Finding]]) -> str:
     well = [name for name, found in findings.items() if not found]
     lines.append(f"ok        {', '.join(well)}")
     for name, found in findings.items():
-        lines += [f"{name}\n  {finding.what}\n    -> {finding.cure}" for finding in found]
+        lines += [f"{name}\n  {finding.what}\n    -> {finding.remedy}" for finding in found]
     if snapshot.robot.log:
         lines += ["said lately", *(f"  {node}: {text}" for node, text in snapshot.robot.log)]
     return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""What the doctor looks at: a machine and a graph at one instant, as plain values."""
+"""A machine and a graph at one instant, and findings of them, as plain values."""
 
 from __future__ import annotations
 
@@ -7,6 +7,17 @@ from typing import Any
 
 from bringup.client.endpoint import Endpoint
 from bringup.viewing.frame_tree import Frame
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A fault, with its numbers, and its remedy."""
+
+    what: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.what}: {self.remedy}"
 
 
 @dataclass(frozen=True)
@@ -38,12 +49,7 @@ class Machine:
 
 @dataclass(frozen=True)
 class Clock:
-    """What came on /clock.
-
-    Attributes:
-        elapsed: How far it moved while it was listened to [s].
-        set_back: How often it was set back.
-    """
+    """The time that passed on /clock meanwhile [s], and how often it was set back."""
 
     elapsed: float
     set_back: int = 0
@@ -73,7 +79,7 @@ class ScanFacts:
 
 @dataclass(frozen=True)
 class Robot:
-    """The last of what a robot says of itself; None where it does not.
+    """The last messages of a robot; None where there was none.
 
     Attributes:
         scan: The last scan.
@@ -81,7 +87,7 @@ class Robot:
         deviation: Standard deviation of AMCL's position [m].
         height: Height of the base's true pose [m].
         log: The last warnings and errors, `(node, text)`, oldest first.
-        remarks: What of its parameters has no effect though safety hangs on it.
+        remarks: On parameters without an effect that its safety needs.
     """
 
     scan: ScanFacts | None = None
@@ -94,21 +100,21 @@ class Robot:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """All that the doctor looks at.
+    """Everything that the checks look at.
 
     Attributes:
         machine: The machine.
         domain: The ROS domain that was looked into.
         namespace: The robot's, "/" for none; names of nodes and topics are without it.
-        duration: How long was listened [s].
+        duration: Of listening [s].
         nodes: Full names of the nodes, one for each, so that twins show.
         endpoints: Publishers and subscriptions.
         states: Lifecycle state of each managed node, "" where it did not answer.
         counts: How many messages came on each topic that was listened to.
-        clock: What came on /clock, None for nothing.
+        clock: Of /clock, None where nothing came.
         on_system_time: Nodes that stamp by the system's clock while /clock is published.
         frames: The tree of frames by name.
-        robot: What the robot says of itself.
+        robot: Its last messages.
     """
 
     machine: Machine = Machine()
@@ -125,19 +131,19 @@ class Snapshot:
     robot: Robot = Robot()
 
     def publishers(self, topic: str) -> list[Endpoint]:
-        """Return who publishes on a topic."""
+        """Return the publishers of a topic."""
         return [end for end in self.endpoints if end.topic == topic and end.publishes]
 
     def subscribers(self, topic: str) -> list[Endpoint]:
-        """Return who listens on a topic."""
+        """Return the subscriptions of a topic."""
         return [end for end in self.endpoints if end.topic == topic and not end.publishes]
 
     def runs(self, *names: str) -> bool:
-        """Tell whether a node of one of these names, in any namespace, is there."""
+        """Return whether a node of one of these names, in any namespace, is there."""
         return any(node.rpartition("/")[2] in names for node in self.nodes)
 
     def below(self, namespace: str) -> Snapshot:
-        """Return what is of one robot, its names without its namespace."""
+        """Return one robot's part, its names without its namespace."""
         start = f"{namespace.rstrip('/')}/"
         plain = len(start) - 1
 
@@ -160,5 +166,5 @@ class Snapshot:
 
     @property
     def pace(self) -> float:
-        """How fast the robot's time passes: 1 is as fast as real time."""
+        """The pace of the robot's time, of real time."""
         return 1.0 if self.clock is None else self.clock.elapsed / self.duration

@@ -23,10 +23,10 @@ class Row:
         node: Full name.
         state: Lifecycle state, "" for none.
         process: The process of ours that runs it, "" for none.
-        cpu: What that process uses, of one core; None where unknown.
-        topic: What it mainly publishes, "" for nothing.
-        rate: How often that came [Hz]; None where not counted.
-        warning: The last that it warned of, "" for nothing.
+        cpu: Share of one core that the process uses; None where unknown.
+        topic: Its main one, "" for nothing.
+        rate: Of that [Hz]; None where not counted.
+        warning: Its last, "" for none.
     """
 
     node: str
@@ -39,7 +39,7 @@ class Row:
 
 
 def main_topic(node: str, endpoints: Iterable[Endpoint]) -> str:
-    """Return the topic that says whether a node does its work; "" where it has none."""
+    """Return the topic of a node's main work; "" where it has none."""
     topics = sorted({end.topic for end in endpoints if end.publishes and end.node == node})
     work = [
         topic
@@ -66,7 +66,7 @@ def groups_by_node() -> dict[str, str]:
 def cpu_shares(
     before: Collection[HostProcess], after: Collection[HostProcess], passed: float
 ) -> dict[str, float]:
-    """Return what each group's process used of one core, between two looks `passed` [s] apart."""
+    """Return each group's share of one core, between two looks `passed` [s] apart."""
     used = {host.pid: host.cpu_time for host in before}
     return {
         host.group: (host.cpu_time - used[host.pid]) / passed

@@ -13,7 +13,7 @@ _INTRO = f"""# Messages
 
 What can go wrong says so in words; `...` stands for what varies: a file, a name, a number. Search
 this page for the words that do not vary. An *error* refuses an input or ends a command, a
-*warning* stands in a node's log while it goes on, and a *finding* is the doctor's, with its cure.
+*warning* stands in a node's log while it goes on, and a *finding* is the doctor's, with its remedy.
 
 {NOTE}
 """
@@ -67,6 +67,7 @@ def _said(tree: ast.Module, errors: set[str]) -> Iterator[tuple[str, str]]:
     for scope in ast.walk(tree):
         if isinstance(scope, ast.FunctionDef):
             yield from _said_in(scope, errors)
+            yield from _findings_in(scope)
 
 
 def _said_in(scope: ast.FunctionDef, errors: set[str]) -> Iterator[tuple[str, str]]:
@@ -81,10 +82,23 @@ def _said_in(scope: ast.FunctionDef, errors: set[str]) -> Iterator[tuple[str, st
         elif name in _LOGGED and "logger" in ast.unparse(node.func).lower():
             for text in _texts(node.args[:1], values):
                 yield text, _LOGGED[name]
-        elif name == "Finding" and len(node.args) == 2:
-            what, cure = (list(_texts([one], values)) for one in node.args)
-            if what:
-                yield f"{what[0]}: {cure[0] if cure else '...'}", "finding"
+
+
+def _findings_in(scope: ast.FunctionDef) -> Iterator[tuple[str, str]]:
+    """Yield the findings of a function; a name stands for its values since the last one."""
+    values, before = _assigned(scope), 0
+    calls = (node for node in ast.walk(scope) if isinstance(node, ast.Call))
+    for call in sorted(calls, key=lambda call: call.lineno):
+        if _name(call.func) != "Finding" or len(call.args) != 2:
+            continue
+        near = {
+            name: [node for node in nodes if before < node.lineno <= call.lineno] or nodes
+            for name, nodes in values.items()
+        }
+        whats, remedies = (list(_texts([one], near)) for one in call.args)
+        for what in whats:
+            yield f"{what}: {remedies[-1] if remedies else '...'}", "finding"
+        before = call.lineno
 
 
 def _name(function: ast.expr) -> str:

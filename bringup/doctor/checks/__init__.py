@@ -1,42 +1,18 @@
-"""The checks, one subject a file: each a function of the snapshot that returns findings."""
+"""The checks, a file each: `check` yields findings of a snapshot, causes have a lower `RANK`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import importlib
+import pkgutil
+from collections.abc import Callable, Iterator
 
-from bringup.doctor.checks import (
-    body,
-    clock,
-    discovery,
-    graphics,
-    installation,
-    lidar,
-    lifecycle,
-    localization,
-    parameters,
-    qos,
-    rates,
-    resources,
-    transforms,
-    velocity,
-)
-from bringup.doctor.finding import Finding
-from bringup.doctor.snapshot import Snapshot
+from bringup.doctor.snapshot import Finding, Snapshot
 
-CHECKS: dict[str, Callable[[Snapshot], list[Finding]]] = {
-    "installation": installation.check,
-    "graphics": graphics.check,
-    "resources": resources.check,
-    "discovery": discovery.check,
-    "clock": clock.check,
-    "lifecycle": lifecycle.check,
-    "qos": qos.check,
-    "rates": rates.check,
-    "transforms": transforms.check,
-    "lidar": lidar.check,
-    "localization": localization.check,
-    "velocity": velocity.check,
-    "body": body.check,
-    "parameters": parameters.check,
+_MODULES = {
+    found.name: importlib.import_module(f"{__name__}.{found.name}")
+    for found in pkgutil.iter_modules(__path__)
 }
-"""Every check by its name, in the order in which causes come before what follows from them."""
+CHECKS: dict[str, Callable[[Snapshot], Iterator[Finding]]] = {
+    name: _MODULES[name].check for name in sorted(_MODULES, key=lambda name: _MODULES[name].RANK)
+}
+"""Every check by its name, causes before what follows from them."""

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from bringup.doctor.finding import Finding
-from bringup.doctor.snapshot import Snapshot
+from collections.abc import Iterator
 
-_SUNK = -0.03  # [m]
+from bringup.doctor.snapshot import Finding, Snapshot
+
+RANK = 12
 
 
-def check(snapshot: Snapshot) -> list[Finding]:
-    """Return what is wrong with the body."""
+def check(snapshot: Snapshot, lowest: float = -0.03) -> Iterator[Finding]:
+    """Yield faults of the body; its base is to be no lower than a height [m]."""
     height = snapshot.robot.height
-    if height is None or height >= _SUNK:
-        return []
-    cure = "wheels need a collision shape and mass; python -m bringup sim --check FILE"
-    return [Finding(f"the robot sinks into the ground ({height:.2f} m)", cure)]
+    if height is not None and height < lowest:
+        remedy = "wheels need a collision shape and mass; python -m bringup sim --check FILE"
+        yield Finding(f"the robot sinks into the ground ({height:.2f} m)", remedy)

@@ -1,51 +1,50 @@
-"""What the lidar sees."""
+"""The scans of the lidar."""
 
 from __future__ import annotations
 
-from bringup.doctor.finding import Finding
-from bringup.doctor.snapshot import Snapshot
+from collections.abc import Iterator
 
+from bringup.doctor.snapshot import Finding, Snapshot
+
+RANK = 9
 _SCAN = "sensor_msgs/msg/LaserScan"
-_NEAR = 0.02  # share of the beams
-_BLIND = 0.05  # share of the beams below which it sees nothing
 
 
-def check(snapshot: Snapshot) -> list[Finding]:
-    """Return what is wrong with the scans."""
+def check(snapshot: Snapshot, blind: float = 0.05, near: float = 0.02) -> Iterator[Finding]:
+    """Yield faults of the scans.
+
+    Args:
+        snapshot: The robot.
+        blind: Least share of the beams that hit anything.
+        near: Greatest share of the beams that hit the robot itself.
+    """
+    silent = list(_silent(snapshot))
+    yield from silent
     scan = snapshot.robot.scan
-    silent = _silent(snapshot)
-    if silent:
-        return silent
-    if scan is None:
-        return []
-    found = []
-    if scan.returns < _BLIND:
+    if silent or scan is None:
+        return
+    if scan.returns < blind:
         what = f"{scan.returns:.0%} of the lidar's beams hit anything"
-        found.append(
-            Finding(what, "the lidar is covered or inside the body, or range_max is short")
-        )
-    if scan.near > _NEAR:
+        yield Finding(what, "the lidar is covered or inside the body, or range_max is short")
+    if scan.near > near:
         what = f"{scan.near:.0%} of the lidar's beams hit the robot itself"
-        found.append(Finding(what, "raise the lidar, or its range_min"))
+        yield Finding(what, "raise the lidar, or its range_min")
     if scan.upside_down and not scan.clockwise:
-        what = f"{scan.frame} hangs upside down and its bearings rise: left and right are swapped"
-        found.append(Finding(what, "mend the lidar's rpy in the URDF, or its driver's direction"))
-    return found
+        what = f"{scan.frame} is upside down and its bearings rise: left and right are swapped"
+        yield Finding(what, "mend the lidar's rpy in the URDF, or its driver's direction")
 
 
-def _silent(snapshot: Snapshot) -> list[Finding]:
-    """Name the topics of scans on which somebody listens and nobody publishes."""
+def _silent(snapshot: Snapshot) -> Iterator[Finding]:
+    """Yield the topics of scans with subscriptions and no publisher."""
     published = {end.topic for end in snapshot.endpoints if end.publishes and end.type == _SCAN}
     waiting: dict[str, set[str]] = {}
     for end in snapshot.endpoints:
         if not end.publishes and end.type == _SCAN and not snapshot.publishers(end.topic):
             waiting.setdefault(end.topic, set()).add(end.node)
-    instead = f"scans come on {', '.join(sorted(published))}: --scan-topic TOPIC, or a remapping"
-    none = "start the robot; --check FILE says what is understood of its lidar"
-    return [
-        Finding(
-            f"nobody publishes {topic}, and {', '.join(sorted(nodes))} wait for it",
-            instead if published else none,
-        )
-        for topic, nodes in sorted(waiting.items())
-    ]
+    remedy = "start the robot; --check FILE says what is understood of its lidar"
+    if published:
+        others = ", ".join(sorted(published))
+        remedy = f"scans come on {others}: --scan-topic TOPIC, or a remapping"
+    for topic, nodes in sorted(waiting.items()):
+        what = f"nobody publishes {topic}, and {', '.join(sorted(nodes))} wait for it"
+        yield Finding(what, remedy)

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from bringup.doctor.finding import Finding
-from bringup.doctor.snapshot import Snapshot
+from collections.abc import Iterator
 
-_ACTIVE = "active"
+from bringup.doctor.snapshot import Finding, Snapshot
+
+RANK = 5
 
 
-def check(snapshot: Snapshot) -> list[Finding]:
-    """Return the nodes that are not active."""
-    found = []
+def check(snapshot: Snapshot) -> Iterator[Finding]:
+    """Yield the nodes that are not active."""
     for node, state in sorted(snapshot.states.items()):
         if not state:
-            what = f"{node} does not say what state it is in"
-            found.append(
-                Finding(what, "it starts, hangs or has no time: look again, then at its lines")
+            remedy = "it starts, is stuck or has no time: look again, then at its lines"
+            yield Finding(f"{node} does not say what state it is in", remedy)
+        elif state != "active":
+            remedy = (
+                "its lines say why; navigation is started by its lifecycle manager's"
+                " manage_nodes (STARTUP)"
             )
-        elif state != _ACTIVE:
-            cure = "its lines say why; navigation is started by its lifecycle manager's"
-            cure += " manage_nodes (STARTUP)"
-            found.append(Finding(f"{node} is {state}, not active", cure))
-    return found
+            yield Finding(f"{node} is {state}, not active", remedy)

@@ -1,32 +1,36 @@
-"""Whether the robot is where it believes to be."""
+"""The robot's belief about its pose."""
 
 from __future__ import annotations
 
-from bringup.doctor.finding import Finding
-from bringup.doctor.snapshot import Snapshot
+from collections.abc import Iterator
 
-_FIT = 0.6  # of the scan's hits; a robot that is lost has about a third by chance
-_UNSURE = 0.5  # [m]
-_KNOWN = 0.01  # share of the map below which it is empty
-_CURE = "python -m bringup initial-pose X Y YAW, or another --map"
+from bringup.doctor.snapshot import Finding, Snapshot
+
+RANK = 10
+_REMEDY = "python -m bringup initial-pose X Y YAW, or another --map"
 
 
-def check(snapshot: Snapshot) -> list[Finding]:
-    """Return what speaks against map or pose."""
+def check(
+    snapshot: Snapshot, known: float = 0.01, on_walls: float = 0.6, deviation: float = 0.5
+) -> Iterator[Finding]:
+    """Yield facts that contradict the map or the pose.
+
+    Args:
+        snapshot: The robot.
+        known: Share of a map's cells below which it is empty.
+        on_walls: Least share of the scan's hits; a lost robot has about a third by chance.
+        deviation: Greatest standard deviation of the position [m].
+    """
     robot = snapshot.robot
-    found = []
-    if robot.map_known is not None and robot.map_known < _KNOWN:
+    if robot.map_known is not None and robot.map_known < known:
         what = f"{robot.map_known:.0%} of the map is known"
-        found.append(Finding(what, "drive about (teleop, explore); scans and odom must come"))
+        yield Finding(what, "drive about (teleop, explore); scans and odom must come")
     if snapshot.runs("amcl", "bt_navigator") and robot.map_known is None:
-        cure = "python -m bringup nav --map FILE, or --slam; a viewer's fixed frame is map"
-        found.append(Finding("no /map came", cure))
+        remedy = "python -m bringup nav --map FILE, or --slam; a viewer's fixed frame is map"
+        yield Finding("no /map came", remedy)
     fit = None if robot.scan is None else robot.scan.on_walls
     mapping = snapshot.runs("slam_toolbox")  # its map lacks walls yet, and is made of the scans
-    if fit is not None and fit < _FIT and not mapping:
-        what = f"{fit:.0%} of the scan's hits lie on walls of the map"
-        found.append(Finding(what, _CURE))
-    if robot.deviation is not None and robot.deviation > _UNSURE:
-        what = f"AMCL knows its position to {robot.deviation:.1f} m"
-        found.append(Finding(what, _CURE))
-    return found
+    if fit is not None and fit < on_walls and not mapping:
+        yield Finding(f"{fit:.0%} of the scan's hits lie on walls of the map", _REMEDY)
+    if robot.deviation is not None and robot.deviation > deviation:
+        yield Finding(f"AMCL knows its position to {robot.deviation:.1f} m", _REMEDY)

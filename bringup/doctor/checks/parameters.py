@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from bringup.doctor.finding import Finding
-from bringup.doctor.snapshot import Snapshot
+from collections.abc import Iterator
 
-_CURE = "keep the robot out of harm's reach by other means: docs/coming-from-ros2.md"
+from bringup.doctor.snapshot import Finding, Snapshot
+
+RANK = 13
 
 
-def check(snapshot: Snapshot) -> list[Finding]:
-    """Return the names of parameter files that the robot's processes remark on."""
-    return [Finding(remark, _CURE) for remark in snapshot.robot.remarks]
+def check(snapshot: Snapshot) -> Iterator[Finding]:
+    """Yield the remarks of the robot's processes on their parameter files."""
+    for remark in snapshot.robot.remarks:
+        remedy = "keep the robot out of harm's reach by other means: docs/coming-from-ros2.md"
+        yield Finding(remark, remedy)

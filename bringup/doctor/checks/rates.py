@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from bringup.client.endpoint import Endpoint
-from bringup.doctor.finding import Finding
-from bringup.doctor.snapshot import Snapshot
+from collections.abc import Iterator
 
+from bringup.client.endpoint import Endpoint
+from bringup.doctor.snapshot import Finding, Snapshot
+
+RANK = 7
 LEAST = {"/scan": 5.0, "/odom": 10.0, "/imu/data": 20.0, "/joint_states": 10.0, "/tf": 10.0}
 """Least rate that mapping and navigation can work with, of the robot's time [Hz]."""
 LEAST_OF_TYPE = {"sensor_msgs/msg/LaserScan": LEAST["/scan"]}
-"""The same of what may come on a topic of any name."""
+"""The same for topics of any name."""
 
 
-def check(snapshot: Snapshot) -> list[Finding]:
-    """Return the topics that are too slow for the stack."""
+def check(snapshot: Snapshot) -> Iterator[Finding]:
+    """Yield the topics that are too slow for the stack."""
     passed = snapshot.duration * snapshot.pace
-    if passed <= 0.0:
-        return []
-    found = []
-    for topic, count in snapshot.counts.items():
+    for topic, count in snapshot.counts.items() if passed > 0.0 else ():
         senders = snapshot.publishers(topic)
         least = LEAST.get(topic, LEAST_OF_TYPE.get(senders[0].type, 0.0) if senders else 0.0)
         rate = count / passed
@@ -28,11 +27,9 @@ def check(snapshot: Snapshot) -> list[Finding]:
         if count == 0:
             who = ", ".join(f"{end.node} ({_quality(end)})" for end in senders)
             what = f"nothing comes on {topic}, which {who} publishes"
-        found.append(Finding(what, "see the sensor's lines and rate; top says who has no time"))
-    return found
+        yield Finding(what, "see the sensor's lines and rate; top says who has no time")
 
 
 def _quality(end: Endpoint) -> str:
-    """Return a publisher's quality of service in words."""
     durability = "transient local" if end.latched else "volatile"
     return f"{'reliable' if end.reliable else 'best effort'}, {durability}"

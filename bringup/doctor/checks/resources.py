@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from bringup.doctor.finding import Finding
-from bringup.doctor.snapshot import Snapshot
+from collections.abc import Iterator
 
-_DISK = 1.0  # [GiB] an hour's recording with the camera
-_MEMORY = 0.5  # [GiB] what the processes of sim and nav take
-_LOAD = 3.0  # processes that want to run, a core: each waits two thirds of the time
+from bringup.doctor.snapshot import Finding, Snapshot
+
+RANK = 2
 
 
-def check(snapshot: Snapshot) -> list[Finding]:
-    """Return what the machine is short of."""
+def check(
+    snapshot: Snapshot, disk: float = 1.0, memory: float = 0.5, load: float = 3.0
+) -> Iterator[Finding]:
+    """Yield the resources that the machine lacks.
+
+    Args:
+        snapshot: The robot.
+        disk: Least free, an hour's recording with the camera [GiB].
+        memory: Least free, for the processes of sim and nav [GiB].
+        load: Most processes that want to run, a core: each waits two thirds of the time.
+    """
     machine = snapshot.machine
-    found = []
-    if machine.disk_free < _DISK:
+    if machine.disk_free < disk:
         what = f"{machine.disk_free:.1f} GiB of disk are free"
-        found.append(Finding(what, "free some: recordings and maps are cut short on a full disk"))
-    if machine.memory_free < _MEMORY:
+        yield Finding(what, "free some: recordings and maps are cut short on a full disk")
+    if machine.memory_free < memory:
         what = f"{machine.memory_free:.1f} GiB of memory are free"
-        found.append(Finding(what, "close other programs, or processes will be killed"))
-    if machine.load > _LOAD:
+        yield Finding(what, "close other programs, or processes will be killed")
+    if machine.load > load:
         what = f"{machine.load:.1f} processes a core want to run"
-        found.append(Finding(what, "close other programs, or run the simulator with --rtf 0.5"))
-    return found
+        yield Finding(what, "close other programs, or run the simulator with --rtf 0.5")

@@ -146,7 +146,7 @@ BROKEN = {
         "lifecycle",
         "/amcl is inactive, not active",
     ),
-    "a node that hangs": (replace(HEALTHY, states={"/amcl": ""}), "lifecycle", "does not say"),
+    "a node that is stuck": (replace(HEALTHY, states={"/amcl": ""}), "lifecycle", "does not say"),
     "a reliable listener": (
         _with(_end("/cam", "/i", True, reliable=False), _end("/mine", "/i", False)),
         "qos",
@@ -202,7 +202,7 @@ BROKEN = {
         "transforms",
         "base_footprint, base_link, lidar_link, odom are their own ancestors",
     ),
-    "a lost sensor": (_frames(lidar_link=None), "transforms", "lidar_link does not hang on"),
+    "a lost sensor": (_frames(lidar_link=None), "transforms", "lidar_link is not below"),
     "no base": (
         _frames(base_link=None, base_footprint=None, lidar_link=None),
         "transforms",
@@ -237,7 +237,7 @@ def test_a_set_up_broken_on_purpose_is_named_by_its_check(case: str) -> None:
     snapshot, check, words = BROKEN[case]
     found = diagnose(snapshot)
     assert re.search(words, "\n".join(map(str, found[check])))
-    assert all(finding.cure for finding in found[check])
+    assert all(finding.remedy for finding in found[check])
     elsewhere = [name for name, findings in found.items() if findings and name != check]
     assert len(elsewhere) <= 1, f"{case} also shows in {elsewhere}"
 

@@ -1,4 +1,4 @@
-"""The report: a line and a cure for each finding, and JSON with the facts behind it."""
+"""The report: a line and a remedy for each finding, and JSON with the facts behind it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FULL = Snapshot(
 )
 
 
-def test_the_page_has_each_finding_with_its_cure_and_what_was_said() -> None:
+def test_the_page_has_each_finding_with_its_remedy_and_what_was_said() -> None:
     text = page(FULL, diagnose(FULL))
     assert text.startswith("domain 4, 1 nodes")
     assert "resources\n  0.1 GiB of disk are free\n    -> free some" in text
@@ -33,4 +33,4 @@ def test_json_has_findings_and_facts() -> None:
 def test_help_says_what_answers_each_row_of_the_guides_tables() -> None:
     text = guides.page()
     assert all(row in text for row in guides.ROWS)
-    assert "velocity: who listens on /cmd_vel" in text
+    assert "velocity: the listeners of /cmd_vel" in text
