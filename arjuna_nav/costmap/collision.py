@@ -43,18 +43,29 @@ def first_collision(
     """
     frame = costmap.frame
     T_grid_frame = frame.origin.inverse()
-    in_grid = np.empty_like(poses)
-    in_grid[:, :2] = T_grid_frame.apply(poses[:, :2]) / frame.resolution
-    in_grid[:, 2] = poses[:, 2] + T_grid_frame.theta
     index = _first_collision(
         costmap.data,
-        in_grid,
+        _in_cells(poses, T_grid_frame.array(), frame.resolution),
         footprint.points / frame.resolution,
         footprint.circular,
         costmap.circumscribed_cost,
         footprint.circumscribed_radius / frame.resolution,
     )
     return int(index) if index < len(poses) else None
+
+
+@njit(cache=True)
+def _in_cells(
+    poses: NDArray[np.float64], transform: NDArray[np.float64], resolution: float
+) -> NDArray[np.float64]:
+    """Return poses seen through a transform `(x, y, theta)`, their points in cells."""
+    result = np.empty((len(poses), 3))
+    c, s = math.cos(transform[2]), math.sin(transform[2])
+    for i, (x, y, theta) in enumerate(poses):
+        result[i, 0] = (c * x - s * y + transform[0]) / resolution
+        result[i, 1] = (s * x + c * y + transform[1]) / resolution
+        result[i, 2] = theta + transform[2]
+    return result
 
 
 @njit(cache=True)

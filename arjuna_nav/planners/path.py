@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.se2 import SE2, wrap
+from arjuna_core.se2 import SE2
 
 _DETOUR = 1.0  # of a path over the straight way, up to which it is no loop [m]
 
@@ -42,12 +45,29 @@ def nearest(
         within: How far along the path to look [m].
         turning: What a turn to the path's heading counts [m/rad].
     """
-    rest = path[first:]
-    rest = rest[along(rest) <= within]
-    gaps = distances(rest, pose)
-    if turning != 0.0:
-        gaps = np.hypot(gaps, turning * wrap(rest[:, 2] - pose.theta))
-    return first + int(np.argmin(gaps))
+    return int(_nearest(path, first, (pose.x, pose.y, pose.theta), within, turning))
+
+
+@njit(cache=True)
+def _nearest(
+    path: NDArray[np.float64],
+    first: int,
+    pose: tuple[float, float, float],
+    within: float,
+    turning: float,
+) -> int:
+    best, index, travelled = np.inf, first, 0.0
+    for i in range(first, len(path)):
+        if i > first:
+            travelled += math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
+        if travelled > within:
+            break
+        off = (path[i, 2] - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
+        gap = math.hypot(path[i, 0] - pose[0], path[i, 1] - pose[1])
+        gap = math.hypot(gap, turning * off)
+        if gap < best:
+            best, index = gap, i
+    return index
 
 
 def remaining(path: NDArray[np.float64], pose: SE2) -> float:
