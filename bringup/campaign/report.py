@@ -13,9 +13,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from arjuna_core.files.atomic import write_atomically
+from bringup.campaign.comparison import wilson_interval
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import Campaign
-from bringup.campaign.statistics import wilson_interval
 
 mpl.use("Agg")
 TABLE, PAGE = "results.parquet", "index.html"

@@ -37,8 +37,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run a tuning, going on where it was broken off; return 0 where all its trials were run."""
     from arjuna_core.errors import ArjunaError
-    from bringup.tuning.known import known_parameters
     from bringup.tuning.plan import load_tuning
+    from bringup.tuning.space import known_parameters
 
     if arguments.jobs < 1 or (arguments.trials is not None and arguments.trials < 1):
         raise ArjunaError("--jobs and --trials are at least 1")

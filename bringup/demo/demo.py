@@ -19,8 +19,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
-from bringup.demo.log import RunLog
-from bringup.demo.measures import distance_to_surfaces, segments_from
+from bringup.demo.measures import Samples, distance_to_surfaces, segments_from
 from bringup.demo.report import Report, write_report
 from bringup.lockstep import LockStep, LockStepError
 from bringup.parameters.files import Parameters, merged
@@ -80,7 +79,7 @@ class Demo:
     def __init__(self, options: DemoOptions, progress: Progress) -> None:
         self._options = options
         self._progress = progress
-        self._log = RunLog()
+        self._samples = Samples()
         self._rng = np.random.default_rng([options.seed, 1])
         self._quality = 0.0
         self._exploration = ""
@@ -159,7 +158,7 @@ class Demo:
         estimate = self._estimate()
         known = self._robot.process.transforms
         stamp = None if estimate is None else known.latest_common(*self._frames)
-        self._log.add(robot.now, self._truth(), estimate, contacts, self._judge, stamp)
+        self._samples.add(robot.now, self._truth(), estimate, contacts, self._judge, stamp)
         self._progress.update(robot.now, self._exploration if not self._judge else "")
 
     def _explore(self) -> None:
@@ -208,7 +207,7 @@ class Demo:
         for number, goal in enumerate(waypoints, 1):
             name = f"waypoint {number} of {len(waypoints)}: ({goal.x:.1f}, {goal.y:.1f})"
             self._progress.phase(name, self._robot.now)
-            self._log.goals.append((goal.x, goal.y, goal.theta, self._go(goal)))
+            self._samples.goals.append((goal.x, goal.y, goal.theta, self._go(goal)))
 
     def _elsewhere(self) -> SE2:
         """Draw a free pose at least 2 m away; the truth serves only not to drop it into a box."""
@@ -259,9 +258,9 @@ class Demo:
         out = self._options.out
         grid = load_map(out / "map.yaml")
         draw_map(out / "map.png", grid)
-        draw_trajectory(out / "trajectory.png", grid, self._log.table, self._log.goals)
+        draw_trajectory(out / "trajectory.png", grid, self._samples.table, self._samples.goals)
         report = Report.of(
-            self._log,
+            self._samples,
             grid,
             self._surfaces(),
             self._options.seed,
