@@ -71,25 +71,12 @@ def wilson_interval(successes: int, count: int) -> tuple[float, float]:
 
 
 def success_difference(first: tuple[int, int], second: tuple[int, int]) -> float:
-    """Return how probable so great a difference is where there is none (Fisher's exact test).
-
-    Args:
-        first: Successes and failures of one campaign.
-        second: Those of the other.
-    """
+    """Return how probable so great a difference is where there is none (Fisher's exact test)."""
     return float(stats.fisher_exact([first, second]).pvalue)
 
 
 def measure_difference(first: Sequence[float], second: Sequence[float]) -> float:
-    """Return how probable so great a shift is where there is none (Mann-Whitney's U test).
-
-    Args:
-        first: The figures of one campaign; NaN is left out.
-        second: Those of the other.
-
-    Returns:
-        The probability; 1 where one has no figures.
-    """
+    """Return how probable so great a shift is where there is none (Mann-Whitney's U test)."""
     one, other = (np.array(each, float) for each in (first, second))
     one, other = one[~np.isnan(one)], other[~np.isnan(other)]
     if not len(one) or not len(other):

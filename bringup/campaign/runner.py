@@ -45,15 +45,7 @@ class Forks:
 
 
 class _Started:
-    """A run under way; what it prints goes into its folder.
-
-    Args:
-        campaign: What it belongs to.
-        run: What is run.
-        folder: Where its files go.
-        program: What takes the run's words.
-        forks: Where the same is done in a fork of this process; None to start the program.
-    """
+    """A run under way; what it prints goes into its folder."""
 
     def __init__(
         self,

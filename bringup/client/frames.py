@@ -14,11 +14,7 @@ from bringup.viewing.frame_tree import Frame
 
 
 class FrameListener:
-    """Takes what comes on tf and tf_static from now on; another publisher's twin shows too.
-
-    Args:
-        session: The connection to the robot, in its namespace.
-    """
+    """Takes what comes on tf and tf_static from now on; another publisher's twin shows too."""
 
     def __init__(self, session: Session) -> None:
         self._session = session

@@ -122,12 +122,6 @@ class Robot:
     ) -> Path:
         """Write the map as `path.pgm` and `path.yaml`; return the YAML's path.
 
-        Args:
-            path: Without suffix.
-            topic: The map's.
-            image_format: `pgm` or `png`.
-            options: Thresholds and mode.
-
         Raises:
             ArjunaError: There is no map, or the files cannot be written.
         """

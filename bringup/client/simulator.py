@@ -35,12 +35,7 @@ class SimulatorError(ClientError):
 
 
 class SimulatorClient(Connection):
-    """A client of a simulator.
-
-    Args:
-        timeout: How long to wait for an answer [s, wall].
-        namespace: The robot's namespace.
-    """
+    """A client of a simulator."""
 
     error = SimulatorError
 

@@ -47,11 +47,7 @@ def _waypoint(path: Path, row: Any, number: int) -> Waypoint:
 
 
 class Progress:
-    """Says how far it is yet, each half metre; takes the feedback of navigate_to_pose.
-
-    Args:
-        write: Takes each line.
-    """
+    """Says how far it is yet, each half metre; takes the feedback of navigate_to_pose."""
 
     def __init__(self, write: Callable[[str], None]) -> None:
         self._write = write
@@ -72,14 +68,7 @@ class Progress:
         return self._latest.current_pose.pose
 
     def judged(self, end: GoalEnd, x: float, y: float, tolerance: float) -> GoalEnd:
-        """Return how a goal ended, as failed where the robot stands elsewhere than it was sent.
-
-        Args:
-            end: What navigation says, whose planner may have moved the goal.
-            x: Where it was sent in the map [m].
-            y: Where it was sent in the map [m].
-            tolerance: How far from there it may stand [m].
-        """
+        """Return how a goal at x, y [m] ended: failed where the robot is off by more [m]."""
         if not end.succeeded or self._latest is None:
             return end
         place = self._pose.position
@@ -103,12 +92,7 @@ class Progress:
 
 
 class Tour:
-    """Drives to way-points and says how it goes.
-
-    Args:
-        robot: The robot.
-        write: Takes each line.
-    """
+    """Drives to way-points and says how it goes."""
 
     def __init__(self, robot: Robot, write: Callable[[str], None]) -> None:
         self._robot = robot
@@ -117,16 +101,9 @@ class Tour:
     def drive(
         self, waypoints: Sequence[Waypoint], timeout: float, pause: float, tolerance: float
     ) -> int:
-        """Drive to all, skipping those that fail, and say so.
+        """Drive to poses in the map, skipping those that fail; return how many were reached.
 
-        Args:
-            waypoints: Poses in the map [m, m, rad].
-            timeout: For each [s].
-            pause: Between two [s].
-            tolerance: How far from each the robot may stand in the end [m].
-
-        Returns:
-            How many were reached.
+        Each may take a timeout [s], and the robot may end up within a tolerance [m] of it.
         """
         count = len(waypoints)
         self._write(f"Starting waypoint navigation - {count} waypoints")

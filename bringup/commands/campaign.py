@@ -18,7 +18,6 @@ EXAMPLES = ("campaign campaigns/goals.yaml", "campaign --compare out/one out/oth
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument(
         "file",
         type=Path,

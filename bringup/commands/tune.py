@@ -19,7 +19,6 @@ EXAMPLES = (
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument(
         "file", type=Path, metavar="FILE", help="such as campaigns/tuning/race_track.yaml"
     )

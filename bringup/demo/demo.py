@@ -69,12 +69,7 @@ class DemoOptions:
 
 
 class Demo:
-    """One run of the demo, in lock-step.
-
-    Args:
-        options: What the run depends on.
-        progress: Where progress is shown.
-    """
+    """One run of the demo, in lock-step."""
 
     def __init__(self, options: DemoOptions, progress: Progress) -> None:
         self._options = options
@@ -88,9 +83,6 @@ class Demo:
 
     def run(self) -> Report:
         """Run everything and write the artifacts.
-
-        Returns:
-            The report, also written as `report.json`.
 
         Raises:
             LockStepError: A phase did not end in time.

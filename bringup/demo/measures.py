@@ -60,12 +60,7 @@ def map_error(grid: OccupancyGrid, surfaces: NDArray[np.float64]) -> float:
 
 
 def segments_from(frame: SE2, segments: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return segments as seen from a frame, `(M, 4) float64` [m].
-
-    Args:
-        frame: The frame, in the coordinates of the segments.
-        segments: `(M, 4) float64` [m].
-    """
+    """Return segments as seen from a frame, `(M, 4) float64` [m]."""
     return frame.inverse().apply(segments.reshape(-1, 2)).reshape(-1, 4)
 
 
@@ -98,12 +93,7 @@ def explored_fraction(
 
 
 def rmse(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the root mean square errors of position [m] and heading [rad].
-
-    Args:
-        estimates: `(N, 3) float64` of `x, y, theta`.
-        truths: As `estimates`.
-    """
+    """Return the root mean square errors of position [m] and heading [rad]."""
     difference = estimates - truths
     heading = wrap(difference[:, 2])
     position = float(np.sqrt((difference[:, :2] ** 2).sum(axis=1).mean()))
@@ -139,16 +129,7 @@ class Samples:
         judge: bool,
         stamp: float | None = None,
     ) -> None:
-        """Add one tick's sample.
-
-        Args:
-            now: [s].
-            truth: Where the robot is.
-            estimate: Where it believes it was.
-            contacts: The things it touches.
-            judge: Whether the estimate counts.
-            stamp: Of when the estimate is [s]; now if None.
-        """
+        """Add the sample of a tick [s]; the estimate is of a stamp [s], of now if None."""
         self.stamps.append(now if stamp is None else stamp)
         guess = (np.nan,) * 3 if estimate is None else (estimate.x, estimate.y, estimate.theta)
         self.rows.append((now, truth.x, truth.y, truth.theta, *guess))

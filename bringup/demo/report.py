@@ -48,17 +48,7 @@ class Report:
         kidnap_recovered: bool | None,
         kidnap_recovery_s: float | None,
     ) -> Report:
-        """Work out a run's figures.
-
-        Args:
-            samples: Truth and estimate, a row a tick.
-            grid: The saved map.
-            surfaces: True segments on the map, `(M, 4) float64` [m].
-            seed: The run's seed.
-            wall_time: Wall time of the run [s].
-            kidnap_recovered: Whether the robot found itself and drove home; None for no kidnap.
-            kidnap_recovery_s: Time from the kidnap until it knew its pose; None for never [s].
-        """
+        """Work out a run's figures."""
         position, heading = samples.localization_rmse()
         sim_time = float(samples.table[-1, 0])
         return Report(

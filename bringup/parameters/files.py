@@ -146,11 +146,6 @@ def node_of(name: str, known: Collection[str], namespace: str = "") -> str | Non
 
     ROS' wildcards stand for any namespace, and so does a `<placeholder>` that a launch file fills.
     Where the robot has no namespace, a section of any one is taken.
-
-    Args:
-        name: As the file has it, namespaces separated by slashes.
-        known: The nodes that there are.
-        namespace: The robot's.
     """
     tokens = name.strip("/").split("/")
     for node in known:

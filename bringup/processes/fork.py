@@ -37,10 +37,6 @@ def warm_up(groups: Iterable[Group], also: Iterable[str] = ()) -> None:
     """Import and compile what groups of nodes stand on, for processes that are forked then.
 
     It starts no thread, as rclpy's own modules would. A module that is missing is left to them.
-
-    Args:
-        groups: The groups.
-        also: Further modules, which import no rclpy.
     """
     import numba
 
@@ -73,11 +69,6 @@ class Fork:
     Args:
         command: What it calls itself, to `ps` and in `sys.argv`: a Python program and arguments.
         run: What it does; its result is the exit code.
-
-    Attributes:
-        pid: Its process id.
-        stdin: Where its input comes from.
-        stdout: Its output and errors.
     """
 
     def __init__(self, command: Sequence[str], run: Callable[[], int]) -> None:

@@ -17,12 +17,6 @@ def remove_leftovers(folder: Path = _FOLDER) -> int:
     """Remove the segments whose processes are gone; each is 4 MB, and a container may have 64.
 
     A process holds a lock on a file beside its segment for as long as it lives.
-
-    Args:
-        folder: Where shared memory is; one that is not there holds none.
-
-    Returns:
-        How many were removed.
     """
     names = [path for path in folder.glob("fastrtps_*") if _SEGMENT.fullmatch(path.name)]
     return sum(_removed(path) for path in names)

@@ -55,14 +55,7 @@ class _Supervised:
 
 
 class Supervisor:
-    """Keeps processes running until SIGINT or SIGTERM, until one quits or one cannot be kept.
-
-    Args:
-        specs: The processes; stopped together.
-        output: Shows their lines and states.
-        limits: Back-off of restarts.
-        times: How long each signal to stop may take.
-    """
+    """Keeps processes running until SIGINT or SIGTERM, until one quits or one cannot be kept."""
 
     def __init__(
         self,

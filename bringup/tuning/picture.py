@@ -26,11 +26,6 @@ _GOOD, _BAD, _NOW, _BEST = "tab:blue", "tab:red", "black", "tab:orange"
 def write_picture(folder: Path, tuning: Tuning, study: Study) -> None:
     """Draw a study of one trial or more.
 
-    Args:
-        folder: Where the picture goes.
-        tuning: What was tuned.
-        study: Its trials.
-
     Raises:
         OSError: It cannot be written.
     """

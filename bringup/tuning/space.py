@@ -60,9 +60,6 @@ class Dimension:
 def known_parameters(paths: Sequence[Path]) -> Known:
     """Return every parameter's value under some files, and what is known of it, by node.
 
-    Args:
-        paths: Parameter files, a later one over an earlier, all over the shipped ones.
-
     Raises:
         ArjunaError: A file cannot be used.
     """
@@ -77,12 +74,7 @@ def known_parameters(paths: Sequence[Path]) -> Known:
 
 
 def dimensions_of(space: Any, known: Known) -> tuple[tuple[Dimension, ...], list[str]]:
-    """Return a search space's dimensions, and everything that is wrong with it.
-
-    Args:
-        space: `{node: {parameter: range or list of values}}`, as a file has it.
-        known: The parameters there are.
-    """
+    """Return a search space's dimensions, and everything that is wrong with it."""
     if not isinstance(space, dict) or not all(isinstance(v, dict) for v in space.values()):
         return (), ["'parameters' maps nodes to parameters, and these to ranges"]
     found: list[Dimension] = []

@@ -55,10 +55,6 @@ class Tried:
 class Study:
     """All trials of a tuning.
 
-    Args:
-        tuning: What is tuned.
-        folder: Where the study's file lies, or will.
-
     Raises:
         CampaignError: The file there is of another tuning, or is none.
     """
@@ -106,12 +102,7 @@ class Study:
         return {one.name: _rounded(one, proposed[one.name]) for one in self._tuning.dimensions}
 
     def add(self, values: Mapping[str, Value], outcomes: Sequence[Outcome]) -> Tried:
-        """Add a trial that has ended.
-
-        Args:
-            values: What was tried, by dimension.
-            outcomes: How its runs ended.
-        """
+        """Add a trial that has ended."""
         failed = sum(not one.success for one in outcomes)
         worst = -math.inf if self._tuning.maximize else math.inf
         measure = self._tuning.measure

@@ -53,11 +53,7 @@ class Tuner:
         self.study = Study(tuning, folder)
 
     def run(self, told: Callable[[Tried], None]) -> bool:
-        """Run the trials that are left; return whether all have been run.
-
-        Args:
-            told: Told of each trial, those of earlier times first.
-        """
+        """Run the trials that are left; return whether all have been run."""
         tried = self.study.tried()
         for one in tried:
             told(one)

@@ -11,7 +11,6 @@ EXAMPLES = ("teleop", "teleop --keys twist --speed 0.2")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = "\n\n".join(f"--keys {name}:\n{page}" for name, page in PAGES.items())

@@ -17,7 +17,6 @@ _WAIT = 5.0  # [s] for the first frame
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
         "--picture", type=Path, metavar="FILE", help="draw it too, as .png, .pdf or .svg"

@@ -65,14 +65,7 @@ class _Unknown(Exception):
 
 
 class _Reading:
-    """One file being read.
-
-    Args:
-        into: What is found.
-        path: The file.
-        arguments: Values of its arguments that who includes it gives.
-        above: The files that include it.
-    """
+    """One file being read."""
 
     def __init__(
         self, into: LaunchFile, path: Path, arguments: Mapping[str, str], above: tuple[Path, ...]

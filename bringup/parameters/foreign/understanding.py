@@ -120,12 +120,6 @@ def _of_nobody(key: str, specs: Iterable[NodeSpec]) -> Remark:
 class _Section:
     """One node's section of a file, as that node's parameters.
 
-    Args:
-        spec: The node.
-        given: The section, by dotted name.
-        below: What holds already.
-        shared: The values that are for every node.
-
     Attributes:
         values: The node's parameters.
         remarks: The names without effect.
