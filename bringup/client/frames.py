@@ -39,15 +39,15 @@ class FrameListener:
         self._session.client.create_subscription(TFMessage, topic, take, profile)
 
     @property
-    def heard(self) -> bool:
-        """Whether any frame was heard of."""
+    def found(self) -> bool:
+        """Whether any frame has come."""
         return bool(self._stamps)
 
     def frames(self, now: float | None) -> dict[str, Frame]:
-        """Return the frames heard of so far.
+        """Return the frames that have come so far.
 
         Args:
-            now: The robot's time [s]; None for the newest stamp heard.
+            now: The robot's time [s]; None for the newest stamp.
         """
         moving = [stamps[-1] for name, stamps in self._stamps.items() if not self._static[name]]
         time = max(moving, default=0.0) if now is None else now

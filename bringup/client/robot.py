@@ -49,7 +49,7 @@ class Robot:
     Args:
         timeout: How long to wait for what should be there at once [s].
         namespace: The robot's namespace.
-        session: Another way to reach it, as a lock-step robot; a new connection by default.
+        session: The robot to use, as a lock-step one; a new connection by default.
 
     Example:
         >>> with Robot() as robot:
@@ -148,7 +148,7 @@ class Robot:
         return [self.goto(*pose, timeout=timeout) for pose in waypoints]
 
     def explore(self, timeout: float = 1800.0) -> bool:
-        """Drive to the edges of the map until all is seen; tell whether it was in time [s].
+        """Drive to the edges of the map until all is seen; return whether it was in time [s].
 
         Navigation must run while mapping: `python -m bringup nav --slam`.
         """
@@ -159,7 +159,7 @@ class Robot:
         return done.returncode == 0
 
     def set_pose(self, x: float, y: float, yaw: float = 0.0) -> None:
-        """Tell AMCL where the robot is, roughly [m, m, rad].
+        """Set the pose that AMCL starts from, roughly [m, m, rad].
 
         Raises:
             ArjunaError: Nobody listens in time.

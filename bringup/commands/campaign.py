@@ -64,7 +64,7 @@ def _run(campaign: Campaign, folder: Path, jobs: int, main: Callable[[], int] | 
 
     runs, ended, stop = runs_of(campaign), 0, stopped_by_signals()
 
-    def tell(outcome: Outcome) -> None:
+    def report(outcome: Outcome) -> None:
         nonlocal ended
         ended += 1
         verdict = "ok" if outcome.success else f"FAILED: {outcome.reason}"
@@ -72,7 +72,7 @@ def _run(campaign: Campaign, folder: Path, jobs: int, main: Callable[[], int] | 
 
     try:
         folder, forks = folder.resolve(), Forks(main, _warm_up) if main is not None else None
-        outcomes = run_all(campaign, runs, folder, jobs, tell, stop, forks=forks)
+        outcomes = run_all(campaign, runs, folder, jobs, report, stop, forks=forks)
         if outcomes:
             write_table(folder, outcomes)
             write_page(folder, campaign, outcomes)

@@ -57,12 +57,12 @@ def _run(tuning: Tuning, folder: Path, jobs: int) -> int:
     try:
         tuner = Tuner(tuning, folder.resolve(), jobs, stopped_by_signals())
 
-        def tell(one: Tried) -> None:
+        def report(one: Tried) -> None:
             best = tuner.study.ranked()[0]
             mark = "  best so far" if one == best else ""
             show(f"{one.number + 1:5} of {tuning.trials}  {tuner.verdict(one)}{mark}")
 
-        complete = tuner.run(tell)
+        complete = tuner.run(report)
         if tuner.study.tried():
             write_picture(folder, tuning, tuner.study)
             for line in [*_table(tuning, tuner.study), *(tuner.confirm() if complete else [])]:

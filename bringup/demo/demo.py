@@ -45,7 +45,7 @@ HOME = SE2(0.0, 0.0, 0.0)
 REACHED_WITHIN = 0.25  # nav2's xy_goal_tolerance, judged by the truth [m]
 KNOWS = 0.5  # localization quality from which the robot's word counts
 _EXPLORE_TIMEOUT, _GOAL_TIMEOUT, _NOTICE_TIMEOUT, _RECOVER_TIMEOUT = 1800.0, 300.0, 10.0, 60.0
-_CLEARANCE = 0.6  # of the place it is carried off to [m]
+_CLEARANCE = 0.6  # of where it is carried off to [m]
 _INITIAL_COVARIANCE = np.diag([0.05**2, 0.05**2, 0.05**2])
 
 
@@ -229,7 +229,7 @@ class Demo:
             self._judge = True
 
     def _found_itself(self, timeout: float) -> bool:
-        """Tell whether the robot says within a time [s] that it knows its pose, and is right."""
+        """Return whether the robot says within a time [s] that it knows its pose, and is right."""
         return self._robot.run_until(self._knows_itself, timeout, required=False)
 
     def _knows_itself(self) -> bool:
@@ -238,7 +238,7 @@ class Demo:
         return self._quality >= KNOWS and near
 
     def _carry_off(self) -> bool:
-        """Carry the robot off; tell whether it finds itself and drives home."""
+        """Carry the robot off; return whether it finds itself and drives home."""
         self._kidnap()
         return self._drive_home() and self._recovery_s is not None
 

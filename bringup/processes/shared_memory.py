@@ -23,7 +23,7 @@ def remove_leftovers(folder: Path = _FOLDER) -> int:
 
 
 def _removed(segment: Path) -> bool:
-    """Remove a segment and its lock if nobody holds it; tell whether that was so."""
+    """Remove a segment and its lock if nobody holds it; return whether that was so."""
     lock = segment.with_name(f"{segment.name}_el")
     with suppress(OSError):  # another user's, held, or gone meanwhile
         if time.time() - segment.stat().st_mtime > _YOUNG:

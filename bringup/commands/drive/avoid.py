@@ -24,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Drive until told to stop; the robot stops however this ends."""
+    """Drive until stopped; the robot stops however this ends."""
     from bringup.client.robot import Robot
     from bringup.terminal import show
 

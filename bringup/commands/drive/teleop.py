@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Drive until told to quit; the robot stops however this ends."""
+    """Drive until a key quits; the robot stops however this ends."""
     from bringup.client.keyboard import drive_by_keys
     from bringup.client.keys import Driving
 

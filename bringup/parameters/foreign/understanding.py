@@ -84,7 +84,7 @@ def _sections(
 def _filled(value: Any, namespace: str) -> Any:
     """Return a value with the placeholder of Nav2's launch files for the robot's namespace filled.
 
-    Nav2's `bringup_launch.py` puts `/` and the namespace in its place.
+    Nav2's `bringup_launch.py` replaces it by `/` and the namespace.
     """
     if not isinstance(value, str):
         return value
