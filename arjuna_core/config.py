@@ -17,6 +17,7 @@ __all__ = [
     "SEED_MAX",
     "ParamInfo",
     "check",
+    "dotted",
     "flatten",
     "info_of",
     "infos",
@@ -72,7 +73,7 @@ def load(
     """
     problems: list[str] = []
     prefix = f"{where}: " if where else ""
-    flat = dict(_flat_mapping(values))
+    flat = dotted(values)
     if warn is not None:
         known = infos(shaped(cls, dict(flat), prefix, []))
         for name in [name for name in flat if name not in known]:
@@ -84,15 +85,15 @@ def load(
     return config
 
 
-def _flat_mapping(values: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    pairs: list[tuple[str, Any]] = []
+def dotted(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return a mapping of mappings as `{dotted name: value}`."""
+    flat: dict[str, Any] = {}
     for key, value in values.items():
-        name = f"{prefix}{key}"
         if isinstance(value, Mapping):
-            pairs.extend(_flat_mapping(value, f"{name}."))
+            flat.update(dotted(value, f"{prefix}{key}."))
         else:
-            pairs.append((name, value))
-    return pairs
+            flat[f"{prefix}{key}"] = value
+    return flat
 
 
 def _build(

@@ -7,7 +7,7 @@ import sys
 
 from bringup.cli_parser import parse
 
-_INTERRUPTED = 130  # as a shell tells of it
+_INTERRUPTED = 130  # as a shell reports it
 
 
 def main() -> int:

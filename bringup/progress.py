@@ -6,41 +6,46 @@ import sys
 import time
 from typing import TextIO
 
-_REWRITE_PERIOD = 0.2
-_BAR_WIDTH = 30
 
+class _Line:
+    """A line that is rewritten on a terminal, at most each 0.2 s."""
 
-class Progress:
-    """Says what goes on, with simulated time and how much faster than real it passes.
-
-    Args:
-        stream: Where to write.
-    """
-
-    def __init__(self, stream: TextIO = sys.stderr) -> None:
-        self._stream = stream
+    def __init__(self, stream: TextIO = sys.stderr, period: float = 0.2) -> None:
+        self._stream, self._period = stream, period
         self._live = stream.isatty()
         self._start = self._last = time.monotonic()
-        self._phase = ""
-        self._phase_start = 0.0
+
+    def _rewrite(self, text: str, end: str = "") -> None:
+        wall = time.monotonic()
+        if self._live and (end or wall - self._last >= self._period):
+            self._last = wall
+            self._write(f"\r\033[K{text}{end}")
+
+    def _write(self, text: str) -> None:
+        self._stream.write(text)
+        self._stream.flush()
+
+
+class Progress(_Line):
+    """Shows the phase, with simulated time and how much faster than real it passes."""
+
+    _phase, _phase_start = "", 0.0
 
     def phase(self, name: str, now: float) -> None:
         """Begin a phase at a simulated time [s]."""
-        self._end_phase(now)
+        self.finish(now)
         self._phase, self._phase_start = name, now
         if not self._live:
             self._write(f"{now:7.1f} s  {name}\n")
 
     def update(self, now: float, detail: str) -> None:
         """Show the state of the phase at a simulated time [s]."""
-        wall = time.monotonic()
-        if self._live and wall - self._last >= _REWRITE_PERIOD:
-            self._last = wall
-            self._write(f"\r\033[K{self._line(now)}  {detail}")
+        self._rewrite(f"{self._line(now)}  {detail}")
 
     def finish(self, now: float) -> None:
         """End the last phase."""
-        self._end_phase(now)
+        if self._phase:
+            self._rewrite(f"{self._line(now)}: {now - self._phase_start:.1f} s", end="\n")
         self._phase = ""
 
     @property
@@ -51,49 +56,24 @@ class Progress:
     def _line(self, now: float) -> str:
         return f"{now:7.1f} s  {now / max(self.wall_time, 1e-6):4.1f}x  {self._phase}"
 
-    def _end_phase(self, now: float) -> None:
-        if self._phase and self._live:
-            self._write(f"\r\033[K{self._line(now)}: {now - self._phase_start:.1f} s\n")
 
-    def _write(self, text: str) -> None:
-        self._stream.write(text)
-        self._stream.flush()
+class Bar(_Line):
+    """How much of a known amount is done: a bar on a terminal, else a line each tenth."""
 
-
-class Bar:
-    """How much of a known amount is done: a bar on a terminal, else a line each tenth.
-
-    Args:
-        stream: Where to write.
-    """
-
-    def __init__(self, stream: TextIO = sys.stderr) -> None:
-        self._stream = stream
-        self._live = stream.isatty()
-        self._last = time.monotonic()
-        self._tenth = 0
+    _tenth = 0
 
     def show(self, share: float, detail: str) -> None:
         """Show a share (0..1) of the work and a few words about it."""
-        if self._live:
-            wall = time.monotonic()
-            if wall - self._last >= _REWRITE_PERIOD:
-                self._last = wall
-                self._write(f"\r\033[K{self._line(share)}  {detail}")
-        elif int(10.0 * share) > self._tenth:
+        self._rewrite(f"{self._bar(share)}  {detail}")
+        if not self._live and int(10.0 * share) > self._tenth:
             self._tenth = int(10.0 * share)
             self._write(f"{100.0 * share:3.0f} %  {detail}\n")
 
     def finish(self, detail: str) -> None:
         """Show that all is done."""
-        if self._live:
-            self._write(f"\r\033[K{self._line(1.0)}  {detail}\n")
+        self._rewrite(f"{self._bar(1.0)}  {detail}", end="\n")
 
     @staticmethod
-    def _line(share: float) -> str:
-        done = round(share * _BAR_WIDTH)
-        return f"[{'#' * done}{'.' * (_BAR_WIDTH - done)}] {100.0 * share:3.0f} %"
-
-    def _write(self, text: str) -> None:
-        self._stream.write(text)
-        self._stream.flush()
+    def _bar(share: float, width: int = 30) -> str:
+        done = round(share * width)
+        return f"[{'#' * done}{'.' * (width - done)}] {100.0 * share:3.0f} %"

@@ -165,7 +165,7 @@ VELOCITY_CHAIN = tuple(
         DOCKING_SERVER,
     )
 )
-"""The nodes that a velocity passes, or comes from, on its way to the wheels."""
+"""The nodes that a velocity passes, or comes from, to the wheels."""
 EXPLORER_GROUP = Group("explorer", (EXPLORER,), "lifecycle_manager_explorer")
 DESCRIPTION_GROUP = Group(
     "description",
@@ -191,7 +191,7 @@ REAL_STACKS: dict[str, tuple[Group, ...]] = {
 DEMO_GROUPS = tuple(dict.fromkeys(group for groups in STACKS.values() for group in groups))
 """Every group: the demo runs them all, and a parameter file may name any node of theirs."""
 ALL_GROUPS = (*DEMO_GROUPS, WORLD_GROUP, DESCRIPTION_GROUP, ODOMETRY_GROUP)
-"""Those, and the ones that several robots or a real one have in place of the simulator's."""
+"""Those, and the ones that several robots or a real one have instead of the simulator's."""
 
 
 _FURTHER = {
@@ -206,9 +206,9 @@ def further_nodes(sections: Iterable[str]) -> list[NodeSpec]:
     """Return the nodes that run for their sections of a parameter file alone, in its order."""
     names = dict.fromkeys(section.rpartition("/")[2] for section in sections)
     return [
-        NodeSpec(name, *place)
+        NodeSpec(name, *origin)
         for name in names
-        for pattern, place in _FURTHER.items()
+        for pattern, origin in _FURTHER.items()
         if fnmatchcase(name, pattern)
     ]
 

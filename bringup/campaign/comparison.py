@@ -1,4 +1,4 @@
-"""Two campaigns side by side, and whether they differ by more than chance."""
+"""How sure a campaign's figures are, and whether two campaigns differ by more than chance."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from scipy import stats
 
 from bringup.campaign.outcome import Outcome, read_outcome
 from bringup.campaign.plan import CampaignError
-from bringup.campaign.statistics import measure_difference, success_difference
 
-_SURE = 0.05
+_SURE = 0.05  # probability below which chance is no explanation
 
 
 def outcomes_in(folder: Path) -> list[Outcome]:
@@ -52,3 +52,33 @@ def _verdict(chance: float) -> str:
 
 def _line(name: str, both: Sequence[str], chance: str) -> str:
     return f"{name:28}{both[0]:>14}{both[1]:>14}  {chance}"
+
+
+def wilson_interval(successes: int, count: int) -> tuple[float, float]:
+    """Return the 95 % confidence interval of a probability.
+
+    Wilson, "Probable inference, the law of succession, and statistical inference", JASA 22, 1927:
+    right also where all or none succeed.
+
+    Args:
+        successes: How many succeeded.
+        count: Of how many; the interval is all of 0 to 1 for none.
+    """
+    if count == 0:
+        return 0.0, 1.0
+    low, high = stats.binomtest(successes, count).proportion_ci(method="wilson")
+    return float(low), float(high)
+
+
+def success_difference(first: tuple[int, int], second: tuple[int, int]) -> float:
+    """Return how probable so great a difference is where there is none (Fisher's exact test)."""
+    return float(stats.fisher_exact([first, second]).pvalue)
+
+
+def measure_difference(first: Sequence[float], second: Sequence[float]) -> float:
+    """Return how probable so great a shift is where there is none (Mann-Whitney's U test)."""
+    one, other = (np.array(each, float) for each in (first, second))
+    one, other = one[~np.isnan(one)], other[~np.isnan(other)]
+    if not len(one) or not len(other):
+        return 1.0
+    return float(stats.mannwhitneyu(one, other).pvalue)

@@ -61,17 +61,6 @@ def _fits(value: Any, how: str, bound: Any) -> bool:
     return bool(value >= bound if how == "at_least" else value <= bound)
 
 
-def flattened(result: Any, prefix: str = "") -> dict[str, Any]:
-    """Return a JSON object's values by dotted key; lists are left out."""
-    flat: dict[str, Any] = {}
-    for key, value in result.items() if isinstance(result, dict) else ():
-        if isinstance(value, dict):
-            flat |= flattened(value, f"{prefix}{key}.")
-        elif not isinstance(value, list):
-            flat[f"{prefix}{key}"] = value
-    return flat
-
-
 def figures_of(flat: Mapping[str, Any]) -> dict[str, float]:
     """Return the values that are numbers or truths."""
     return {key: float(value) for key, value in flat.items() if isinstance(value, int | float)}

@@ -64,13 +64,7 @@ class Campaign:
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a campaign.
-
-    Attributes:
-        name: Its folder's name.
-        levels: The label of each factor's level.
-        options: What it adds to the command.
-    """
+    """One run of a campaign."""
 
     name: str
     levels: Mapping[str, str]
@@ -96,11 +90,6 @@ def load_campaign(path: Path) -> Campaign:
 
 def campaign_of(path: Path, content: Any, others: Sequence[str] = ()) -> Campaign:
     """Return the campaign that a file's content describes.
-
-    Args:
-        path: The file.
-        content: What it holds.
-        others: Keys beside a campaign's own, which mean something to the caller.
 
     Raises:
         CampaignError: A key or value is not valid; all are named.

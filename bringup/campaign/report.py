@@ -13,9 +13,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from arjuna_core.files.atomic import write_atomically
+from bringup.campaign.comparison import wilson_interval
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import Campaign
-from bringup.campaign.statistics import wilson_interval
 
 mpl.use("Agg")
 TABLE, PAGE = "results.parquet", "index.html"
@@ -28,10 +28,6 @@ _STYLE = (
 
 def write_table(folder: Path, outcomes: Sequence[Outcome]) -> None:
     """Write the outcomes as Parquet: a row a run, a column a factor and a figure.
-
-    Args:
-        folder: The campaign's.
-        outcomes: The runs that have ended.
 
     Raises:
         OSError: It cannot be written.
@@ -53,11 +49,6 @@ def write_table(folder: Path, outcomes: Sequence[Outcome]) -> None:
 
 def write_page(folder: Path, campaign: Campaign, outcomes: Sequence[Outcome]) -> None:
     """Write one page with the share of successes, by factor too, the figures and the worst runs.
-
-    Args:
-        folder: The campaign's.
-        campaign: What was run.
-        outcomes: The runs that have ended.
 
     Raises:
         OSError: It cannot be written.

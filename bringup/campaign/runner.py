@@ -1,4 +1,4 @@
-"""Runs a campaign: one process a run, some at a time, and goes on where it was broken off."""
+"""Runs a campaign: one process a run, some at a time, and resumes where it was broken off."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from arjuna_core.config import dotted
 from arjuna_core.files.atomic import write_atomically
 from bringup.campaign.outcome import (
     Outcome,
     figures_of,
-    flattened,
     judged,
     read_outcome,
     write_outcome,
@@ -45,15 +45,7 @@ class Forks:
 
 
 class _Started:
-    """A run under way; what it prints goes into its folder.
-
-    Args:
-        campaign: What it belongs to.
-        run: What is run.
-        folder: Where its files go.
-        program: What takes the run's words.
-        forks: Where the same is done in a fork of this process; None to start the program.
-    """
+    """A run under way; what it prints goes into its folder."""
 
     def __init__(
         self,
@@ -77,7 +69,7 @@ class _Started:
         self._last = line.strip() or self._last
 
     def ended(self) -> Outcome | None:
-        """Return how the run ended; None while it goes on."""
+        """Return how the run ended; None while it runs."""
         self._child.read()
         code = self._child.poll()
         passed = time.monotonic() - self._start
@@ -103,9 +95,10 @@ class _Started:
     def _judged(self, code: int, passed: float) -> Outcome:
         try:
             text = (self._folder / self._campaign.result).read_text(encoding="utf-8")
-            flat = flattened(json.loads(text))
+            result = json.loads(text)
         except (OSError, ValueError):
             return self._outcome(f"{describe_exit(code)}, no result; {self._last}", passed)
+        flat = dotted(result) if isinstance(result, dict) else {}
         reason = judged(flat, self._campaign.success)
         return self._outcome(reason, passed, figures_of(flat))
 
@@ -133,8 +126,8 @@ def run_all(
         runs: Its runs.
         folder: Where each has a folder of its own.
         jobs: How many at a time.
-        ended: Told of each run, those of earlier times first.
-        stop: Set to break off; what goes on then is run again next time.
+        ended: Takes each outcome, those of earlier times first.
+        stop: Set to break off; runs under way are run again next time.
         program: What takes the words of a run.
         forks: What does the same in forks of this process; None to start the program each time.
 

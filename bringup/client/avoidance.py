@@ -40,14 +40,7 @@ class Decision:
 
 
 def decide(scan: Scan, distance: float, speed: float, turn: float) -> Decision:
-    """Return what to do.
-
-    Args:
-        scan: The scan; its bearings may run from 0 or from -pi.
-        distance: Nearer than this ahead is an obstacle [m].
-        speed: Forward speed where it is free [m/s].
-        turn: Turn rate where it is not [rad/s].
-    """
+    """Return what to do at a scan: drive [m/s] unless something is nearer ahead [m], else turn."""
     bearings = scan.angles + scan.T_base_sensor.theta
     bearings = np.arctan2(np.sin(bearings), np.cos(bearings))
     usable = np.isfinite(scan.ranges) & (scan.ranges > _OWN)

@@ -14,11 +14,7 @@ from bringup.viewing.frame_tree import Frame
 
 
 class FrameListener:
-    """Takes what comes on tf and tf_static from now on; another publisher's twin shows too.
-
-    Args:
-        session: The connection to the robot, in its namespace.
-    """
+    """Takes what comes on tf and tf_static from now on; another publisher's twin shows too."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -43,15 +39,15 @@ class FrameListener:
         self._session.client.create_subscription(TFMessage, topic, take, profile)
 
     @property
-    def heard(self) -> bool:
-        """Whether any frame was heard of."""
+    def found(self) -> bool:
+        """Whether any frame has come."""
         return bool(self._stamps)
 
     def frames(self, now: float | None) -> dict[str, Frame]:
-        """Return the frames heard of so far.
+        """Return the frames that have come so far.
 
         Args:
-            now: The robot's time [s]; None for the newest stamp heard.
+            now: The robot's time [s]; None for the newest stamp.
         """
         moving = [stamps[-1] for name, stamps in self._stamps.items() if not self._static[name]]
         time = max(moving, default=0.0) if now is None else now

@@ -41,11 +41,7 @@ class GoalEnd:
 
 
 class Goals:
-    """Sends goals and waits until they end.
-
-    Args:
-        session: The connection to the robot.
-    """
+    """Sends goals and waits until they end."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -87,16 +83,7 @@ class Goals:
 
 
 class _Goal:
-    """A goal that is sent until its server has ended it.
-
-    Args:
-        session: The connection to the robot.
-        client: The action client.
-        name: The action's name.
-        request: The goal.
-        deadline: When it is cancelled [s].
-        progress: Takes the feedback.
-    """
+    """A goal that is sent until its server has ended it."""
 
     def __init__(
         self,

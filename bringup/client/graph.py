@@ -23,12 +23,7 @@ _LIMIT = 10.0
 
 
 def discover(session: Session, expected: Collection[str] = ()) -> None:
-    """Wait until the graph is known; it is watched longer while expected nodes are missing.
-
-    Args:
-        session: The connection.
-        expected: Names of nodes, without their namespaces.
-    """
+    """Wait until the graph is known; it is watched longer while expected nodes are missing."""
     start = changed = session.now
     found: list[str] = []
     while session.now < start + _LIMIT:

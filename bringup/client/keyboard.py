@@ -24,10 +24,6 @@ _WAIT = 10.0
 def drive_by_keys(driving: Driving, arguments: argparse.Namespace) -> None:
     """Drive until a key quits; the robot is stopped however this ends.
 
-    Args:
-        driving: Layout and speeds.
-        arguments: `topic`, `stamped`, and the robot's `namespace`.
-
     Raises:
         ClientError: There is no terminal, or no robot that listens.
     """

@@ -49,7 +49,7 @@ class Robot:
     Args:
         timeout: How long to wait for what should be there at once [s].
         namespace: The robot's namespace.
-        session: Another way to reach it, as a lock-step robot; a new connection by default.
+        session: The robot to use, as a lock-step one; a new connection by default.
 
     Example:
         >>> with Robot() as robot:
@@ -122,12 +122,6 @@ class Robot:
     ) -> Path:
         """Write the map as `path.pgm` and `path.yaml`; return the YAML's path.
 
-        Args:
-            path: Without suffix.
-            topic: The map's.
-            image_format: `pgm` or `png`.
-            options: Thresholds and mode.
-
         Raises:
             ArjunaError: There is no map, or the files cannot be written.
         """
@@ -154,7 +148,7 @@ class Robot:
         return [self.goto(*pose, timeout=timeout) for pose in waypoints]
 
     def explore(self, timeout: float = 1800.0) -> bool:
-        """Drive to the edges of the map until all is seen; tell whether it was in time [s].
+        """Drive to the edges of the map until all is seen; return whether it was in time [s].
 
         Navigation must run while mapping: `python -m bringup nav --slam`.
         """
@@ -165,7 +159,7 @@ class Robot:
         return done.returncode == 0
 
     def set_pose(self, x: float, y: float, yaw: float = 0.0) -> None:
-        """Tell AMCL where the robot is, roughly [m, m, rad].
+        """Set the pose that AMCL starts from, roughly [m, m, rad].
 
         Raises:
             ArjunaError: Nobody listens in time.

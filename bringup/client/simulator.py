@@ -35,12 +35,7 @@ class SimulatorError(ClientError):
 
 
 class SimulatorClient(Connection):
-    """A client of a simulator.
-
-    Args:
-        timeout: How long to wait for an answer [s, wall].
-        namespace: The robot's namespace.
-    """
+    """A client of a simulator."""
 
     error = SimulatorError
 
@@ -147,7 +142,7 @@ def pose_at(x: float, y: float, z: float, heading: float) -> Pose:
 def resource_of(what: str) -> Resource:
     """Return what to spawn: a file of this machine as its text, else the words as a URI.
 
-    A file that refers to meshes is named instead, for its folder tells where they are.
+    A file that refers to meshes is named instead, for they lie beside it.
 
     Raises:
         SimulatorError: The file cannot be read.

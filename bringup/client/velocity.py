@@ -66,7 +66,7 @@ class VelocityPublisher:
             self._publisher.publish(twist)
 
     def stop(self) -> None:
-        """Stand still, and see to it that the robot is told before the client leaves."""
+        """Stand still; the command reaches the robot before the client leaves."""
         if self._publisher is not None:
             for _ in range(3):
                 self.send(0.0, 0.0)

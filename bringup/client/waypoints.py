@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Waypoint = tuple[float, float, float]
 _RULE = "_" * 40
 _VALID = "valid: 'waypoints: [[x, y, yaw], ...]' or '- {x: 1.0, y: 2.0, yaw: 0.0}'"
-_STEP = 0.5  # [m] of the way between two lines of progress
+_STEP = 0.5  # [m] driven between two lines of progress
 
 
 def load_waypoints(path: Path) -> list[Waypoint]:
@@ -47,11 +47,7 @@ def _waypoint(path: Path, row: Any, number: int) -> Waypoint:
 
 
 class Progress:
-    """Says how far it is yet, each half metre; takes the feedback of navigate_to_pose.
-
-    Args:
-        write: Takes each line.
-    """
+    """Writes the distance left each half metre; takes the feedback of navigate_to_pose."""
 
     def __init__(self, write: Callable[[str], None]) -> None:
         self._write = write
@@ -60,7 +56,7 @@ class Progress:
 
     @property
     def arrival(self) -> str:
-        """Where the robot was at last; nothing where nothing has been heard of it."""
+        """The last pose of the robot, as text; empty where none has come."""
         if self._latest is None:
             return ""
         position, q = self._pose.position, self._pose.orientation
@@ -72,23 +68,16 @@ class Progress:
         return self._latest.current_pose.pose
 
     def judged(self, end: GoalEnd, x: float, y: float, tolerance: float) -> GoalEnd:
-        """Return how a goal ended, as failed where the robot stands elsewhere than it was sent.
-
-        Args:
-            end: What navigation says, whose planner may have moved the goal.
-            x: Where it was sent in the map [m].
-            y: Where it was sent in the map [m].
-            tolerance: How far from there it may stand [m].
-        """
+        """Return how a goal at x, y [m] ended: failed where the robot is off by more [m]."""
         if not end.succeeded or self._latest is None:
             return end
-        place = self._pose.position
-        off = math.hypot(place.x - x, place.y - y)
+        reached = self._pose.position
+        off = math.hypot(reached.x - x, reached.y - y)
         if off <= tolerance:
             return end
-        asked, reached = f"({x:.2f}, {y:.2f})", f"({place.x:.2f}, {place.y:.2f})"
+        asked, where = f"({x:.2f}, {y:.2f})", f"({reached.x:.2f}, {reached.y:.2f})"
         reason = (
-            f"asked for {asked}, reached {reached}, {off:.2f} m off: the planner took a free place"
+            f"asked for {asked}, reached {where}, {off:.2f} m off: the planner took a free place"
             f" near it, as its tolerance lets it ('--tolerance {off + 0.01:.2f}' takes that)"
         )
         return replace(end, succeeded=False, reason=reason)
@@ -103,12 +92,7 @@ class Progress:
 
 
 class Tour:
-    """Drives to way-points and says how it goes.
-
-    Args:
-        robot: The robot.
-        write: Takes each line.
-    """
+    """Drives to way-points and writes how each ended."""
 
     def __init__(self, robot: Robot, write: Callable[[str], None]) -> None:
         self._robot = robot
@@ -117,16 +101,9 @@ class Tour:
     def drive(
         self, waypoints: Sequence[Waypoint], timeout: float, pause: float, tolerance: float
     ) -> int:
-        """Drive to all, skipping those that fail, and say so.
+        """Drive to poses in the map, skipping those that fail; return how many were reached.
 
-        Args:
-            waypoints: Poses in the map [m, m, rad].
-            timeout: For each [s].
-            pause: Between two [s].
-            tolerance: How far from each the robot may stand in the end [m].
-
-        Returns:
-            How many were reached.
+        Each may take a timeout [s], and the robot may end up within a tolerance [m] of it.
         """
         count = len(waypoints)
         self._write(f"Starting waypoint navigation - {count} waypoints")

@@ -27,7 +27,6 @@ def names() -> list[str]:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument("name", metavar="NAME", help=f"one of: {', '.join(names())}")
     parser.add_argument("options", nargs=argparse.REMAINDER, help="its own; see NAME --help")
 
@@ -40,10 +39,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def measure(name: str, argv: Sequence[str]) -> None:
     """Run a benchmark.
-
-    Args:
-        name: One of `names()`.
-        argv: Its own options.
 
     Raises:
         InputFileError: There is no such benchmark, or the JSON file cannot be written.

@@ -9,7 +9,6 @@ EXAMPLES = ("calibrate --robot my.urdf --out out/calibration",)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument("--robot", type=Path, metavar="FILE", help="the URDF (urdf/arjuna.urdf)")
     parser.add_argument(
         "--world", type=Path, metavar="FILE", help="with 4 m free space (worlds/empty.world)"

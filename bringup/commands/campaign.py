@@ -18,7 +18,6 @@ EXAMPLES = ("campaign campaigns/goals.yaml", "campaign --compare out/one out/oth
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument(
         "file",
         type=Path,
@@ -65,7 +64,7 @@ def _run(campaign: Campaign, folder: Path, jobs: int, main: Callable[[], int] | 
 
     runs, ended, stop = runs_of(campaign), 0, stopped_by_signals()
 
-    def tell(outcome: Outcome) -> None:
+    def report(outcome: Outcome) -> None:
         nonlocal ended
         ended += 1
         verdict = "ok" if outcome.success else f"FAILED: {outcome.reason}"
@@ -73,7 +72,7 @@ def _run(campaign: Campaign, folder: Path, jobs: int, main: Callable[[], int] | 
 
     try:
         folder, forks = folder.resolve(), Forks(main, _warm_up) if main is not None else None
-        outcomes = run_all(campaign, runs, folder, jobs, tell, stop, forks=forks)
+        outcomes = run_all(campaign, runs, folder, jobs, report, stop, forks=forks)
         if outcomes:
             write_table(folder, outcomes)
             write_page(folder, campaign, outcomes)

@@ -22,7 +22,6 @@ EXAMPLES = (
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.NODES, *options.SIMULATION, "--seed")
     parser.add_argument(
         "--waypoints",

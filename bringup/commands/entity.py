@@ -25,7 +25,6 @@ _WHAT = (
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's actions."""
     options.add(parser, *options.ROBOT_CHOICE)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     _configure_spawn(_action(actions, "spawn", "put something into the world"))

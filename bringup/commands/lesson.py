@@ -25,7 +25,6 @@ PAGES = {
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     names = ", ".join(f"{number} {name[2:]}" for number, name in PAGES.items())
     parser.add_argument("number", type=int, choices=PAGES, metavar="N", help=names)
     parser.add_argument(

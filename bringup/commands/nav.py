@@ -14,7 +14,6 @@ EXAMPLES = (
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add_running(parser)
     options.add_parts(parser)
     options.add_log_options(parser, "out/amcl", "where trajectory, report and picture go")

@@ -10,7 +10,6 @@ EXAMPLES = ("robot --map my_map.yaml", "robot --slam")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add_parts(parser)
     about = "its URDF, xacro or SDF (none: a driver publishes the robot's transforms)"
     options.add(parser, "--robot", help=about)

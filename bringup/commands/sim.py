@@ -22,7 +22,6 @@ _SEVERAL = """Several robots in one world: give --namespace again for each, and 
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.epilog = _SEVERAL
     options.add(parser, *options.NODES, "--record")
     options.add(parser, "--namespace", action=options.Each)

@@ -16,7 +16,6 @@ EXAMPLES = (
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add_running(parser)
     group = options.add_log_options(
         parser, "out/slam", "where map, trajectory, report and picture go"

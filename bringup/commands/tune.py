@@ -19,7 +19,6 @@ EXAMPLES = (
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument(
         "file", type=Path, metavar="FILE", help="such as campaigns/tuning/race_track.yaml"
     )
@@ -37,8 +36,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run a tuning, going on where it was broken off; return 0 where all its trials were run."""
     from arjuna_core.errors import ArjunaError
-    from bringup.tuning.known import known_parameters
     from bringup.tuning.plan import load_tuning
+    from bringup.tuning.space import known_parameters
 
     if arguments.jobs < 1 or (arguments.trials is not None and arguments.trials < 1):
         raise ArjunaError("--jobs and --trials are at least 1")
@@ -58,12 +57,12 @@ def _run(tuning: Tuning, folder: Path, jobs: int) -> int:
     try:
         tuner = Tuner(tuning, folder.resolve(), jobs, stopped_by_signals())
 
-        def tell(one: Tried) -> None:
+        def report(one: Tried) -> None:
             best = tuner.study.ranked()[0]
             mark = "  best so far" if one == best else ""
             show(f"{one.number + 1:5} of {tuning.trials}  {tuner.verdict(one)}{mark}")
 
-        complete = tuner.run(tell)
+        complete = tuner.run(report)
         if tuner.study.tried():
             write_picture(folder, tuning, tuner.study)
             for line in [*_table(tuning, tuner.study), *(tuner.confirm() if complete else [])]:

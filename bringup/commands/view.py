@@ -15,7 +15,6 @@ _PORT = 8080
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument(
         "--foxglove",
         action="store_true",

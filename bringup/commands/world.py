@@ -25,7 +25,6 @@ _ABOUT = {
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's actions."""
     options.add(parser, *options.ROBOT_CHOICE)
     adder = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     actions = {

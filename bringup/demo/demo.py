@@ -19,8 +19,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
-from bringup.demo.log import RunLog
-from bringup.demo.measures import distance_to_surfaces, segments_from
+from bringup.demo.measures import Samples, distance_to_surfaces, segments_from
 from bringup.demo.report import Report, write_report
 from bringup.lockstep import LockStep, LockStepError
 from bringup.parameters.files import Parameters, merged
@@ -46,7 +45,7 @@ HOME = SE2(0.0, 0.0, 0.0)
 REACHED_WITHIN = 0.25  # nav2's xy_goal_tolerance, judged by the truth [m]
 KNOWS = 0.5  # localization quality from which the robot's word counts
 _EXPLORE_TIMEOUT, _GOAL_TIMEOUT, _NOTICE_TIMEOUT, _RECOVER_TIMEOUT = 1800.0, 300.0, 10.0, 60.0
-_CLEARANCE = 0.6  # of the place it is carried off to [m]
+_CLEARANCE = 0.6  # of where it is carried off to [m]
 _INITIAL_COVARIANCE = np.diag([0.05**2, 0.05**2, 0.05**2])
 
 
@@ -70,17 +69,12 @@ class DemoOptions:
 
 
 class Demo:
-    """One run of the demo, in lock-step.
-
-    Args:
-        options: What the run depends on.
-        progress: Where progress is shown.
-    """
+    """One run of the demo, in lock-step."""
 
     def __init__(self, options: DemoOptions, progress: Progress) -> None:
         self._options = options
         self._progress = progress
-        self._log = RunLog()
+        self._samples = Samples()
         self._rng = np.random.default_rng([options.seed, 1])
         self._quality = 0.0
         self._exploration = ""
@@ -89,9 +83,6 @@ class Demo:
 
     def run(self) -> Report:
         """Run everything and write the artifacts.
-
-        Returns:
-            The report, also written as `report.json`.
 
         Raises:
             LockStepError: A phase did not end in time.
@@ -159,7 +150,7 @@ class Demo:
         estimate = self._estimate()
         known = self._robot.process.transforms
         stamp = None if estimate is None else known.latest_common(*self._frames)
-        self._log.add(robot.now, self._truth(), estimate, contacts, self._judge, stamp)
+        self._samples.add(robot.now, self._truth(), estimate, contacts, self._judge, stamp)
         self._progress.update(robot.now, self._exploration if not self._judge else "")
 
     def _explore(self) -> None:
@@ -208,7 +199,7 @@ class Demo:
         for number, goal in enumerate(waypoints, 1):
             name = f"waypoint {number} of {len(waypoints)}: ({goal.x:.1f}, {goal.y:.1f})"
             self._progress.phase(name, self._robot.now)
-            self._log.goals.append((goal.x, goal.y, goal.theta, self._go(goal)))
+            self._samples.goals.append((goal.x, goal.y, goal.theta, self._go(goal)))
 
     def _elsewhere(self) -> SE2:
         """Draw a free pose at least 2 m away; the truth serves only not to drop it into a box."""
@@ -238,7 +229,7 @@ class Demo:
             self._judge = True
 
     def _found_itself(self, timeout: float) -> bool:
-        """Tell whether the robot says within a time [s] that it knows its pose, and is right."""
+        """Return whether the robot says within a time [s] that it knows its pose, and is right."""
         return self._robot.run_until(self._knows_itself, timeout, required=False)
 
     def _knows_itself(self) -> bool:
@@ -247,7 +238,7 @@ class Demo:
         return self._quality >= KNOWS and near
 
     def _carry_off(self) -> bool:
-        """Carry the robot off; tell whether it finds itself and drives home."""
+        """Carry the robot off; return whether it finds itself and drives home."""
         self._kidnap()
         return self._drive_home() and self._recovery_s is not None
 
@@ -259,9 +250,9 @@ class Demo:
         out = self._options.out
         grid = load_map(out / "map.yaml")
         draw_map(out / "map.png", grid)
-        draw_trajectory(out / "trajectory.png", grid, self._log.table, self._log.goals)
+        draw_trajectory(out / "trajectory.png", grid, self._samples.table, self._samples.goals)
         report = Report.of(
-            self._log,
+            self._samples,
             grid,
             self._surfaces(),
             self._options.seed,

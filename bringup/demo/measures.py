@@ -1,6 +1,10 @@
-"""Figures of merit against the simulator's truth: for reports only, never for the robot."""
+"""A demo's samples, and figures of merit against the truth: for reports, never for the robot."""
 
 from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +13,8 @@ from scipy.ndimage import label
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2, wrap
 
-_CHUNK = 4096
+_CHUNK = 4096  # points that are compared with all surfaces at a time
+_SAME_TIME = 1e-6  # [s] times so close are one
 
 
 def distance_to_surfaces(
@@ -55,12 +60,7 @@ def map_error(grid: OccupancyGrid, surfaces: NDArray[np.float64]) -> float:
 
 
 def segments_from(frame: SE2, segments: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return segments as seen from a frame, `(M, 4) float64` [m].
-
-    Args:
-        frame: The frame, in the coordinates of the segments.
-        segments: `(M, 4) float64` [m].
-    """
+    """Return segments as seen from a frame, `(M, 4) float64` [m]."""
     return frame.inverse().apply(segments.reshape(-1, 2)).reshape(-1, 4)
 
 
@@ -93,13 +93,71 @@ def explored_fraction(
 
 
 def rmse(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the root mean square errors of position [m] and heading [rad].
-
-    Args:
-        estimates: `(N, 3) float64` of `x, y, theta`.
-        truths: As `estimates`.
-    """
+    """Return the root mean square errors of position [m] and heading [rad]."""
     difference = estimates - truths
     heading = wrap(difference[:, 2])
     position = float(np.sqrt((difference[:, :2] ** 2).sum(axis=1).mean()))
     return position, float(np.sqrt((heading**2).mean()))
+
+
+@dataclass
+class Samples:
+    """Truth and estimate of a run, a row a tick.
+
+    Attributes:
+        rows: `time, true x, y, theta, estimated x, y, theta`; NaN where there is no estimate.
+        judged: For each row whether the estimate counts as localization (after mapping and not
+            between a kidnap and the recovery from it).
+        stamps: For each row of when the estimate is [s]: as late as the robot's odometry comes.
+        collisions: How often a contact with the world began.
+        goals: `(x, y, yaw, reached)` in order.
+    """
+
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+    judged: list[bool] = field(default_factory=list)
+    stamps: list[float] = field(default_factory=list)
+    collisions: int = 0
+    goals: list[tuple[float, float, float, bool]] = field(default_factory=list)
+    _touching: bool = False
+
+    def add(
+        self,
+        now: float,
+        truth: SE2,
+        estimate: SE2 | None,
+        contacts: Any,
+        judge: bool,
+        stamp: float | None = None,
+    ) -> None:
+        """Add the sample of a tick [s]; the estimate is of a stamp [s], of now if None."""
+        self.stamps.append(now if stamp is None else stamp)
+        guess = (np.nan,) * 3 if estimate is None else (estimate.x, estimate.y, estimate.theta)
+        self.rows.append((now, truth.x, truth.y, truth.theta, *guess))
+        self.judged.append(judge and estimate is not None)
+        touching = len(contacts) > 0
+        self.collisions += touching and not self._touching
+        self._touching = touching
+
+    @property
+    def table(self) -> NDArray[np.float64]:
+        """The rows as `(N, 7) float64`."""
+        return np.array(self.rows, dtype=np.float64).reshape(-1, 7)
+
+    def sha256(self) -> str:
+        """Return a digest of every sample's bytes."""
+        return hashlib.sha256(self.table.tobytes()).hexdigest()
+
+    def path_length(self) -> float:
+        """Return the length of the true path [m], leaps of a kidnap left out."""
+        steps = np.linalg.norm(np.diff(self.table[:, 1:3], axis=0), axis=1)
+        return float(steps[steps < 0.1].sum())
+
+    def localization_rmse(self) -> tuple[float, float]:
+        """Return the root mean square errors [m], [rad] of the judged samples.
+
+        Each is compared with where the robot was at the estimate's stamp: odometry of 10 Hz is up
+        to 0.1 s old, in which a robot turns by degrees.
+        """
+        table, judged = self.table, np.array(self.judged, dtype=bool)
+        dated = np.searchsorted(table[:, 0], np.array(self.stamps)[judged] - _SAME_TIME)
+        return rmse(table[judged, 4:7], table[np.minimum(dated, len(table) - 1), 1:4])

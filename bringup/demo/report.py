@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
-from bringup.demo.log import RunLog
-from bringup.demo.measures import explored_fraction, map_error
+from bringup.demo.measures import Samples, explored_fraction, map_error
 
 ARTIFACTS = ("map.pgm", "map.yaml", "map.png", "trajectory.png", "run.mcap", "report.json")
 
@@ -41,7 +40,7 @@ class Report:
 
     @staticmethod
     def of(
-        log: RunLog,
+        samples: Samples,
         grid: OccupancyGrid,
         surfaces: NDArray[np.float64],
         seed: int,
@@ -49,35 +48,27 @@ class Report:
         kidnap_recovered: bool | None,
         kidnap_recovery_s: float | None,
     ) -> Report:
-        """Work out a run's figures.
-
-        Args:
-            log: What the run saw.
-            grid: The saved map.
-            surfaces: True segments on the map, `(M, 4) float64` [m].
-            seed: The run's seed.
-            wall_time: Wall time of the run [s].
-            kidnap_recovered: Whether the robot found itself and drove home; None for no kidnap.
-            kidnap_recovery_s: Time from the kidnap until it knew its pose; None for never [s].
-        """
-        position, heading = log.localization_rmse()
-        sim_time = float(log.table[-1, 0])
+        """Work out a run's figures."""
+        position, heading = samples.localization_rmse()
+        sim_time = float(samples.table[-1, 0])
         return Report(
             seed=seed,
-            waypoints_total=len(log.goals),
-            waypoints_reached=sum(reached for *_, reached in log.goals),
+            waypoints_total=len(samples.goals),
+            waypoints_reached=sum(reached for *_, reached in samples.goals),
             kidnap_recovered=kidnap_recovered,
             kidnap_recovery_s=kidnap_recovery_s,
-            collisions=log.collisions,
+            collisions=samples.collisions,
             localization_rmse_m=position,
             localization_rmse_rad=heading,
             map_error_m=map_error(grid, surfaces),
-            explored_fraction=explored_fraction(grid, surfaces, SE2.from_array(log.table[0, 1:4])),
-            path_length_m=log.path_length(),
+            explored_fraction=explored_fraction(
+                grid, surfaces, SE2.from_array(samples.table[0, 1:4])
+            ),
+            path_length_m=samples.path_length(),
             sim_time_s=sim_time,
             wall_time_s=wall_time,
             real_time_factor=sim_time / wall_time,
-            trajectory_sha256=log.sha256(),
+            trajectory_sha256=samples.sha256(),
         )
 
     @property

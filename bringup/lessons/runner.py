@@ -133,15 +133,6 @@ def run_section(
 ) -> list[str]:
     """Run a section's commands in order, those that stay beside the others.
 
-    Args:
-        section: The section.
-        folder: Where the page's relative paths begin.
-        show: Takes each command and what it prints.
-        attended: Whether somebody is there for what is done by hand, else left out.
-
-    Returns:
-        What was not as the page says, a line each.
-
     Raises:
         LessonError: A command does not come up, or does not end.
     """

@@ -75,9 +75,9 @@ def checked(source: Source, below: Parameters, namespace: str = "") -> Checked:
     after, remarks, problems = understand(source.values, below, nodes, namespace)
     remarks += _without_missing_masks(after, further)
     problems += _problems_of_change(below, after, nodes)
-    place = _places(source)
-    placed = [one._replace(place=place(one.where)) for one in remarks]
-    return Checked(after, placed, [f"{place(text)}: {text}" for text in problems])
+    locate = _locator(source)
+    located = [one._replace(place=locate(one.where)) for one in remarks]
+    return Checked(after, located, [f"{locate(text)}: {text}" for text in problems])
 
 
 def check_file(path: Path) -> Checked:
@@ -143,7 +143,7 @@ def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) 
     return remarks
 
 
-def _places(source: Source) -> Callable[[str], str]:
+def _locator(source: Source) -> Callable[[str], str]:
     """Return what finds file and line of a sentence on `node: key...` or `node: 'key'...`."""
     nodes = {spec.name for spec in all_nodes()}
     numbers = dict(source.lines)
@@ -151,13 +151,13 @@ def _places(source: Source) -> Callable[[str], str]:
         node = node_of(section_as_today(name), nodes)
         numbers.setdefault((node or name, key), line)
 
-    def place(sentence: str) -> str:
+    def locate(sentence: str) -> str:
         node, _, rest = sentence.partition(": ")
         found = re.search(r"'([^']+)'", rest) or re.match(r"(\S+)", rest)
         line = numbers.get((node, found[1] if found else "")) or numbers.get((node, ""))
         return f"{source.name}:{line}" if line else source.name
 
-    return place
+    return locate
 
 
 def _lacking_map(values: Mapping[str, Any]) -> str:

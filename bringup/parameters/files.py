@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from arjuna_core.config import dotted
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.yaml_file import read_nodes, read_yaml
@@ -82,7 +83,7 @@ def _collect(path: Path, item: Any, name: str, found: Parameters) -> None:
             continue
         if not isinstance(value, Mapping | None):
             raise InputFileError(path, f"must map names to values, got {value!r}", f"{name}.{_KEY}")
-        found.setdefault(name, {}).update(_dotted(value or {}))
+        found.setdefault(name, {}).update(dotted(value or {}))
 
 
 def _below(name: str, key: str) -> str:
@@ -111,16 +112,6 @@ def lines_of(path: Path) -> dict[tuple[str, str], int]:
     return found
 
 
-def _dotted(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    flat: dict[str, Any] = {}
-    for key, value in values.items():
-        if isinstance(value, Mapping):
-            flat.update(_dotted(value, f"{prefix}{key}."))
-        else:
-            flat[f"{prefix}{key}"] = value
-    return flat
-
-
 def for_node(parameters: Parameters, name: str) -> dict[str, Any]:
     """Return one node's values, those of `/**` under its own; use_sim_time is the process's."""
     values = {**parameters.get(EVERY_NODE, {}), **parameters.get(name, {})}
@@ -146,11 +137,6 @@ def node_of(name: str, known: Collection[str], namespace: str = "") -> str | Non
 
     ROS' wildcards stand for any namespace, and so does a `<placeholder>` that a launch file fills.
     Where the robot has no namespace, a section of any one is taken.
-
-    Args:
-        name: As the file has it, namespaces separated by slashes.
-        known: The nodes that there are.
-        namespace: The robot's.
     """
     tokens = name.strip("/").split("/")
     for node in known:

@@ -133,12 +133,6 @@ def _with_clock(
 
     A file that says `use_sim_time: false` is one that a launch file's argument overrides: where a
     simulator publishes /clock, its time is taken all the same, and that is written.
-
-    Args:
-        parameters: Of all nodes, as the files say.
-        specs: What runs.
-        insisted: What the command line says; None where it says nothing.
-        ask: Whether to look for a publisher of /clock; it imports rclpy.
     """
     simulated = sim_time_of(parameters, [spec.name for spec in specs])
     if insisted is not None:
@@ -165,9 +159,6 @@ def _with_clock(
 
 def _robot_of_simulator(namespace: str) -> dict[str, Any]:
     """Return `robot`, `robot_arguments` and `standard_topics` of the simulator that runs.
-
-    Args:
-        namespace: The robot's, which may be one of several.
 
     Returns:
         The simulator's parameters; nothing where none runs. It imports rclpy.

@@ -17,14 +17,7 @@ _WIDTH = 44  # [characters] of name and value before the comment
 
 @dataclass(frozen=True)
 class Described:
-    """One parameter of a node.
-
-    Attributes:
-        key: Its dotted name.
-        value: The value it has.
-        default: Its default.
-        info: What is known of it.
-    """
+    """One parameter of a node."""
 
     key: str
     value: Any
@@ -42,11 +35,7 @@ def values_of(cls: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def dump(nodes: Iterable[tuple[str, type[Any], Mapping[str, Any]]]) -> str:
-    """Return a ROS parameter file with every parameter, its text, unit, bounds and default.
-
-    Args:
-        nodes: Name, config dataclass and the values that differ from its defaults.
-    """
+    """Return a ROS parameter file with every parameter, its text, unit, bounds and default."""
     lines = []
     for name, cls, values in nodes:
         lines += [f"/{name}:", "  ros__parameters:", *_rows(cls, values), ""]
@@ -99,12 +88,7 @@ def bounds(info: ParamInfo) -> str:
 
 
 def differences(before: Parameters, after: Parameters) -> list[str]:
-    """Return a line for each value that differs: `node: name: before -> after`.
-
-    Args:
-        before: Every value, `{node: {name: value}}`.
-        after: The same of the same nodes with other values.
-    """
+    """Return a line for each value that differs: `node: name: before -> after`."""
     return [
         f"{node}: {name}: {scalar(value)} -> {scalar(after[node][name])}"
         for node, values in before.items()

@@ -227,13 +227,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 
 
 def add(parser: argparse._ActionsContainer, *names: str, **changes: Any) -> None:
-    """Add options and arguments that several commands share.
-
-    Args:
-        parser: The command's, or a group of it.
-        names: Their names.
-        changes: What is otherwise in this command, as `help` or `default`.
-    """
+    """Add options and arguments that several commands share."""
     for name in names:
         parser.add_argument(name, **{**_OPTIONS[name], **changes})
 
@@ -258,16 +252,7 @@ def add_parts(parser: argparse.ArgumentParser) -> None:
 def add_log_options(
     parser: argparse.ArgumentParser, out: str, what: str
 ) -> argparse._ArgumentGroup:
-    """Add the options of a command that can run on a log instead of a robot.
-
-    Args:
-        parser: The command's.
-        out: The folder that results go to by default.
-        what: The results.
-
-    Returns:
-        The group they are in, for more.
-    """
+    """Add the options of a command that can run on a log instead of a robot."""
     group = parser.add_argument_group("on a log")
     add(group, "--offline")
     add(group, "--out", default=Path(out), help=f"{what} (%(default)s)")
@@ -275,11 +260,7 @@ def add_log_options(
 
 
 def add_robot_names(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
-    """Add the robot's names of topics and frames; each reaches every node that needs it.
-
-    Returns:
-        The group they are in, for more.
-    """
+    """Add the robot's names of topics and frames; each reaches every node that needs it."""
     group = parser.add_argument_group("what the robot, or a recording, calls its own")
     add(group, "--scan-topic", "--odom-topic", "--cmd-vel-topic", "--base-frame", "--odom-frame")
     return group

@@ -86,11 +86,6 @@ def of_options(
 ) -> Parameters:
     """Return the parameters that the command line's options stand for.
 
-    Args:
-        options: What the command line says, by option.
-        groups: The groups that run.
-        parameters: Of all nodes, without the options.
-
     Raises:
         ConfigError: The starts of several robots are at odds.
     """
@@ -186,10 +181,6 @@ def with_base_frame(given: Parameters, below: Parameters) -> Parameters:
     """Return a file's parameters, with its one base frame at every node that names none.
 
     A file that names two, as Nav2's own base_link and base_footprint, stays as it is.
-
-    Args:
-        given: The file's parameters.
-        below: What holds without it: a node that has the frame there already needs none.
     """
     keys = ROBOT_NAMES["base_frame"]
     named = {node: frame for node, key in keys.items() if (frame := given.get(node, {}).get(key))}
@@ -206,11 +197,6 @@ def of_simulated_robot(
     parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
 ) -> Parameters:
     """Return a robot's names and its outline, but for those that parameter files say otherwise.
-
-    Args:
-        parameters: The files' over the shipped ones.
-        sim: The simulator's, which may name the robot.
-        groups: The groups that run.
 
     Raises:
         ArjunaError: The robot's file cannot be used.

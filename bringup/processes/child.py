@@ -36,7 +36,7 @@ class Child:
     """A running process; its standard error joins its output.
 
     The kernel kills it when the parent dies, however that happens, and its standard input is a
-    pipe that the parent never writes to: the end of that pipe tells the same.
+    pipe that the parent never writes to: the end of that pipe means the same.
 
     Args:
         spec: What to run.

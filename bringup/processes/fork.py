@@ -29,7 +29,7 @@ _SHOWN: list[Any] = []
 
 
 def can_fork() -> bool:
-    """Tell whether a fork of this process is whole: it has no threads but the one that forks."""
+    """Return whether a fork of this process is whole: it has no threads but the one that forks."""
     return sum(1 for _ in Path("/proc/self/task").iterdir()) == 1
 
 
@@ -37,10 +37,6 @@ def warm_up(groups: Iterable[Group], also: Iterable[str] = ()) -> None:
     """Import and compile what groups of nodes stand on, for processes that are forked then.
 
     It starts no thread, as rclpy's own modules would. A module that is missing is left to them.
-
-    Args:
-        groups: The groups.
-        also: Further modules, which import no rclpy.
     """
     import numba
 
@@ -73,11 +69,6 @@ class Fork:
     Args:
         command: What it calls itself, to `ps` and in `sys.argv`: a Python program and arguments.
         run: What it does; its result is the exit code.
-
-    Attributes:
-        pid: Its process id.
-        stdin: Where its input comes from.
-        stdout: Its output and errors.
     """
 
     def __init__(self, command: Sequence[str], run: Callable[[], int]) -> None:
@@ -216,9 +207,9 @@ def _show_as(command: Sequence[str]) -> None:
     field = {number: int(word) for number, word in enumerate(stat[1:], start=4)}
     begin = ctypes.addressof(title)
     _LIBC.sbrk.restype = ctypes.c_void_p
-    places = _Map(
+    layout = _Map(
         *(field[26], field[27], field[45], field[46], field[47], _LIBC.sbrk(0), field[28]),
         *(begin, begin + len(words), field[50], field[51], 0, 0, 2**32 - 1),
     )
     _SHOWN.append(title)
-    _LIBC.prctl(_PR_SET_MM, _PR_SET_MM_MAP, ctypes.byref(places), ctypes.sizeof(places), 0)
+    _LIBC.prctl(_PR_SET_MM, _PR_SET_MM_MAP, ctypes.byref(layout), ctypes.sizeof(layout), 0)

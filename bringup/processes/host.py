@@ -28,12 +28,6 @@ _CLOCK_PATIENCE = 1.0  # [s] for a clock to be discovered before nodes start wit
 class Host:
     """A group's nodes and their lifecycle manager in one process.
 
-    Args:
-        group: The nodes.
-        parameters: Parameters of all nodes.
-        namespace: The robot's namespace.
-        write: Takes events for the supervisor, as lines.
-
     Raises:
         ConfigError: A parameter is not valid.
     """

@@ -26,9 +26,6 @@ from bringup.stack import BT_NAVIGATOR, SLAM_TOOLBOX, WAYPOINT_FOLLOWER, Group
 def supervise(arguments: argparse.Namespace) -> int:
     """Run a command's groups of nodes until stopped.
 
-    Args:
-        arguments: What `cli_parser.parse` returned.
-
     Returns:
         The exit code: 0 after a clean stop, 1 where a process could not be kept.
 

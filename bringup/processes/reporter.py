@@ -20,11 +20,7 @@ _LEASE = 25.0  # [s] a participant that died without a word is forgotten by then
 
 
 class _Compilations(numba_event.Listener):
-    """Reports that Numba begins to compile a function, which it does where it is first used.
-
-    Args:
-        expect: Takes how long the process may be silent [s].
-    """
+    """Reports that Numba begins to compile a function, which it does where it is first used."""
 
     def __init__(self, expect: Callable[[float], None]) -> None:
         self._expect = expect
@@ -38,13 +34,7 @@ class _Compilations(numba_event.Listener):
 
 
 class Reporter:
-    """Writes that a host lives, its nodes' states and what they wait for, where it changed.
-
-    Args:
-        process: The host's process.
-        nodes: Its nodes.
-        write: Takes events as lines.
-    """
+    """Writes that a host lives, its nodes' states and what they wait for, where it changed."""
 
     def __init__(
         self, process: Process, nodes: Sequence[Any], write: Callable[[str], None]
@@ -107,12 +97,7 @@ class Reporter:
 
 
 class Twins:
-    """Warns once of names that the graph has twice: both nodes answer, and time runs twice.
-
-    Args:
-        node: Its graph and log are used.
-        names: Full names of this process's nodes.
-    """
+    """Warns once of names that the graph has twice: both nodes answer, and time runs twice."""
 
     def __init__(self, node: Any, names: Iterable[str]) -> None:
         self._node, self._names = node, set(names)

@@ -17,19 +17,13 @@ def remove_leftovers(folder: Path = _FOLDER) -> int:
     """Remove the segments whose processes are gone; each is 4 MB, and a container may have 64.
 
     A process holds a lock on a file beside its segment for as long as it lives.
-
-    Args:
-        folder: Where shared memory is; one that is not there holds none.
-
-    Returns:
-        How many were removed.
     """
     names = [path for path in folder.glob("fastrtps_*") if _SEGMENT.fullmatch(path.name)]
     return sum(_removed(path) for path in names)
 
 
 def _removed(segment: Path) -> bool:
-    """Remove a segment and its lock if nobody holds it; tell whether that was so."""
+    """Remove a segment and its lock if nobody holds it; return whether that was so."""
     lock = segment.with_name(f"{segment.name}_el")
     with suppress(OSError):  # another user's, held, or gone meanwhile
         if time.time() - segment.stat().st_mtime > _YOUNG:

@@ -55,14 +55,7 @@ class _Supervised:
 
 
 class Supervisor:
-    """Keeps processes running until SIGINT or SIGTERM, until one quits or one cannot be kept.
-
-    Args:
-        specs: The processes; stopped together.
-        output: Shows their lines and states.
-        limits: Back-off of restarts.
-        times: How long each signal to stop may take.
-    """
+    """Keeps processes running until SIGINT or SIGTERM, until one quits or one cannot be kept."""
 
     def __init__(
         self,
@@ -71,7 +64,7 @@ class Supervisor:
         limits: RestartLimits = LIMITS,
         times: StopTimes = STOP_TIMES,
     ) -> None:
-        self._places = [_Supervised(spec, limits) for spec in specs]
+        self._all = [_Supervised(spec, limits) for spec in specs]
         self._output = output
         self._times = times
         self._selector = selectors.DefaultSelector()
@@ -116,17 +109,17 @@ class Supervisor:
 
     def _start_due(self) -> None:
         now = time.monotonic()
-        for place in self._places:
-            if place.start_at is not None and now >= place.start_at:
-                self._start(place)
+        for one in self._all:
+            if one.start_at is not None and now >= one.start_at:
+                self._start(one)
 
-    def _start(self, place: _Supervised) -> None:
-        name = place.spec.name
+    def _start(self, one: _Supervised) -> None:
+        name = one.spec.name
         remove_leftovers()
-        place.start_at = place.kill_at = None
-        place.heartbeat = Heartbeat()
-        place.child = Child(place.spec, lambda line: self._take(place, line))
-        self._selector.register(place.child.output, selectors.EVENT_READ, place.child.read)
+        one.start_at = one.kill_at = None
+        one.heartbeat = Heartbeat()
+        one.child = Child(one.spec, lambda line: self._take(one, line))
+        self._selector.register(one.child.output, selectors.EVENT_READ, one.child.read)
         self._output.state(name, "started")
 
     def _wait(self, timeout: float) -> None:
@@ -136,63 +129,63 @@ class Supervisor:
                 self._selector.unregister(key.fd)
         self._output.tick()
 
-    def _take(self, place: _Supervised, line: str) -> None:
+    def _take(self, one: _Supervised, line: str) -> None:
         """Take a line of a process: a sign of life, an event, or a line of its log."""
         event = read_event(line)
         if event is None:
-            self._output.line(place.spec.name, line)
+            self._output.line(one.spec.name, line)
         elif "alive" not in event:
-            self._output.event(place.spec.name, event)
-        elif place.child is not None:
+            self._output.event(one.spec.name, event)
+        elif one.child is not None:
             patience = float(event["alive"])
-            place.heartbeat.hear(time.monotonic(), patience, starved(place.child.pid))
+            one.heartbeat.hear(time.monotonic(), patience, starved(one.child.pid))
 
     def _end_silent(self, now: float) -> None:
         """End processes that are too long silent; they say where they hang, and start again."""
         absent, self._looked = now - self._looked, now
-        for place in self._places:
-            if place.child is None:
+        for one in self._all:
+            if one.child is None:
                 continue
             if absent > _ABSENT:
-                place.heartbeat.excuse(absent)
-            silent = place.heartbeat.silence(now, starved(place.child.pid))
-            if place.kill_at is not None and now >= place.kill_at:
-                place.child.send(signal.SIGKILL)
-            elif place.kill_at is None and silent is not None:
-                place.kill_at = now + _LAST_WORDS
-                name = place.spec.name
+                one.heartbeat.excuse(absent)
+            silent = one.heartbeat.silence(now, starved(one.child.pid))
+            if one.kill_at is not None and now >= one.kill_at:
+                one.child.send(signal.SIGKILL)
+            elif one.kill_at is None and silent is not None:
+                one.kill_at = now + _LAST_WORDS
+                name = one.spec.name
                 text = f"{name} has not answered for {silent:.1f} s: ended"
                 self._output.state(name, "hung", text)
-                place.child.send(signal.SIGABRT)  # Python then says where it is
-                place.child.send(signal.SIGCONT)
+                one.child.send(signal.SIGABRT)  # Python then says where it is
+                one.child.send(signal.SIGCONT)
 
     def _reap(self, restart: bool = True) -> None:
-        for place in self._places:
-            code = place.child.poll() if place.child else None
-            if place.child is not None and code is not None:
-                if place.child.output in self._selector.get_map():
-                    self._selector.unregister(place.child.output)
-                place.child.close()
-                place.child = None
+        for one in self._all:
+            code = one.child.poll() if one.child else None
+            if one.child is not None and code is not None:
+                if one.child.output in self._selector.get_map():
+                    self._selector.unregister(one.child.output)
+                one.child.close()
+                one.child = None
                 if restart:
-                    self._plan_restart(place, code)
+                    self._plan_restart(one, code)
                 else:
-                    self._output.state(place.spec.name, "ended")
+                    self._output.state(one.spec.name, "ended")
 
-    def _plan_restart(self, place: _Supervised, code: int) -> None:
-        name, how, now = place.spec.name, describe_exit(code), time.monotonic()
+    def _plan_restart(self, one: _Supervised, code: int) -> None:
+        name, how, now = one.spec.name, describe_exit(code), time.monotonic()
         if code == QUIT_EXIT:
             self._signals += 1
             self._output.state(name, "quit", f"{name} quit, and so do all")
             return
         was_up = self._output.start_up.was_up(name)
-        delay = None if code == USAGE_EXIT else place.policy.on_death(now, was_up)
+        delay = None if code == USAGE_EXIT else one.policy.on_death(now, was_up)
         if delay is not None:
-            place.start_at = now + delay
+            one.start_at = now + delay
             text = f"{name} died ({how}); it starts again in {delay:g} s"
             self._output.state(name, "died", text)
             return
-        self._failed = self._failed or place.spec.needed
+        self._failed = self._failed or one.spec.needed
         why = "it refused its input" if code == USAGE_EXIT else "it dies again and again"
         text = f"{name} died ({how}) and {why}: giving up; see its lines above"
         self._output.state(name, "failed", text)
@@ -204,18 +197,18 @@ class Supervisor:
             (signal.SIGTERM, self._times.terminate),
             (signal.SIGKILL, self._times.terminate),
         ):
-            for place in self._places:
-                if place.child is not None:
-                    place.child.send(number)
+            for one in self._all:
+                if one.child is not None:
+                    one.child.send(number)
             self._wait_for_end(patience)
-            late = [place.spec.name for place in self._places if place.child is not None]
+            late = [one.spec.name for one in self._all if one.child is not None]
             if not late:
                 return
             self._output.line(OWN, f"{', '.join(late)} did not end on {number.name}")
 
     def _wait_for_end(self, patience: float) -> None:
         signals, deadline = self._signals, time.monotonic() + patience
-        while any(place.child for place in self._places):
+        while any(one.child for one in self._all):
             if time.monotonic() >= deadline or self._signals != signals:
                 return
             self._wait(_TICK / 4)

@@ -26,11 +26,6 @@ _GOOD, _BAD, _NOW, _BEST = "tab:blue", "tab:red", "black", "tab:orange"
 def write_picture(folder: Path, tuning: Tuning, study: Study) -> None:
     """Draw a study of one trial or more.
 
-    Args:
-        folder: Where the picture goes.
-        tuning: What was tuned.
-        study: Its trials.
-
     Raises:
         OSError: It cannot be written.
     """
@@ -84,10 +79,10 @@ def _draw_slice(
 ) -> None:
     """Draw every trial's figure over its value of one parameter."""
     values = [one.values[dimension.name] for one in tried]
-    places = [float(dimension.choices.index(v) if dimension.choices else v) for v in values]
-    _scatter(axes, places, tried)
-    axes.plot(places[best.number], best.figure, "*", color=_BEST, ms=14, zorder=3)
-    axes.plot(places[0], tried[0].figure, "s", mfc="none", color=_NOW, ms=8, zorder=3)
+    positions = [float(dimension.choices.index(v) if dimension.choices else v) for v in values]
+    _scatter(axes, positions, tried)
+    axes.plot(positions[best.number], best.figure, "*", color=_BEST, ms=14, zorder=3)
+    axes.plot(positions[0], tried[0].figure, "s", mfc="none", color=_NOW, ms=8, zorder=3)
     if dimension.choices:
         axes.set_xticks(range(len(dimension.choices)), map(str, dimension.choices))
     if dimension.log:
@@ -98,9 +93,9 @@ def _draw_slice(
     axes.set_ylabel(measure, fontsize="small")
 
 
-def _scatter(axes: Axes, places: Sequence[float], tried: Sequence[Tried]) -> None:
+def _scatter(axes: Axes, positions: Sequence[float], tried: Sequence[Tried]) -> None:
     """Draw the trials that have a figure."""
-    shown = [(x, one) for x, one in zip(places, tried, strict=True) if math.isfinite(one.figure)]
+    shown = [(x, one) for x, one in zip(positions, tried, strict=True) if math.isfinite(one.figure)]
     axes.scatter(
         [x for x, _ in shown],
         [one.figure for _, one in shown],

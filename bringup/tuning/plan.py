@@ -80,10 +80,6 @@ class Tuning:
 def load_tuning(path: Path, known: Callable[[Sequence[Path]], Known]) -> Tuning:
     """Return the tuning that a YAML file describes: a campaign's keys, and these.
 
-    Args:
-        path: The file.
-        known: Returns the parameters there are, given the files that trials begin from.
-
     Raises:
         CampaignError: The file cannot be read, or a key or value is not valid; all are named.
     """

@@ -1,7 +1,7 @@
 """The study: what was tried and how it went, in one file of Optuna's, and what to try next.
 
 The file holds trials that have ended, nothing else. What comes next follows from them and from
-their number, so a trial that was broken off is proposed again, and its runs are gone on with.
+their number, so a trial that was broken off is proposed again, and its runs are resumed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from bringup.tuning.space import Dimension, Value
 
 FILE = "study.journal"
 _FAILED, _TUNING = "failed runs", "tuning"
-_GOOD_SHARE = 0.25  # of the trials: what tells them from the others is what matters
+_GOOD_SHARE = 0.25  # of the trials: what distinguishes them is what matters
 _DIGITS = 4
 _LEAST = 8  # trials, below which nothing is said of what matters
 
@@ -54,10 +54,6 @@ class Tried:
 
 class Study:
     """All trials of a tuning.
-
-    Args:
-        tuning: What is tuned.
-        folder: Where the study's file lies, or will.
 
     Raises:
         CampaignError: The file there is of another tuning, or is none.
@@ -106,12 +102,7 @@ class Study:
         return {one.name: _rounded(one, proposed[one.name]) for one in self._tuning.dimensions}
 
     def add(self, values: Mapping[str, Value], outcomes: Sequence[Outcome]) -> Tried:
-        """Add a trial that has ended.
-
-        Args:
-            values: What was tried, by dimension.
-            outcomes: How its runs ended.
-        """
+        """Add a trial that has ended."""
         failed = sum(not one.success for one in outcomes)
         worst = -math.inf if self._tuning.maximize else math.inf
         measure = self._tuning.measure
@@ -133,15 +124,15 @@ class Study:
         return sorted(self.tried(), key=lambda one: (one.failed, sign * one.figure, one.number))
 
     def importance(self) -> dict[str, float]:
-        """Return how much each parameter tells the good trials from the others, the most first.
+        """Return how much each parameter distinguishes the good trials, the most first.
 
         Watanabe et al., "PED-ANOVA: efficiently quantifying hyperparameter importance in arbitrary
         subspaces", IJCAI 2023.
 
         Returns:
-            Shares of 1 by dimension; nothing while there are too few trials to tell.
+            Shares of 1 by dimension; nothing while there are too few trials.
         """
-        rank = {one.number: float(place) for place, one in enumerate(self.ranked())}
+        rank = {one.number: float(position) for position, one in enumerate(self.ranked())}
         if len(rank) < _LEAST:
             return {}
         with warnings.catch_warnings():

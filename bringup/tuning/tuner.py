@@ -28,7 +28,7 @@ class Tuner:
         tuning: What is tuned.
         folder: Where the study, a folder a trial and the best parameters go.
         jobs: How many runs at a time.
-        stop: Set to break off; what goes on then is run again next time.
+        stop: Set to break off; runs under way are run again next time.
         program: What takes the words of a run.
 
     Attributes:
@@ -52,21 +52,17 @@ class Tuner:
         self._stop, self._program = stop, program
         self.study = Study(tuning, folder)
 
-    def run(self, told: Callable[[Tried], None]) -> bool:
-        """Run the trials that are left; return whether all have been run.
-
-        Args:
-            told: Told of each trial, those of earlier times first.
-        """
+    def run(self, report: Callable[[Tried], None]) -> bool:
+        """Run the trials that are left; return whether all have been run."""
         tried = self.study.tried()
         for one in tried:
-            told(one)
+            report(one)
         for number in range(len(tried), self._tuning.trials):
             values = self.study.proposal()
             outcomes = self._outcomes(values, self._folder / "trials" / f"{number:04}")
             if outcomes is None:
                 return False
-            told(self.study.add(values, outcomes))
+            report(self.study.add(values, outcomes))
             self._write_best()
         return True
 

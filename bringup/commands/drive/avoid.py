@@ -15,7 +15,6 @@ EXAMPLES = ("avoid", "avoid --distance 1.0 --duration 30")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
         "--distance", type=options.positive, default=0.7, help="that is too near [m] (%(default)s)"
@@ -25,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Drive until told to stop; the robot stops however this ends."""
+    """Drive until stopped; the robot stops however this ends."""
     from bringup.client.robot import Robot
     from bringup.terminal import show
 
@@ -35,13 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def avoid(robot: Robot, arguments: argparse.Namespace, write: Callable[[str], None]) -> None:
-    """Decide at each scan and say so, until the time is over.
-
-    Args:
-        robot: The robot; it drives on between scans.
-        arguments: The command's options.
-        write: Takes a line a scan.
-    """
+    """Decide at each scan and say so, until the time is over."""
     from bringup.client.avoidance import decide
 
     end = robot.session.now + (arguments.duration or float("inf"))

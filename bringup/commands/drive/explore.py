@@ -10,7 +10,6 @@ EXAMPLES = ("explore", "explore --timeout 300")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.NODES, *options.ROBOT_CHOICE, "--base-frame")
     options.add(parser, "--timeout", default=1800.0)
 

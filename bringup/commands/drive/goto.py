@@ -10,7 +10,6 @@ EXAMPLES = ("goto 2 2", "goto 1.5 -1 3.14")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE, "x", "y")
     options.add(parser, "yaw", help="heading there [rad] (0)")
     options.add(parser, "--timeout", "--tolerance")

@@ -10,7 +10,6 @@ EXAMPLES = ("initial-pose 0 0", "initial-pose 2.5 1 1.57")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE, "x", "y")
     options.add(parser, "yaw", help="heading [rad] (0)")
 

@@ -11,7 +11,6 @@ EXAMPLES = ("save-map out/my_map",)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
         "name", type=Path, metavar="NAME", help="path without suffix: NAME.pgm, NAME.yaml"

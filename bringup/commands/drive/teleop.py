@@ -11,7 +11,6 @@ EXAMPLES = ("teleop", "teleop --keys twist --speed 0.2")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = "\n\n".join(f"--keys {name}:\n{page}" for name, page in PAGES.items())
@@ -26,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Drive until told to quit; the robot stops however this ends."""
+    """Drive until a key quits; the robot stops however this ends."""
     from bringup.client.keyboard import drive_by_keys
     from bringup.client.keys import Driving
 

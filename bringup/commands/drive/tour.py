@@ -11,7 +11,6 @@ EXAMPLES = ("tour guides/arjuna/waypoints.yaml",)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
         "file", type=Path, metavar="FILE", help="YAML: 'waypoints: [[x, y, yaw], ...]'"

@@ -9,7 +9,6 @@ EXAMPLES = ("info out/bag",)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument("file", type=Path, metavar="FILE", help="an mcap or .db3 file, or a folder")
     parser.add_argument(
         "--check", action="store_true", help="read every message, not only the index"

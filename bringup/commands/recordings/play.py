@@ -12,7 +12,6 @@ EXAMPLES = ("play out/bag", "play out/bag --rate 2 --clock")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument("file", type=Path, metavar="FILE", help="an mcap or .db3 file, or a folder")
     parser.add_argument(
         *("-r", "--rate"),

@@ -28,7 +28,6 @@ _TIMES = ("s", "min", "h")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument(
         *("-o", "--output"),
         type=Path,

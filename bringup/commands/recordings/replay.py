@@ -11,7 +11,6 @@ EXAMPLES = ("replay out/bag", "replay out/bag --picture drive.png --at 12")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     parser.add_argument("file", type=Path, metavar="FILE", help="an mcap or .db3 file, or a folder")
     parser.add_argument(
         "--save", type=Path, metavar="FILE.rrd", help="write a file of rerun's instead"

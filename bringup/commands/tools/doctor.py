@@ -11,7 +11,6 @@ EXAMPLES = ("doctor", "doctor --json")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = guides_page()

@@ -20,7 +20,6 @@ EXAMPLES = (
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the actions."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     dump = actions.add_parser("dump", help="every parameter, as a file that --params loads")
     dump.add_argument("nodes", nargs="*", metavar="NODE", help="only of these nodes")

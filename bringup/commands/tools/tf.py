@@ -17,7 +17,6 @@ _WAIT = 5.0  # [s] for the first frame
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
         "--picture", type=Path, metavar="FILE", help="draw it too, as .png, .pdf or .svg"
@@ -26,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Show the tree; return 1 where no frame was heard of."""
+    """Show the tree; return 1 where no frame came."""
     from contextlib import closing
 
     from bringup.client.frames import FrameListener
@@ -36,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     with closing(Connection("arjuna_tf", arguments.namespace)) as session:
         listener = FrameListener(session)
-        session.run_until(lambda: listener.heard, _WAIT, required=False)
+        session.run_until(lambda: listener.found, _WAIT, required=False)
         session.pause(arguments.duration)
         frames = listener.frames(None)
     if not frames:

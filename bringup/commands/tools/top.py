@@ -13,7 +13,6 @@ _WIDE = 160  # [characters] of a file or pipe
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
     options.add(parser, *options.ROBOT_CHOICE)
     parser.add_argument(
         "--period",

@@ -18,6 +18,7 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import ParseError, fromstring
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.whole_file import head_of, read_bytes
 from arjuna_core.files.yaml_file import plain, read_yaml
 from bringup.parameters.foreign.ros1_names import SECTIONS
 
@@ -52,10 +53,9 @@ class LaunchFile:
 
 
 def is_launch_file(path: Path) -> bool:
-    """Tell whether a file is XML, not YAML."""
+    """Return whether a file is XML, not YAML."""
     try:
-        with path.open("rb") as file:
-            return file.read(_LARGEST).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
+        return head_of(path, _LARGEST).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
     except OSError:
         return False
 
@@ -65,14 +65,7 @@ class _Unknown(Exception):
 
 
 class _Reading:
-    """One file being read.
-
-    Args:
-        into: What is found.
-        path: The file.
-        arguments: Values of its arguments that who includes it gives.
-        above: The files that include it.
-    """
+    """One file being read."""
 
     def __init__(
         self, into: LaunchFile, path: Path, arguments: Mapping[str, str], above: tuple[Path, ...]
@@ -91,40 +84,34 @@ class _Reading:
 
     def _root(self) -> Element:
         try:
-            data = self._path.read_bytes()
-        except OSError as error:
-            raise InputFileError(self._path, f"cannot be read: {error.strerror}") from error
-        if len(data) > _LARGEST:
-            raise InputFileError(self._path, f"has {len(data)} bytes; at most {_LARGEST} are valid")
-        try:
-            root: Element = fromstring(data, forbid_dtd=True)
+            root: Element = fromstring(read_bytes(self._path, _LARGEST), forbid_dtd=True)
         except (ParseError, DefusedXmlException, ValueError) as error:
             raise InputFileError(self._path, f"is no XML: {error}") from error
         return root
 
-    def _take_all(self, parent: Element, place: tuple[str, ...]) -> None:
-        """Take what stands below an element, whose names are of a place: node and sections."""
+    def _take_all(self, parent: Element, inside: tuple[str, ...]) -> None:
+        """Take what stands below an element, within some sections, a node first."""
         for child in parent:
             try:
                 if self._chosen(child):
-                    self._take(child, place)
+                    self._take(child, inside)
             except _Unknown as unknown:
                 self._into.notes.append(f"{self._path.name}: <{child.tag}>: {unknown}")
 
-    def _take(self, element: Element, place: tuple[str, ...]) -> None:
+    def _take(self, element: Element, inside: tuple[str, ...]) -> None:
         if element.tag == "arg":
             self._take_argument(element)
         elif element.tag == "group":
-            self._take_all(element, (*place, *self._section(element, "ns")))
+            self._take_all(element, (*inside, *self._section(element, "ns")))
         elif element.tag == "node":
             self._take_node(element)
         elif element.tag == "param" and "value" in element.attrib:
-            name = (*place, *self._words(element, "name"))
+            name = (*inside, *self._words(element, "name"))
             self._put(name, _typed(self._value(element, "value"), element.get("type", "auto")))
         elif element.tag == "rosparam":
-            self._take_file(element, (*place, *self._words(element, "ns")))
+            self._take_file(element, (*inside, *self._words(element, "ns")))
         elif element.tag == "remap":
-            self._take_new_name(element, place)
+            self._take_new_name(element, inside)
         elif element.tag == "include":
             self._include(element)
 
@@ -135,7 +122,7 @@ class _Reading:
                 self._arguments[name] = self._value(element, key)
 
     def _take_node(self, element: Element) -> None:
-        """Take a node that is one of those we know; what others get is none of ours."""
+        """Take a node that has a counterpart here; others are left out."""
         section = element.get("type", "")
         if section not in SECTIONS:
             return
@@ -147,15 +134,15 @@ class _Reading:
                 self._into.topics.setdefault(section, {})[match["name"]] = match["value"]
         self._take_all(element, (section,))
 
-    def _take_new_name(self, element: Element, place: tuple[str, ...]) -> None:
+    def _take_new_name(self, element: Element, inside: tuple[str, ...]) -> None:
         old, new = self._value(element, "from"), self._value(element, "to")
-        if place:
-            self._into.topics.setdefault(place[0], {})[old] = new
+        if inside:
+            self._into.topics.setdefault(inside[0], {})[old] = new
         else:
             self._into.notes.append(f"{self._path.name}: <remap> of {old} to {new}, of no one node")
 
-    def _take_file(self, element: Element, place: tuple[str, ...]) -> None:
-        """Take a YAML file that is loaded, or the YAML that stands in its place."""
+    def _take_file(self, element: Element, inside: tuple[str, ...]) -> None:
+        """Take a YAML file that is loaded, or the YAML in its stead."""
         if element.get("command", "load") != "load":
             return
         if "file" in element.attrib:
@@ -165,12 +152,12 @@ class _Reading:
             path, text = self._path, element.text or ""
             subst = element.get("subst_value") in ("true", "True", "1")
             content = _yaml(self._path, self._replaced(text) if subst else text)
-        place = (*place, *self._words(element, "param"))
+        inside = (*inside, *self._words(element, "param"))
         if content is None:
             return
         if not isinstance(content, Mapping) and "param" not in element.attrib:
             raise InputFileError(path, f"expected names and values, got {content!r}")
-        self._put(place, content)
+        self._put(inside, content)
 
     def _include(self, element: Element) -> None:
         path = self._named_file(element)
@@ -190,19 +177,19 @@ class _Reading:
             raise _Unknown(f"there is no file {path}")
         return path
 
-    def _put(self, place: tuple[str, ...], value: Any) -> None:
+    def _put(self, inside: tuple[str, ...], value: Any) -> None:
         """Put a value, or a mapping of them, where it belongs; later ones win."""
         document = self._into.document
-        for name in place[:-1]:
+        for name in inside[:-1]:
             below = document.setdefault(name, {})
             if not isinstance(below, dict):
                 below = document[name] = {}
             document = below
         if isinstance(value, Mapping):
             for key, item in value.items():
-                self._put((*place, *_split(str(key))), item)
-        elif place:
-            document[place[-1]] = value
+                self._put((*inside, *_split(str(key))), item)
+        elif inside:
+            document[inside[-1]] = value
 
     def _section(self, element: Element, attribute: str) -> tuple[str, ...]:
         """Return the sections in a name; those of a robot's namespace are none."""
@@ -212,7 +199,7 @@ class _Reading:
         return _split(self._value(element, attribute))
 
     def _chosen(self, element: Element) -> bool:
-        """Tell whether an element's `if` and `unless` let it be."""
+        """Return whether an element's `if` and `unless` allow it."""
         wanted = "if" not in element.attrib or self._value(element, "if").lower() not in _NO
         return wanted and (
             "unless" not in element.attrib or self._value(element, "unless").lower() in _NO

@@ -43,13 +43,7 @@ _OF_VOXELS = "origin_z z_resolution z_voxels mark_threshold unknown_threshold pu
 
 
 class Converted(NamedTuple):
-    """A file by our names.
-
-    Attributes:
-        parameters: By our names.
-        without_meaning: Names that ROS 1 knows and that mean nothing here.
-        unknown: A sentence for each name that nobody knows.
-    """
+    """A file by our names."""
 
     parameters: Parameters
     without_meaning: list[str]
@@ -260,13 +254,7 @@ def _layer_of(name: str, values: Mapping[str, Any]) -> str:
 
 
 def _has_meaning(key: str, value: Any, beside: Mapping[str, Any]) -> bool:
-    """Return whether a value means anything here: a class that we have, an interval that is one.
-
-    Args:
-        key: Its name.
-        value: The value.
-        beside: All values of its section.
-    """
+    """Return whether a value means anything here: a class that we have, an interval that is one."""
     if key in ("base_local_planner", "base_global_planner", "odom_model_type"):
         return value in CLASSES
     if key in ("recovery_behavior_enabled", "clearing_rotation_allowed"):

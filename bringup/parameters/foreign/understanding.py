@@ -84,7 +84,7 @@ def _sections(
 def _filled(value: Any, namespace: str) -> Any:
     """Return a value with the placeholder of Nav2's launch files for the robot's namespace filled.
 
-    Nav2's `bringup_launch.py` puts `/` and the namespace in its place.
+    Nav2's `bringup_launch.py` replaces it by `/` and the namespace.
     """
     if not isinstance(value, str):
         return value
@@ -119,12 +119,6 @@ def _of_nobody(key: str, specs: Iterable[NodeSpec]) -> Remark:
 
 class _Section:
     """One node's section of a file, as that node's parameters.
-
-    Args:
-        spec: The node.
-        given: The section, by dotted name.
-        below: What holds already.
-        shared: The values that are for every node.
 
     Attributes:
         values: The node's parameters.

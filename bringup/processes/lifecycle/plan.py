@@ -74,12 +74,7 @@ _PLANS: dict[Command, tuple[Transition, ...]] = {
 
 
 def plan(command: Command, nodes: Sequence[str]) -> tuple[Step, ...]:
-    """Return the steps of a command: each transition for all nodes, downward ones last node first.
-
-    Args:
-        command: The command.
-        nodes: The managed nodes in the order of bring-up.
-    """
+    """Return each transition of a command for all nodes in order, downward ones last node first."""
     return tuple(
         Step(node, transition)
         for transition in _PLANS[command]

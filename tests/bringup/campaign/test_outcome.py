@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from bringup.campaign.outcome import figures_of, flattened, judged
+from arjuna_core.config import dotted
+from bringup.campaign.outcome import figures_of, judged
 
 
 @pytest.mark.parametrize(
@@ -31,6 +32,5 @@ def test_a_result_is_judged_key_by_key(
 
 
 def test_numbers_and_truths_of_a_result_are_its_figures() -> None:
-    flat = flattened({"a": {"b": 1, "c": {"d": True}}, "e": [1], "f": "text"})
-    assert flat == {"a.b": 1, "a.c.d": True, "f": "text"}
+    flat = dotted({"a": {"b": 1, "c": {"d": True}}, "e": [1], "f": "text"})
     assert figures_of(flat) == {"a.b": 1.0, "a.c.d": 1.0}

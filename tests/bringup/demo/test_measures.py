@@ -8,6 +8,7 @@ import pytest
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from bringup.demo.measures import (
+    Samples,
     distance_to_surfaces,
     explored_fraction,
     map_error,
@@ -62,3 +63,29 @@ def test_rmse_wraps_headings() -> None:
     position, heading = rmse(np.array([[3.0, 4.0, 3.1]]), np.array([[0.0, 0.0, -3.1]]))
     assert position == pytest.approx(5.0)
     assert heading == pytest.approx(2.0 * np.pi - 6.2)
+
+
+TICK, RATE = 0.02, 0.8
+
+
+def _turning(error: float, period: int) -> Samples:
+    """Turn on the spot; the estimate is off by an error [rad] and comes each so many ticks."""
+    samples, stamp = Samples(), 0.0
+    for i in range(1, 101):
+        now = i * TICK
+        stamp = now if i % period == 0 else stamp
+        estimate = SE2(0.0, 0.0, RATE * stamp + error) if stamp else None
+        samples.add(now, SE2(0.0, 0.0, RATE * now), estimate, (), True, stamp)
+    return samples
+
+
+@pytest.mark.parametrize("period", [1, 5])
+def test_an_estimate_is_compared_with_the_truth_of_its_own_time(period: int) -> None:
+    _, heading = _turning(0.01, period).localization_rmse()
+    assert heading == pytest.approx(0.01, abs=1e-9)
+
+
+def test_an_estimate_without_a_stamp_is_of_now() -> None:
+    samples = Samples()
+    samples.add(TICK, SE2(1.0, 0.0, 0.0), SE2(1.0, 0.3, 0.0), (), True)
+    assert samples.localization_rmse()[0] == pytest.approx(0.3)

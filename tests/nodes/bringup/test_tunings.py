@@ -9,8 +9,8 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.files.shipped import shipped_file
-from bringup.tuning.known import known_parameters
 from bringup.tuning.plan import load_tuning
+from bringup.tuning.space import known_parameters
 
 pytestmark = pytest.mark.ros
 

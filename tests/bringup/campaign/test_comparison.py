@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bringup.campaign.statistics import measure_difference, success_difference, wilson_interval
+from bringup.campaign.comparison import measure_difference, success_difference, wilson_interval
 
 
 @pytest.mark.parametrize(
@@ -28,7 +28,7 @@ def test_the_lady_tasting_tea() -> None:
     assert success_difference((3, 1), (1, 3)) == pytest.approx(0.4857, abs=1e-4)
 
 
-def test_a_shift_is_told_from_none() -> None:
+def test_a_shift_is_distinguished_from_none() -> None:
     rng = np.random.default_rng(1)
     one, same, other = rng.normal(0, 1, 50), rng.normal(0, 1, 50), rng.normal(1, 1, 50)
     assert measure_difference(list(one), list(other)) < 0.01
