@@ -12,12 +12,12 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.calibration import Calibration, CalibrationError, calibrate
 from arjuna_sim.devices.drive import Kinematics
 from arjuna_sim.devices.driving_pattern import Measurement
-from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.world import World
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation, solo
 
 
 def calibrate_robot(robot_path: Path, world_path: Path) -> Calibration:
@@ -56,7 +56,7 @@ class SimulatedVehicle:
     """
 
     def __init__(
-        self, robot: Robot, world: World, config: SimulatorConfig, kinematics: Kinematics
+        self, robot: RobotModel, world: World, config: SimulatorConfig, kinematics: Kinematics
     ) -> None:
         drive = replace(
             config.drive,
@@ -64,7 +64,7 @@ class SimulatedVehicle:
             effective_wheel_radius=kinematics.radius,
         )
         rng = np.random.default_rng(0)
-        self._simulator = Simulator(robot, world, replace(config, drive=drive), rng)
+        self._simulator = Simulation(solo(robot), world, replace(config, drive=drive), rng)
 
     @property
     def tick(self) -> float:
@@ -77,12 +77,12 @@ class SimulatedVehicle:
         Raises:
             CalibrationError: The robot bumps into something.
         """
-        touched = self._simulator.step(velocity).contacts
+        touched = self._simulator.drive(velocity).contacts
         if touched:
             problem = f"bumped into {touched[0]}; valid: a world with 4 m of free space"
             raise CalibrationError(f"{self._simulator.world.path}: the robot {problem}")
 
     def observe(self) -> Measurement:
         """Return the encoders' angles and the true pose."""
-        left, right = self._simulator.wheel_angles()
-        return Measurement((left, right), self._simulator.truth().pose)
+        left, right = self._simulator.robot.wheel_angles()
+        return Measurement((left, right), self._simulator.robot.truth().pose)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,34 +18,21 @@ from arjuna_core.pose3 import ORIGIN
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.files.map_world import MAP_SUFFIXES
+from arjuna_sim.files.robots.guess import save_guess
+from arjuna_sim.files.robots.robot_file import load_robot, names_drive
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.guess import save_guess
-from arjuna_sim.files.urdf.robot_file import load_robot, names_drive
+from arjuna_sim.files.urdf.xacro_file import parse_arguments
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import BYTES_MAX
 from arjuna_sim.model.footprint import footprint
 from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.notes import Note, NoteKind
-from arjuna_sim.model.robot import SOLO, Robot
-from arjuna_sim.model.settings import (
-    AltimeterSettings,
-    BumperSettings,
-    CameraSettings,
-    CloudSettings,
-    DriveKind,
-    DriveSettings,
-    GazeboSettings,
-    ImuSettings,
-    LidarSettings,
-    MagnetometerSettings,
-    NavSatSettings,
-    RangeSettings,
-    SensorSettings,
-)
+from arjuna_sim.model.robot import SOLO, RobotModel
+from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.scene import build_scene
 from arjuna_sim.physics.wheels.servo import ServoConfig
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation, solo
 
 _TIMESTEP = 0.004  # of a robot that no simulator has stepped yet [s]
 _SETTLE = 2.0  # in which a robot that tips over does [s]
@@ -54,17 +41,6 @@ _CREEP = Velocity(0.1)
 _ROBOT_SUFFIXES = (".urdf", ".xacro")
 _WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
 _ROOT = re.compile(rb"<\s*(sdf|robot)\b")
-
-_KINDS: dict[type[SensorSettings], str] = {
-    LidarSettings: "lidar",
-    CloudSettings: "lidar of several rows",
-    RangeSettings: "range sensor",
-    ImuSettings: "imu",
-    NavSatSettings: "GPS",
-    MagnetometerSettings: "magnetometer",
-    AltimeterSettings: "altimeter",
-    BumperSettings: "bumper",
-}
 
 
 @dataclass(frozen=True)
@@ -84,6 +60,21 @@ class Found:
         rest = [f"  - {note.text}" for note in self.notes]
         heading = f"not simulated, or otherwise than the file says ({len(rest)}):"
         return "\n".join([*self.lines, heading if rest else "all understood", *rest])
+
+
+def describe_file(path: Path, arguments: Sequence[str] = (), guess: Path | None = None) -> str:
+    """Return what is understood of a robot, world or map, and what is not.
+
+    Args:
+        path: The file.
+        arguments: Arguments of a xacro file, each `name:=value`.
+        guess: The file to write a robot's guessed drive to.
+
+    Raises:
+        InputFileError: The file does not load, or the guess cannot be written.
+        ConfigError: An argument is none.
+    """
+    return check(path, SearchPath.of(), parse_arguments(list(arguments)), guess).text()
 
 
 def check(
@@ -155,17 +146,17 @@ def _check_robot(
     return Found(tuple(lines), robot.notes + tuple(Note(NoteKind.CHANGED, t) for t in faults))
 
 
-def _leaning(robot: Robot, empty: World) -> Iterator[str]:
+def _leaning(robot: RobotModel, empty: World) -> Iterator[str]:
     """Say of a robot that it does not stay upright, as one that tips over or balances."""
-    sim = Simulator(robot, empty, SimulatorConfig(), np.random.default_rng(0))
+    sim = Simulation(solo(robot), empty, SimulatorConfig(), np.random.default_rng(0))
     for _ in range(round(_SETTLE / sim.config.tick)):
-        truth = sim.step(_CREEP).truth
+        truth = sim.drive(_CREEP).truth
     lean = math.degrees(math.hypot(truth.roll, truth.pitch))
     if lean > _UPRIGHT:
         yield f"leans by {lean:.0f} degrees soon: it tips over, or would have to balance"
 
 
-def _robot_lines(robot: Robot) -> Iterator[str]:
+def _robot_lines(robot: RobotModel) -> Iterator[str]:
     urdf = robot.urdf
     yield f"robot '{urdf.name}', root link '{urdf.root}'"
     yield f"  links ({len(urdf.links)}):"
@@ -254,33 +245,13 @@ def _sensor_lines(settings: GazeboSettings) -> Iterator[str]:
         x, y, z = sensor.pose.position
         place = "" if sensor.pose == ORIGIN else f" + ({x:.4g}, {y:.4g}, {z:.4g})"
         yield (
-            f"  {_kind(sensor)}: topic {sensor.topic}, frame {sensor.frame}, {sensor.rate:g} Hz,"
+            f"  {sensor.title}: topic {sensor.topic}, frame {sensor.frame}, {sensor.rate:g} Hz,"
             f" on {sensor.link}{place}"
         )
-        yield from _details(sensor)
+        if details := sensor.details():
+            yield f"    {details}"
     if not settings.sensors:
         yield "  sensors: none"
-
-
-def _kind(sensor: SensorSettings) -> str:
-    if isinstance(sensor, CameraSettings):
-        return "depth camera" if sensor.depth else "camera"
-    return _KINDS[type(sensor)]
-
-
-def _details(sensor: SensorSettings) -> Iterator[str]:
-    if isinstance(sensor, LidarSettings):
-        low, high = math.degrees(sensor.angle_min), math.degrees(sensor.angle_max)
-        rows = f" x {sensor.rows}" if isinstance(sensor, CloudSettings) else ""
-        yield (
-            f"    {sensor.samples}{rows} samples, {low:.1f} to {high:.1f} deg,"
-            f" {sensor.range_min:g} to {sensor.range_max:g} m, noise {sensor.noise:g} m"
-        )
-    if isinstance(sensor, CameraSettings):
-        yield (
-            f"    {sensor.width} x {sensor.height}, {math.degrees(sensor.horizontal_fov):.1f} deg,"
-            f" {sensor.near:g} to {sensor.far:g} m"
-        )
 
 
 def _world_lines(world: World) -> Iterator[str]:

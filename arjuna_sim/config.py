@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_sim.devices.drive import DriveConfig
-from arjuna_sim.devices.imu import ImuConfig
-from arjuna_sim.devices.lidar import LidarConfig
 from arjuna_sim.devices.odometry import OdometryConfig
+from arjuna_sim.devices.sensors.imu import ImuConfig
+from arjuna_sim.devices.sensors.lidar import LidarConfig
 from arjuna_sim.physics.wheels.servo import ServoConfig
 
 

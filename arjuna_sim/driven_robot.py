@@ -1,39 +1,67 @@
-"""A driven robot on a stage: its drive, its devices, and where it stands."""
+"""A driven robot on a stage: its drive, its devices, and what it observes."""
 
 from __future__ import annotations
+
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
+from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.camera import Camera, CameraError, Shot
+from arjuna_sim.devices.device import mounted
 from arjuna_sim.devices.driving.bases import WheelSpeeds, base_of
 from arjuna_sim.devices.driving.controller import Drive
 from arjuna_sim.devices.driving.limits import Limits, limited
-from arjuna_sim.devices.further_sensors import FurtherSensors, Reading
 from arjuna_sim.devices.imu import ImuReading
-from arjuna_sim.devices.odometry import Odometry
-from arjuna_sim.devices.sensors import Sensors, mounted
+from arjuna_sim.devices.odometry import Odometry, OdometryEstimate
+from arjuna_sim.devices.sensor_suite import SensorSuite
+from arjuna_sim.devices.sensors.camera import CameraSettings
+from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.model.footprint import inscribed_radius
 from arjuna_sim.model.geometry.enclosure import enclosure_of
 from arjuna_sim.model.geometry.surfaces import surfaces
-from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.settings import CameraSettings, SensorSettings
-from arjuna_sim.observation import Observation
+from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.physics.placing import Placer
-from arjuna_sim.physics.robot_motion import RobotMotion, Truth
+from arjuna_sim.physics.robot_motion import JointStates, RobotMotion, Truth
 from arjuna_sim.physics.stage import Stage
+
+
+class Observation(NamedTuple):
+    """The readings of one tick.
+
+    Attributes:
+        time: At the tick's end [s].
+        odometry: Dead reckoning.
+        joints: All joints that move.
+        imu: The last reading, where one was due.
+        scan: A sweep, where one was due.
+        truth: The robot's true pose and motion.
+        contacts: Names of the world's models that the robot touches, sorted; never the ground.
+        imu_before: The readings before the last, where the IMU is faster than the tick.
+    """
+
+    time: float
+    odometry: OdometryEstimate
+    joints: JointStates
+    imu: ImuReading | None
+    scan: Scan | None
+    truth: Truth
+    contacts: tuple[str, ...]
+    imu_before: tuple[ImuReading, ...] = ()
 
 
 class DrivenRobot:
     """One robot of a simulation.
 
     Args:
-        name: Its name on the stage, which holds it as `robot.below(name)`.
-        robot: The robot as its file has it.
+        name: Its name on the stage, which holds it as `model.below(name)`.
+        model: The robot as its file has it.
         stage: The stage.
         config: Everything else.
         seeds: Four, of all its noise.
@@ -41,54 +69,52 @@ class DrivenRobot:
 
     Attributes:
         name: Its name.
-        robot: The robot as its file has it.
-        spawn: Where it starts: where that was wanted, or nearest to it.
+        model: The robot as its file has it.
+        spawn: Its start: where that was wanted, or the nearest free pose.
         is_imu_faster: Whether its IMU reads more often than once a tick.
-        told: What its wheels are told to drive, which a push does not change.
+        setpoint: The velocity that its wheels are controlled to.
     """
 
     def __init__(
         self,
         name: str,
-        robot: Robot,
+        model: RobotModel,
         stage: Stage,
         config: SimulatorConfig,
         seeds: NDArray[np.uint64],
         wanted: SE2,
     ) -> None:
-        self.name, self.robot, self.spawn = name, robot, wanted
+        self.name, self.model, self.spawn = name, model, wanted
         self._stage, self._config, self._seeds, self._wanted = stage, config, seeds, wanted
         staged = stage.robots[name].settings.sensors
-        self._staged = dict(zip(map(_key, robot.settings.sensors), staged, strict=True))
-        self._motion = RobotMotion(stage, name, robot.moving_joints)
+        self._staged = dict(zip(map(_key, model.settings.sensors), staged, strict=True))
+        self._motion = RobotMotion(stage, name, model.moving_joints)
         self._placer = Placer(stage, name)
-        self._base = base_of(robot, config.drive)
-        self._drive, self._wheels = Drive(self._limits()), WheelSpeeds(robot, self._base)
-        self.told = Velocity()
+        self._base = base_of(model, config.drive)
+        self._drive, self._wheels = Drive(self._limits()), WheelSpeeds(model, self._base)
+        self.setpoint = Velocity()
         self._cameras: dict[str, Camera] = {}
         self._spawn_notes: tuple[str, ...] = ()
         self.begin()
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What its file says and the simulation leaves out, and how it stands."""
-        read = tuple(note.text for note in self.robot.notes)
+        """Parts of its file that the simulation leaves out, and faults of its stance."""
+        read = tuple(note.text for note in self.model.notes)
         return read + self._stage.scene.robots[self.name].faults + self._spawn_notes
 
     def begin(self) -> None:
         """Make its devices anew, their noise rewound."""
         config, seeds, staged = self._config, self._seeds, self._stage.robots[self.name]
-        model = self._stage.scene.model
-        self._sensors = Sensors(staged, model, config.lidar, config.imu, seeds[:2])
+        model, earth = self._stage.scene.model, self._stage.world.earth
+        self._sensors = SensorSuite(staged, model, earth, config, seeds[[0, 1, 3]])
         self._felt: list[ImuReading] = []
         self.is_imu_faster = self._sensors.is_imu_faster(config.tick)
-        earth, seed = self._stage.world.earth, int(seeds[3])
-        self._further = FurtherSensors(staged, earth, config.lidar, config.imu, seed)
         rng = np.random.default_rng(int(seeds[2]))
         self._odometry = Odometry(config.odometry, self._base, rng)
 
     def rebind(self) -> None:
-        """Go on with the stage's model, which is another now."""
+        """Continue with the stage's new MuJoCo model."""
         self._motion.rebind()
         self._sensors.rebind(self._stage.scene.model)
 
@@ -100,16 +126,16 @@ class DrivenRobot:
 
     def _limits(self) -> Limits:
         steady = self._stage.scene.robots[self.name].steady
-        return limited(self._config.drive, self.robot.drive, steady)
+        return limited(self._config.drive, self.model.drive, steady)
 
     def drive(self, command: Velocity | None) -> None:
-        """Tell the wheels what a tick's command wants, or the last one until it times out."""
+        """Set the wheels' speeds by a tick's command, or by the last one until it times out."""
         elapsed, tick = self._stage.elapsed, self._config.tick
         if command is not None:
             self._drive.command(command, elapsed)
         wanted = self._base.reachable(self._drive.velocity(elapsed, tick))
-        self.told = self._wheels.slowed(wanted)
-        self._motion.turn_wheels(self._base.speeds(self.told), self._base.angles(self.told))
+        self.setpoint = self._wheels.slowed(wanted)
+        self._motion.turn_wheels(self._base.speeds(self.setpoint), self._base.angles(self.setpoint))
 
     def take_cuts(self) -> tuple[str, ...]:
         """Return which limits have cut its commands, each once."""
@@ -169,9 +195,9 @@ class DrivenRobot:
         Raises:
             CameraError: It has no camera, or this machine cannot draw.
         """
-        camera = camera or self.robot.settings.camera
+        camera = camera or self.model.settings.first(CameraSettings)
         if camera is None:
-            raise CameraError(f"{self.robot.urdf.path}: has no camera sensor")
+            raise CameraError(f"{self.model.urdf.path}: has no camera sensor")
         if camera.name not in self._cameras:
             staged = self.staged(camera)
             assert isinstance(staged, CameraSettings)
@@ -179,10 +205,9 @@ class DrivenRobot:
         found = self._cameras[camera.name]
         return found.shoot(self._stage.scene.model, self._stage.data, color, depth)
 
-    def sense(self, sensor: SensorSettings, now: float) -> Reading:
-        """Return what one of its further sensors says at a time [s]."""
-        stage = self._stage
-        return self._further.read(self.staged(sensor), stage.scene.model, stage.data, now)
+    def sense(self, sensor: SensorSettings, now: float) -> Any:
+        """Return a reading of one of its further sensors at a time [s]."""
+        return self._sensors.read(self.staged(sensor), self._stage.data, now)
 
     def surfaces(self) -> NDArray[np.float64]:
         """Return the world's true surfaces at the lidar's height.
@@ -190,8 +215,8 @@ class DrivenRobot:
         Returns:
             Line segments `(N, 4) float64` of `(x0, y0, x1, y1)` [m] in the world's frame.
         """
-        lidar = self.robot.settings.lidar
-        above = 0.0 if lidar is None else mounted(self.robot, lidar).position[2]
+        lidar = self.model.settings.first(LidarSettings)
+        above = 0.0 if lidar is None else mounted(self.model, lidar).position[2]
         height = self._stage.scene.robots[self.name].ride_height + above
         return surfaces(self._stage.world, height)
 
@@ -206,10 +231,9 @@ class DrivenRobot:
         self._motion.put(self._placer.place(pose))
         self._drive.reset()
         self._sensors.settle()
-        self._further.settle()
 
-    def put_away(self, height: float) -> None:
-        """Lift it to a height [m] where it is in nobody's way."""
+    def lift(self, height: float) -> None:
+        """Lift it to a height [m], clear of all others."""
         self._motion.put(Pose3((0.0, 0.0, height)))
 
     def return_to_start(self) -> None:
@@ -233,7 +257,7 @@ class DrivenRobot:
     def _if_outside(self) -> tuple[str, ...]:
         """Return what to note of a start that is outside the world's walls."""
         spawn = self.spawn
-        enclosure = enclosure_of(self.surfaces(), inscribed_radius(self.robot))
+        enclosure = enclosure_of(self.surfaces(), inscribed_radius(self.model))
         if enclosure is None or not enclosure.is_outside(spawn.x, spawn.y):
             return ()
         inside = enclosure.nearest_inside(spawn.x, spawn.y).tolist()

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 from arjuna_core.files.shipped import shipped_file
-from arjuna_sim.check import check
-from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.robot_file import load_robot
-from arjuna_sim.files.urdf.xacro_file import parse_arguments, split
+from arjuna_sim.devices.sensors.lidar import LidarSettings
+from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.files.urdf.xacro_file import split
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.footprint import footprint
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
 
 _BASES = {"base_footprint", "base_link"}
 
 
-def named_robot(path: str, arguments: str) -> Robot:
+def named_robot(path: str, arguments: str) -> RobotModel:
     """Return the robot of the parameters `robot` and `robot_arguments`.
 
     Args:
@@ -32,14 +28,14 @@ def named_robot(path: str, arguments: str) -> Robot:
     return load_robot(path or shipped_file("urdf/arjuna.urdf"), arguments=split(arguments))
 
 
-def names_of(robot: Robot) -> dict[str, str]:
+def names_of(robot: RobotModel) -> dict[str, str]:
     """Return what a robot's file calls its topics and frames, where that is not the standard.
 
     Returns:
         Any of `scan_topic`, `odom_topic`, `cmd_vel_topic`, `odom_frame` and `base_frame`, which is
         the root link where `base_footprint` or `base_link` lacks.
     """
-    drive, lidar = robot.drive, robot.settings.lidar
+    drive, lidar = robot.drive, robot.settings.first(LidarSettings)
     names = {
         ("scan_topic", "scan"): lidar.topic if lidar is not None else "scan",
         ("odom_topic", "odom"): drive.odometry_topic,
@@ -52,7 +48,7 @@ def names_of(robot: Robot) -> dict[str, str]:
     return found
 
 
-def footprint_of(robot: Robot, frame: str) -> str:
+def footprint_of(robot: RobotModel, frame: str) -> str:
     """Return a robot's outline as the costmaps' `footprint`; "" where it has none.
 
     Args:
@@ -72,18 +68,3 @@ def named_world(path: str) -> World:
         MapError: The map cannot be read.
     """
     return load_world(path or shipped_file("worlds/arjuna_room.world"))
-
-
-def describe_file(path: Path, arguments: Sequence[str] = (), guess: Path | None = None) -> str:
-    """Say what is understood of a robot, world or map, and what is not.
-
-    Args:
-        path: The file.
-        arguments: Arguments of a xacro file, each `name:=value`.
-        guess: Where to write the drive that is guessed for a robot.
-
-    Raises:
-        InputFileError: The file does not load, or the guess cannot be written.
-        ConfigError: An argument is none.
-    """
-    return check(path, SearchPath.of(), parse_arguments(list(arguments)), guess).text()

@@ -11,23 +11,27 @@ import numpy as np
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.driven_robot import DrivenRobot
+from arjuna_sim.driven_robot import DrivenRobot, Observation
 from arjuna_sim.model.entities import PlaceTakenError
-from arjuna_sim.model.robot import SOLO, Robot
+from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.world import World
-from arjuna_sim.observation import Observation
 from arjuna_sim.physics.stage import Stage
 
 _NANOSECONDS = 1_000_000_000
-_ALOFT = 1000.0  # where robots wait for their turn to be put down, and how far apart [m]
+_ALOFT = 1000.0  # height of robots that wait to be put down, and distance between them [m]
 
 
 @dataclass(frozen=True)
 class Start:
-    """A robot, and where it starts; the nearest free place if that is blocked."""
+    """A robot and its start pose; the nearest free pose if that is blocked."""
 
-    robot: Robot
+    robot: RobotModel
     pose: SE2 = IDENTITY
+
+
+def solo(robot: RobotModel, pose: SE2 = IDENTITY) -> dict[str, Start]:
+    """Return the start of a robot that has a simulation for its own."""
+    return {SOLO: Start(robot, pose)}
 
 
 class Simulation:
@@ -74,6 +78,11 @@ class Simulation:
         return DrivenRobot(name, start.robot, self.stage, self.config, seeds, start.pose)
 
     @property
+    def robot(self) -> DrivenRobot:
+        """The robot that has the simulation for its own."""
+        return self.robots[SOLO]
+
+    @property
     def time(self) -> float:
         """Simulated time since the start or the last reset [s]."""
         return self._ticks * self._tick / _NANOSECONDS
@@ -85,7 +94,7 @@ class Simulation:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the robots' and the world's files say and the simulation leaves out."""
+        """Parts of the robots' and the world's files that the simulation leaves out."""
         of_robots = (
             f"{name}: {note}" if name else note
             for name, robot in self.robots.items()
@@ -101,10 +110,10 @@ class Simulation:
             PlaceTakenError: It would stand in something; nothing has changed.
         """
         before = dict(self.stage.robots)
-        self.stage.man({**before, name: start.robot.below(name)})
+        self.stage.set_robots({**before, name: start.robot.below(name)})
         robot = self._made(name, start)
         if touched := robot.obstacles_at(start.pose):
-            self.stage.man(before)
+            self.stage.set_robots(before)
             raise PlaceTakenError(f"'{name}' would stand in {', '.join(touched)} there")
         robot.set_pose(start.pose)
         self.robots[name] = robot
@@ -120,23 +129,23 @@ class Simulation:
         self.stage.clear_spawned()
 
     def _keep(self, robots: dict[str, DrivenRobot]) -> None:
-        """Go on with just these robots, which were there before."""
+        """Remove all other robots."""
         if robots == self.robots:
             return
         for robot in self.robots.values():
             if robot not in robots.values():
                 robot.close()
         self.robots = robots
-        self.stage.man({name: robot.robot.below(name) for name, robot in robots.items()})
+        self.stage.set_robots({name: robot.model.below(name) for name, robot in robots.items()})
 
-    def advance(self, commands: Mapping[str, Velocity | None]) -> dict[str, Observation]:
+    def step(self, commands: Mapping[str, Velocity | None]) -> dict[str, Observation]:
         """Advance one tick.
 
         Args:
-            commands: New commands by robot; one without goes on with its last until it times out.
+            commands: New commands by robot; one without keeps its last until that times out.
 
         Returns:
-            What each robot's sensors and the world say at the tick's end.
+            Each robot's observation at the tick's end.
         """
         for name, robot in self.robots.items():
             robot.drive(commands.get(name))
@@ -145,6 +154,10 @@ class Simulation:
         self._ticks += 1
         now = self.time
         return {name: robot.observe(now) for name, robot in self.robots.items()}
+
+    def drive(self, command: Velocity | None = None) -> Observation:
+        """Advance one tick with a command of the only robot, and return its observation."""
+        return self.step({SOLO: command})[SOLO]
 
     def _run(self, slices: int, faster: list[DrivenRobot]) -> None:
         """Run a tick's physics; robots whose IMU is faster read it on the way, after each slice."""
@@ -191,20 +204,20 @@ class Simulation:
         self.reset()
 
     def _choose_spawns(self) -> None:
-        self._put_away()
+        self._lift_all()
         for robot in self.robots.values():
             robot.choose_spawn()
             robot.set_pose(robot.spawn)
 
     def _return_to_start(self) -> None:
-        self._put_away()
+        self._lift_all()
         for robot in self.robots.values():
             robot.return_to_start()
 
-    def _put_away(self) -> None:
-        """Lift robots, so that none is in the way of those that are put down before it."""
+    def _lift_all(self) -> None:
+        """Lift robots, so that none blocks those that are put down before it."""
         for i, robot in enumerate(self.robots.values() if len(self.robots) > 1 else ()):
-            robot.put_away(_ALOFT * (i + 1))
+            robot.lift(_ALOFT * (i + 1))
 
     def _rebind(self) -> None:
         for robot in self.robots.values():

@@ -117,7 +117,7 @@ SIM_GROUP = Group(
     (SIM, EKF, ROBOT_STATE_PUBLISHER),
     "lifecycle_manager_sim",
     commandable=False,
-    cores=("arjuna_sim.simulator", "arjuna_sim.devices.ekf", "simulation_interfaces.srv"),
+    cores=("arjuna_sim.simulation", "arjuna_sim.devices.ekf", "simulation_interfaces.srv"),
 )
 WORLD_GROUP = Group("world", (SIM,), SIM_GROUP.manager, False, SIM_GROUP.cores)
 """The simulator of several robots, which makes what else each of them needs itself."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import mujoco
@@ -12,39 +12,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.config import param
 from arjuna_core.pose3 import Pose3, quaternion_product
 from arjuna_core.se2 import wrap
-from arjuna_sim.model.settings import ImuSettings
+from arjuna_sim.devices.device import Mount, simulates
+from arjuna_sim.devices.sensors.imu import ImuConfig, ImuSettings
 
 _SITE = mujoco.mjtObj.mjOBJ_SITE
 _DRAWS = 14  # for biases and white noise of six channels, and for roll and pitch
 _AT_ONCE = 50  # readings, for which draws are made in one go
-
-
-@dataclass(frozen=True)
-class ImuConfig:
-    """Errors of a low-cost MEMS unit."""
-
-    gyro_noise: float = param(
-        0.002, "Standard deviation of a turn rate.", unit="rad/s", minimum=0.0, read_only=True
-    )
-    gyro_bias_walk: float = param(
-        1e-5, "Growth of the gyros' bias.", unit="rad/s/sqrt(s)", minimum=0.0, read_only=True
-    )
-    accel_noise: float = param(
-        0.02, "Standard deviation of an acceleration.", unit="m/s^2", minimum=0.0, read_only=True
-    )
-    accel_bias_walk: float = param(
-        1e-4,
-        "Growth of the accelerometers' bias.",
-        unit="m/s^2/sqrt(s)",
-        minimum=0.0,
-        read_only=True,
-    )
-    tilt_noise: float = param(
-        0.002, "Standard deviation of roll and pitch.", unit="rad", minimum=0.0, read_only=True
-    )
+_GAP = 1.5  # periods after which it has forgotten its last velocity
 
 
 class ImuReading(NamedTuple):
@@ -91,9 +67,9 @@ class Imu:
     def __init__(
         self, model: Any, settings: ImuSettings, config: ImuConfig, rng: np.random.Generator
     ) -> None:
-        self._name = settings.site
-        told = {"gyro_noise": settings.gyro_noise, "accel_noise": settings.accel_noise}
-        config = replace(config, **{key: v for key, v in told.items() if v is not None})
+        self._name, self._period, self._last_read = settings.site, 1.0 / settings.rate, -np.inf
+        own = {"gyro_noise": settings.gyro_noise, "accel_noise": settings.accel_noise}
+        config = replace(config, **{key: v for key, v in own.items() if v is not None})
         self.rebind(model)
         self._draws = _endless(rng)
         sigmas = config.gyro_noise, config.accel_noise
@@ -106,7 +82,7 @@ class Imu:
         self._knows_last, self._level = False, np.empty(4)
 
     def rebind(self, model: Any) -> None:
-        """Go on with another model, in which the robot is the same."""
+        """Continue with another model, in which the robot is the same."""
         self._model = model
         self._site = model.site(self._name).id
         self._root = int(model.body_rootid[model.site_bodyid[self._site]])
@@ -116,7 +92,16 @@ class Imu:
         """Forget the last velocity, since the robot was lifted to another place."""
         self._knows_last = False
 
-    def read(self, data: Any, now: float, dt: float) -> ImuReading:
+    def read(self, data: Any, now: float) -> ImuReading:
+        """Return a reading at a time [s], of a unit that is read from time to time."""
+        passed, period = now - self._last_read, self._period
+        self._last_read = now
+        if not 0.0 < passed < _GAP * period:
+            self.settle()
+            passed = period
+        return self.measure(data, now, passed)
+
+    def measure(self, data: Any, now: float, dt: float) -> ImuReading:
         """Return a reading.
 
         Args:
@@ -138,6 +123,11 @@ class Imu:
         )  # fmt: skip
         self._motions = last, motion
         return ImuReading(felt[:3], felt[3:], Pose3(quaternion=turned), *self._variances, now)
+
+
+@simulates(ImuSettings)
+def _imu(settings: ImuSettings, mount: Mount) -> Imu:
+    return Imu(mount.model, settings, mount.config.imu, mount.rng)
 
 
 def _endless(rng: np.random.Generator) -> Iterator[NDArray[np.float64]]:

@@ -3,48 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.config import param
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_sim.devices.device import Mount, simulates
 from arjuna_sim.devices.rays.rays import Rays
-from arjuna_sim.model.settings import LidarSettings
+from arjuna_sim.devices.sensors.lidar import LidarConfig, LidarSettings
 
 _SIGMAS = 6.0  # a surface so much beyond the range is read within it once in 1e9 beams
 _STRIDE = 1e-3  # [m] beams cast from one place may lie this far apart on the sensor's path
-
-
-@dataclass(frozen=True)
-class LidarConfig:
-    """Errors of the lidar."""
-
-    noise: float = param(
-        -1.0,
-        "Standard deviation of a range; below 0 takes that of the robot's file.",
-        unit="m",
-        minimum=-1.0,
-        maximum=1.0,
-        read_only=True,
-    )
-    dropout: float = param(
-        0.0,
-        "Part of the beams that return nothing, read as +inf.",
-        minimum=0.0,
-        maximum=1.0,
-        read_only=True,
-    )
-    sweep: bool = param(
-        False,
-        "Whether each beam is cast at its own instant while the robot moves, as a turning lidar's;"
-        " else all at once.",
-        read_only=True,
-    )
 
 
 class Lidar:
@@ -83,7 +55,7 @@ class Lidar:
         self._trail: list[tuple[float, NDArray[np.float64]]] = []
 
     def rebind(self, model: Any) -> None:
-        """Go on with another model, in which the robot is the same."""
+        """Continue with another model, in which the robot is the same."""
         self._rays.rebind(model)
 
     def settle(self) -> None:
@@ -91,7 +63,7 @@ class Lidar:
         self._trail.clear()
 
     def follow(self, data: Any, now: float) -> None:
-        """Remember where the sensor is at a time [s]; to be called each tick, before `scan`."""
+        """Remember the sensor's pose at a time [s]; to be called each tick, before `scan`."""
         if not self._config.sweep:
             return
         site = self._rays.site
@@ -100,6 +72,11 @@ class Lidar:
         oldest = now - float(self._ages[0])
         while len(self._trail) > 2 and self._trail[1][0] <= oldest:
             self._trail.pop(0)
+
+    def read(self, data: Any, now: float) -> Scan:
+        """Return a sweep that ends now, of a lidar that is read from time to time."""
+        self.follow(data, now)
+        return self.scan(data, now)
 
     def scan(self, data: Any, now: float) -> Scan:
         """Return a sweep that ends now; the robot itself is not seen.
@@ -163,6 +140,12 @@ class Lidar:
         """Return exact distances from one place along unit vectors, inf where nothing is hit."""
         reach = self._settings.range_max + _SIGMAS * self._noise
         return self._rays.cast(data, origin, rays, reach)
+
+
+@simulates(LidarSettings)
+def _lidar(settings: LidarSettings, mount: Mount) -> Lidar:
+    T_base_sensor = mount.T_base_sensor.planar()
+    return Lidar(mount.model, settings, T_base_sensor, mount.config.lidar, mount.rng)
 
 
 @njit(cache=True)

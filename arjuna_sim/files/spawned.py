@@ -12,9 +12,9 @@ import numpy as np
 from arjuna_core.errors import InputFileError, RobotError, WorldError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.library import Fault, Library, ResourceError
+from arjuna_sim.files.robots.robot_file import is_sdf, names_drive, robot_of_text
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
-from arjuna_sim.files.urdf.robot_file import is_sdf, names_drive, robot_of_text
 from arjuna_sim.files.urdf.xacro_file import Expanded
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.actors import person
@@ -27,7 +27,7 @@ from arjuna_sim.model.entities import (
 )
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.notes import Note, NoteKind
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import GROUND, World
 
 FORMATS = ("sdf", "urdf")
@@ -66,7 +66,7 @@ def read_entity(uri: str, text: str, library: Library) -> Entity:
     return _read_text(*_content(uri, text, library), library)
 
 
-def read_driven(uri: str, text: str, library: Library) -> Robot | None:
+def read_driven(uri: str, text: str, library: Library) -> RobotModel | None:
     """Return what a client asks to spawn as a robot, None where it is none that drives itself.
 
     An SDF model drives where it has a plugin for it, a URDF also where its wheels are found.

@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from arjuna_sim.model.geometry.shapes import corners
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 
 _FINE = 0.003  # [m] a corner that stands out less is left out
 
 
-def footprint(robot: Robot, frame: str) -> NDArray[np.float64]:
+def footprint(robot: RobotModel, frame: str) -> NDArray[np.float64]:
     """Return the convex outline of all that can touch something, every joint at zero.
 
     Args:
@@ -38,7 +38,7 @@ def footprint(robot: Robot, frame: str) -> NDArray[np.float64]:
     return np.round(_without_fine_corners(outline), 3)
 
 
-def inscribed_radius(robot: Robot) -> float:
+def inscribed_radius(robot: RobotModel) -> float:
     """Return half the width of the narrowest gap that a robot passes ahead or sideways [m]."""
     outline = footprint(robot, robot.urdf.root)
     return float(np.ptp(outline, axis=0).min()) / 2.0 if len(outline) else 0.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.joints import Joint
-from arjuna_sim.model.settings import CameraSettings, SensorSettings
+from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.urdf import Urdf
 
 T_BODY_OPTICAL = Pose3.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))
@@ -47,7 +47,7 @@ def sensor_frame(urdf: Urdf, sensor: SensorSettings) -> SensorFrame:
         urdf: The robot.
         sensor: The sensor.
     """
-    if isinstance(sensor, CameraSettings):
+    if sensor.IS_OPTICAL:
         return optical_frame(urdf, sensor)
     named = sensor.frame in urdf.links
     if named and (sensor.pose == ORIGIN or _is_at(urdf, sensor.frame, sensor, ORIGIN)):
@@ -56,7 +56,7 @@ def sensor_frame(urdf: Urdf, sensor: SensorSettings) -> SensorFrame:
     return SensorFrame(name, sensor.link, sensor.pose)
 
 
-def optical_frame(urdf: Urdf, camera: CameraSettings) -> SensorFrame:
+def optical_frame(urdf: Urdf, camera: SensorSettings) -> SensorFrame:
     """Return the optical frame of a camera, which looks along x of its link and its own pose.
 
     The frame that the robot's file names is as often as not no optical one.

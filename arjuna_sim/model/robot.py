@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 from arjuna_sim.model.notes import Note
-from arjuna_sim.model.settings import DriveSettings, GazeboSettings, SensorSettings
+from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
 
-_Sensor = TypeVar("_Sensor", bound=SensorSettings)
 ANCHOR = "world"
 """Name of a root link that is fixed to the world."""
 SOLO = ""
@@ -18,7 +16,7 @@ _BELOW = "//"
 
 
 @dataclass(frozen=True)
-class Robot:
+class RobotModel:
     """A robot that can be simulated.
 
     Attributes:
@@ -53,7 +51,7 @@ class Robot:
         """Whether it is fixed to the world, as Gazebo fixes a robot whose root is `world`."""
         return self.urdf.root.rpartition(_BELOW)[2] == ANCHOR
 
-    def below(self, name: str) -> Robot:
+    def below(self, name: str) -> RobotModel:
         """Return the robot with its links, joints and sensors below a name, `SOLO` for as they are.
 
         So several can share a stage; its topics and frames keep their names.
@@ -87,15 +85,11 @@ def _urdf_below(prefix: str, urdf: Urdf) -> Urdf:
 
 
 def _settings_below(prefix: str, settings: GazeboSettings) -> GazeboSettings:
-    def sensor(one: _Sensor) -> _Sensor:
-        return replace(one, link=prefix + one.link, name=prefix + one.name)
-
     return replace(
         settings,
-        lidar=settings.lidar and sensor(settings.lidar),
-        camera=settings.camera and sensor(settings.camera),
-        imu=settings.imu and sensor(settings.imu),
-        further=tuple(sensor(one) for one in settings.further),
+        sensors=tuple(
+            replace(one, link=prefix + one.link, name=prefix + one.name) for one in settings.sensors
+        ),
         friction={prefix + link: value for link, value in settings.friction.items()},
         colours={prefix + link: value for link, value in settings.colours.items()},
     )

@@ -1,14 +1,19 @@
-"""What a robot's file says of its drive and sensors, as typed values."""
+"""Settings of a robot's drive and sensors, as its file has them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
+from typing import ClassVar, TypeVar
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 
-TOPICS = {"lidar": "scan", "camera": "camera/image_raw", "depth": "camera/depth", "imu": "imu/data"}
-"""Topics of sensors whose file names none."""
+OUTPUTS = (
+    *("plugin", "max_acceleration", "max_velocity", "max_reverse", "max_turn"),
+    *("max_turn_acceleration", "command_timeout", "rate", "command_topic", "odometry_topic"),
+    *("odometry_frame", "base_frame", "from_world", "stamped", "publishes"),
+)
+"""Fields of a drive that do not depend on its wheels."""
 
 
 class DriveKind(Enum):
@@ -42,8 +47,8 @@ class DriveSettings:
         max_turn_acceleration: Greatest change of the turn rate, 0 for none [rad/s^2].
         command_timeout: A command holds so long, 0 for ever; None where the file says none [s].
         rate: Rate of the odometry, 0 for each tick [Hz].
-        command_topic: Where commands come from.
-        odometry_topic: Where odometry goes.
+        command_topic: Topic of commands.
+        odometry_topic: Topic of odometry.
         odometry_frame: Its frame.
         base_frame: Its child frame; "" for the root link.
         from_world: Whether odometry is the truth rather than the encoders' sum.
@@ -101,18 +106,30 @@ class DriveSettings:
         return 2.0 * self.radius
 
 
+S = TypeVar("S", bound="SensorSettings")
+
+
 @dataclass(frozen=True, kw_only=True)
 class SensorSettings:
-    """What all sensors have.
+    """Settings that all sensors have; each kind in `devices/sensors` adds its own.
 
     Attributes:
+        TITLE: Name of the kind.
+        IS_PRIMARY: Whether the first of this kind serves the rest of the robot.
+        IS_OPTICAL: Whether its messages are in an optical frame (REP 103).
+        TOPIC: The standard topic of a primary kind.
         link: The link that carries it.
         frame: The frame that its messages name.
         rate: [Hz].
-        topic: Where its messages go.
+        topic: Its messages' topic.
         name: Its name in the file.
         pose: Its pose in the link.
     """
+
+    TITLE: ClassVar[str] = "sensor"
+    IS_PRIMARY: ClassVar[bool] = False
+    IS_OPTICAL: ClassVar[bool] = False
+    TOPIC: ClassVar[str] = ""
 
     link: str
     frame: str
@@ -126,98 +143,18 @@ class SensorSettings:
         """Name of its MuJoCo site: the link's, where it sits at the link's origin."""
         return self.link if self.pose == ORIGIN else f"{self.link}//{self.name}"
 
+    @property
+    def title(self) -> str:
+        """The kind's name, as a person reads it."""
+        return self.TITLE
 
-@dataclass(frozen=True, kw_only=True)
-class LidarSettings(SensorSettings):
-    """A planar lidar: angles [rad], ranges [m], standard deviation of noise [m]."""
+    def details(self) -> str:
+        """Return the kind's own values for a person; "" for none."""
+        return ""
 
-    samples: int
-    angle_min: float
-    angle_max: float
-    range_min: float
-    range_max: float
-    noise: float
-    topic: str = TOPICS["lidar"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class CloudSettings(LidarSettings):
-    """A lidar of several rows, and how far the lowest and the highest tilt upward [rad]."""
-
-    rows: int
-    tilt_min: float
-    tilt_max: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class RangeSettings(CloudSettings):
-    """A sonar or infrared sensor, which tells the nearest range in its cone."""
-
-    infrared: bool = False
-
-
-@dataclass(frozen=True, kw_only=True)
-class CameraSettings(SensorSettings):
-    """A camera: size [pixels], field of view [rad], clip distances [m].
-
-    Attributes:
-        depth: Whether it tells distances rather than colours first.
-        depth_topic: Where distances go; "" for `depth/image_raw` beside the colours.
-        cloud_topic: Where its points go; "" for none.
-        info_topic: Where its calibration goes; "" for `camera_info` beside the colours.
-    """
-
-    width: int
-    height: int
-    horizontal_fov: float
-    near: float
-    far: float
-    topic: str = TOPICS["camera"]
-    depth: bool = False
-    depth_topic: str = ""
-    cloud_topic: str = ""
-    info_topic: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ImuSettings(SensorSettings):
-    """An IMU.
-
-    Attributes:
-        gyro_noise: Standard deviation of a turn rate; None where the file names none [rad/s].
-        accel_noise: Of an acceleration; None where the file names none [m/s^2].
-    """
-
-    topic: str = TOPICS["imu"]
-    gyro_noise: float | None = None
-    accel_noise: float | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class NavSatSettings(SensorSettings):
-    """A GPS: standard deviations of its position, level and upright [m]."""
-
-    noise: float = 0.0
-    height_noise: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class MagnetometerSettings(SensorSettings):
-    """A compass: standard deviation of the field [T]."""
-
-    noise: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class AltimeterSettings(SensorSettings):
-    """An altimeter: standard deviation of the height above its start [m]."""
-
-    noise: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class BumperSettings(SensorSettings):
-    """A bumper: what the link's collision shapes touch."""
+    def standard(self: S) -> S:
+        """Return it with its kind's standard topics."""
+        return replace(self, topic=self.TOPIC)
 
 
 @dataclass(frozen=True)
@@ -226,35 +163,33 @@ class GazeboSettings:
 
     Attributes:
         drive: The drive, where a plugin names one.
-        lidar: The planar lidar that sees most; the level plane of a lidar of several rows where
-            there is no other.
-        camera: The first colour camera, else the first depth camera.
-        imu: The first IMU.
+        sensors: The primary ones first: the planar lidar that sees most, the first colour camera
+            and the first IMU; then the others in the file's order.
         friction: By link, the friction of its shapes.
         colours: By link, the colour of its material.
         stiffness: By link, `kp` and `kd` as the file has them; contacts keep the simulator's own.
         kind: The kind of drive that a plugin names; None for none.
-        further: The sensors beside those three, in the file's order.
         grips: By link, the unit vector of the ground along which friction acts.
-        uneven: What to note of links that rub otherwise along and across, unless they have rollers.
-        told: Topics, frames and limits of a plugin that names no wheels.
+        uneven: Notes on links whose friction differs along and across, unless they have rollers.
+        wheelless: Topics, frames and limits of a drive plugin that names no wheels.
     """
 
-    drive: DriveSettings | None
-    lidar: LidarSettings | None
-    camera: CameraSettings | None
-    imu: ImuSettings | None
-    friction: dict[str, float]
+    drive: DriveSettings | None = None
+    sensors: tuple[SensorSettings, ...] = ()
+    friction: dict[str, float] = field(default_factory=dict)
     colours: dict[str, tuple[float, ...]] = field(default_factory=dict)
     kind: DriveKind | None = None
     stiffness: dict[str, dict[str, float]] = field(default_factory=dict)
-    further: tuple[SensorSettings, ...] = ()
     grips: dict[str, tuple[float, float]] = field(default_factory=dict)
     uneven: tuple[str, ...] = ()
-    told: DriveSettings | None = None
+    wheelless: DriveSettings | None = None
+
+    def first(self, kind: type[S]) -> S | None:
+        """Return the first sensor of just this kind, None for none."""
+        return next((s for s in self.sensors if type(s) is kind), None)
 
     @property
-    def sensors(self) -> tuple[SensorSettings, ...]:
-        """All sensors, the first of the usual kinds first."""
-        first = [s for s in (self.lidar, self.camera, self.imu) if s is not None]
-        return (*first, *self.further)
+    def further(self) -> tuple[SensorSettings, ...]:
+        """The sensors that are not the first of a primary kind, in the file's order."""
+        primary = {type(s): s for s in reversed(self.sensors) if s.IS_PRIMARY}
+        return tuple(s for s in self.sensors if primary.get(type(s)) is not s)

@@ -11,11 +11,10 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
-from arjuna_sim.devices.camera import CameraError, Shot, focal_length, points
-from arjuna_sim.devices.camera_thread import CameraThread
+from arjuna_sim.devices.camera import CameraError, CameraThread, Shot, focal_length, points
+from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.driven_robot import DrivenRobot
-from arjuna_sim.model.settings import CameraSettings
-from arjuna_sim.nodes.sensor_messages import cloud_msg
+from arjuna_sim.nodes.sensor_topics import cloud_msg
 from arjuna_sim.physics.stage import Stage
 
 

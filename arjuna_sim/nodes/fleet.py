@@ -8,7 +8,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_sim.inputs import named_robot
-from arjuna_sim.model.robot import SOLO, Robot
+from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.nodes.robot_nodes import RobotNodes
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.simulation import Simulation, Start
@@ -64,7 +64,7 @@ class Fleet:
         """Return the nodes of a robot."""
         return self._nodes[name]
 
-    def add(self, name: str, namespace: str, robot: Robot, pose: SE2) -> None:
+    def add(self, name: str, namespace: str, robot: RobotModel, pose: SE2) -> None:
         """Put a robot into the world, with nodes below a namespace.
 
         Raises:

@@ -9,14 +9,13 @@ from geometry_msgs.msg import Twist, TwistStamped
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import Velocity
-from arjuna_sim.driven_robot import DrivenRobot
-from arjuna_sim.model.settings import CameraSettings
+from arjuna_sim.devices.sensors.camera import CameraSettings
+from arjuna_sim.driven_robot import DrivenRobot, Observation
 from arjuna_sim.nodes.camera import CameraTopics
 from arjuna_sim.nodes.contacts import ContactTopic
 from arjuna_sim.nodes.robot_topics import RobotTopics
 from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.nodes.sim_config import SimConfig
-from arjuna_sim.observation import Observation
 from arjuna_sim.physics.stage import Stage
 
 _CHECK_PERIOD = 2.0  # [s] between looks for who publishes the wrong type
@@ -44,12 +43,12 @@ class RobotInterface:
         self._command: Velocity | None = None
         self._warned = False
         self._truth = config.publish_ground_truth
-        self.topics = RobotTopics(node, robot.robot, config)
+        self.topics = RobotTopics(node, robot.model, config)
         sensors = self.topics.settings.sensors
         cameras = [s for s in sensors if isinstance(s, CameraSettings)]
         self._cameras = [CameraTopics(node, robot, stage, camera) for camera in cameras]
         self._further = SensorTopics(node, robot, self.topics.settings.further)
-        self.contacts = ContactTopic(node, robot.robot.urdf.name)
+        self.contacts = ContactTopic(node, robot.model.urdf.name)
         self._topic = self.topics.drive.command_topic
         self._stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
         self._commands = self._listen()

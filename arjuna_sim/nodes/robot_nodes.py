@@ -12,6 +12,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.process import Process
+from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.nodes.ekf import EkfNode
 from arjuna_sim.nodes.robot_interface import RobotInterface
@@ -82,12 +83,13 @@ class RobotNodes:
         self._node = SimulatedRobotNode(self._process)
         self._node.robot, self._node.stage, self._node.simulated = robot, stage, config
         described = RobotStatePublisherNode(self._process)
-        described.given = robot.robot
+        described.given = robot.model
         self._nodes: list[ManagedNode] = [self._node, described]
         self._run("configure", self._nodes)
         topics = self.interface.topics
-        if topics.is_fused and topics.settings.imu is not None:
-            self._nodes.append(EkfNode(self._process, {"imu0": topics.settings.imu.topic}))
+        imu = topics.settings.first(ImuSettings)
+        if topics.is_fused and imu is not None:
+            self._nodes.append(EkfNode(self._process, {"imu0": imu.topic}))
             self._run("configure", self._nodes[-1:])
 
     @property

@@ -17,7 +17,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.inputs import named_robot
 from arjuna_sim.model.optical import sensor_frame
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.nodes.messages import transform3_msg
 
@@ -46,7 +46,7 @@ class RobotStatePublisherNode(ManagedNode):
 
     Config = RobotStatePublisherConfig
     DEFAULT_NAME = "robot_state_publisher"
-    given: Robot | None = None
+    given: RobotModel | None = None
 
     def configure(self) -> None:
         """Load the robot and create the topics."""

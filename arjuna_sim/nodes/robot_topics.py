@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from nav_msgs.msg import Odometry
@@ -20,41 +19,34 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.odometry import OdometryEstimate
+from arjuna_sim.devices.sensors.camera import CameraSettings
+from arjuna_sim.devices.sensors.imu import ImuSettings
+from arjuna_sim.devices.sensors.lidar import LidarSettings
+from arjuna_sim.driven_robot import Observation
 from arjuna_sim.model.optical import sensor_frame
-from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.settings import (
-    TOPICS,
-    DriveSettings,
-    GazeboSettings,
-    SensorSettings,
-)
+from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.sim_config import SimConfig
-from arjuna_sim.observation import Observation
 from arjuna_sim.physics.robot_motion import Truth
 
 _TOLERANCE = 1e-9
-_Sensor = TypeVar("_Sensor", bound=SensorSettings)
+_TOPICS = (LidarSettings.TOPIC, CameraSettings.TOPIC, ImuSettings.TOPIC)
 
 
 def standard(settings: GazeboSettings) -> GazeboSettings:
-    """Return sensors that publish where everybody listens, whatever the robot's file says."""
-    lidar, camera, imu = settings.lidar, settings.camera, settings.imu
-    further = tuple(
-        dataclasses.replace(s, topic=f"{s.name}/{s.topic.lstrip('/')}")
-        if s.topic.lstrip("/") in TOPICS.values()
-        else s
-        for s in settings.further
+    """Return sensors that publish on the standard topics, whatever the robot's file says."""
+    further = settings.further
+    sensors = tuple(
+        sensor.standard()
+        if not any(sensor is other for other in further)
+        else dataclasses.replace(sensor, topic=f"{sensor.name}/{sensor.topic.lstrip('/')}")
+        if sensor.topic.lstrip("/") in _TOPICS
+        else sensor
+        for sensor in settings.sensors
     )
-    return dataclasses.replace(
-        settings,
-        lidar=lidar and dataclasses.replace(lidar, topic=TOPICS["lidar"]),
-        camera=camera
-        and dataclasses.replace(camera, topic=TOPICS["camera"], depth_topic="", info_topic=""),
-        imu=imu and dataclasses.replace(imu, topic=TOPICS["imu"]),
-        further=further,
-    )
+    return dataclasses.replace(settings, sensors=sensors)
 
 
 def standard_drive(drive: DriveSettings) -> DriveSettings:
@@ -75,20 +67,13 @@ def wheels_alone(drive: DriveSettings) -> DriveSettings:
     return dataclasses.replace(drive, odometry_topic=WHEEL_ODOMETRY, publishes=publishes)
 
 
-def _with_frames(settings: GazeboSettings, robot: Robot) -> GazeboSettings:
+def _with_frames(settings: GazeboSettings, robot: RobotModel) -> GazeboSettings:
     """Return sensors whose frames are where they are; those of cameras are optical ones."""
-
-    def framed(sensor: _Sensor) -> _Sensor:
-        return dataclasses.replace(sensor, frame=sensor_frame(robot.urdf, sensor).name)
-
-    lidar, camera, imu = settings.lidar, settings.camera, settings.imu
-    return dataclasses.replace(
-        settings,
-        lidar=lidar and framed(lidar),
-        camera=camera and framed(camera),
-        imu=imu and framed(imu),
-        further=tuple(framed(sensor) for sensor in settings.further),
+    sensors = tuple(
+        dataclasses.replace(sensor, frame=sensor_frame(robot.urdf, sensor).name)
+        for sensor in settings.sensors
     )
+    return dataclasses.replace(settings, sensors=sensors)
 
 
 class RobotTopics:
@@ -105,13 +90,15 @@ class RobotTopics:
         is_fused: Whether odometry is left to the filter of wheels and gyro.
     """
 
-    def __init__(self, node: ManagedNode, robot: Robot, config: SimConfig) -> None:
+    def __init__(self, node: ManagedNode, robot: RobotModel, config: SimConfig) -> None:
         plain = config.standard_topics
         settings = standard(robot.settings) if plain else robot.settings
         self.settings = _with_frames(settings, robot)
         self.drive = standard_drive(robot.drive) if plain else robot.drive
         is_wheels = not self.drive.from_world  # a file that asks for the world's odometry gets it
-        self.is_fused = bool(config.fused_odometry and is_wheels and self.settings.imu)
+        self._lidar = self.settings.first(LidarSettings)
+        self._imu_settings = self.settings.first(ImuSettings)
+        self.is_fused = bool(config.fused_odometry and is_wheels and self._imu_settings)
         if self.is_fused:
             self.drive = wheels_alone(self.drive)
         self._base = robot.urdf.root
@@ -128,7 +115,7 @@ class RobotTopics:
         if self.drive.wheels and "odom" in self.drive.publishes:
             self._odom_out = node.publisher(Odometry, self.drive.odometry_topic, qos.DEFAULT)
         self._joints_out = node.publisher(JointState, "joint_states", qos.DEFAULT)
-        imu, lidar = self.settings.imu, self.settings.lidar
+        imu, lidar = self._imu_settings, self._lidar
         if imu is not None:
             self._imu_out = node.publisher(Imu, imu.topic, qos.SENSOR_PUBLISHER)
         if lidar is not None:
@@ -166,13 +153,12 @@ class RobotTopics:
             self._odom_out.publish(odometry_msg(estimate, frame, self._base, now))
 
     def _publish_sensors(self, observation: Observation) -> None:
-        settings = self.settings
+        lidar, imu = self._lidar, self._imu_settings
         if observation.imu is not None and self._imu_out.get_subscription_count() > 0:
-            assert settings.imu is not None
+            assert imu is not None
             for reading in (*observation.imu_before, observation.imu):
-                self._imu_out.publish(imu_msg(reading, settings.imu.frame, reading.stamp))
+                self._imu_out.publish(imu_msg(reading, imu.frame, reading.stamp))
         if observation.scan is not None:
-            lidar = settings.lidar
             assert lidar is not None
             self._scan_out.publish(scan_msg(observation.scan, lidar.frame, 1.0 / lidar.rate))
 
@@ -190,14 +176,13 @@ def _check_topics(path: Path, drive: DriveSettings, settings: GazeboSettings) ->
 
 def _check_rates(node: ManagedNode, settings: GazeboSettings, config: SimConfig) -> None:
     """Say where a sensor is asked to be faster than the simulation."""
-    tick, step = config.tick, config.physics_timestep
-    for name, sensor, period in (
-        ("lidar", settings.lidar, tick),
-        ("camera", settings.camera, tick),
-        ("imu", settings.imu, step),
-        *((f"sensor {sensor.name}", sensor, tick) for sensor in settings.further),
-    ):
-        if sensor is not None and sensor.rate > 1.0 / period + _TOLERANCE:
+    further = settings.further
+    for sensor in settings.sensors:
+        is_first = not any(sensor is other for other in further)
+        is_imu = is_first and isinstance(sensor, ImuSettings)
+        period = config.physics_timestep if is_imu else config.tick
+        if sensor.rate > 1.0 / period + _TOLERANCE:
+            name = type(sensor).TITLE if is_first else f"sensor {sensor.name}"
             node.get_logger().warning(
                 f"the {name} has {sensor.rate:g} Hz, but comes at {1.0 / period:g} Hz at most"
             )

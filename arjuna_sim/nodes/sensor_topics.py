@@ -1,73 +1,162 @@
-"""Topics of the sensors that a robot has beside its first lidar, camera and IMU."""
+"""Topics of the sensors that a robot has beside its first lidar, camera and IMU.
+
+A kind of sensor registers its message here, by `publishes`.
+"""
 
 from __future__ import annotations
 
+import array
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from geometry_msgs.msg import PointStamped
-from sensor_msgs.msg import Imu, LaserScan, MagneticField, NavSatFix, PointCloud2, Range
+from numpy.typing import NDArray
+from sensor_msgs.msg import (
+    Imu,
+    LaserScan,
+    MagneticField,
+    NavSatFix,
+    NavSatStatus,
+    PointCloud2,
+    PointField,
+    Range,
+)
 from std_msgs.msg import Bool
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, scan_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
+from arjuna_sim.devices.imu import ImuReading
+from arjuna_sim.devices.rays.beams import Cloud
+from arjuna_sim.devices.sensors.altimeter import AltimeterSettings
+from arjuna_sim.devices.sensors.bumper import BumperSettings
+from arjuna_sim.devices.sensors.imu import ImuSettings
+from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings, RangeSettings
+from arjuna_sim.devices.sensors.magnetometer import MagnetometerSettings
+from arjuna_sim.devices.sensors.navsat import Fix, NavSatSettings
 from arjuna_sim.driven_robot import DrivenRobot
-from arjuna_sim.model.settings import (
-    AltimeterSettings,
-    BumperSettings,
-    CloudSettings,
-    ImuSettings,
-    LidarSettings,
-    MagnetometerSettings,
-    NavSatSettings,
-    RangeSettings,
-    SensorSettings,
-)
+from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.nodes.messages import imu_msg
-from arjuna_sim.nodes.sensor_messages import cloud_msg, field_msg, fix_msg, range_msg
 
-_Convert = Callable[[Any, Any, float], Any]
+_FLOAT, _UINT16 = np.dtype("<f4"), np.dtype("<u2")
+_POINT = np.dtype([("x", _FLOAT), ("y", _FLOAT), ("z", _FLOAT), ("ring", _UINT16)])
+_FIELDS = [
+    PointField(name=name, offset=4 * number, datatype=kind, count=1)
+    for number, (name, kind) in enumerate(
+        (*((axis, PointField.FLOAT32) for axis in "xyz"), ("ring", PointField.UINT16))
+    )
+]
 
 
+Convert = Callable[[Any, Any, float], Any]
+"""Returns the message of a sensor's settings, its reading and the time [s]."""
+_messages: dict[type[SensorSettings], tuple[Any, Convert]] = {}
+
+
+def publishes(kind: type[SensorSettings], message_type: Any) -> Callable[[Convert], Convert]:
+    """Register the message of a kind of sensor, and what makes one of a reading."""
+
+    def registered(convert: Convert) -> Convert:
+        _messages[kind] = message_type, convert
+        return convert
+
+    return registered
+
+
+def cloud_msg(
+    points: NDArray[np.float32], rows: NDArray[np.uint16] | None, frame: str, now: float
+) -> PointCloud2:
+    """Return points at a time [s] as a PointCloud2 message with the fields x, y, z and ring.
+
+    Args:
+        points: `(N, 3) float32` [m].
+        rows: Which row of the sensor each is of; None leaves out the field.
+        frame: Their frame.
+        now: When they were seen [s].
+    """
+    kind = _POINT if rows is not None else np.dtype(_POINT.descr[:3])
+    packed = np.zeros(len(points), kind)
+    packed["x"], packed["y"], packed["z"] = points.T
+    if rows is not None:
+        packed["ring"] = rows
+    return PointCloud2(
+        header=header(frame, now),
+        height=1,
+        width=len(points),
+        fields=_FIELDS[: 3 + (rows is not None)],
+        is_bigendian=False,
+        point_step=kind.itemsize,
+        row_step=kind.itemsize * len(points),
+        data=array.array("B", packed.tobytes()),
+        is_dense=True,
+    )
+
+
+@publishes(LidarSettings, LaserScan)
 def _scan(sensor: LidarSettings, reading: Any, now: float) -> LaserScan:
     return scan_msg(reading, sensor.frame, 1.0 / sensor.rate)
 
 
-def _cloud(sensor: CloudSettings, reading: Any, now: float) -> PointCloud2:
+@publishes(CloudSettings, PointCloud2)
+def _cloud(sensor: CloudSettings, reading: Cloud, now: float) -> PointCloud2:
     return cloud_msg(reading.points, reading.rows, sensor.frame, now)
 
 
-def _imu(sensor: ImuSettings, reading: Any, now: float) -> Imu:
+@publishes(RangeSettings, Range)
+def _range(sensor: RangeSettings, reading: float, now: float) -> Range:
+    return Range(
+        header=header(sensor.frame, now),
+        radiation_type=Range.INFRARED if sensor.infrared else Range.ULTRASOUND,
+        field_of_view=sensor.angle_max - sensor.angle_min,
+        min_range=sensor.range_min,
+        max_range=sensor.range_max,
+        range=reading,
+    )
+
+
+@publishes(ImuSettings, Imu)
+def _imu(sensor: ImuSettings, reading: ImuReading, now: float) -> Imu:
     return imu_msg(reading, sensor.frame, now)
 
 
+@publishes(NavSatSettings, NavSatFix)
+def _fix(sensor: NavSatSettings, reading: Fix, now: float) -> NavSatFix:
+    return NavSatFix(
+        header=header(sensor.frame, now),
+        status=NavSatStatus(status=NavSatStatus.STATUS_FIX, service=NavSatStatus.SERVICE_GPS),
+        latitude=reading.position.latitude_deg,
+        longitude=reading.position.longitude_deg,
+        altitude=reading.position.altitude,
+        position_covariance=np.diag(reading.variance).ravel(),
+        position_covariance_type=NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN,
+    )
+
+
+@publishes(MagnetometerSettings, MagneticField)
+def _field(sensor: MagnetometerSettings, reading: NDArray[np.float64], now: float) -> MagneticField:
+    message = MagneticField(header=header(sensor.frame, now))
+    field = message.magnetic_field
+    field.x, field.y, field.z = (float(value) for value in reading)
+    message.magnetic_field_covariance = np.eye(3).ravel() * sensor.noise**2
+    return message
+
+
+@publishes(AltimeterSettings, PointStamped)
 def _height(sensor: AltimeterSettings, reading: float, now: float) -> PointStamped:
     message = PointStamped(header=header(sensor.frame, now))
     message.point.z = reading
     return message
 
 
+@publishes(BumperSettings, Bool)
 def _bump(sensor: BumperSettings, reading: bool, now: float) -> Bool:
     return Bool(data=reading)
 
 
-_TYPES: dict[type[SensorSettings], tuple[Any, _Convert]] = {
-    LidarSettings: (LaserScan, _scan),
-    CloudSettings: (PointCloud2, _cloud),
-    RangeSettings: (Range, range_msg),
-    ImuSettings: (Imu, _imu),
-    NavSatSettings: (NavSatFix, fix_msg),
-    MagnetometerSettings: (MagneticField, field_msg),
-    AltimeterSettings: (PointStamped, _height),
-    BumperSettings: (Bool, _bump),
-}
-"""By kind of sensor, the message's type and what makes one of a reading."""
-
-
 class SensorTopics:
-    """Publishes what is due and subscribed to; what nobody listens to is not read.
+    """Publishes what is due and subscribed to; sensors without subscribers are not read.
 
     Args:
         node: The node, being configured.
@@ -82,8 +171,8 @@ class SensorTopics:
         self._all = [
             (sensor, node.publisher(kind, sensor.topic, qos.SENSOR_PUBLISHER), convert, due)
             for sensor in sensors
-            if type(sensor) in _TYPES
-            for kind, convert in (_TYPES[type(sensor)],)
+            if type(sensor) in _messages
+            for kind, convert in (_messages[type(sensor)],)
             for due in (Periodic(1.0 / sensor.rate, phase=1.0 / sensor.rate),)
         ]
 

@@ -14,6 +14,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
+from arjuna_sim.driven_robot import Observation
 from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.inputs import named_robot, named_world
@@ -28,11 +29,9 @@ from arjuna_sim.nodes.services.spawning import SpawnServices
 from arjuna_sim.nodes.services.stepping import StepAction
 from arjuna_sim.nodes.services.worlds import WorldServices
 from arjuna_sim.nodes.sim_config import SimConfig
-from arjuna_sim.observation import Observation
 from arjuna_sim.physics.pacing import PaceMeter, Pacer
 from arjuna_sim.physics.viewer import Viewer
-from arjuna_sim.simulation import Simulation
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation, solo
 
 
 class SimNode(ManagedNode):
@@ -79,7 +78,7 @@ class SimNode(ManagedNode):
             return Simulation(starts_of(config), world, config, rng)
         start = config.initial_pose
         robot = named_robot(config.robot, config.robot_arguments)
-        return Simulator(robot, world, config, rng, SE2(start.x, start.y, start.yaw))
+        return Simulation(solo(robot, SE2(start.x, start.y, start.yaw)), world, config, rng)
 
     def _create_topics(self) -> None:
         """Create publishers in the order of publication."""
@@ -149,7 +148,7 @@ class SimNode(ManagedNode):
     def advance(self) -> None:
         """Advance one tick and publish what it brought: time first, transforms before sensors."""
         robots = self._interfaces()
-        seen = self.simulator.advance({name: robot.take_command() for name, robot in robots})
+        seen = self.simulator.step({name: robot.take_command() for name, robot in robots})
         self._ticks += 1
         self.last = seen.get(SOLO)
         self.tell_time()

@@ -13,7 +13,7 @@ from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.shapes import Group, Part
 from arjuna_sim.model.joints import Joint
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.physics.geoms import add_part
 from arjuna_sim.physics.wheels.rollers import add_rollers
 from arjuna_sim.physics.wheels.servo import ServoConfig, add_servo, add_steering, armature
@@ -26,12 +26,12 @@ ROBOTS_MAX = 30
 _ANCHOR_WEIGHT = 1e9  # [kg] inertia that no arm can move
 
 
-def free_joint(robot: Robot) -> str:
+def free_joint(robot: RobotModel) -> str:
     """Return the name of the joint on which a robot moves."""
     return f"free:{robot.urdf.root}"
 
 
-def add_robot(spec: Any, robot: Robot, servo: ServoConfig, sag: float) -> None:
+def add_robot(spec: Any, robot: RobotModel, servo: ServoConfig, sag: float) -> None:
     """Add the robot to a MuJoCo world, its root at the origin.
 
     Links that fixed joints connect become one body; every link becomes a site of its name.
@@ -61,7 +61,7 @@ def add_robot(spec: Any, robot: Robot, servo: ServoConfig, sag: float) -> None:
             _add_mimic(spec, follower)
 
 
-def let_meet(spec: Any, robots: Sequence[Robot]) -> None:
+def let_meet(spec: Any, robots: Sequence[RobotModel]) -> None:
     """Let robots that were added touch each other, and none itself.
 
     MuJoCo lets shapes touch where a bit of the one's type is in the other's affinity. The lowest
@@ -80,7 +80,7 @@ def let_meet(spec: Any, robots: Sequence[Robot]) -> None:
                 geom.contype, geom.conaffinity = 2 << i, 1 | (every & ~(2 << i))
 
 
-def add_mounts(spec: Any, robot: Robot) -> None:
+def add_mounts(spec: Any, robot: RobotModel) -> None:
     """Add a site for each sensor that sits off its link's origin."""
     for sensor in robot.settings.sensors:
         if sensor.site != sensor.link:
@@ -91,7 +91,7 @@ def add_mounts(spec: Any, robot: Robot) -> None:
             link.parent.add_site(name=sensor.site, pos=pose.position, quat=pose.quaternion)
 
 
-def _fill_body(spec: Any, body: Any, robot: Robot, first: str, servo: ServoConfig) -> None:
+def _fill_body(spec: Any, body: Any, robot: RobotModel, first: str, servo: ServoConfig) -> None:
     """Add a link and all that fixed joints hang on it, then the bodies that joints carry."""
     masses: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
     queue = [(first, Pose3())]
@@ -133,7 +133,7 @@ def _set_mass(
     ]  # fmt: skip
 
 
-def _add_parts(spec: Any, body: Any, robot: Robot, name: str, T_body_link: Pose3) -> None:
+def _add_parts(spec: Any, body: Any, robot: RobotModel, name: str, T_body_link: Pose3) -> None:
     link = robot.urdf.links[name]
     for part in link.visuals:
         colour = robot.settings.colours.get(name, part.rgba)
@@ -145,12 +145,12 @@ def _add_parts(spec: Any, body: Any, robot: Robot, name: str, T_body_link: Pose3
         add_part(spec, body, placed, Group.ROBOT_COLLISION)[0].name = f"{name}//{i}"
 
 
-def _is_wheel(robot: Robot, link: str) -> bool:
+def _is_wheel(robot: RobotModel, link: str) -> bool:
     return any(robot.urdf.joints[name].child == link for name in robot.rolling_joints)
 
 
 def _add_moving(
-    spec: Any, body: Any, robot: Robot, joint: Joint, T_body_link: Pose3, servo: ServoConfig
+    spec: Any, body: Any, robot: RobotModel, joint: Joint, T_body_link: Pose3, servo: ServoConfig
 ) -> None:
     pose = T_body_link @ joint.T_parent_child
     child = body.add_body(name=f"body:{joint.child}", pos=pose.position, quat=pose.quaternion)
@@ -165,7 +165,7 @@ def _add_moving(
     _fill_body(spec, child, robot, joint.child, servo)
 
 
-def _passive_damping(robot: Robot) -> float:
+def _passive_damping(robot: RobotModel) -> float:
     """Return how damped joints are that nothing drives: hardly felt by the lightest robot."""
     load = robot.urdf.mass / max(1, len(robot.rolling_joints))
     return min(_PASSIVE_DAMPING, _ROLLING_DAMPING * load * robot.drive.radius**2)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import RobotError, WorldError
 from arjuna_sim.devices.camera import add_camera
+from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Group
-from arjuna_sim.model.robot import Robot
-from arjuna_sim.model.settings import CameraSettings
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity
 from arjuna_sim.physics.robot_body import add_mounts, add_robot, free_joint, let_meet
@@ -86,7 +86,7 @@ class Scene:
 
 
 def build_scene(
-    robots: Mapping[str, Robot],
+    robots: Mapping[str, RobotModel],
     world: World,
     servo: ServoConfig,
     timestep: float,
@@ -124,7 +124,7 @@ def build_scene(
     return _scene(model, _tuned(model, robots, servo, timestep), models, owners)
 
 
-def _compiled(spec: Any, robots: Mapping[str, Robot], world: World) -> Any:
+def _compiled(spec: Any, robots: Mapping[str, RobotModel], world: World) -> Any:
     try:
         return spec.compile()
     except ValueError as error:
@@ -135,7 +135,7 @@ def _compiled(spec: Any, robots: Mapping[str, Robot], world: World) -> Any:
 
 
 def _tuned(
-    model: Any, robots: Mapping[str, Robot], servo: ServoConfig, timestep: float
+    model: Any, robots: Mapping[str, RobotModel], servo: ServoConfig, timestep: float
 ) -> dict[str, RobotInScene]:
     """Set robots' contacts and motors, and find the robots."""
     standing = {
@@ -187,11 +187,13 @@ def _set_physics(spec: Any, timestep: float) -> None:
     spec.compiler.degree = False
 
 
-def _root(model: Any, robot: Robot) -> int:
+def _root(model: Any, robot: RobotModel) -> int:
     return int(model.body(f"body:{robot.urdf.root}").id)
 
 
-def _found(model: Any, name: str, robot: Robot, servos: Servos, standing: Standing) -> RobotInScene:
+def _found(
+    model: Any, name: str, robot: RobotModel, servos: Servos, standing: Standing
+) -> RobotInScene:
     """Find a robot's parts."""
 
     def positions(names: tuple[str, ...]) -> NDArray[np.int64]:

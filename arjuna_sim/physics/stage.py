@@ -20,7 +20,7 @@ from arjuna_sim.model.entities import (
     entity_of_model,
     moving_entities,
 )
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.carrying import carry_over
 from arjuna_sim.physics.contacts import touched
@@ -55,7 +55,7 @@ class Stage:
     """
 
     def __init__(
-        self, robots: Mapping[str, Robot], world: World, servo: ServoConfig, timestep: float
+        self, robots: Mapping[str, RobotModel], world: World, servo: ServoConfig, timestep: float
     ) -> None:
         self.robots = dict(robots)
         self._servo = servo
@@ -214,8 +214,8 @@ class Stage:
         """Return the names of what a robot touches, sorted; never what it stands on."""
         return touched(self.scene, self.data, robot)
 
-    def man(self, robots: Mapping[str, Robot]) -> None:
-        """Go on with other robots: those that stay go on as they were, new ones are at the origin.
+    def set_robots(self, robots: Mapping[str, RobotModel]) -> None:
+        """Replace the robots: those that stay keep their state, new ones are at the origin.
 
         Raises:
             RobotError: MuJoCo refuses one; nothing has changed.

@@ -47,7 +47,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the simulator until it is stopped, or check a file."""
     if arguments.check is not None:
-        from arjuna_sim.inputs import describe_file
+        from arjuna_sim.check import describe_file
         from bringup.terminal import show
 
         options.extend_search(arguments)

@@ -124,7 +124,7 @@ class Demo:
     def _origin(self) -> SE2:
         """Return where in the world the map begins: where the robot, or its odometry, does."""
         simulator = self._robot.sim.simulator
-        start: SE2 = SE2() if simulator.robot.drive.from_world else simulator.spawn
+        start: SE2 = SE2() if simulator.robot.model.drive.from_world else simulator.robot.spawn
         return start
 
     def _truth(self) -> SE2:
@@ -134,11 +134,11 @@ class Demo:
 
     def _surfaces(self) -> NDArray[np.float64]:
         """Return the true segments on the map, `(M, 4) float64` [m]."""
-        return segments_from(self._origin(), self._robot.sim.simulator.surfaces())
+        return segments_from(self._origin(), self._robot.sim.simulator.robot.surfaces())
 
     @property
     def _frames(self) -> tuple[str, str]:
-        return "map", self._robot.sim.simulator.robot.urdf.root
+        return "map", self._robot.sim.simulator.robot.model.urdf.root
 
     def _estimate(self) -> SE2 | None:
         return self._robot.process.transforms.try_lookup(*self._frames)
@@ -217,7 +217,7 @@ class Demo:
         pose = self._elsewhere()
         self._progress.phase(f"kidnapped to ({pose.x:.1f}, {pose.y:.1f})", robot.now)
         self._judge = False
-        robot.sim.simulator.set_pose(self._origin() @ pose)
+        robot.sim.simulator.robot.set_pose(self._origin() @ pose)
         start = robot.now
         robot.run_until(lambda: self._quality < KNOWS, _NOTICE_TIMEOUT, required=False)
         found = self._found_itself(3.0)

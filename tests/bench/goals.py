@@ -147,7 +147,7 @@ def _one(robot: Any, goals: Any, goal: SE2, shortest: float) -> Arrival:
     robot.run(_REST)
     if drive.touched:
         print(f"     touched {', '.join(drive.touched)}")
-    base = robot.sim.simulator.robot.urdf.root
+    base = robot.sim.simulator.robot.model.urdf.root
     believed = robot.process.transforms.try_lookup("map", base) or SE2(math.inf)
     return Arrival(
         end.succeeded,

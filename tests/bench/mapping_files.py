@@ -97,7 +97,7 @@ def _mapped(arguments: argparse.Namespace, path: Path | None, graph: Path | None
         robot.run(arguments.seconds)
         if graph is not None:
             save_session(Path(f"{graph}.posegraph"), robot.nodes["slam_toolbox"].slam.session())
-        errors = drive.errors(_points(robot.sim.simulator.surfaces()))
+        errors = drive.errors(_points(robot.sim.simulator.robot.surfaces()))
         return {"first_map_s": first, "maps": drive.maps, **errors}
 
 

@@ -20,12 +20,13 @@ from arjuna_sim.devices.drive import Kinematics
 from arjuna_sim.devices.driving.bases import base_of
 from arjuna_sim.devices.driving.limits import limited
 from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
+from arjuna_sim.devices.sensors.imu import ImuSettings
+from arjuna_sim.driven_robot import Observation
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.robot_file import load_robot
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import DriveKind
-from arjuna_sim.observation import Observation
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import ROBOT
 from tests.sim.generated import level
 
@@ -80,7 +81,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return found
 
 
-def _calibrated(robot: Robot) -> SimulatorConfig:
+def _calibrated(robot: RobotModel) -> SimulatorConfig:
     """Return a configuration with what calibration finds, as far as the drive can be."""
     drive, config = robot.drive, SimulatorConfig()
     if drive.kind is not DriveKind.SIDES:
@@ -100,7 +101,7 @@ def _calibrated(robot: Robot) -> SimulatorConfig:
 
 
 def _worst(
-    robot: Robot, config: SimulatorConfig, arguments: argparse.Namespace
+    robot: RobotModel, config: SimulatorConfig, arguments: argparse.Namespace
 ) -> dict[str, tuple[float, float]]:
     """Return the greatest errors of several squares by what measures them."""
     runs = [_square(robot, config, seed, arguments.sideways) for seed in range(arguments.seeds)]
@@ -111,28 +112,28 @@ def _worst(
 
 
 def _square(
-    robot: Robot, config: SimulatorConfig, seed: int, sideways: bool
+    robot: RobotModel, config: SimulatorConfig, seed: int, sideways: bool
 ) -> dict[str, tuple[float, float]]:
     """Return the errors by the way, and of the heading [deg], at a square's end."""
-    sim = Simulator(robot, level(), config, np.random.default_rng(seed))
+    sim = Simulation(solo(robot), level(), config, np.random.default_rng(seed))
     filter_ = FusedOdometry(FusedOdometryConfig())
-    start = sim.truth().pose
+    start = sim.robot.truth().pose
     way = 0.0
     for command, seconds in _legs(robot, config, sideways):
         for _ in range(round(seconds / config.tick)):
-            before = sim.truth().pose
-            seen = sim.step(command)
+            before = sim.robot.truth().pose
+            seen = sim.drive(command)
             way += before.distance(seen.truth.pose)
             _fuse(filter_, seen, config.tick)
     truth = start.inverse() @ seen.truth.pose
     errors = {"wheels": _error(seen.odometry.T_odom_base, truth, way)}
-    if robot.settings.imu is not None:
+    if robot.settings.first(ImuSettings) is not None:
         errors["fused"] = _error(filter_.estimate.T_odom_base, truth, way)
     return errors
 
 
 def _legs(
-    robot: Robot, config: SimulatorConfig, sideways: bool
+    robot: RobotModel, config: SimulatorConfig, sideways: bool
 ) -> Iterator[tuple[Velocity, float]]:
     limits, stop = limited(config.drive, robot.drive), (Velocity(), _REST)
     speed = min(_SPEED, limits.forward.value)

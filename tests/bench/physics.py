@@ -15,14 +15,14 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.driving.bases import base_of
 from arjuna_sim.devices.driving.limits import limited
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.model.geometry.shapes import corners
-from arjuna_sim.model.robot import SOLO, Robot
+from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.wheels.footing import SILL
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import ROBOT
 from tests.sim.generated import chassis, level, sill, slope
 from tests.sim.robot_files.options import robot_files
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     return _measure(robot, config, robot.urdf.name)
 
 
-def _generated(count: int) -> dict[str, Robot]:
+def _generated(count: int) -> dict[str, RobotModel]:
     """Return robots of all sizes, and those of files written in all ways."""
     robots = {c.name: c.robot() for c in chassis(count // 2)}
     with tempfile.TemporaryDirectory() as folder:
@@ -98,7 +98,7 @@ def _generated(count: int) -> dict[str, Robot]:
     return robots
 
 
-def _measure(robot: Robot, config: SimulatorConfig, name: str) -> dict[str, Any]:
+def _measure(robot: RobotModel, config: SimulatorConfig, name: str) -> dict[str, Any]:
     drive_error, over_straight = _drive(robot, config)
     turn_error, over_turn = _turn(robot, config)
     values = (
@@ -118,40 +118,42 @@ def _measure(robot: Robot, config: SimulatorConfig, name: str) -> dict[str, Any]
     return {**dict(zip(_KEYS, values, strict=True)), "side_error": _sideways(robot, config)}
 
 
-def _simulator(robot: Robot, world: World, config: SimulatorConfig, x: float = 0.0) -> Simulator:
-    return Simulator(robot, world, config, np.random.default_rng(0), SE2(x, 0.0, 0.0))
+def _simulator(
+    robot: RobotModel, world: World, config: SimulatorConfig, x: float = 0.0
+) -> Simulation:
+    return Simulation(solo(robot, SE2(x, 0.0, 0.0)), world, config, np.random.default_rng(0))
 
 
-def _parked(robot: Robot, config: SimulatorConfig, world: World) -> float:
+def _parked(robot: RobotModel, config: SimulatorConfig, world: World) -> float:
     """Return how far a robot without a command gets from where it came to rest [mm]."""
     sim = _simulator(robot, world, config)
     for _ in range(round(_SETTLE / config.tick)):
-        sim.step()
-    start, farthest = sim.truth().pose, 0.0
+        sim.drive()
+    start, farthest = sim.robot.truth().pose, 0.0
     for _ in range(round((_PARKED - _SETTLE) / config.tick)):
-        farthest = max(farthest, start.distance(sim.step().truth.pose))
+        farthest = max(farthest, start.distance(sim.drive().truth.pose))
     return 1e3 * farthest
 
 
-def _drive(robot: Robot, config: SimulatorConfig) -> tuple[float, float]:
+def _drive(robot: RobotModel, config: SimulatorConfig) -> tuple[float, float]:
     """Drive for 1 m and stop; return the path's error and the peak speed, by what was asked."""
     sim = _simulator(robot, level(), config)
     speed = min(_SPEED, limited(config.drive, robot.drive).forward.value)
     peak = _follow(sim, Velocity(speed), 1.0 / speed, lambda truth: truth.v)
-    return math.hypot(sim.truth().pose.x, sim.truth().pose.y) - 1.0, peak / speed
+    return math.hypot(sim.robot.truth().pose.x, sim.robot.truth().pose.y) - 1.0, peak / speed
 
 
-def _sideways(robot: Robot, config: SimulatorConfig) -> float | None:
+def _sideways(robot: RobotModel, config: SimulatorConfig) -> float | None:
     """Drive 1 m to the left; return the path's error by its share, None where wheels cannot."""
     if not robot.drive.grips:
         return None
     sim = _simulator(robot, level(), config)
     speed = min(_SPEED, limited(config.drive, robot.drive).forward.value)
     _follow(sim, Velocity(y=speed), 1.0 / speed, lambda truth: truth.side)
-    return math.hypot(sim.truth().pose.x, sim.truth().pose.y - 1.0)
+    return math.hypot(sim.robot.truth().pose.x, sim.robot.truth().pose.y - 1.0)
 
 
-def _turn(robot: Robot, config: SimulatorConfig) -> tuple[float, float]:
+def _turn(robot: RobotModel, config: SimulatorConfig) -> tuple[float, float]:
     """Turn by 90 degrees, on the spot unless it steers.
 
     Returns:
@@ -166,19 +168,19 @@ def _turn(robot: Robot, config: SimulatorConfig) -> tuple[float, float]:
         command = Velocity(speed, yaw_rate=_BEND * turned.yaw_rate)
     rate = command.yaw_rate
     peak = _follow(sim, command, math.pi / 2 / rate, lambda truth: truth.w)
-    return math.degrees(wrap(sim.truth().pose.theta - math.pi / 2)), peak / rate
+    return math.degrees(wrap(sim.robot.truth().pose.theta - math.pi / 2)), peak / rate
 
 
-def _follow(sim: Simulator, command: Velocity, seconds: float, speed: Any) -> float:
+def _follow(sim: Simulation, command: Velocity, seconds: float, speed: Any) -> float:
     """Hold a command for a time, then stop; return the peak speed."""
     peak = 0.0
     for now, count in ((command, seconds), (Velocity(), _REST)):
         for _ in range(round(count / sim.config.tick)):
-            peak = max(peak, abs(speed(sim.step(now).truth)))
+            peak = max(peak, abs(speed(sim.drive(now).truth)))
     return peak
 
 
-def _sill(robot: Robot, config: SimulatorConfig) -> tuple[float, str, float]:
+def _sill(robot: RobotModel, config: SimulatorConfig) -> tuple[float, str, float]:
     """Return the highest sill that the robot crosses [m], what the next one stops, and the bar."""
     if not robot.drive.wheels:
         return 0.0, "", 0.0
@@ -193,14 +195,14 @@ def _sill(robot: Robot, config: SimulatorConfig) -> tuple[float, str, float]:
     return highest, "", bar
 
 
-def _stops_at(robot: Robot, config: SimulatorConfig, height: float) -> str | None:
+def _stops_at(robot: RobotModel, config: SimulatorConfig, height: float) -> str | None:
     """Return the links that a sill stops; None where the robot crosses it upright."""
     reach, depth = _reach(robot), _DEPTH * robot.drive.radius
     edge, goal = 2.0 * reach, 4.0 * reach + depth
     sim = _simulator(robot, sill(height, edge, depth), config)
     command = Velocity(min(_SPEED, limited(config.drive, robot.drive).forward.value))
     for _ in range(round((2.0 * goal / command.x + 2.0) / config.tick)):
-        truth = sim.step(command).truth
+        truth = sim.drive(command).truth
         if truth.pose.x > goal:
             upright = max(abs(truth.roll), abs(truth.pitch)) < 1.0
             return None if upright else "a fall"
@@ -210,7 +212,7 @@ def _stops_at(robot: Robot, config: SimulatorConfig, height: float) -> str | Non
     return ", ".join(sorted(names - {""})) or "nothing: it has no grip"
 
 
-def _reach(robot: Robot) -> float:
+def _reach(robot: RobotModel) -> float:
     """Return how far the robot reaches from its root, seen from above [m]."""
     points = [
         (robot.urdf.T_root(link.name) @ part.pose).apply(corners(part.shape))[:, :2]

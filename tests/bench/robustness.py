@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.inputs import named_robot, named_world
+from arjuna_sim.simulation import Simulation, solo
 from tests.slam.slam_room import room
 from tests.slam.trials import SCENARIOS, Figures, Log, measure, room_log, spoil
 
@@ -98,25 +98,24 @@ def _arjuna_askew(seed: int) -> tuple[Log, NDArray[np.float64]]:
 
 def _simulated(seed: int, spawn: SE2) -> tuple[Log, NDArray[np.float64]]:
     """Drive the Arjuna robot through its room; truth steers it, so that every seed can compare."""
-    simulator = Simulator(
-        shipped_file("urdf/arjuna.urdf"),
-        shipped_file("worlds/arjuna_room.world"),
+    simulator = Simulation(
+        solo(named_robot("", ""), spawn),
+        named_world(""),
         SimulatorConfig(),
         np.random.default_rng(seed),
-        spawn,
     )
     log: Log = []
     way = list(_WAY)
     for _ in range(_TICKS_MAX):
-        command = _towards(simulator.truth().pose, way[0]) if log else Velocity()
-        seen = simulator.step(command)
+        command = _towards(simulator.robot.truth().pose, way[0]) if log else Velocity()
+        seen = simulator.drive(command)
         if seen.scan is not None:
             log.append((seen.scan, seen.odometry.T_odom_base, seen.truth.pose))
         if math.hypot(seen.truth.pose.x - way[0][0], seen.truth.pose.y - way[0][1]) < _REACHED:
             way.pop(0)
         if not way:
             break
-    return log, simulator.surfaces()
+    return log, simulator.robot.surfaces()
 
 
 def _towards(pose: SE2, goal: tuple[float, float]) -> Velocity:

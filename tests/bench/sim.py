@@ -14,7 +14,7 @@ from typing import Any
 import mujoco
 
 from arjuna_core.twist import Velocity
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation
 from tests.sim.builders import ROBOT, ROOM, edited, simulator
 
 _BEAMS = (90, 180, 360, 720, 1440, 2880)
@@ -74,11 +74,11 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def paired_factors(sim: Simulator, seconds: float) -> tuple[float, float]:
+def paired_factors(sim: Simulation, seconds: float) -> tuple[float, float]:
     """Return the simulated per CPU time of the core, and of MuJoCo with the same controls."""
     model, data, controls = sim.stage.scene.model, sim.stage.data, []
     for i in range(round(seconds / sim.config.tick)):
-        sim.step(_command(i))
+        sim.drive(_command(i))
         controls.append(data.ctrl.copy())
 
     def physics(i: int) -> None:
@@ -88,14 +88,14 @@ def paired_factors(sim: Simulator, seconds: float) -> tuple[float, float]:
     core = alone = 0.0
     for _ in range(_REPEATS):
         sim.reset()
-        core = max(core, _once(lambda i: sim.step(_command(i)), seconds, sim.config.tick))
+        core = max(core, _once(lambda i: sim.drive(_command(i)), seconds, sim.config.tick))
         sim.reset()
         alone = max(alone, _once(physics, seconds, sim.config.tick))
     return core, alone
 
 
-def _core_factor(sim: Simulator, seconds: float) -> float:
-    return _best(lambda i: sim.step(_command(i)), seconds, sim.config.tick)
+def _core_factor(sim: Simulation, seconds: float) -> float:
+    return _best(lambda i: sim.drive(_command(i)), seconds, sim.config.tick)
 
 
 def _ros_factor(seconds: float) -> float:
@@ -144,12 +144,12 @@ def _command(i: int) -> Velocity:
     return Velocity(0.4, yaw_rate=0.6 + 0.3 * math.sin(i / 200))
 
 
-def _with_beams(count: int, folder: Path) -> Simulator:
+def _with_beams(count: int, folder: Path) -> Simulation:
     old, new = "<samples>360</samples>", f"<samples>{count}</samples>"
     return simulator(ROOM, robot=edited(ROBOT, folder, old, new))
 
 
-def _with_actors(count: int, folder: Path) -> Simulator:
+def _with_actors(count: int, folder: Path) -> Simulation:
     """Let people walk to and fro beside the robot's way."""
     actors = "".join(
         f"<actor name='a{i}'><script><trajectory id='0' type='walk'>"
@@ -161,7 +161,7 @@ def _with_actors(count: int, folder: Path) -> Simulator:
     return simulator(_written(folder / f"{count}_actors.world", actors))
 
 
-def _with_boxes(count: int, folder: Path, pushable: bool = False) -> Simulator:
+def _with_boxes(count: int, folder: Path, pushable: bool = False) -> Simulation:
     """Put boxes on a square grid of 1.5 m around the start, which stays free."""
     side = math.ceil(math.sqrt(count + 9))
     places = [(i - side // 2, j - side // 2) for i in range(side) for j in range(side)]

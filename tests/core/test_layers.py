@@ -86,7 +86,7 @@ BRINGUP_WITHOUT_ROS = (
     *("parameters/listing.py", "viewing/frame_tree.py", "lessons/"),
 )
 LIBRARIES: dict[str, tuple[str, ...]] = {
-    "mujoco": ("arjuna_sim/physics/", "arjuna_sim/devices/", "arjuna_sim/simulator.py"),
+    "mujoco": ("arjuna_sim/physics/", "arjuna_sim/devices/"),
     "rerun": ("bringup/viewing/",),
     "viser": ("bringup/viewing/",),
     "foxglove": ("bringup/viewing/",),

@@ -19,10 +19,11 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.files.world_file import load_world
+from arjuna_sim.inputs import named_robot
+from arjuna_sim.simulation import Simulation, solo
 
 _ROOT = Path(__file__).resolve().parents[2]
-_ROBOT = _ROOT / "urdf" / "arjuna.urdf"
 _RESOLUTION = 0.05
 _MARGIN = 0.4  # of the map around the world [m]
 _STEP_CELLS = 4  # of the road map
@@ -56,15 +57,16 @@ class Place:
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self._world = _ROOT / "worlds" / f"{name}.world"
-        surfaces = self._simulator(0, SE2()).surfaces()
+        self._robot = named_robot("", "")
+        self._world = load_world(_ROOT / "worlds" / f"{name}.world")
+        surfaces = self._simulator(0, SE2()).robot.surfaces()
         self.map = true_map(surfaces)
         self.clearance: NDArray[np.float64] = distance_transform_edt(self.map.free()) * _RESOLUTION
         self._roads()
 
-    def _simulator(self, seed: int, spawn: SE2) -> Simulator:
+    def _simulator(self, seed: int, spawn: SE2) -> Simulation:
         rng = np.random.default_rng(seed)
-        return Simulator(_ROBOT, self._world, SimulatorConfig(), rng, spawn)
+        return Simulation(solo(self._robot, spawn), self._world, SimulatorConfig(), rng)
 
     def _roads(self) -> None:
         """Connect free places on a coarse grid; a road is the longer the nearer it is to walls."""
@@ -126,7 +128,7 @@ class Place:
         for _ in range(round(seconds / simulator.config.tick)):
             while ahead < len(way) - 1 and math.dist(way[ahead], (pose.x, pose.y)) < _LOOKAHEAD:
                 ahead += 1
-            seen = simulator.step(_towards(pose, way[ahead]))
+            seen = simulator.drive(_towards(pose, way[ahead]))
             pose = seen.truth.pose
             if seen.scan is not None:
                 steps.append(Step(pose, seen.odometry.T_odom_base, seen.scan))

@@ -10,9 +10,13 @@ import numpy as np
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.driven_robot import Observation
+from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.notes import Note
-from arjuna_sim.observation import Observation
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.settings import S
+from arjuna_sim.simulation import Simulation, solo
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOT = ROOT / "urdf" / "arjuna.urdf"
@@ -26,16 +30,24 @@ def simulator(
     seed: int = 0,
     spawn: SE2 = IDENTITY,
     robot: Path = ROBOT,
-) -> Simulator:
-    """Build a simulator; noise-free and uncalibrated parts are the caller's to ask for."""
-    return Simulator(robot, world, config or SimulatorConfig(), np.random.default_rng(seed), spawn)
+) -> Simulation:
+    """Build a simulation of one robot; config chooses what is noise-free or uncalibrated."""
+    starts, rng = solo(load_robot(robot), spawn), np.random.default_rng(seed)
+    return Simulation(starts, load_world(world), config or SimulatorConfig(), rng)
 
 
-def run(sim: Simulator, seconds: float, command: Velocity | None = None) -> Observation:
+def run(sim: Simulation, seconds: float, command: Velocity | None = None) -> Observation:
     """Step for a time, repeating a command; return the last observation."""
     for _ in range(round(seconds / sim.config.tick)):
-        last = sim.step(command)
+        last = sim.drive(command)
     return last
+
+
+def first(robot: RobotModel, kind: type[S]) -> S:
+    """Return a robot's first sensor of a kind, which must be there."""
+    found = robot.settings.first(kind)
+    assert found is not None
+    return found
 
 
 def texts(notes: Iterable[Note]) -> tuple[str, ...]:

@@ -9,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.robots.robot_file import robot_of_text
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.robot_file import read_robot
-from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.files.urdf.xacro_file import Expanded
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import Body, World, ground
 
 _SIDE = 400.0  # of a slope [m]
@@ -74,10 +73,10 @@ class Chassis:
         """Between the wheels' middles [m]."""
         return 5.0 * self.radius
 
-    def robot(self) -> Robot:
+    def robot(self) -> RobotModel:
         """Read it as a robot."""
-        xml = XmlFile(Path("generated.urdf"), "robot", RobotError, self._urdf(), SearchPath())
-        return read_robot(xml)
+        path = Path("generated.urdf")
+        return robot_of_text(path, Expanded(self._urdf()), SearchPath())
 
     def _urdf(self) -> bytes:
         r, along = self.radius, self._axles()

@@ -16,7 +16,7 @@ from arjuna_sim.devices.calibration import (
     identify,
 )
 from arjuna_sim.devices.drive import Kinematics
-from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.files.robots.robot_file import load_robot
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited
 
 

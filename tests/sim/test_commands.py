@@ -9,19 +9,19 @@ import pytest
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import DriveConfig
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation
 from tests.sim.builders import simulator
 from tests.sim.files.test_robots import FOUR, TWO, _robot
 
 _SLOW = Velocity(0.2)
 
 
-def _driven(sim: Simulator, hertz: float, seconds: float, silent: float = 0.0) -> list[float]:
+def _driven(sim: Simulation, hertz: float, seconds: float, silent: float = 0.0) -> list[float]:
     """Return the true way [m] after each tick of commands at a rate, then of silence."""
     ways, period = [], round(1.0 / (hertz * sim.config.tick))
     for tick in range(round((seconds + silent) / sim.config.tick)):
         sent = tick * sim.config.tick < seconds and tick % period == 0
-        ways.append(sim.step(_SLOW if sent else None).truth.pose.x)
+        ways.append(sim.drive(_SLOW if sent else None).truth.pose.x)
     return ways
 
 
@@ -45,21 +45,21 @@ def test_quick_sender_that_falls_silent_leaves_half_a_second(hertz: float) -> No
 def test_time_out_of_zero_drives_on_by_one_command() -> None:
     """As Gazebo's plug-ins do after `ros2 topic pub --once`."""
     sim = simulator(config=SimulatorConfig(drive=DriveConfig(command_timeout=0.0)))
-    sim.step(_SLOW)
+    sim.drive(_SLOW)
     for _ in range(500):
-        last = sim.step()
+        last = sim.drive()
     assert last.truth.pose.x == pytest.approx(2.0, abs=0.03)
 
 
 def test_robot_of_another_has_no_limits_of_ours(tmp_path: Path) -> None:
     sim = simulator(robot=_robot(tmp_path, FOUR))
     for _ in range(200):
-        last = sim.step(Velocity(1.6))
+        last = sim.drive(Velocity(1.6))
     assert last.truth.v == pytest.approx(1.6, rel=0.02)
     for _ in range(200):
-        last = sim.step(Velocity(yaw_rate=2.6))
-    assert sim.told.yaw_rate == 2.6
-    assert sim.robots[""].take_cuts() == ()
+        last = sim.drive(Velocity(yaw_rate=2.6))
+    assert sim.robot.setpoint.yaw_rate == 2.6
+    assert sim.robot.take_cuts() == ()
 
 
 def test_joints_speed_slows_the_robot_along_its_curve_and_is_said_once(tmp_path: Path) -> None:
@@ -68,12 +68,12 @@ def test_joints_speed_slows_the_robot_along_its_curve_and_is_said_once(tmp_path:
     )
     sim = simulator(robot=_robot(tmp_path, limited))
     for _ in range(100):
-        last = sim.step(Velocity(0.8, yaw_rate=2.0))
-    assert sim.told.yaw_rate / sim.told.x == pytest.approx(2.0 / 0.8)
+        last = sim.drive(Velocity(0.8, yaw_rate=2.0))
+    assert sim.robot.setpoint.yaw_rate / sim.robot.setpoint.x == pytest.approx(2.0 / 0.8)
     wheels = last.joints
     speeds = dict(zip(wheels.names, wheels.velocities, strict=True))
     assert max(map(abs, speeds.values())) == pytest.approx(8.0, rel=0.02)
-    (said,) = sim.robots[""].take_cuts()
+    (said,) = sim.robot.take_cuts()
     assert "by the velocity 8 rad/s in the <limit> of joint 'right_wheel_joint'" in said
 
 
@@ -82,6 +82,6 @@ def test_speed_beyond_all_sense_is_cut_and_said(tmp_path: Path, asked: float) ->
     """It would be too much for the physics' time step, which else ends the simulation."""
     sim = simulator(robot=_robot(tmp_path, FOUR))
     for _ in range(100):
-        last = sim.step(Velocity(asked, yaw_rate=-asked))
+        last = sim.drive(Velocity(asked, yaw_rate=-asked))
     assert abs(last.truth.v) < 60.0
-    assert sum("what the physics can step" in text for text in sim.robots[""].take_cuts()) == 2
+    assert sum("what the physics can step" in text for text in sim.robot.take_cuts()) == 2

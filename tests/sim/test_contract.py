@@ -12,9 +12,9 @@ import pytest
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import ROOT
 
 ROBOTS = sorted(path for path in (ROOT / "urdf").iterdir() if path.suffix in (".urdf", ".xacro"))
@@ -33,11 +33,11 @@ def _drive(robot: Path, world: Path, seed: int) -> tuple[bytes, float, bool]:
     """Drive for 2 s; return all that was sensed, how far the robot came [m], and if noise came."""
     rng = np.random.default_rng(seed)
     start = SE2(-2.0, -0.5) if world.stem == "pillar_arena" else SE2()  # a pillar is at its origin
-    sim = Simulator(_robot(robot), _world(world), SimulatorConfig(), rng, start)
-    assert sim.obstacles_at(sim.spawn) == ()
+    sim = Simulation(solo(_robot(robot), start), _world(world), SimulatorConfig(), rng)
+    assert sim.robot.obstacles_at(sim.robot.spawn) == ()
     parts, is_noisy = [], False
     for _ in range(round(2.0 / sim.config.tick)):
-        seen = sim.step(Velocity(0.2, yaw_rate=0.4))
+        seen = sim.drive(Velocity(0.2, yaw_rate=0.4))
         numbers = [*seen.odometry.T_odom_base.array(), *seen.truth.pose.array(), seen.truth.z]
         assert all(math.isfinite(number) for number in numbers)
         parts += [np.array(numbers), seen.joints.positions, seen.joints.velocities]
@@ -49,7 +49,7 @@ def _drive(robot: Path, world: Path, seed: int) -> tuple[bytes, float, bool]:
             is_noisy = is_noisy or bool(np.isfinite(seen.scan.ranges).any())
     assert np.isfinite(np.concatenate(parts[1::3])).any()
     sensed = b"".join(part.tobytes() for part in parts)
-    return sensed, sim.spawn.distance(seen.truth.pose), is_noisy
+    return sensed, sim.robot.spawn.distance(seen.truth.pose), is_noisy
 
 
 @pytest.mark.parametrize("world", WORLDS, ids=lambda path: path.name)

@@ -9,10 +9,10 @@ import pytest
 
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
+from arjuna_sim.driven_robot import Observation
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.model.settings import DriveKind
-from arjuna_sim.observation import Observation
 from tests.sim import drive_cases as cases
 from tests.sim.builders import run, simulator
 

@@ -53,7 +53,7 @@ def endure(folder: Path, seconds: float, seed: int) -> tuple[float, int, int]:
             command = Velocity(
                 float(rng.choice((-1.5, 1.5, 1.0))), yaw_rate=float(rng.normal(0.0, 1.0))
             )
-        last = sim.step(command)
+        last = sim.drive(command)
         truth, pose = last.truth, last.truth.pose
         values = [*pose.array(), truth.z, truth.roll, truth.pitch, truth.v, truth.w]
         values += [*last.odometry.T_odom_base.array(), *last.odometry.covariance.ravel()]
@@ -63,7 +63,7 @@ def endure(folder: Path, seconds: float, seed: int) -> tuple[float, int, int]:
         fastest, touching = max(fastest, abs(truth.v)), touching + bool(last.contacts)
         before = pose
         if max(abs(truth.roll), abs(truth.pitch)) > 0.7:
-            sim.set_pose(SE2())
+            sim.robot.set_pose(SE2())
             before, tumbles = SE2(), tumbles + 1
     return fastest, touching, tumbles
 

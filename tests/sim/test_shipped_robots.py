@@ -8,12 +8,14 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.twist import Velocity
+from arjuna_sim.check import describe_file
+from arjuna_sim.devices.sensors.imu import ImuSettings
+from arjuna_sim.devices.sensors.lidar import LidarSettings
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.robot_file import load_robot
-from arjuna_sim.inputs import describe_file
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation
 from scripts import fusion_meshes
-from tests.sim.builders import ROOT, run, simulator
+from tests.sim.builders import ROOT, first, run, simulator
 
 ROBOTS = sorted(
     path
@@ -46,13 +48,13 @@ def test_check_understands_all_of_it(path: Path) -> None:
 @EACH
 def test_it_stands_still_and_level(path: Path) -> None:
     sim = simulator(robot=path)
-    start = sim.truth().pose
+    start = sim.robot.truth().pose
     last = run(sim, 3.0, Velocity())
     assert last.truth.pose.distance(start) < 0.002
     assert abs(last.truth.pose.theta) < 0.005
 
 
-def _drive(sim: Simulator, command: Velocity, seconds: float) -> None:
+def _drive(sim: Simulation, command: Velocity, seconds: float) -> None:
     run(sim, 0.5, Velocity())
     run(sim, seconds, command)
     run(sim, _REST, Velocity())
@@ -62,7 +64,7 @@ def _drive(sim: Simulator, command: Velocity, seconds: float) -> None:
 def test_it_drives_a_metre(path: Path) -> None:
     sim = simulator(robot=path)
     _drive(sim, Velocity(0.2), 5.0)
-    pose = sim.truth().pose
+    pose = sim.robot.truth().pose
     assert pose.x == pytest.approx(1.0, rel=OFF)
     assert abs(pose.y) < 0.02
 
@@ -72,7 +74,7 @@ def test_it_drives_a_metre(path: Path) -> None:
 def test_it_turns_by_ninety_degrees(path: Path, way: float) -> None:
     sim = simulator(robot=path)
     _drive(sim, Velocity(yaw_rate=way * 0.5), math.pi)
-    pose = sim.truth().pose
+    pose = sim.robot.truth().pose
     assert pose.theta == pytest.approx(way * math.pi / 2, rel=OFF)
     assert math.hypot(pose.x, pose.y) < 0.03
 
@@ -82,7 +84,7 @@ def test_its_odometry_agrees(path: Path) -> None:
     sim = simulator(robot=path)
     _drive(sim, Velocity(0.2, yaw_rate=0.3), 5.0)
     believed = run(sim, 0.02).odometry.T_odom_base
-    truth = sim.truth().pose
+    truth = sim.robot.truth().pose
     assert believed.distance(truth) < 0.05
     assert believed.theta == pytest.approx(truth.theta, abs=0.06)
 
@@ -90,10 +92,10 @@ def test_its_odometry_agrees(path: Path) -> None:
 @EACH
 def test_its_sensors_read_at_their_rates(path: Path) -> None:
     sim = simulator(robot=path)
-    seen = [sim.step(Velocity(0.1, yaw_rate=0.1)) for _ in range(100)]
+    seen = [sim.drive(Velocity(0.1, yaw_rate=0.1)) for _ in range(100)]
     seconds = 100 * sim.config.tick
-    lidar, imu = sim.robot.settings.lidar, sim.robot.settings.imu
-    assert lidar is not None
+    robot = sim.robot.model
+    lidar, imu = first(robot, LidarSettings), robot.settings.first(ImuSettings)
     scans = [o.scan for o in seen if o.scan is not None]
     assert len(scans) == pytest.approx(lidar.rate * seconds, abs=1)
     assert all(len(scan.ranges) == lidar.samples for scan in scans)
@@ -104,17 +106,16 @@ def test_its_sensors_read_at_their_rates(path: Path) -> None:
 @EACH
 def test_its_lidar_sees_the_room_and_not_itself(path: Path) -> None:
     sim = simulator(ROOT / "worlds" / "arjuna_room.world", robot=path)
-    scan = next(o.scan for _ in range(50) if (o := sim.step()).scan is not None)
+    scan = next(o.scan for _ in range(50) if (o := sim.drive()).scan is not None)
     assert scan is not None
     nearest = min(r for r in scan.ranges.tolist() if math.isfinite(r))
-    reach = sim.robot.settings.lidar.range_max if sim.robot.settings.lidar else 0.0
-    assert min(1.5, reach) < nearest
+    assert min(1.5, first(sim.robot.model, LidarSettings).range_max) < nearest
 
 
 def test_facts_of_the_guides_robots() -> None:
     robots = {p.name: load_robot(p, SearchPath()) for p in ROBOTS}
     fusion = robots["fusion.xacro"]
-    drive, lidar = fusion.drive, fusion.settings.lidar
+    drive, lidar = fusion.drive, first(fusion, LidarSettings)
     assert lidar is not None
     assert (drive.separation, drive.diameter, drive.torque) == (0.538, 0.241, 20.0)
     assert (drive.rate, drive.base_frame, drive.from_world) == (10.0, "base_link", True)
@@ -122,14 +123,14 @@ def test_facts_of_the_guides_robots() -> None:
     diffbot = robots["diffbot.urdf"].drive
     assert (diffbot.separation, diffbot.diameter, diffbot.torque) == (0.22, 0.1, 20.0)
     burger = robots["burger.urdf"]
-    assert burger.settings.lidar is not None
     assert (burger.drive.separation, burger.drive.max_velocity) == (0.16, 0.22)
-    assert (burger.settings.lidar.range_max, burger.settings.lidar.rate) == (3.5, 5.0)
+    assert (
+        first(burger, LidarSettings).range_max,
+        first(burger, LidarSettings).rate,
+    ) == (3.5, 5.0)
     udacity = robots["udacity_bot.xacro"]
-    assert udacity.settings.lidar is not None
-    assert udacity.settings.camera is not None
     assert udacity.drive.base_frame == "robot_footprint"
-    assert udacity.settings.lidar.topic == "/udacity_bot/laser/scan"
+    assert first(udacity, LidarSettings).topic == "/udacity_bot/laser/scan"
     assert {"gripper_pole", "gripper", "left_gripper", "right_gripper"} <= udacity.urdf.links.keys()
 
 

@@ -13,14 +13,13 @@ from arjuna_core.errors import RobotError
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.lidar import LidarConfig
 from arjuna_sim.devices.rays.beams import Cloud
-from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarConfig
+from arjuna_sim.driven_robot import Observation
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.entities import PlaceTakenError
-from arjuna_sim.model.robot import SOLO, Robot
-from arjuna_sim.model.settings import CloudSettings
-from arjuna_sim.observation import Observation
+from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.physics.robot_body import ROBOTS_MAX
 from arjuna_sim.simulation import Simulation, Start
 from tests.sim.builders import EMPTY, ROBOT, ROOM, ROOT, simulator
@@ -38,7 +37,7 @@ def together(
     return Simulation(starts, load_world(EMPTY), config, np.random.default_rng(seed))
 
 
-def pair(seed: int = 0, config: SimulatorConfig = EXACT, second: Robot = ARJUNA) -> Simulation:
+def pair(seed: int = 0, config: SimulatorConfig = EXACT, second: RobotModel = ARJUNA) -> Simulation:
     """Return `a` at the origin, and `b` 2 m before it that faces it."""
     behind = Start(second, SE2(2.0, 0.0, math.pi))
     return together({"a": Start(ARJUNA), "b": behind}, seed, config)
@@ -49,7 +48,7 @@ def run(
 ) -> dict[str, Observation]:
     """Step for a time, repeating commands; return the last observations."""
     for _ in range(round(seconds / simulation.config.tick)):
-        last = simulation.advance(commands or {})
+        last = simulation.step(commands or {})
     return last
 
 
@@ -99,7 +98,7 @@ def test_a_lidar_of_several_rows_sees_the_other_robot_and_not_its_own() -> None:
         tilt_min=-0.2,
         tilt_max=0.2,
     )
-    settings = dataclasses.replace(ARJUNA.settings, further=(rows,))
+    settings = dataclasses.replace(ARJUNA.settings, sensors=(*ARJUNA.settings.sensors, rows))
     robot = dataclasses.replace(ARJUNA, settings=settings)
     simulation = together({"a": Start(robot), "b": Start(ARJUNA, SE2(2.0))})
     run(simulation, 0.02)
@@ -139,7 +138,7 @@ def test_robots_of_every_shipped_file_share_a_world() -> None:
         way = seen[name].truth.pose.x - start.pose.x
         alone = simulator(robot=files[list(starts).index(name)])
         for _ in range(100):
-            last = alone.step(Velocity(0.2))
+            last = alone.drive(Velocity(0.2))
         assert way == pytest.approx(last.truth.pose.x, abs=1e-3)
         assert seen[name].joints.names == last.joints.names
 
@@ -163,14 +162,14 @@ def _coming_and_going(seed: int) -> bytes:
         "b": Velocity(0.1, yaw_rate=-0.2),
         "c": Velocity(0.2),
     }
-    parts = [sensed(simulation.advance(drive)) for _ in range(20)]
+    parts = [sensed(simulation.step(drive)) for _ in range(20)]
     simulation.add("c", Start(BURGER, SE2(0.0, 1.5, 1.0)))
-    parts += [sensed(simulation.advance(drive)) for _ in range(20)]
+    parts += [sensed(simulation.step(drive)) for _ in range(20)]
     simulation.remove("a")
-    parts += [sensed(simulation.advance(drive)) for _ in range(20)]
+    parts += [sensed(simulation.step(drive)) for _ in range(20)]
     simulation.reset()
     assert set(simulation.robots) == {"a", "b"}
-    again = [sensed(simulation.advance(drive)) for _ in range(20)]
+    again = [sensed(simulation.step(drive)) for _ in range(20)]
     assert again == parts[:20]
     return b"".join(parts)
 
@@ -215,11 +214,11 @@ def test_a_place_that_is_taken_is_refused_and_nothing_changes() -> None:
 def test_a_robot_beside_one_without_a_name_comes_and_goes() -> None:
     sim = simulator()
     sim.add("b", Start(ARJUNA, SE2(2.0)))
-    assert set(sim.advance({"b": Velocity(0.1)})) == {SOLO, "b"}
+    assert set(sim.step({"b": Velocity(0.1)})) == {SOLO, "b"}
     seen = run(sim, 6.0, {SOLO: Velocity(0.4)})
     assert (seen[SOLO].contacts, seen["b"].contacts) == (("b",), ("arjuna",))
     sim.remove("b")
-    assert set(sim.advance({})) == {SOLO}
+    assert set(sim.step({})) == {SOLO}
 
 
 def test_more_robots_than_there_are_bits_are_refused() -> None:
@@ -235,7 +234,7 @@ def test_a_start_outside_the_walls_is_said_with_a_place_inside(
     at: tuple[float, float], is_said: bool
 ) -> None:
     sim = simulator(ROOM, spawn=SE2(*at))
-    assert sim.spawn == SE2(*at)
+    assert sim.robot.spawn == SE2(*at)
     said = [note for note in sim.notes if "outside the world's walls" in note]
     assert len(said) == is_said
     for note in said:

@@ -14,13 +14,13 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.driving.controller import CommandError
-from arjuna_sim.observation import Observation
+from arjuna_sim.driven_robot import Observation
 from tests.sim.builders import EMPTY, ROOM, run, simulator
 
 
 def test_idle_robot_stays_within_a_millimetre_for_ten_minutes() -> None:
     sim = simulator(config=SimulatorConfig(tick=0.1))
-    start = sim.truth()
+    start = sim.robot.truth()
     end = run(sim, 600.0).truth
     assert start.pose.distance(end.pose) < 1e-3
     assert abs(wrap(end.pose.theta - start.pose.theta)) < 1e-3
@@ -48,7 +48,7 @@ def test_calibrated_encoders_measure_spins_and_arcs(speed: float, rate: float) -
     sim = simulator()
     moving = round(math.pi / 2 / abs(rate) / sim.config.tick)
     seen = [
-        sim.step(Velocity(speed, yaw_rate=rate) if i < moving else Velocity())
+        sim.drive(Velocity(speed, yaw_rate=rate) if i < moving else Velocity())
         for i in range(moving + 50)
     ]
     odometry = np.array([o.odometry.T_odom_base.array() for o in seen])
@@ -70,17 +70,17 @@ def _way_along(poses: NDArray[np.float64]) -> float:
 def test_wheels_do_not_hop_while_they_slip(command: Velocity) -> None:
     sim = simulator()
     run(sim, 3.0, command)
-    assert np.ptp([sim.step(command).truth.pitch for _ in range(100)]) < 1e-5
+    assert np.ptp([sim.drive(command).truth.pitch for _ in range(100)]) < 1e-5
 
 
 def test_wheels_slip_when_it_turns() -> None:
     """Friction, not kinematics, turns the robot: by the wheel separation it would turn faster."""
     sim = simulator()
     start = run(sim, 2.0, Velocity(yaw_rate=1.0))
-    wheels = sim.wheel_angles()
+    wheels = sim.robot.wheel_angles()
     end = run(sim, 2.0, Velocity(yaw_rate=1.0))
-    left, right = (b - a for a, b in zip(wheels, sim.wheel_angles(), strict=True))
-    by_separation = (right - left) * sim.robot.drive.radius / sim.robot.drive.separation
+    left, right = (b - a for a, b in zip(wheels, sim.robot.wheel_angles(), strict=True))
+    by_separation = (right - left) * sim.robot.model.drive.radius / sim.robot.model.drive.separation
     turned = wrap(end.truth.pose.theta - start.truth.pose.theta)
     # Dry friction on four wheels: track^2 / (track^2 + wheelbase^2).
     assert turned / by_separation == pytest.approx(0.34**2 / (0.34**2 + 0.30**2), abs=0.03)
@@ -98,8 +98,8 @@ def test_turning_does_not_depend_on_the_physics_time_step() -> None:
 
 def test_acceleration_is_limited() -> None:
     sim = simulator()
-    speeds = [sim.step(Velocity(1.0)).truth.v for _ in range(50)]
-    limit = sim.robot.drive.max_acceleration
+    speeds = [sim.drive(Velocity(1.0)).truth.v for _ in range(50)]
+    limit = sim.robot.model.drive.max_acceleration
     assert max(np.diff(speeds)) / sim.config.tick < 1.2 * limit < 4.0
     assert speeds[-1] == pytest.approx(1.0, abs=0.02)
 
@@ -118,13 +118,13 @@ def test_command_beyond_the_limits_is_clipped() -> None:
 
 def test_it_tells_what_its_wheels_are_told() -> None:
     sim = simulator()
-    assert sim.told == Velocity()
-    sim.step(Velocity(9.0))
-    assert 0.0 < sim.told.x < 0.5, "it ramps"
+    assert sim.robot.setpoint == Velocity()
+    sim.drive(Velocity(9.0))
+    assert 0.0 < sim.robot.setpoint.x < 0.5, "it ramps"
     run(sim, 1.5, Velocity(9.0))
-    assert sim.told == Velocity(1.0)
+    assert sim.robot.setpoint == Velocity(1.0)
     run(sim, 1.5, Velocity())
-    assert sim.told == Velocity()
+    assert sim.robot.setpoint == Velocity()
 
 
 def test_limits_of_the_drive_change_while_it_runs() -> None:
@@ -137,7 +137,7 @@ def test_limits_of_the_drive_change_while_it_runs() -> None:
 
 def test_command_that_is_not_finite_is_refused() -> None:
     with pytest.raises(CommandError, match="must be finite"):
-        simulator().step(Velocity(math.nan))
+        simulator().drive(Velocity(math.nan))
 
 
 def test_driving_into_the_red_box_reports_a_contact_and_stops_the_robot() -> None:
@@ -151,8 +151,8 @@ def test_driving_into_the_red_box_reports_a_contact_and_stops_the_robot() -> Non
 def test_kidnapped_robot_keeps_its_odometry() -> None:
     sim = simulator(ROOM)
     before = run(sim, 1.0, Velocity(0.3, yaw_rate=0.2))
-    sim.set_pose(SE2(-3.0, 3.5, 2.0))
-    after = sim.step(Velocity())
+    sim.robot.set_pose(SE2(-3.0, 3.5, 2.0))
+    after = sim.drive(Velocity())
     assert after.truth.pose.distance(SE2(-3.0, 3.5, 2.0)) < 1e-3
     assert after.truth.pose.theta == pytest.approx(2.0, abs=1e-3)
     assert after.odometry.T_odom_base.distance(before.odometry.T_odom_base) < 0.02
@@ -162,14 +162,14 @@ def test_kidnapped_robot_keeps_its_odometry() -> None:
 
 def test_time_has_no_drift() -> None:
     sim = simulator()
-    times = [sim.step().time for _ in range(1000)]
+    times = [sim.drive().time for _ in range(1000)]
     assert times[2] == 0.06
     assert times[-1] == 20.0
 
 
 def test_sensors_come_at_their_rates() -> None:
     sim = simulator()
-    observations = [sim.step() for _ in range(500)]
+    observations = [sim.drive() for _ in range(500)]
     scans = [o.time for o in observations if o.scan is not None]
     assert scans == [round(0.1 * i, 9) for i in range(1, 101)]
     assert all(o.scan.stamp == o.time for o in observations if o.scan is not None)
@@ -197,7 +197,7 @@ def _bytes(observation: Observation) -> bytes:
 def _drive_about(seed: int) -> bytes:
     sim = simulator(ROOM, seed=seed)
     return b"".join(
-        _bytes(sim.step(Velocity(0.6, yaw_rate=math.sin(i / 20)) if i % 3 == 0 else None))
+        _bytes(sim.drive(Velocity(0.6, yaw_rate=math.sin(i / 20)) if i % 3 == 0 else None))
         for i in range(300)
     )
 
@@ -209,10 +209,10 @@ def test_same_seed_and_commands_give_the_same_bytes() -> None:
 
 def test_reset_repeats_the_run_byte_for_byte() -> None:
     sim = simulator(ROOM, spawn=SE2(1.0, 1.0, 0.5))
-    first = [_bytes(sim.step(Velocity(0.5, yaw_rate=0.7))) for _ in range(100)]
+    first = [_bytes(sim.drive(Velocity(0.5, yaw_rate=0.7))) for _ in range(100)]
     sim.reset()
     assert sim.time == 0.0
-    assert first == [_bytes(sim.step(Velocity(0.5, yaw_rate=0.7))) for _ in range(100)]
+    assert first == [_bytes(sim.drive(Velocity(0.5, yaw_rate=0.7))) for _ in range(100)]
 
 
 def test_tick_must_be_a_whole_number_of_physics_steps() -> None:

@@ -104,7 +104,7 @@ def test_nothing_but_the_test_can_learn_the_truth(stack: Stack) -> None:
         transforms = robot.process.transforms
         assert transforms.try_lookup("world", "map") == SE2(0.0, 0.0, 0.0)
         elsewhere = SE2(1.0, 1.0, 0.0)  # the truth knows at once, the transforms must not
-        robot.sim.simulator.set_pose(elsewhere)
+        robot.sim.simulator.robot.set_pose(elsewhere)
         robot.step()
         believed = transforms.try_lookup("world", "base_footprint")
         assert believed is None or believed.distance(elsewhere) > 0.5

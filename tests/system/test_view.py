@@ -112,7 +112,7 @@ def test_a_drag_on_the_ground_sends_the_robot_there(watched: Watched, tmp_path: 
     watched.until(lambda: navigation.state.state == "arrived", 120, ticks=25)
     watched.until(watched.says("arrived"), 50)
     kept(page, "view.png", tmp_path)
-    facing = watched.robot.sim.simulator.truth().pose.theta
+    facing = watched.robot.sim.simulator.robot.truth().pose.theta
     assert abs(facing) < 0.3  # as it was dragged: to the right
 
 
@@ -139,7 +139,7 @@ def test_a_pose_estimate_tells_a_kidnapped_robot_where_it_is(
 def apart(watched: Watched) -> float:
     """Return how far from the truth the robot believes to be [m]."""
     believed = watched.robot.nodes["amcl"].transforms.try_lookup("map", "base_link")
-    truth = watched.robot.sim.simulator.truth().pose
+    truth = watched.robot.sim.simulator.robot.truth().pose
     return math.inf if believed is None else float(believed.distance(truth))
 
 
@@ -150,9 +150,9 @@ def test_the_stop_button_ends_the_goal_and_the_robot_stands(
     watched.press("2D goal", "drag to where it shall look")
     page.drag(SPOT, ITS_RIGHT)
     watched.until(lambda: navigation.state.state == "driving", 100)
-    watched.until(lambda: abs(watched.robot.sim.simulator.truth().v) > 0.1, 100)
+    watched.until(lambda: abs(watched.robot.sim.simulator.robot.truth().v) > 0.1, 100)
     page.press("Stop")
     watched.until(watched.says("cancelled"), 100)
     watched.robot.run(1.0)
-    assert abs(watched.robot.sim.simulator.truth().v) < 0.01
+    assert abs(watched.robot.sim.simulator.robot.truth().v) < 0.01
     kept(page, "stop.png", tmp_path)

@@ -13,7 +13,7 @@ from arjuna_sim.devices.drive import DriveConfig, Kinematics, kinematics_of
 from arjuna_sim.devices.driving.rollers import RollerBase
 from arjuna_sim.devices.driving.steered import SteeredBase
 from arjuna_sim.devices.odometry import Motion
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.wheels import wheel_sign
 
@@ -57,7 +57,7 @@ class SidesBase:
     counts: NDArray[np.float64]
 
     @staticmethod
-    def of(robot: Robot, config: DriveConfig) -> SidesBase:
+    def of(robot: RobotModel, config: DriveConfig) -> SidesBase:
         """Return the base of a robot."""
         drive = robot.drive
         signs = [wheel_sign(robot.urdf, name) for name in (*drive.left, *drive.right)]
@@ -92,7 +92,7 @@ class SidesBase:
         return self.kinematics.motion(turns, angles)
 
 
-def base_of(robot: Robot, config: DriveConfig) -> Base:
+def base_of(robot: RobotModel, config: DriveConfig) -> Base:
     """Return the base of a robot.
 
     Args:
@@ -115,7 +115,7 @@ class WheelSpeeds:
         base: Its base.
     """
 
-    def __init__(self, robot: Robot, base: Base) -> None:
+    def __init__(self, robot: RobotModel, base: Base) -> None:
         self._names, self._base = robot.drive.wheels, base
         most = [robot.urdf.joints[name].max_speed or np.inf for name in self._names]
         self._most = np.array(most)

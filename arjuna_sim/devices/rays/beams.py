@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_sim.devices.device import Mount, simulates
 from arjuna_sim.devices.rays.rays import Rays
-from arjuna_sim.model.settings import CloudSettings
+from arjuna_sim.devices.sensors.lidar import CloudSettings, RangeSettings
 
 
 @dataclass(frozen=True)
@@ -50,27 +51,11 @@ class Beams:
         self._rows = np.repeat(np.arange(settings.rows, dtype=np.uint16), settings.samples)
 
     def rebind(self, model: Any) -> None:
-        """Go on with another model, in which the robot is the same."""
+        """Continue with another model, in which the robot is the same."""
         self._caster.rebind(model)
 
-    def cloud(self, data: Any) -> Cloud:
-        """Return where the beams end.
-
-        Args:
-            data: The `mujoco.MjData`, with positions up to date.
-        """
-        settings, ranges = self._settings, self._ranges(data)
-        valid = (ranges >= settings.range_min) & (ranges <= settings.range_max)
-        points = self._rays[valid] * ranges[valid, None]
-        return Cloud(points.astype(np.float32), self._rows[valid])
-
-    def nearest(self, data: Any) -> float:
-        """Return the shortest range, by REP 117 -inf for too near and +inf for nothing [m]."""
-        settings, ranges = self._settings, self._ranges(data)
-        nearest = float(ranges.min())
-        if nearest < settings.range_min:
-            return -np.inf
-        return nearest if nearest <= settings.range_max else np.inf
+    def settle(self) -> None:
+        """Do nothing: no motion is remembered."""
 
     def _ranges(self, data: Any) -> NDArray[np.float64]:
         """Return the distances with their noise, inf where nothing is hit [m]."""
@@ -80,3 +65,36 @@ class Beams:
         if self._settings.noise > 0.0:
             ranges += self._settings.noise * self._rng.standard_normal(len(ranges))
         return ranges
+
+
+class CloudLidar(Beams):
+    """A lidar of several rows."""
+
+    def read(self, data: Any, now: float) -> Cloud:
+        """Return the points where the beams end."""
+        settings, ranges = self._settings, self._ranges(data)
+        valid = (ranges >= settings.range_min) & (ranges <= settings.range_max)
+        points = self._rays[valid] * ranges[valid, None]
+        return Cloud(points.astype(np.float32), self._rows[valid])
+
+
+class RangeSensor(Beams):
+    """A sonar or an infrared sensor."""
+
+    def read(self, data: Any, now: float) -> float:
+        """Return the shortest range, by REP 117 -inf for too near and +inf for nothing [m]."""
+        settings, ranges = self._settings, self._ranges(data)
+        nearest = float(ranges.min())
+        if nearest < settings.range_min:
+            return -np.inf
+        return nearest if nearest <= settings.range_max else np.inf
+
+
+@simulates(CloudSettings)
+def _cloud(settings: CloudSettings, mount: Mount) -> CloudLidar:
+    return CloudLidar(mount.model, settings, mount.rng)
+
+
+@simulates(RangeSettings)
+def _range(settings: RangeSettings, mount: Mount) -> RangeSensor:
+    return RangeSensor(mount.model, settings, mount.rng)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
@@ -34,6 +35,8 @@ class SdfLink:
     """A link of a model, or of one that is nested in it.
 
     Attributes:
+        element: The tag.
+        file: The file.
         name: Path from the model of the world, such as `lamp::shade`.
         T_world: Its pose.
         static: Whether the model that it is of stands fast.
@@ -41,8 +44,11 @@ class SdfLink:
         mass: What the file says; None where it says nothing [kg].
         solid: What stops robots and rays, in the world.
         drawn: What is only seen, in the world.
+        sensors: Of a robot, the tags of its sensors and their poses in the world.
     """
 
+    element: Element
+    file: XmlFile
     name: str
     T_world: Pose3
     static: bool
@@ -50,6 +56,7 @@ class SdfLink:
     mass: float | None
     solid: list[Part] = field(default_factory=list)
     drawn: list[Part] = field(default_factory=list)
+    sensors: list[tuple[Element, Pose3]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -57,34 +64,53 @@ class SdfJoint:
     """A joint of a model.
 
     Attributes:
-        element: What the file says of it.
+        element: The tag.
         file: The file.
+        prefix: Path of its model, before the names of links and joints.
         kind: Its type.
         parent: Path of a link, or `world`.
         child: Path of a link, or `world`.
         T_world: Where it is.
-        T_axis: What its axis is told in.
+        T_axis: The frame of its axis.
     """
 
     element: Element
     file: XmlFile
+    prefix: str
     kind: str
     parent: str
     child: str
     T_world: Pose3
     T_axis: Pose3
 
+    @property
+    def name(self) -> str:
+        """Its path from the model of the world."""
+        return self.prefix + self.element.get("name", "?")
+
 
 class ModelReader:
-    """Reads the models of a world.
+    """Reads the models of a world, or that of a robot.
 
     Args:
         includes: Knows the file of each model.
+        is_robot: Whether a robot is read: a broken link or joint is refused rather than left out,
+            and frames, sensors and plugins are kept.
+
+    Attributes:
+        frames: Path, path of the frame that it is attached to, and pose of each `<frame>`.
+        plugins: The plugins, with the paths of joints that they name.
     """
 
-    def __init__(self, includes: Includes) -> None:
+    def __init__(self, includes: Includes, is_robot: bool = False) -> None:
         self._includes = includes
+        self._is_robot = is_robot
         self._parts = 0
+        self.frames: list[tuple[str, str, Pose3]] = []
+        self.plugins: list[Element] = []
+
+    def _leaving_out(self, xml: XmlFile, what: str) -> AbstractContextManager[None]:
+        return nullcontext() if self._is_robot else leaving_out(xml, what)
 
     def read(
         self, xml: XmlFile, model: Element, pose: Pose3, placed: bool = False
@@ -126,35 +152,57 @@ class ModelReader:
         for tag in sorted({child.tag for child in model} - set(_OF_MODEL)):
             xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
         for link in model.findall("link"):
-            with leaving_out(xml, f"{place} link '{link.get('name', '?')}'"):
+            with self._leaving_out(xml, f"{place} link '{link.get('name', '?')}'"):
                 links.append(self._link(xml, link, scope, T_world, (prefix, place, static)))
         for joint in model.findall("joint"):
-            with leaving_out(xml, f"{place} joint '{joint.get('name', '?')}'"):
+            with self._leaving_out(xml, f"{place} joint '{joint.get('name', '?')}'"):
                 joints.append(read_joint(xml, joint, scope, T_world, prefix))
         for nested in model.findall("model"):
             name = nested.get("name", "?")
-            with leaving_out(xml, f"{place} model '{name}'"):
+            with self._leaving_out(xml, f"{place} model '{name}'"):
                 T_nested = T_world @ scope.pose(nested, place)
                 inner = prefix if nested.get(MERGE) == "true" else f"{prefix}{name}::"
                 self._model(xml, nested, T_nested, False, inner, static, links, joints)
+        if self._is_robot:
+            self._keep_frames_and_plugins(model, scope, T_world, prefix)
+
+    def _keep_frames_and_plugins(
+        self, model: Element, scope: Scope, T_world: Pose3, prefix: str
+    ) -> None:
+        for frame in model.findall("frame"):
+            name, base = frame.get("name", "?"), frame.get("attached_to") or ""
+            self.frames.append((prefix + name, prefix + base, T_world @ scope.find(name)))
+        own = {joint.get("name", "") for joint in model.findall("joint")}
+        for plugin in model.findall("plugin"):
+            for tag in plugin.iter() if prefix else ():
+                if (tag.text or "").strip() in own:
+                    tag.text = f"{prefix}{(tag.text or '').strip()}".replace("::", "/")
+            self.plugins.append(plugin)
 
     def _link(
         self, xml: XmlFile, link: Element, scope: Scope, T_model: Pose3, of: tuple[str, str, bool]
     ) -> SdfLink:
         prefix, place, static = of
         T_model_link = scope.pose(link, f"{place} link")
-        for tag in sorted({child.tag for child in link} - set(_OF_LINK)):
+        known = {*_OF_LINK, *(("sensor",) if self._is_robot else ())}
+        for tag in sorted({child.tag for child in link} - known):
             xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
         floats = (link.findtext("gravity") or "true").strip().lower() not in _TRUE
         floats = floats or (link.findtext("kinematic") or "").strip().lower() in _TRUE
         text = link.findtext("inertial/mass")
         mass = None if text is None else xml.numbers(text, 1, f"{place} <mass>")[0]
         name = prefix + link.get("name", "?").strip()
-        read = SdfLink(name, T_model @ T_model_link, static, floats, mass)
+        read = SdfLink(link, xml, name, T_model @ T_model_link, static, floats, mass)
+        if self._is_robot:
+            place = f"link '{name.replace('::', '/')}'"
+            for sensor in link.findall("sensor"):
+                pose = scope.pose(sensor, f"{place} sensor", T_model_link)
+                read.sensors.append((sensor, T_model @ pose))
         for tag, parts in (("collision", read.solid), ("visual", read.drawn)):
+            refuses = self._is_robot and tag == "collision"
             for element in link.findall(tag):
                 self._tally(xml, f"{place} {tag}")
-                with leaving_out(xml, f"{place} {tag}"):
+                with nullcontext() if refuses else leaving_out(xml, f"{place} {tag}"):
                     part = _part(xml, element, f"{place} {tag}", scope, T_model, T_model_link)
                     parts += [] if part is None else [part]
         return read
@@ -205,9 +253,9 @@ def read_joint(xml: XmlFile, joint: Element, scope: Scope, T_world: Pose3, prefi
     child = (joint.findtext("child") or "").strip()
     base = scope.find(child) if child != WORLD else Pose3()
     pose, axis = scope.pose(joint, place, base), joint.find("axis")
-    told = pose if axis is None else scope.axis(axis, pose)
+    frame = pose if axis is None else scope.axis(axis, pose)
     kind = joint.get("type", "?")
-    return SdfJoint(joint, xml, kind, ends[0], ends[1], T_world @ pose, T_world @ told)
+    return SdfJoint(joint, xml, prefix, kind, ends[0], ends[1], T_world @ pose, T_world @ frame)
 
 
 def parts_of(links: list[SdfLink]) -> Iterator[tuple[Part, bool]]:

@@ -6,21 +6,31 @@ that all that follows here would stay; of 130 lines it would save the reading of
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
+import numpy as np
+
 from arjuna_core.errors import RobotError, nearest
+from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.meshes.mesh_tag import mesh_shape
-from arjuna_sim.files.urdf.inertial_tag import read_inertial
-from arjuna_sim.files.urdf.joint_tags import check_mimics, read_joint, read_origin
+from arjuna_sim.files.robots.rules import (
+    check_mimics,
+    checked_joint,
+    inertial_of,
+    root_of,
+    speed_of,
+)
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.geometry.inertia import Inertial
 from arjuna_sim.model.geometry.shapes import GREY, Kind, Part, Shape
-from arjuna_sim.model.joints import Joint
+from arjuna_sim.model.joints import JOINT_KINDS, Joint, Mimic
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Link, Urdf
 
 _READ = ("link", "joint", "material", "gazebo", "transmission", "ros2_control")
+_READ_OF_JOINT = ("origin", "parent", "child", "axis", "limit", "mimic", "dynamics")
 _LINKS_MAX = 2000
-_DEPTH_MAX = 100
 _SHAPES = {
     "box": ("size",),
     "cylinder": ("radius", "length"),
@@ -30,16 +40,13 @@ _SHAPES = {
 
 
 def read_urdf(xml: XmlFile) -> Urdf:
-    """Read links and joints.
-
-    Args:
-        xml: The file with the root `<robot>`.
+    """Read links and joints of a file with the root `<robot>`.
 
     Raises:
         RobotError: Something is missing, not finite, not physical or no tree.
     """
     colours = _colours(xml)
-    links = {}
+    links: dict[str, Link] = {}
     for tag in sorted({element.tag for element in xml.root} - set(_READ)):
         xml.note(f"<{tag}>: not simulated", NoteKind.IGNORED)
     if len(xml.root) > _LINKS_MAX * 4 or len(xml.root.findall("link")) > _LINKS_MAX:
@@ -49,16 +56,28 @@ def read_urdf(xml: XmlFile) -> Urdf:
         if link.name in links:
             raise xml.fail(f"link '{link.name}'", "is there twice")
         links[link.name] = link
-    joints = {}
+    joints: dict[str, Joint] = {}
     for element in xml.root.findall("joint"):
-        joint = read_joint(xml, element, set(links))
+        joint = read_joint(xml, element, links)
         if joint.name in joints:
             raise xml.fail(f"joint '{joint.name}'", "is there twice")
         joints[joint.name] = joint
     joints = check_mimics(xml, joints)
-    root = _root(xml, links, joints)
-    name = xml.root.get("name", "robot")
+    root, name = root_of(xml, links, joints), xml.root.get("name", "robot")
     return Urdf(xml.path, name, xml.text.decode("utf-8", "replace"), root, links, joints)
+
+
+def read_origin(xml: XmlFile, element: Element, place: str) -> Pose3:
+    """Return the pose of an element's `<origin>`.
+
+    Raises:
+        RobotError: It is no pose, or too far.
+    """
+    origin = element.find("origin")
+    if origin is None:
+        return Pose3()
+    xyz = xml.position(origin.get("xyz", "0 0 0"), f"{place} origin xyz")
+    return Pose3.from_rpy(xyz, xml.numbers(origin.get("rpy", "0 0 0"), 3, f"{place} origin rpy"))
 
 
 def _colours(xml: XmlFile) -> dict[str, tuple[float, ...]]:
@@ -116,32 +135,86 @@ def _shape(xml: XmlFile, element: Element, place: str) -> Shape | None:
             xml.note(f"{place}: a <{item.tag}> of no size is left out", NoteKind.BROKEN)
             return None
         size += xml.sizes(text, count, f"{place} {key}")
-    kind = Kind.CYLINDER if item.tag == "capsule" else Kind(item.tag)
     if item.tag == "capsule":
         xml.note(f"{place}: the <capsule> is taken to be a cylinder")
-    return Shape(kind, size)
+        return Shape(Kind.CYLINDER, size)
+    return Shape(Kind(item.tag), size)
 
 
-def _root(xml: XmlFile, links: dict[str, Link], joints: dict[str, Joint]) -> str:
-    """Return the one root of the tree that the joints span."""
-    if not links:
-        raise RobotError(xml.path, "has no links")
-    parents: dict[str, str] = {}
-    for joint in joints.values():
-        if joint.child in parents:
-            raise xml.fail(f"joint '{joint.name}'", f"link '{joint.child}' has two parents")
-        parents[joint.child] = joint.parent
-    roots = [name for name in links if name not in parents]
-    if len(roots) != 1:
-        found = ", ".join(roots) or "none, the joints form a loop"
-        raise RobotError(xml.path, f"must have one root link; it has: {found}")
-    for start in links:
-        link, steps = start, 0
-        while link in parents:
-            link, steps = parents[link], steps + 1
-            if steps > len(links):
-                raise xml.fail(f"link '{start}'", "the joints form a loop")
-            if steps > _DEPTH_MAX:
-                problem = f"hangs on more than {_DEPTH_MAX} others, one after the other"
-                raise xml.fail(f"link '{start}'", problem)
-    return roots[0]
+def read_inertial(
+    xml: XmlFile, link: Element, place: str, parts: tuple[Part, ...]
+) -> Inertial | None:
+    """Read a link's `<inertial>`; None where it has none, or one without mass.
+
+    Raises:
+        RobotError: The mass is missing, not finite, negative or too great.
+    """
+    element = link.find("inertial")
+    if element is None:
+        return None
+    place, tensor = f"{place} inertial", element.find("inertia")
+    mass = xml.attribute(xml.child(element, "mass", place), "value", place)
+    given = None
+    if tensor is not None:
+        xx, yy, zz = (
+            xml.numbers(xml.attribute(tensor, key, place), 1, f"{place} {key}")[0]
+            for key in ("ixx", "iyy", "izz")
+        )
+        xy, xz, yz = (xml.attribute_number(tensor, k, "0", place) for k in ("ixy", "ixz", "iyz"))
+        given = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    number = xml.numbers(mass, 1, f"{place} mass")[0]
+    return inertial_of(xml, place, number, read_origin(xml, element, place), given, parts)
+
+
+def read_joint(xml: XmlFile, element: Element, links: Collection[str]) -> Joint:
+    """Read a joint between links that there are.
+
+    Raises:
+        RobotError: Something is missing, unknown or invalid.
+    """
+    name = xml.attribute(element, "name", "a joint")
+    place = f"joint '{name}'"
+    kind = xml.attribute(element, "type", place)
+    if kind not in JOINT_KINDS:
+        raise xml.fail(place, f"type '{kind}' is not simulated; valid: {', '.join(JOINT_KINDS)}")
+    ends = []
+    for tag in ("parent", "child"):
+        link = xml.attribute(xml.child(element, tag, place), "link", place)
+        if link not in links:
+            raise xml.fail(place, f"{tag} link '{link}' does not exist; {nearest(link, links)}")
+        ends.append(link)
+    for tag in sorted({child.tag for child in element} - set(_READ_OF_JOINT)):
+        xml.note(f"joint <{tag}>: not simulated", NoteKind.IGNORED)
+    pose = read_origin(xml, element, place)
+    if kind == "fixed":
+        return Joint(name, kind, ends[0], ends[1], pose)
+    limits, dynamics, limit = None, element.find("dynamics"), element.find("limit")
+    if kind in ("revolute", "prismatic"):
+        bounds = xml.child(element, "limit", place)
+        low, high = (xml.attribute_number(bounds, k, "0", place) for k in ("lower", "upper"))
+        limits = low, high
+    damping, friction = (
+        0.0 if dynamics is None else xml.attribute_number(dynamics, key, "0", place)
+        for key in ("damping", "friction")
+    )
+    axis = element.find("axis")
+    text = "1 0 0" if axis is None else xml.attribute(axis, "xyz", place)
+    x, y, z = xml.numbers(text, 3, f"{place} axis")
+    return checked_joint(
+        xml,
+        Joint(
+            *(name, kind, ends[0], ends[1], pose, (x, y, z), limits),
+            *(_mimic(xml, element, place), damping, friction),
+            max_speed=0.0 if limit is None else speed_of(limit.get("velocity")),
+        ),
+    )
+
+
+def _mimic(xml: XmlFile, element: Element, place: str) -> Mimic | None:
+    mimic = element.find("mimic")
+    if mimic is None:
+        return None
+    place = f"{place} mimic"
+    multiplier = xml.attribute_number(mimic, "multiplier", "1", place)
+    offset = xml.attribute_number(mimic, "offset", "0", place)
+    return Mimic(xml.attribute(mimic, "joint", place), multiplier, offset)

@@ -45,7 +45,7 @@ class KnownEntities:
         """Return a robot as an entity; the simulator's own has the name of its file."""
         known = self._entities.get(robot.name)
         if known is None or known[0] is not robot:
-            entity = entity_of_robot(robot.robot.urdf)
+            entity = entity_of_robot(robot.model.urdf)
             if robot.name != SOLO:
                 entity = dataclasses.replace(entity, name=robot.name)
             known = self._entities[robot.name] = robot, entity

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center
 
 
-def add_rollers(body: Any, robot: Robot, joint: str) -> None:
+def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
     """Add the freedom of a wheel's rollers to its body, where it has any, before its own joint.
 
     Args:
@@ -34,7 +34,7 @@ def add_rollers(body: Any, robot: Robot, joint: str) -> None:
     body.add_joint(name=_name(joint), axis=T_link_root.rotation() @ along, pos=place)
 
 
-def roller_addresses(model: Any, robot: Robot) -> NDArray[np.int64]:
+def roller_addresses(model: Any, robot: RobotModel) -> NDArray[np.int64]:
     """Return the addresses in qpos of what rollers have turned, `(R,) int64`."""
     names = robot.wheel_joints if robot.drive.grips else ()
     return np.array([model.joint(_name(name)).qposadr[0] for name in names], np.int64)

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.config import param
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 
 _STEERING_TIME = 0.02  # in which steering comes to where it is told, critically damped [s]
 
@@ -133,7 +133,7 @@ def _turn(
         told[i] = speeds[i]
 
 
-def armature(robot: Robot, config: ServoConfig, timestep: float) -> float:
+def armature(robot: RobotModel, config: ServoConfig, timestep: float) -> float:
     """Return the rotor inertia of a wheel's motor, as the wheel feels it [kg m^2].
 
     A motor at its greatest torque pushes the same for a whole time step. A wheel that slips must be
@@ -142,7 +142,7 @@ def armature(robot: Robot, config: ServoConfig, timestep: float) -> float:
     return max(config.armature, _share(robot) * timestep / (2.0 * config.response_time))
 
 
-def _share(robot: Robot) -> float:
+def _share(robot: RobotModel) -> float:
     """Return what of the robot's inertia a wheel moves [kg m^2]."""
     return robot.urdf.mass * robot.drive.radius**2 / max(1, len(robot.wheel_joints))
 
@@ -161,7 +161,7 @@ def add_steering(spec: Any, joint: str) -> None:
     motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
 
 
-def tune_servos(model: Any, robot: Robot, config: ServoConfig) -> Servos:
+def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     """Set the gains of a compiled model's motors by what they move.
 
     A wheel moves itself and its share of the robot. Its motor is a proportional-integral control of

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_sim.model.geometry.shapes import Group
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center, radius_of, width_of
 from arjuna_sim.physics.wheels.footing import (
     Feet,
@@ -71,12 +71,12 @@ class Standing:
     tyres: tuple[int, ...]
 
 
-def sag_of(robot: Robot, timestep: float) -> float:
+def sag_of(robot: RobotModel, timestep: float) -> float:
     """Return how far a tyre sinks in under its load [m]."""
     return max(_SAG * robot.drive.radius, _SLOWEST * _GRAVITY * timestep**2)
 
 
-def add_tyre(body: Any, robot: Robot, joint: str, sag: float) -> None:
+def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
     """Add a wheel's shapes to a MuJoCo body: a crowned tyre on a rim.
 
     The tyre touches the ground in the wheel's middle. It is larger than the wheel by half its sag,
@@ -104,7 +104,7 @@ def add_tyre(body: Any, robot: Robot, joint: str, sag: float) -> None:
         name_friction(geom, robot.settings.friction.get(link, geom.friction[0]))
 
 
-def tune_tyres(model: Any, robot: Robot, sag: float) -> Standing:
+def tune_tyres(model: Any, robot: RobotModel, sag: float) -> Standing:
     """Set how stiff and how damped the robot's contacts with the ground are.
 
     Args:
@@ -155,7 +155,7 @@ def _crown(model: Any, data: Any, geom: int) -> None:
         model.geom_type[geom], model.geom_size[geom] = ellipsoid, (radius, radius, half)
 
 
-def _bodies(model: Any, robot: Robot, joints: tuple[str, ...]) -> set[int]:
+def _bodies(model: Any, robot: RobotModel, joints: tuple[str, ...]) -> set[int]:
     return {int(model.body(f"body:{robot.urdf.joints[name].child}").id) for name in joints}
 
 
@@ -179,7 +179,7 @@ def _lowest_place(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
     return touching
 
 
-def _weight(model: Any, data: Any, robot: Robot, ground: float) -> Weight:
+def _weight(model: Any, data: Any, robot: RobotModel, ground: float) -> Weight:
     body = model.body(f"body:{robot.urdf.root}").id
     rates = [model.joint(name).dofadr[0] for name in robot.wheel_joints]
     inertia, radius = float(model.dof_M0[rates].sum()), robot.drive.radius

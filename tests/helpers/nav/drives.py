@@ -48,7 +48,7 @@ class Drive:
         simulator = robot.sim.simulator
         self._stage = simulator.stage
         self._walkers = [e.name for e in self._stage.entities if e.trajectory is not None]
-        self._meetings = Meetings(footprint(simulator.robot, simulator.robot.urdf.root))
+        self._meetings = Meetings(footprint(simulator.robot.model, simulator.robot.model.urdf.root))
         robot.on_tick = self._watch
 
     @property
@@ -75,7 +75,7 @@ class Drive:
         self.touched += begun
         places = [self._stage.motion(name).pose.position[:2] for name in self._walkers]
         people = np.array([(*place, PERSON[0]) for place in places]).reshape(-1, 3)
-        now, told = self._robot.now, self._robot.sim.simulator.told
+        now, told = self._robot.now, self._robot.sim.simulator.robot.setpoint
         self._told_at = now if told.x != 0.0 or told.yaw_rate != 0.0 else self._told_at
         moves = now - self._told_at <= _BRAKED
         wheels = Velocity(before.odometry.v, yaw_rate=before.odometry.w) if moves else STILL

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_sim.devices.rays.beams import Beams
+from arjuna_sim.devices.rays.beams import CloudLidar, RangeSensor
 from arjuna_sim.devices.rays.rays import Rays
-from arjuna_sim.model.settings import CloudSettings
+from arjuna_sim.devices.sensors.lidar import CloudSettings
 
 # A wall 3 m ahead and one 2 m to the left of an eye that sits 0.5 m above the ground; the eye's own
 # robot (group 3) is right before it, another one 1 m to the right.
@@ -54,7 +54,7 @@ def settings(**changed: Any) -> CloudSettings:
 
 def points(**changed: Any) -> NDArray[np.float32]:
     model, data = room()
-    return Beams(model, settings(**changed), np.random.default_rng(0)).cloud(data).points
+    return CloudLidar(model, settings(**changed), np.random.default_rng(0)).read(data, 0.0).points
 
 
 @pytest.mark.parametrize("extra", ["", TENT], ids=["solids", "meshes"])
@@ -100,7 +100,7 @@ def test_one_beam_points_to_the_middle_of_its_angles() -> None:
 def test_rows_rise_and_beams_go_from_the_least_angle_to_the_greatest() -> None:
     model, data = room()
     told = settings(samples=3, rows=2, angle_min=-0.2, angle_max=0.4, tilt_min=-0.1, tilt_max=0.2)
-    cloud = Beams(model, told, np.random.default_rng(0)).cloud(data)
+    cloud = CloudLidar(model, told, np.random.default_rng(0)).read(data, 0.0)
     x, y, z = cloud.points.T.astype(float)
     np.testing.assert_allclose(x, 3.0, rtol=1e-5)
     np.testing.assert_allclose(np.arctan2(y, x), [-0.2, 0.1, 0.4] * 2, atol=1e-6)
@@ -127,14 +127,18 @@ def test_a_sonar_tells_the_nearest_range_of_its_cone(
     told = settings(
         samples=9, angle_max=math.pi / 2, range_min=ranges[0], range_max=ranges[1]
     )  # the left wall at 2 m, the one ahead at 3 m
-    assert Beams(model, told, np.random.default_rng(0)).nearest(data) == pytest.approx(nearest)
+    assert RangeSensor(model, told, np.random.default_rng(0)).read(data, 0.0) == pytest.approx(
+        nearest
+    )
 
 
 def test_noise_is_that_of_the_settings_and_of_the_seed() -> None:
     model, data = room()
     told = settings(samples=4000, angle_min=0.0, angle_max=1e-9, noise=0.05)
     first, again, other = (
-        np.linalg.norm(Beams(model, told, np.random.default_rng(seed)).cloud(data).points, axis=1)
+        np.linalg.norm(
+            CloudLidar(model, told, np.random.default_rng(seed)).read(data, 0.0).points, axis=1
+        )
         for seed in (1, 1, 2)
     )
     np.testing.assert_array_equal(first, again)
@@ -148,5 +152,5 @@ def test_beams_turn_with_their_eye() -> None:
     half = math.sqrt(0.5)
     data.qpos[3:7] = (half, 0.0, 0.0, half)  # a quarter to the left
     mujoco.mj_kinematics(model, data)
-    ahead = Beams(model, settings(), np.random.default_rng(0)).cloud(data).points
+    ahead = CloudLidar(model, settings(), np.random.default_rng(0)).read(data, 0.0).points
     np.testing.assert_allclose(ahead, [[2.0, 0.0, 0.0]], atol=1e-6)

@@ -10,23 +10,24 @@ import pytest
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_sim.devices.camera import CameraError, focal_length
+from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, simulator
 
 
-def _picture(sim: Simulator) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+def _picture(sim: Simulation) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
     try:
-        picture = sim.picture().color
+        picture = sim.robot.picture().color
     except CameraError as error:
         pytest.skip(str(error))
     assert picture is not None
     return picture
 
 
-def _depth(sim: Simulator) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
-    shot = sim.picture(color=False, depth=True)
+def _depth(sim: Simulation) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+    shot = sim.robot.picture(color=False, depth=True)
     assert shot.color is None
     assert shot.depth is not None
     return shot.depth
@@ -39,7 +40,7 @@ def test_red_box_stands_in_the_middle_as_wide_as_geometry_says() -> None:
     assert picture.shape == (480, 640, 3)
     red = (picture[:, :, 0] > 2 * picture[:, :, 1]) & (picture[:, :, 0] > 80)
     columns = np.flatnonzero(red[230])
-    camera = sim.robot.settings.camera
+    camera = sim.robot.model.settings.first(CameraSettings)
     assert camera is not None
     width = focal_length(camera) * 0.5 / (2.25 - 0.20)
     assert len(columns) == pytest.approx(width, abs=3)
@@ -58,7 +59,7 @@ def test_robot_without_a_camera_says_so(tmp_path: Path) -> None:
     sim = simulator(ROOM, robot=edited(ROBOT, tmp_path, 'type="camera"', 'type="thermal"'))
     assert any("'thermal' is not simulated" in note for note in sim.notes)
     with pytest.raises(CameraError, match="has no camera sensor"):
-        sim.picture()
+        sim.robot.picture()
 
 
 def test_depth_is_the_distance_along_the_axis_and_infinite_in_the_sky() -> None:

@@ -11,8 +11,8 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
-from arjuna_sim.devices.imu import ImuConfig
 from arjuna_sim.devices.odometry import OdometryEstimate
+from arjuna_sim.devices.sensors.imu import ImuConfig
 from tests.sim.builders import simulator
 
 DT = 0.02
@@ -151,7 +151,7 @@ def _drive(seed: int, imu: ImuConfig | None = None) -> tuple[float, float, float
             command = Velocity(
                 float(rng.uniform(-0.2, 0.8)), yaw_rate=float(rng.uniform(-2.0, 2.0))
             )
-        last = sim.step(command if i >= 60 else Velocity())
+        last = sim.drive(command if i >= 60 else Velocity())
         assert last.imu is not None
         filter_.predict(DT)
         filter_.wheels(last.odometry.v, last.odometry.w)

@@ -14,21 +14,22 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.imu import ImuConfig, ImuReading
-from arjuna_sim.devices.lidar import LidarConfig
-from arjuna_sim.devices.place_sensors import Fix
+from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.rays.beams import Cloud
-from arjuna_sim.files.urdf.robot_file import load_robot
-from arjuna_sim.model.settings import (
-    BumperSettings,
+from arjuna_sim.devices.sensors.bumper import BumperSettings
+from arjuna_sim.devices.sensors.imu import ImuConfig
+from arjuna_sim.devices.sensors.lidar import (
     CloudSettings,
+    LidarConfig,
     LidarSettings,
     RangeSettings,
-    SensorSettings,
 )
+from arjuna_sim.devices.sensors.navsat import Fix
+from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.world import Earth
-from arjuna_sim.simulator import Simulator
-from tests.sim.builders import EMPTY, ROOM, run, simulator, texts
+from arjuna_sim.simulation import Simulation
+from tests.sim.builders import EMPTY, ROOM, first, run, simulator, texts
 from tests.sim.robot_cases import RobotMaker
 
 SCAN = """<ray><scan><horizontal><samples>{samples}</samples><min_angle>-{half}</min_angle>
@@ -48,12 +49,12 @@ def _plugin(file: str, inside: str = "") -> str:
     return f"<plugin name='p' filename='{file}'>{inside}</plugin>"
 
 
-def _further(sim: Simulator, name: str) -> SensorSettings:
-    return next(s for s in sim.robot.settings.further if s.name == name)
+def _further(sim: Simulation, name: str) -> SensorSettings:
+    return next(s for s in sim.robot.model.settings.further if s.name == name)
 
 
-def _T_world(sim: Simulator, T_base: Pose3) -> Pose3:
-    truth, base = sim.truth(), sim.robot.urdf.T_root("base_link")
+def _T_world(sim: Simulation, T_base: Pose3) -> Pose3:
+    truth, base = sim.robot.truth(), sim.robot.model.urdf.T_root("base_link")
     where = (truth.pose.x, truth.pose.y, truth.z)
     return Pose3.from_rpy(where, (truth.roll, truth.pitch, truth.pose.theta)) @ base @ T_base
 
@@ -66,9 +67,10 @@ def test_lidar_that_sees_most_is_the_robots_and_a_beam_is_a_range(tmp_path: Path
     maker.add("gpu_lidar", "tof", _scan_tag(1, 0.01))
     maker.add("gpu_lidar", "rplidar", _scan_tag(720, 3.14, more="<topic>/scan</topic>"))
     maker.add("gpu_lidar", "rear", _scan_tag(180, 1.5, more="<topic>scan_rear</topic>"))
-    settings = load_robot(maker.write()).settings
-    assert settings.lidar is not None
-    assert (settings.lidar.name, settings.lidar.topic) == ("rplidar", "/scan")
+    robot = load_robot(maker.write())
+    settings = robot.settings
+    lidar = first(robot, LidarSettings)
+    assert (lidar.name, lidar.topic) == ("rplidar", "/scan")
     kinds = {s.name: type(s) for s in settings.further}
     assert kinds == dict.fromkeys(("fl", "fr", "rl", "rr"), RangeSettings) | {
         "tof": LidarSettings,
@@ -85,7 +87,7 @@ def test_each_lidar_sees_from_where_it_is(tmp_path: Path, seed: int) -> None:
         maker.add("ray", name, _scan_tag(), maker.random_pose(True), maker.random_pose(True))
     sim = simulator(ROOM, QUIET, robot=maker.write())
     last = run(sim, 0.5, Velocity(0.2, yaw_rate=0.3))
-    readings = {s.name: sim.sense(s) for s in sim.robot.settings.further}
+    readings = {s.name: sim.robot.sense(s, sim.time) for s in sim.robot.model.settings.further}
     assert last.scan is not None
     for mounted in maker.mounted:
         scan = last.scan if mounted.name == "a" else readings[mounted.name]
@@ -108,11 +110,10 @@ def test_points_of_a_lidar_of_several_rows_lie_on_walls_and_floor(
     pose = maker.random_pose(True)
     maker.add("gpu_ray", "top", _scan_tag(120, 3.1, ROWS, more), pose, maker.random_pose(True))
     sim = simulator(ROOM, QUIET, robot=maker.write())
-    assert sim.robot.settings.lidar is not None
-    assert sim.robot.settings.lidar.topic == "scan"
+    assert first(sim.robot.model, LidarSettings).topic == "scan"
     run(sim, 0.3)
     top = _further(sim, "top")
-    cloud = sim.sense(top)
+    cloud = sim.robot.sense(top, sim.time)
     assert isinstance(cloud, Cloud)
     assert (type(top), top.topic) == (CloudSettings, "/velodyne")
     points = _T_world(sim, maker.mounted[0].T_base).apply(cloud.points.astype(np.float64))
@@ -132,9 +133,9 @@ def test_sonar_tells_the_nearest_in_its_cone(tmp_path: Path) -> None:
     maker.add("sonar", "down", cone, Pose3.from_rpy((0.0, 0.0, 1.5), (0.0, math.pi / 2, 0.0)))
     sim = simulator(EMPTY, QUIET, robot=maker.write())
     run(sim, 0.1)
-    assert sim.sense(_further(sim, "front")) == math.inf
+    assert sim.robot.sense(_further(sim, "front"), sim.time) == math.inf
     height = _T_world(sim, maker.mounted[1].T_base).position[2]
-    assert sim.sense(_further(sim, "down")) == pytest.approx(height, abs=1e-6)
+    assert sim.robot.sense(_further(sim, "down"), sim.time) == pytest.approx(height, abs=1e-6)
 
 
 MOUNTS = [
@@ -160,8 +161,8 @@ def test_orientation_of_an_imu_at_any_mount_is_that_of_its_frame(
     maker.add("imu", "tilted", T_link=T_mount)
     sim = simulator(EMPTY, QUIET, robot=maker.write())
     for _ in range(100):
-        last = sim.step(Velocity(yaw_rate=0.8))
-        reading = last.imu if first else sim.sense(_further(sim, "tilted"))
+        last = sim.drive(Velocity(yaw_rate=0.8))
+        reading = last.imu if first else sim.robot.sense(_further(sim, "tilted"), sim.time)
     assert isinstance(reading, ImuReading)
     told = reading.orientation
     body = told @ Pose3.from_rpy((0.0, 0.0, 0.0), rpy).inverse()
@@ -179,7 +180,7 @@ def test_heading_of_an_imu_drifts_with_its_gyros_and_survives_a_kidnapping(tmp_p
     maker.add("imu", "shaky", inside, Pose3.from_rpy((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0)))
     sim = simulator(EMPTY, robot=maker.write())
     before = run(sim, 5.0).imu
-    sim.set_pose(SE2(3.0, 0.0, 2.0))
+    sim.robot.set_pose(SE2(3.0, 0.0, 2.0))
     after = run(sim, 0.1).imu
     assert before is not None
     assert after is not None
@@ -204,16 +205,16 @@ def test_places_on_earth_are_those_of_the_world(tmp_path: Path) -> None:
     sim = simulator(world, robot=maker.write())
     assert not [note for note in sim.notes if "sensor" in note]
     for _ in range(50):
-        sim.step(Velocity(0.5))
-    fix, field = (sim.sense(_further(sim, name)) for name in ("gps", "compass"))
+        sim.drive(Velocity(0.5))
+    fix, field = (sim.robot.sense(_further(sim, name), sim.time) for name in ("gps", "compass"))
     assert isinstance(fix, Fix)
-    place, x = fix.place, sim.truth().pose.x  # the world's x points north there
+    place, x = fix.position, sim.robot.truth().pose.x  # the world's x points north there
     assert place.latitude_deg == pytest.approx(47.5 + x / 111_177.0, abs=2e-8)
     assert place.longitude_deg == pytest.approx(8.25, abs=1e-7)
     above = _T_world(sim, maker.mounted[0].T_base).position[2]
     assert place.altitude == pytest.approx(400.0 + above, abs=1e-5)
     assert field == pytest.approx((2e-5, -1e-5, -4e-5), abs=1e-6)
-    assert sim.sense(_further(sim, "height")) == 0.0
+    assert sim.robot.sense(_further(sim, "height"), sim.time) == 0.0
 
 
 @pytest.mark.parametrize("latitude", [-70.0, 0.0, 45.0, 85.0])
@@ -238,8 +239,10 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
     pressed = {}
     for when in ("free", "at the wall"):
         run(sim, 0.5 if when == "free" else 12.0, Velocity(0.0 if when == "free" else 0.4))
-        bumpers_there = [s for s in sim.robot.settings.further if isinstance(s, BumperSettings)]
-        pressed[when] = [sim.sense(s) for s in bumpers_there]
+        bumpers_there = [
+            s for s in sim.robot.model.settings.further if isinstance(s, BumperSettings)
+        ]
+        pressed[when] = [sim.robot.sense(s, sim.time) for s in bumpers_there]
     assert pressed == {"free": [False, True], "at the wall": [True, True]}
 
 
@@ -253,7 +256,7 @@ def test_readings_are_the_same_each_time_whatever_else_is_read(tmp_path: Path) -
     def ranges(names: tuple[str, ...]) -> bytes:
         sim = simulator(ROOM, robot=path)
         run(sim, 0.3)
-        read = {name: sim.sense(_further(sim, name)) for name in names}
+        read = {name: sim.robot.sense(_further(sim, name), sim.time) for name in names}
         assert isinstance(read["c"], Scan)
         return read["c"].ranges.tobytes()
 

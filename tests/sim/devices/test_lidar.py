@@ -15,18 +15,18 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.lidar import LidarConfig
+from arjuna_sim.devices.sensors.lidar import LidarConfig, LidarSettings
 from arjuna_sim.physics.robot_motion import Truth
-from arjuna_sim.simulator import Simulator
-from tests.sim.builders import ROBOT, ROOM, edited, run, simulator
+from arjuna_sim.simulation import Simulation
+from tests.sim.builders import ROBOT, ROOM, edited, first, run, simulator
 
 NOISELESS = SimulatorConfig(lidar=LidarConfig(noise=0.0))
 SWEEPING = SimulatorConfig(lidar=LidarConfig(noise=0.0, sweep=True))
 
 
-def _scan(sim: Simulator, command: Velocity | None = None) -> Scan:
+def _scan(sim: Simulation, command: Velocity | None = None) -> Scan:
     while True:
-        scan = sim.step(command).scan
+        scan = sim.drive(command).scan
         if scan is not None:
             return scan
 
@@ -106,11 +106,10 @@ def _world(folder: Path) -> Path:
 
 
 def _exact(
-    sim: Simulator, places: NDArray[np.float64], bearings: NDArray[np.float64]
+    sim: Simulation, places: NDArray[np.float64], bearings: NDArray[np.float64]
 ) -> list[float]:
     """Return each beam's true distance from the robot's place (x, y, z, roll, pitch, yaw)."""
-    assert sim.robot.settings.lidar is not None
-    mount = sim.robot.urdf.T_root(sim.robot.settings.lidar.link).position
+    mount = sim.robot.model.urdf.T_root(first(sim.robot.model, LidarSettings).link).position
     ranges = []
     for place, bearing in zip(places, bearings, strict=True):
         x, y, z, roll, pitch, yaw = place.tolist()
@@ -141,7 +140,9 @@ def test_walls_at_angles_cylinders_and_spheres_are_exact_to_a_millimetre(
     sim = simulator(_world(tmp_path), NOISELESS, spawn=pose)
     run(sim, 0.5)
     scan = _scan(sim)
-    assert _worst(scan, _exact(sim, np.array([_place(sim.truth())] * 360), scan.angles)) < 1e-3
+    assert (
+        _worst(scan, _exact(sim, np.array([_place(sim.robot.truth())] * 360), scan.angles)) < 1e-3
+    )
 
 
 @pytest.mark.parametrize(
@@ -151,7 +152,7 @@ def test_each_beam_of_a_sweep_is_cast_from_where_the_robot_was(
     tmp_path: Path, command: Velocity
 ) -> None:
     sim = simulator(_world(tmp_path), SWEEPING, spawn=SE2(-0.8, 0.0, -0.7))
-    observations = [sim.step(command) for _ in range(40)]
+    observations = [sim.drive(command) for _ in range(40)]
     scan = observations[-1].scan
     assert scan is not None
     instants = scan.stamp + scan.time_increment * np.arange(360)
@@ -176,7 +177,7 @@ def test_a_narrow_view_is_swept_in_a_part_of_the_period(tmp_path: Path) -> None:
 def test_a_kidnap_in_mid_sweep_leaves_no_beam_of_the_journey() -> None:
     sim = simulator(ROOM, SWEEPING)
     run(sim, 0.16)
-    sim.set_pose(SE2(-3.0, 3.5, 2.0))
+    sim.robot.set_pose(SE2(-3.0, 3.5, 2.0))
     jumped = _scan(sim)
     rested = _scan(sim)
     assert np.abs(jumped.ranges - rested.ranges).max() < 1e-3

@@ -10,8 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_sim.devices.rays.rays import Rays
-from arjuna_sim.simulator import Simulator
-from tests.sim.builders import simulator
+from arjuna_sim.devices.sensors.lidar import LidarSettings
+from arjuna_sim.simulation import Simulation
+from tests.sim.builders import first, simulator
 
 _SHAPES = {
     "box": "<box><size>1.0 0.4 0.8</size></box>",
@@ -24,7 +25,7 @@ _SHAPES = {
 _WORLD = np.array([1, 0, 0, 0, 0, 0], np.uint8)  # MuJoCo's group of what rays hit
 
 
-def _one_in_the_air(folder: Path, shape: str) -> Simulator:
+def _one_in_the_air(folder: Path, shape: str) -> Simulation:
     path = folder / "one.world"
     path.write_text(
         "<sdf version='1.6'><world name='w'><model name='m'><static>1</static>"
@@ -37,8 +38,7 @@ def _one_in_the_air(folder: Path, shape: str) -> Simulator:
 @pytest.mark.parametrize("shape", _SHAPES)
 def test_rays_hit_solids_where_mujoco_says(tmp_path: Path, shape: str) -> None:
     sim, rng = _one_in_the_air(tmp_path, shape), np.random.default_rng(1)
-    assert sim.robot.settings.lidar is not None
-    rays = Rays(sim.stage.scene.model, sim.robot.settings.lidar.site)
+    rays = Rays(sim.stage.scene.model, first(sim.robot.model, LidarSettings).site)
     hits = 0
     for spread in (0.1, 0.6, 3.0):  # inside, near its surface, outside
         origin = np.array([4.0, 0.5, 2.0]) + rng.uniform(-spread, spread, 3)
@@ -54,8 +54,11 @@ def test_rays_hit_solids_where_mujoco_says(tmp_path: Path, shape: str) -> None:
 
 def test_what_is_out_of_reach_or_wholly_transparent_is_not_hit(tmp_path: Path) -> None:
     sim = _one_in_the_air(tmp_path, "sphere")
-    assert sim.robot.settings.lidar is not None
-    model, data, site = sim.stage.scene.model, sim.stage.data, sim.robot.settings.lidar.site
+    model, data, site = (
+        sim.stage.scene.model,
+        sim.stage.data,
+        first(sim.robot.model, LidarSettings).site,
+    )
     origin, way = np.array([0.0, 0.5, 2.0]), np.array([[1.0, 0.0, 0.0]])
     rays = Rays(model, site)
     assert rays.cast(data, origin, way, 4.0) == pytest.approx(3.5)
@@ -65,7 +68,7 @@ def test_what_is_out_of_reach_or_wholly_transparent_is_not_hit(tmp_path: Path) -
 
 
 def _by_mujoco(
-    sim: Simulator, origin: NDArray[np.float64], ways: NDArray[np.float64]
+    sim: Simulation, origin: NDArray[np.float64], ways: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     found = np.empty(len(ways))
     for i, way in enumerate(ways):

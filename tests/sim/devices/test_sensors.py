@@ -13,15 +13,16 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.imu import Imu, ImuConfig
-from arjuna_sim.devices.lidar import LidarConfig
-from arjuna_sim.simulator import Simulator
-from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, run, simulator
+from arjuna_sim.devices.imu import Imu
+from arjuna_sim.devices.sensors.imu import ImuConfig, ImuSettings
+from arjuna_sim.devices.sensors.lidar import LidarConfig
+from arjuna_sim.simulation import Simulation
+from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, first, run, simulator
 
 
-def _scan(sim: Simulator) -> Scan:
+def _scan(sim: Simulation) -> Scan:
     while True:
-        scan = sim.step().scan
+        scan = sim.drive().scan
         if scan is not None:
             return scan
 
@@ -46,7 +47,7 @@ def _exact(segments: NDArray[np.float64], pose: SE2, angles: NDArray[np.float64]
 def test_noiseless_scan_matches_exact_geometry_within_a_millimetre(pose: SE2) -> None:
     sim = simulator(ROOM, SimulatorConfig(lidar=LidarConfig(noise=0.0)), spawn=pose)
     scan = _scan(sim)
-    exact = np.array(_exact(sim.surfaces(), sim.truth().pose, scan.angles))
+    exact = np.array(_exact(sim.robot.surfaces(), sim.robot.truth().pose, scan.angles))
     assert len(scan.ranges) == 360
     error = np.abs(scan.ranges - exact)
     # A beam that grazes a box's corner sees either side of it.
@@ -55,7 +56,7 @@ def test_noiseless_scan_matches_exact_geometry_within_a_millimetre(pose: SE2) ->
 
 
 def test_surfaces_of_the_room_are_its_walls_and_boxes() -> None:
-    surfaces = simulator(ROOM).surfaces()
+    surfaces = simulator(ROOM).robot.surfaces()
     assert surfaces.shape == (8 * 4, 4)
     assert np.abs(surfaces).max() == pytest.approx(5.1)
 
@@ -85,7 +86,7 @@ def test_range_beyond_the_maximum_is_plus_inf_and_too_near_is_minus_inf(tmp_path
 def test_resting_imu_feels_gravity_upward_with_its_noise() -> None:
     sim = simulator()
     run(sim, 0.5)
-    readings = [sim.step().imu for _ in range(1000)]
+    readings = [sim.drive().imu for _ in range(1000)]
     force = np.array([r.linear_acceleration for r in readings if r is not None])
     rates = np.array([r.angular_velocity for r in readings if r is not None])
     assert force.mean(axis=0) == pytest.approx([0.0, 0.0, 9.81], abs=0.02)
@@ -103,24 +104,27 @@ def test_imu_measures_turn_rate_and_heading_of_a_spin() -> None:
 
 def test_heading_is_that_since_the_start_whichever_way_that_was() -> None:
     sim = simulator(spawn=SE2(0.0, 0.0, 1.0))
-    settings, exact = sim.robot.settings.imu, ImuConfig(0.0, 0.0, 0.0, 0.0, 0.0)
+    settings, exact = (
+        first(sim.robot.model, ImuSettings),
+        ImuConfig(0.0, 0.0, 0.0, 0.0, 0.0),
+    )
     assert settings is not None
     imu = Imu(sim.stage.scene.model, settings, exact, np.random.default_rng(0))
-    assert imu.read(sim.stage.data, 0.0, 0.02).rpy[2] == pytest.approx(0.0, abs=1e-9)
-    start = sim.truth().pose.theta
+    assert imu.measure(sim.stage.data, 0.0, 0.02).rpy[2] == pytest.approx(0.0, abs=1e-9)
+    start = sim.robot.truth().pose.theta
     run(sim, 1.0, Velocity(yaw_rate=0.5))
-    turned = imu.read(sim.stage.data, 1.0, 0.02).rpy[2]
-    assert turned == pytest.approx(sim.truth().pose.theta - start, abs=1e-6)
+    turned = imu.measure(sim.stage.data, 1.0, 0.02).rpy[2]
+    assert turned == pytest.approx(sim.robot.truth().pose.theta - start, abs=1e-6)
 
 
 def test_bias_walks_with_the_root_of_time() -> None:
     sim, config = simulator(), ImuConfig(0.0, 0.1, 0.0, 0.3, 0.0)
-    settings, rng = sim.robot.settings.imu, np.random.default_rng(3)
+    settings, rng = first(sim.robot.model, ImuSettings), np.random.default_rng(3)
     assert settings is not None
     readings = []
     for _ in range(500):
         imu = Imu(sim.stage.scene.model, settings, config, rng)
-        readings.append([imu.read(sim.stage.data, 0.4 * i, 0.4) for i in range(10)][-1])
+        readings.append([imu.measure(sim.stage.data, 0.4 * i, 0.4) for i in range(10)][-1])
     rates = np.array([reading.angular_velocity for reading in readings])
     forces = np.array([reading.linear_acceleration for reading in readings])
     assert rates.std(axis=0) == pytest.approx([0.1 * math.sqrt(4.0)] * 3, rel=0.1)

@@ -9,8 +9,8 @@ import pytest
 
 from arjuna_core.twist import Velocity
 from arjuna_sim.check import check
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.robot_file import load_robot
 from tests.sim import drive_cases as cases
 from tests.sim.builders import run, simulator, texts
 
@@ -20,7 +20,9 @@ def test_robot_without_any_collision_is_as_solid_as_it_is_drawn(tmp_path: Path) 
     path.write_text(path.read_text("utf-8").replace("collision>", "visual>"), "utf-8")
     sim = simulator(robot=path)
     assert sum("as solid as it is drawn" in note for note in sim.notes) == 5
-    assert sim.robot.urdf.links["base"].collisions == sim.robot.urdf.links["base"].visuals
+    assert (
+        sim.robot.model.urdf.links["base"].collisions == sim.robot.model.urdf.links["base"].visuals
+    )
     assert run(sim, 2.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.05)
 
 

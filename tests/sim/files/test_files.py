@@ -11,7 +11,8 @@ import pytest
 from arjuna_core.errors import RobotError, WorldError
 from arjuna_core.se2 import IDENTITY
 from arjuna_core.twist import Velocity
-from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.devices.sensors.lidar import LidarSettings
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.notes import NoteKind
 from tests.sim.builders import ROBOT, ROOM, edited, run, simulator, texts
@@ -45,7 +46,7 @@ def test_shipped_robot_says_what_it_is() -> None:
     assert robot.urdf.root == "base_footprint"
     assert robot.drive.left == ("front_left_joint", "rear_left_joint")
     assert (robot.drive.separation, robot.drive.radius) == (0.34, 0.05)
-    lidar = robot.settings.lidar
+    lidar = robot.settings.first(LidarSettings)
     assert lidar is not None
     assert (lidar.samples, lidar.range_max, lidar.rate, lidar.noise) == (360, 12.0, 10.0, 0.01)
     assert lidar.angle_max == pytest.approx(np.pi)
@@ -77,7 +78,7 @@ def test_robot_without_plugins_gets_its_wheels_from_its_joints(tmp_path: Path) -
     path.write_text(PLAIN.format(wheels="\n".join(wheels)), encoding="utf-8")
     sim = simulator(robot=path)
     assert any("no drive plugin" in note for note in sim.notes)
-    assert sim.robot.drive.separation == pytest.approx(0.24)
+    assert sim.robot.model.drive.separation == pytest.approx(0.24)
     last = run(sim, 3.0, Velocity(0.3))
     assert last.truth.v == pytest.approx(0.3, rel=0.05)  # both axes' signs drive forward
     assert last.truth.z == pytest.approx(0.04, abs=0.002)  # stands on its wheels
@@ -222,7 +223,7 @@ def test_robot_without_wheels_loads_and_stands_still(tmp_path: Path) -> None:
     path = tmp_path / "plain.urdf"
     path.write_text(PLAIN.format(wheels=""), encoding="utf-8")
     sim = simulator(robot=path)
-    assert sim.robot.wheel_joints == ()
+    assert sim.robot.model.wheel_joints == ()
     assert any("has no drive" in note for note in sim.notes)
     last = run(sim, 1.0, Velocity(0.5, yaw_rate=0.5))
     assert last.truth.pose.distance(IDENTITY) < 1e-3

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import ArjunaError, RobotError, WorldError
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.robot import SOLO

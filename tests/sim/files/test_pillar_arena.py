@@ -32,7 +32,7 @@ def test_pillars_stand_where_turtlebot3s_do() -> None:
 def test_starts_of_the_guides_are_free_and_inside(start: tuple[float, float]) -> None:
     """TurtleBot3 spawns at the first, a guide at the second, and its AMCL begins at the third."""
     sim = simulator(_WORLD, spawn=SE2(*start), robot=shipped_file("urdf/burger.urdf"))
-    assert sim.spawn == SE2(*start)
+    assert sim.robot.spawn == SE2(*start)
     assert not any("start" in note for note in sim.notes)
 
 

@@ -11,10 +11,10 @@ import pytest
 from arjuna_core.errors import RobotError
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.files.urdf.robot_file import load_robot
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import DriveKind
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import run, texts
 from tests.sim.generated import level
 from tests.sim.robot_files.options import RobotFile, robot_files
@@ -23,7 +23,7 @@ from tests.sim.robot_files.package import write
 _PLAIN = [dataclasses.replace(file, macros=False) for file in robot_files(40, seed=3)]
 
 
-def _read(file: RobotFile, folder: Path) -> Robot:
+def _read(file: RobotFile, folder: Path) -> RobotModel:
     return load_robot(write(file, folder))
 
 
@@ -52,7 +52,7 @@ def test_an_inertia_that_no_wheel_can_have_is_replaced(tmp_path: Path, solid: st
     robot = _read(RobotFile(inertia="one", solid=solid), tmp_path)
     note = next(n for n in texts(robot.notes) if "cannot have an inertia of 1 kg m^2" in n)
     assert note.startswith("link 'left_wheel_link'")
-    sim = Simulator(robot, level(), SimulatorConfig(), np.random.default_rng(0))
+    sim = Simulation(solo(robot), level(), SimulatorConfig(), np.random.default_rng(0))
     assert run(sim, 2.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.02)
 
 
@@ -71,7 +71,9 @@ def test_wheels_that_are_only_drawn_leave_a_caster_to_slide(tmp_path: Path) -> N
 
 def test_free_wheels_hardly_brake_the_lightest_robot(tmp_path: Path) -> None:
     file = RobotFile("ackermann", radius=0.025, mass=0.2, friction=0.7)
-    sim = Simulator(_read(file, tmp_path), level(), SimulatorConfig(), np.random.default_rng(0))
+    sim = Simulation(
+        solo(_read(file, tmp_path)), level(), SimulatorConfig(), np.random.default_rng(0)
+    )
     assert run(sim, 2.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.01)
 
 

@@ -11,9 +11,11 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.twist import Velocity
+from arjuna_sim.devices.sensors.imu import ImuSettings
+from arjuna_sim.devices.sensors.lidar import LidarSettings
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.robot_file import load_robot
-from arjuna_sim.model.robot import SOLO, Robot
+from arjuna_sim.model.robot import SOLO, RobotModel
 from tests.sim.builders import run, simulator, texts
 
 INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
@@ -47,7 +49,7 @@ def _robot(folder: Path, inside: str) -> Path:
     return path
 
 
-def _load(folder: Path, inside: str) -> Robot:
+def _load(folder: Path, inside: str) -> RobotModel:
     return load_robot(_robot(folder, inside), SearchPath())
 
 
@@ -72,7 +74,7 @@ def test_all_joint_types_load_and_drive(
     tmp_path: Path, kind: str, extra: str, moving: bool
 ) -> None:
     sim = simulator(robot=_robot(tmp_path, FOUR + _joint(kind, extra)))
-    assert ("tool_joint" in sim.robot.moving_joints) == moving
+    assert ("tool_joint" in sim.robot.model.moving_joints) == moving
     last = run(sim, 1.0, Velocity(0.3))
     assert last.truth.v == pytest.approx(0.3, rel=0.1)
     assert np.isfinite(last.joints.positions).all()
@@ -164,7 +166,7 @@ def test_robot_that_lies_on_its_side_is_stood_up(tmp_path: Path, turn: str) -> N
     lying = f'<link name="cad"/><joint name="cad_joint" type="fixed"><parent link="cad"/>\
 <child link="base"/><origin rpy="{turn}"/></joint>'
     sim = simulator(robot=_robot(tmp_path, FOUR + lying))
-    assert sim.robot.urdf.root == "base_footprint"
+    assert sim.robot.model.urdf.root == "base_footprint"
     assert any("the new root 'base_footprint' carries it" in note for note in sim.notes)
     last = run(sim, 2.0, Velocity(0.3))
     assert last.truth.z == pytest.approx(0.05, abs=0.005)
@@ -177,10 +179,10 @@ def test_robot_whose_root_is_the_world_stays_there(tmp_path: Path) -> None:
     arm = f"""<link name="world"/><joint name="foot" type="fixed"><parent link="world"/>
 <child link="base"/></joint>{_joint("revolute", '<limit lower="-3" upper="3"/>')}"""
     sim = simulator(robot=_robot(tmp_path, arm))
-    assert sim.robot.anchored
+    assert sim.robot.model.anchored
     sim.stage.data.qvel[sim.stage.scene.robots[SOLO].joint_velocity[0]] = 2.0
     last = run(sim, 2.0)
-    assert last.truth.pose.distance(sim.spawn) < 1e-5
+    assert last.truth.pose.distance(sim.robot.spawn) < 1e-5
     assert abs(last.joints.positions[0]) > 0.1
 
 
@@ -220,7 +222,7 @@ IMU = """<gazebo><plugin name="imu" filename="libhector_gazebo_ros_imu.so">
 def test_lidar_is_read_in_every_spelling(
     tmp_path: Path, inside: str, topic: str, frame: str
 ) -> None:
-    lidar = _load(tmp_path, FOUR + LASER.format(inside)).settings.lidar
+    lidar = _load(tmp_path, FOUR + LASER.format(inside)).settings.first(LidarSettings)
     assert lidar is not None
     assert (lidar.topic, lidar.frame, lidar.link) == (topic, frame, "base")
     assert (lidar.samples, lidar.rate, lidar.noise) == (720, 40.0, 0.02)
@@ -228,7 +230,7 @@ def test_lidar_is_read_in_every_spelling(
 
 
 def test_imu_of_a_plugin_without_a_sensor_is_read(tmp_path: Path) -> None:
-    imu = _load(tmp_path, FOUR + IMU).settings.imu
+    imu = _load(tmp_path, FOUR + IMU).settings.first(ImuSettings)
     assert imu is not None
     assert (imu.link, imu.frame, imu.rate, imu.topic) == ("base", "imu_frame", 25.0, "imu/raw")
 

@@ -12,8 +12,8 @@ from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.twist import Velocity
 from arjuna_sim.check import is_robot
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.robot_file import load_robot
 from tests.sim.builders import ROOM, run, simulator, texts
 
 INERTIA = "<inertia><ixx>{i}</ixx><iyy>{i}</iyy><izz>{i}</izz></inertia>"
@@ -74,7 +74,7 @@ def test_sdf_robot_drives_and_sees(tmp_path: Path, axis: str) -> None:
     path = _robot(tmp_path, axis)
     assert is_robot(path)
     sim = simulator(ROOM, robot=path)
-    robot = sim.robot
+    robot = sim.robot.model
     assert robot.urdf.name == "bot"
     assert '<robot name="bot">' in robot.urdf.text
     assert robot.drive.left == ("wheel_0_joint", "wheel_2_joint")
@@ -163,5 +163,5 @@ def test_sdf_file_without_a_model_is_no_robot(tmp_path: Path) -> None:
         load_robot(path)
     joint = "<joint name='j' type='fixed'><parent>base</parent><child>none</child></joint>"
     broken = _robot(tmp_path, extra=joint)
-    with pytest.raises(RobotError, match="joint 'j': link 'none' does not exist"):
+    with pytest.raises(RobotError, match="frame 'none' does not exist; valid: base"):
         load_robot(broken)

@@ -8,7 +8,7 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.twist import Velocity
-from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from tests.sim.builders import ROBOT, ROOM, edited, run, simulator, texts
 

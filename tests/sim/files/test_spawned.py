@@ -158,7 +158,7 @@ def test_whatever_a_client_sends_is_spawned_or_refused_and_the_robot_stands(seed
         run(sim, 0.1)
         sim.stage.delete("it")
     assert 0 < spawned < 120
-    assert sim.truth().pose.distance(SE2()) < 0.01
+    assert sim.robot.truth().pose.distance(SE2()) < 0.01
 
 
 def test_endless_shapes_are_refused() -> None:

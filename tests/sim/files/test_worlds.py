@@ -143,7 +143,7 @@ def test_model_that_is_not_static_is_pushed_away(tmp_path: Path) -> None:
     light = _model("box", _box("0.3 0.3 0.3", mass="0.5"), "<pose>1 0 0.15 0 0 0</pose>", False)
     sim = simulator(_world(tmp_path, light))
     run(sim, 7.8, Velocity(0.3))
-    seen = [sim.step(Velocity(0.3)) for _ in range(10)]
+    seen = [sim.drive(Velocity(0.3)) for _ in range(10)]
     assert {each.contacts for each in seen} >= {("box",)}  # it slides along, by small hops
     last = seen[-1]
     assert last.truth.pose.x > 1.5
@@ -165,13 +165,13 @@ def test_robot_stands_on_a_raised_floor(tmp_path: Path) -> None:
     last = run(sim, 2.0, Velocity(0.3))
     assert last.truth.z == pytest.approx(0.1, abs=2e-3)
     assert last.contacts == ()
-    sim.set_pose(SE2(5.0, 0.0, 0.0))
+    sim.robot.set_pose(SE2(5.0, 0.0, 0.0))
     assert run(sim, 0.5).truth.z == pytest.approx(0.0, abs=2e-3)
 
 
 def test_robot_starts_at_the_nearest_free_place(tmp_path: Path) -> None:
     sim = simulator(_world(tmp_path, _model("crate", _box(), "<pose>0 0 0.5 0 0 0</pose>")))
-    assert 0.7 < SE2().distance(sim.spawn) < 1.0
+    assert 0.7 < SE2().distance(sim.robot.spawn) < 1.0
     assert any("the start (0, 0) is inside crate: the robot starts at" in n for n in sim.notes)
     assert run(sim, 0.5).contacts == ()
 
@@ -206,7 +206,7 @@ def test_walls_of_a_map_stand_where_its_cells_are(tmp_path: Path) -> None:
     last = run(sim, 0.2)
     assert last.scan is not None
     ahead = last.scan.ranges[np.argmin(np.abs(last.scan.angles))]
-    lidar = sim.robot.urdf.T_root("lidar_link").position[0]
+    lidar = sim.robot.model.urdf.T_root("lidar_link").position[0]
     assert ahead == pytest.approx(5.9 - 3.0 - lidar, abs=0.05)
 
 

@@ -15,7 +15,7 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import World
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import run
 from tests.sim.generated import Chassis, chassis, level, sill, slope
 
@@ -24,9 +24,9 @@ STEPS = pytest.mark.parametrize("step", [0.001, 0.004])
 FOUR_WHEELS = Chassis()
 
 
-def _simulator(chassis: Chassis, world: World, step: float = 0.004) -> Simulator:
+def _simulator(chassis: Chassis, world: World, step: float = 0.004) -> Simulation:
     config = SimulatorConfig(physics_timestep=step)
-    return Simulator(chassis.robot(), world, config, np.random.default_rng(0))
+    return Simulation(solo(chassis.robot()), world, config, np.random.default_rng(0))
 
 
 def _box(size: float, mass: float, x: float) -> Entity:
@@ -47,7 +47,7 @@ def test_parked_robot_stays(chassis: Chassis, degrees: float) -> None:
 @STEPS
 def test_robot_drives_a_metre_and_is_never_much_too_fast(chassis: Chassis, step: float) -> None:
     sim = _simulator(chassis, level(), step)
-    seen = [sim.step(Velocity(0.4) if i < 125 else Velocity()).truth for i in range(175)]
+    seen = [sim.drive(Velocity(0.4) if i < 125 else Velocity()).truth for i in range(175)]
     assert seen[-1].pose.x == pytest.approx(1.0, rel=0.03)
     assert abs(seen[-1].pose.y) < 0.01
     assert max(truth.v for truth in seen) < 1.1 * 0.4
@@ -94,7 +94,7 @@ def test_heavy_box_stands_when_a_light_robot_pushes() -> None:
     sim = _simulator(dataclasses.replace(FOUR_WHEELS, mass=3.5), level())
     sim.stage.spawn(_box(0.5, 100.0, 1.0))
     run(sim, 8.0, Velocity(0.5))
-    assert sim.truth().pose.x > 0.4  # it is there, and pushes
+    assert sim.robot.truth().pose.x > 0.4  # it is there, and pushes
     assert sim.stage.motion("box").pose.position[0] == pytest.approx(1.0, abs=1e-3)
 
 
@@ -110,7 +110,7 @@ def test_wheel_that_was_held_does_not_make_up_for_it() -> None:
     sim.stage.spawn(_box(0.5, 0.0, 0.8))
     run(sim, 10.0, Velocity(0.3))
     sim.stage.delete("box")
-    assert max(sim.step(Velocity(0.3)).truth.v for _ in range(100)) < 1.2 * 0.3
+    assert max(sim.drive(Velocity(0.3)).truth.v for _ in range(100)) < 1.2 * 0.3
 
 
 def test_robot_without_torque_stands_on_the_ramp_it_cannot_climb() -> None:

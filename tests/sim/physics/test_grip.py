@@ -15,7 +15,7 @@ from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.wheels.footing import LEAST, Feet, lifting_sill
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import run, simulator, texts
 from tests.sim.generated import Chassis, level, sill, slope
 
@@ -26,8 +26,8 @@ BETWEEN = [
 ]
 
 
-def _simulator(chassis: Chassis, world: World) -> Simulator:
-    return Simulator(chassis.robot(), world, SimulatorConfig(), np.random.default_rng(0))
+def _simulator(chassis: Chassis, world: World) -> Simulation:
+    return Simulation(solo(chassis.robot()), world, SimulatorConfig(), np.random.default_rng(0))
 
 
 @pytest.mark.parametrize(("ground", "wheels"), [(0.2, 1.0), (5.0, 0.2), (0.2, 0.2)])
@@ -71,7 +71,7 @@ def test_tall_robot_pulls_away_no_harder_than_it_stands() -> None:
 @pytest.mark.parametrize("chassis", BETWEEN, ids=lambda c: c.name)
 def test_robot_on_wheels_between_casters_is_never_much_too_fast(chassis: Chassis) -> None:
     sim = _simulator(chassis, level())
-    speeds = [sim.step(Velocity(0.3)).truth.v for _ in range(100)]
+    speeds = [sim.drive(Velocity(0.3)).truth.v for _ in range(100)]
     assert max(speeds) < 1.1 * 0.3
 
 

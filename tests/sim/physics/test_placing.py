@@ -13,14 +13,14 @@ from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.physics.placing import Placer
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import simulator
 from tests.sim.generated import Chassis, level, slope
 
 
 def placer(degrees: float) -> Placer:
     world = slope(degrees) if degrees else level()
-    sim = Simulator(Chassis().robot(), world, SimulatorConfig(), np.random.default_rng(0))
+    sim = Simulation(solo(Chassis().robot()), world, SimulatorConfig(), np.random.default_rng(0))
     return Placer(sim.stage, SOLO)
 
 

@@ -15,7 +15,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.inertia import Inertial
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.joints import Joint, Mimic
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Link, Urdf
 from arjuna_sim.physics.robot_body import ROBOTS_MAX, add_robot, let_meet
@@ -36,16 +36,18 @@ def random_pose(rng: np.random.Generator) -> Pose3:
     return Pose3.from_rpy(tuple(rng.uniform(-1, 1, 3)), tuple(rng.uniform(-3, 3, 3)))
 
 
-def robot(*joints: Joint, inertials: tuple[Inertial | None, ...] = (), root: str = "root") -> Robot:
+def robot(
+    *joints: Joint, inertials: tuple[Inertial | None, ...] = (), root: str = "root"
+) -> RobotModel:
     """Return a robot of a root and a link for each joint."""
     names = (root, *(joint.child for joint in joints))
     own = inertials or (Inertial(1.0, (0.0, 0.0, 0.0), np.eye(3)),) * len(names)
     links = {n: Link(n, i, (BALL,), (BALL,)) for n, i in zip(names, own, strict=True)}
     urdf = Urdf(Path("r.urdf"), "r", "", root, links, {joint.name: joint for joint in joints})
-    return Robot(urdf, GazeboSettings(None, None, None, None, {}), NO_DRIVE, ())
+    return RobotModel(urdf, GazeboSettings(friction={}), NO_DRIVE, ())
 
 
-def compiled(one: Robot) -> Any:
+def compiled(one: RobotModel) -> Any:
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     add_robot(spec, one, ServoConfig(), 1e-3)

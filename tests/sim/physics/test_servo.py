@@ -15,7 +15,7 @@ from tests.sim.builders import simulator
 
 def test_motors_are_as_strong_as_what_they_move_is_heavy(tmp_path: Path) -> None:
     sim = simulator(robot=cases.car("gz").write(tmp_path))
-    model, robot, config = sim.stage.scene.model, sim.robot, ServoConfig()
+    model, robot, config = sim.stage.scene.model, sim.robot.model, ServoConfig()
     drive, mass = robot.drive, robot.urdf.mass
     share = mass * drive.radius**2 / len(drive.wheels)
     for name in drive.wheels:
@@ -42,7 +42,7 @@ def test_motors_are_as_strong_as_what_they_move_is_heavy(tmp_path: Path) -> None
 
 
 def test_a_rotor_is_so_heavy_that_a_step_does_not_throw_it_over(tmp_path: Path) -> None:
-    robot = simulator(robot=cases.car("gz").write(tmp_path)).robot
+    robot = simulator(robot=cases.car("gz").write(tmp_path)).robot.model
     share = robot.urdf.mass * robot.drive.radius**2 / len(robot.wheel_joints)
     config = ServoConfig(response_time=0.02)
     assert armature(robot, config, 0.004) == pytest.approx(share * 0.004 / 0.04)

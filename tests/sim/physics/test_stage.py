@@ -13,6 +13,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.spawned import read_entity
@@ -20,7 +21,7 @@ from arjuna_sim.model.actors import Trajectory
 from arjuna_sim.model.entities import Entity, PlaceTakenError, UnknownEntityError
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.physics.contacts import ContactLog
-from arjuna_sim.simulator import Simulator
+from arjuna_sim.simulation import Simulation
 from tests.sim.builders import EMPTY, ROOM, ROOT, run, simulator
 
 BOX = """<sdf version="1.7"><model name="crate">{static}<link name="l">{inertial}
@@ -41,10 +42,10 @@ def _entity(text: str, name: str, x: float = 0.0, y: float = 0.0, z: float = 0.0
     return dataclasses.replace(read, name=name, start=Pose3((x, y, z)))
 
 
-def _ahead(sim: Simulator) -> float:
+def _ahead(sim: Simulation) -> float:
     """Return what the beam straight ahead reads [m]."""
     sim.reset_time()
-    scan = next(o.scan for o in (sim.step() for _ in range(10)) if o.scan is not None)
+    scan = next(o.scan for o in (sim.drive() for _ in range(10)) if o.scan is not None)
     return float(scan.ranges[len(scan.ranges) // 2])
 
 
@@ -54,17 +55,17 @@ def test_spawned_box_is_seen_at_its_place_and_gone_when_deleted() -> None:
     assert math.isinf(_ahead(sim))
     sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=2.0))
     seen = _ahead(sim)
-    assert seen == pytest.approx(2.0 - 0.2 - sim.truth().pose.x - _lidar_x(sim), abs=2e-3)
+    assert seen == pytest.approx(2.0 - 0.2 - sim.robot.truth().pose.x - _lidar_x(sim), abs=2e-3)
     sim.stage.move("crate", Pose3((3.0, 0.0, 0.0)))
     assert _ahead(sim) == pytest.approx(seen + 1.0, abs=2e-3)
     sim.stage.delete("crate")
     assert math.isinf(_ahead(sim))
 
 
-def _lidar_x(sim: Simulator) -> float:
-    lidar = sim.robot.settings.lidar
+def _lidar_x(sim: Simulation) -> float:
+    lidar = sim.robot.model.settings.first(LidarSettings)
     assert lidar is not None
-    return sim.robot.urdf.T_root(lidar.link).position[0]
+    return sim.robot.model.urdf.T_root(lidar.link).position[0]
 
 
 def test_nothing_jumps_when_something_is_spawned_far_away() -> None:
@@ -76,7 +77,7 @@ def test_nothing_jumps_when_something_is_spawned_far_away() -> None:
     changed.stage.delete("ball")
     changed.stage.spawn(_entity("box:0.1,0.1,0.1?mass=1", "die", x=4.0, y=4.0))
     for _ in range(50):
-        a, b = plain.step(Velocity(0.5, yaw_rate=0.4)), changed.step(Velocity(0.5, yaw_rate=0.4))
+        a, b = plain.drive(Velocity(0.5, yaw_rate=0.4)), changed.drive(Velocity(0.5, yaw_rate=0.4))
         assert a.truth.pose.distance(b.truth.pose) < 1e-9
         assert a.odometry.T_odom_base.distance(b.odometry.T_odom_base) < 1e-9
         assert a.imu is not None
@@ -109,15 +110,15 @@ def test_what_was_spawned_survives_a_reset_of_the_state_at_its_start_only() -> N
     run(sim, 0.5, Velocity(0.5))
     sim.reset_state()
     assert sim.time == 0.5
-    assert sim.truth().pose.distance(SE2()) < 1e-9
+    assert sim.robot.truth().pose.distance(SE2()) < 1e-9
     assert sim.stage.motion("crate").pose.position == (2.0, 0.0, 0.0)
     sim.reset()
     assert sim.stage.entities == ()
 
 
 def test_run_after_a_reset_is_the_first_run_whatever_was_spawned() -> None:
-    def drive(sim: Simulator) -> list[bytes]:
-        steps = [sim.step(Velocity(0.6, yaw_rate=0.5)) for _ in range(60)]
+    def drive(sim: Simulation) -> list[bytes]:
+        steps = [sim.drive(Velocity(0.6, yaw_rate=0.5)) for _ in range(60)]
         return [o.truth.pose.array().tobytes() + repr(o.contacts).encode() for o in steps]
 
     sim = simulator(ROOM, seed=5)
@@ -132,17 +133,17 @@ def test_run_after_a_reset_is_the_first_run_whatever_was_spawned() -> None:
 def test_time_alone_can_be_reset_and_the_robot_drives_on() -> None:
     sim = simulator(EMPTY)
     run(sim, 2.0, Velocity(0.5))
-    x = sim.truth().pose.x
+    x = sim.robot.truth().pose.x
     sim.reset_time()
     assert sim.time == 0.0
-    assert sim.step().truth.v == pytest.approx(0.5, abs=0.02)
-    assert sim.truth().pose.x == pytest.approx(x + 0.01, abs=2e-3)
+    assert sim.drive().truth.v == pytest.approx(0.5, abs=0.02)
+    assert sim.robot.truth().pose.x == pytest.approx(x + 0.01, abs=2e-3)
 
 
 @pytest.mark.parametrize("x", [0.0, 0.2])
 def test_nothing_can_be_put_into_the_robot(x: float) -> None:
     sim = simulator(EMPTY)
-    before = sim.truth()
+    before = sim.robot.truth()
     with pytest.raises(PlaceTakenError, match="'crate' would stand in the robot"):
         sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=x))
     assert sim.stage.entities == ()
@@ -150,7 +151,7 @@ def test_nothing_can_be_put_into_the_robot(x: float) -> None:
     with pytest.raises(PlaceTakenError, match="'crate' would stand in the robot"):
         sim.stage.move("crate", Pose3((x, 0.0, 0.0)))
     assert sim.stage.motion("crate").pose.position == (2.0, 0.0, 0.0)
-    assert sim.truth() == before
+    assert sim.robot.truth() == before
 
 
 def test_robot_stops_at_a_held_box_and_pushes_a_free_one() -> None:
@@ -183,7 +184,7 @@ def test_actor_walks_its_path_shows_in_the_lidar_and_bumps_the_robot() -> None:
     sim.stage.spawn(_walker([[4.0, 0.0], [-4.0, 0.0]], 1.0))
     ranges, bumped = [], False
     for _ in range(250):
-        observation = sim.step()
+        observation = sim.drive()
         bumped = bumped or "walker" in observation.contacts
         if observation.scan is not None:
             ranges.append(float(observation.scan.ranges[180]))
@@ -192,8 +193,8 @@ def test_actor_walks_its_path_shows_in_the_lidar_and_bumps_the_robot() -> None:
     assert motion.linear == pytest.approx((-1.0, 0.0, 0.0), abs=1e-6)
     assert np.diff(ranges[:20]) == pytest.approx(-0.1, abs=1e-3)
     assert bumped
-    assert sim.truth().pose.x < -0.2  # it was pushed along, not run through
-    assert abs(sim.truth().z) < 0.05
+    assert sim.robot.truth().pose.x < -0.2  # it was pushed along, not run through
+    assert abs(sim.robot.truth().z) < 0.05
 
 
 @pytest.mark.parametrize("speed", [0.5, 1.5])
@@ -201,10 +202,10 @@ def test_robot_between_a_person_and_a_wall_stays_in_the_room(speed: float) -> No
     sim = simulator(ROOM, spawn=SE2(4.0, 1.0, 0.0))
     sim.stage.spawn(_walker([[2.0, 1.0], [4.4, 1.0], [2.0, 1.05]], speed, loop=True))
     for _ in range(500):
-        truth = sim.step().truth
+        truth = sim.drive().truth
         assert truth.pose.x < 4.9  # the wall's face, less than half the robot's width
         assert abs(truth.z) < 0.15
-    assert sim.truth().pose.x > 4.3  # it was pushed there
+    assert sim.robot.truth().pose.x > 4.3  # it was pushed there
 
 
 def test_path_of_what_is_spawned_begins_when_it_is() -> None:
@@ -243,7 +244,7 @@ def _block(name: str, place: tuple[float, float, float]) -> Entity:
     return Entity(name, (part,), start=Pose3(place), mass=2.0)
 
 
-def _awake(sim: Simulator) -> int:
+def _awake(sim: Simulation) -> int:
     """Return how many things the physics moves, the robot among them."""
     return int(sim.stage.data.ntree_awake)
 
@@ -268,7 +269,7 @@ def test_robot_does_not_notice_what_falls_asleep() -> None:
     for i in range(3):
         beside.stage.spawn(_block(f"block{i}", (5.0 + i, 3.0, 0.001 * i)))
     for _ in range(60):
-        a, b = plain.step(Velocity(0.5, yaw_rate=0.4)), beside.step(Velocity(0.5, yaw_rate=0.4))
+        a, b = plain.drive(Velocity(0.5, yaw_rate=0.4)), beside.drive(Velocity(0.5, yaw_rate=0.4))
         assert a.truth.pose.distance(b.truth.pose) < 1e-9
     assert _awake(beside) == 1
 

@@ -14,7 +14,7 @@ import pytest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.inertia import Inertial
 from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape, corners
-from arjuna_sim.model.robot import Robot
+from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Link
 from arjuna_sim.physics.robot_body import add_robot
@@ -30,15 +30,15 @@ WHEEL = Inertial(0.5, (0.0, 0.0, 0.0), np.diag([0.002, 0.003, 0.002]))
 MASS = 8.0 + 4 * 0.5
 
 
-def robot(*below: Part, friction: dict[str, float] | None = None, **drive: Any) -> Robot:
+def robot(*below: Part, friction: dict[str, float] | None = None, **drive: Any) -> RobotModel:
     """Return a body on four wheels of 0.1 m, with shapes of its own."""
     urdf = wheeled(FOUR, wheel=WHEEL)
     urdf.links["base"] = Link("base", BODY, below, ())
-    settings = GazeboSettings(None, None, None, None, friction or {})
-    return Robot(urdf, settings, replace(DRIVE, **drive), ())
+    settings = GazeboSettings(friction=friction or {})
+    return RobotModel(urdf, settings, replace(DRIVE, **drive), ())
 
 
-def compiled(one: Robot, timestep: float = STEP) -> Any:
+def compiled(one: RobotModel, timestep: float = STEP) -> Any:
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.option.timestep = timestep
@@ -46,7 +46,7 @@ def compiled(one: Robot, timestep: float = STEP) -> Any:
     return spec.compile()
 
 
-def tuned(one: Robot, timestep: float = STEP) -> tuple[Any, Standing]:
+def tuned(one: RobotModel, timestep: float = STEP) -> tuple[Any, Standing]:
     model = compiled(one, timestep)
     return model, tune_tyres(model, one, sag_of(one, timestep))
 

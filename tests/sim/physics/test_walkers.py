@@ -46,9 +46,9 @@ def test_who_walks_into_a_robot_pushes_it_aside_and_does_not_overturn_it(
     sim.stage.spawn(Entity("walker", person(), trajectory=way, spawned=True))
     leans = 0.0
     for _ in range(round(2.5 / speed / sim.config.tick)):
-        sim.step()
-        leans = max(leans, *map(abs, (sim.truth().roll, sim.truth().pitch)))
-    assert math.hypot(sim.truth().pose.x, sim.truth().pose.y) > 0.1
+        sim.drive()
+        leans = max(leans, *map(abs, (sim.robot.truth().roll, sim.robot.truth().pitch)))
+    assert math.hypot(sim.robot.truth().pose.x, sim.robot.truth().pose.y) > 0.1
     assert leans < math.radians(30.0)
 
 
@@ -66,9 +66,9 @@ def test_who_walks_at_a_wall_steps_over_the_robot_between_which_drives_away_afte
     assert sim.stage.motion("walker").pose.position[:2] == pytest.approx(1.5 * ahead)
     moved = []
     for v in (0.2, -0.2):
-        before = sim.truth().pose
+        before = sim.robot.truth().pose
         run(sim, 1.5, Velocity(v))
-        moved.append(sim.truth().pose.distance(before))
+        moved.append(sim.robot.truth().pose.distance(before))
     assert max(moved) > 0.15
 
 
@@ -91,7 +91,7 @@ def test_what_pressed_before_a_reset_is_forgotten() -> None:
     ends = []
     for _ in range(2):  # the first ends while the walker presses the robot against the wall
         sim.stage.rewind()
-        sim.set_pose(SE2())
+        sim.robot.set_pose(SE2())
         run(sim, 1.0)
-        ends.append((sim.stage.motion("walker").pose, sim.truth().pose))
+        ends.append((sim.stage.motion("walker").pose, sim.robot.truth().pose))
     assert ends[0] == ends[1]

@@ -212,7 +212,6 @@ def test_a_disk_that_returns_other_bytes_is_noticed_and_the_old_file_stays(
 
 _CHILD = """
 import os, resource, signal, sys
-from pathlib import Path
 from arjuna_slam.mapping.session_file import load_session, save_session
 
 new, target, point, number = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], int(sys.argv[4])

@@ -25,8 +25,8 @@ def hinge(
     text = f"<sdf><joint name='j' type='{kind}'>{axis}</joint></sdf>"
     xml = XmlFile(Path("w"), "sdf", WorldError, text.encode())
     at = Pose3((1.0, 2.0, 3.0))
-    joint = SdfJoint(xml.root[0], xml, kind, "frame", "leaf", at, T_axis)
-    return read_hinge(joint, SdfLink("leaf", link, False, False, None), {own})
+    joint = SdfJoint(xml.root[0], xml, "", kind, "frame", "leaf", at, T_axis)
+    return read_hinge(joint, SdfLink(xml.root, xml, "leaf", link, False, False, None), {own})
 
 
 def test_axis_and_anchor_are_told_in_what_swings() -> None:

@@ -25,14 +25,15 @@ def file() -> XmlFile:
 def cube(name: str, x: float = 0.0, y: float = 0.0, static: bool = False) -> SdfLink:
     """Return a link that is a cube of 1 m."""
     part = Part(Shape(Kind.BOX, (1.0, 1.0, 1.0)), Pose3((x, y, 0.0)))
-    return SdfLink(name, ORIGIN, static, False, None, [part])
+    xml = file()
+    return SdfLink(xml.root, xml, name, ORIGIN, static, False, None, [part])
 
 
 def joint(kind: str, parent: str, child: str, limits: str = "") -> SdfJoint:
     axis = f"<axis><xyz>0 0 1</xyz>{limits}</axis>" if kind != "fixed" else ""
     text = f"<sdf><joint name='{parent}-{child}' type='{kind}'>{axis}</joint></sdf>"
     xml = XmlFile(Path("w"), "sdf", WorldError, text.encode())
-    return SdfJoint(xml.root[0], xml, kind, parent, child, ORIGIN, ORIGIN)
+    return SdfJoint(xml.root[0], xml, "", kind, parent, child, ORIGIN, ORIGIN)
 
 
 def read(
@@ -89,7 +90,8 @@ def test_what_is_fixed_to_the_world_stands_fast_with_what_it_holds(ends: tuple[s
 @pytest.mark.parametrize("kind", [Kind.PLANE, Kind.TERRAIN])
 def test_grounds_and_static_links_stand_fast_and_take_nobody_along(kind: Kind) -> None:
     shape = Shape(kind) if kind is Kind.PLANE else Shape(kind, (9.0, 9.0, 1.0))
-    ground = SdfLink("ground", ORIGIN, False, False, None, [Part(shape)])
+    xml = file()
+    ground = SdfLink(xml.root, xml, "ground", ORIGIN, False, False, None, [Part(shape)])
     found = grouped([cube("a"), ground, cube("still", 0.2, static=True)])
     assert found == [(["ground", "still"], True, False), (["a"], False, False)]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import RobotError
-from arjuna_sim.files.urdf.robot_file import load_robot
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.model.geometry.inertia import Inertial
 from tests.sim.builders import texts
 

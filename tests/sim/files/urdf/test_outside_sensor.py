@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_sim.check import check
+from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.search_path import SearchPath
 from tests.sim.builders import texts
 from tests.sim.files.test_robots import TWO, _load, _robot
@@ -50,5 +51,5 @@ def test_a_ray_outside_a_sensor_says_where_it_goes_in_the_check_too(tmp_path: Pa
 def test_inside_a_sensor_nothing_is_said(tmp_path: Path) -> None:
     sensor = f"<sensor type='ray' name='s'>{_LIDAR.format('ball')}</sensor>"
     robot = _load(tmp_path, f"{TWO}<gazebo reference='ball'>{sensor}</gazebo>")
-    assert robot.settings.lidar is not None
+    assert robot.settings.first(LidarSettings) is not None
     assert not any("outside" in note for note in texts(robot.notes))

@@ -1,0 +1,146 @@
+"""Cameras: their pictures, and the topics of colours, distances and points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
+
+from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.tag_text import plain, text_of, topic
+from arjuna_sim.model.sensor_kinds import chooses, reads
+from arjuna_sim.model.settings import SensorSettings
+
+_PIXELS_MAX = 4096  # along a side: more than MuJoCo's off-screen buffer can hold
+_WIDEST = 2.8  # field of view of a flat picture [rad]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraSettings(SensorSettings):
+    """A camera: size [pixels], field of view [rad], clip distances [m].
+
+    Attributes:
+        depth: Whether it measures distances rather than colours first.
+        depth_topic: Topic of distances; "" for `depth/image_raw` beside the colours.
+        cloud_topic: Topic of its points; "" for none.
+        info_topic: Topic of its calibration; "" for `camera_info` beside the colours.
+    """
+
+    TITLE: ClassVar[str] = "camera"
+    IS_PRIMARY: ClassVar[bool] = True
+    TOPIC: ClassVar[str] = "camera/image_raw"
+    IS_OPTICAL: ClassVar[bool] = True
+    width: int
+    height: int
+    horizontal_fov: float
+    near: float
+    far: float
+    topic: str = TOPIC
+    depth: bool = False
+    depth_topic: str = ""
+    cloud_topic: str = ""
+    info_topic: str = ""
+
+    @property
+    def title(self) -> str:
+        """The kind of its first picture."""
+        return "depth camera" if self.depth else "camera"
+
+    def details(self) -> str:
+        """Return size, field of view and distances."""
+        view = math.degrees(self.horizontal_fov)
+        return f"{self.width} x {self.height}, {view:.1f} deg, {self.near:g} to {self.far:g} m"
+
+    def standard(self) -> CameraSettings:
+        """Return it with the standard topics."""
+        return replace(self, topic=CameraSettings.TOPIC, depth_topic="", info_topic="")
+
+
+@reads("camera", "wideanglecamera", "multicamera")
+def read_camera(tag: SensorTag) -> list[CameraSettings]:
+    """Read a camera of colours."""
+    return [_camera(tag, depth=False)]
+
+
+@reads("depth", "depth_camera", "rgbd_camera", "rgbd")
+def read_depth_camera(tag: SensorTag) -> list[CameraSettings]:
+    """Read a camera of distances."""
+    return [_camera(tag, depth=True)]
+
+
+@chooses(1)
+def first_camera(sensors: Sequence[SensorSettings]) -> CameraSettings | None:
+    """Return the first colour camera, else the first depth camera."""
+    cameras = [s for s in sensors if isinstance(s, CameraSettings)]
+    return next((s for s in cameras if not s.depth), next(iter(cameras), None))
+
+
+def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
+    xml, place, lens = tag.xml, tag.place, tag.element.find("camera")
+    frame = tag.text("opticalframeid", default=tag.frame).lstrip("/")
+    mount = tag.mount(30.0, CameraSettings.TOPIC) | {"frame": frame}
+    settings = CameraSettings(
+        **(mount | _topics(tag.element, depth)),
+        width=xml.count(lens, "image/width", 640, place),
+        height=xml.count(lens, "image/height", 480, place),
+        horizontal_fov=_view(tag, lens),
+        near=xml.number(lens, "clip/near", 0.05, place),
+        far=xml.number(lens, "clip/far", 100.0, place),
+        depth=depth,
+    )
+    if not (0 < settings.width <= _PIXELS_MAX and 0 < settings.height <= _PIXELS_MAX):
+        size = f"{settings.width} x {settings.height}"
+        raise tag.fail(f"image is {size}; valid: 1 to {_PIXELS_MAX} pixels")
+    if not 0.0 < settings.near < settings.far:
+        raise tag.fail(f"<clip> {settings.near} to {settings.far} must be 0 < near < far")
+    return settings
+
+
+def _view(tag: SensorTag, lens: Element | None) -> float:
+    """Return the field of view; that of a fish-eye is cut to what a flat picture can hold [rad]."""
+    angle = tag.xml.number(lens, "horizontal_fov", 1.047, tag.place)
+    if not 0.0 < angle <= 2.0 * math.pi:
+        raise tag.fail(f"<horizontal_fov> is {angle}; valid: above 0, up to 2 pi")
+    if angle > _WIDEST:
+        tag.note(f"<horizontal_fov> {angle:g} is cut to {_WIDEST:g}, as it has no lens")
+    return min(angle, _WIDEST)
+
+
+def _topics(sensor: Element, depth: bool) -> dict[str, str]:
+    """Return the topics of colours, distances, points and the calibration.
+
+    ROS plugins join `<camera>/<image>`; gz-sim makes all of them of one `<topic>`.
+    """
+    image = topic(sensor, "", "~/image_raw", "imagetopicname")
+    name = text_of(sensor, "cameraname")
+    own = next((c.text.strip() for c in sensor if plain(c.tag) == "topic" and c.text), "")
+    info = text_of(sensor, "camerainfotopic") or (sensor.findtext("camera/camera_info_topic") or "")
+    if own and not image:
+        return _of_gz(sensor, own, depth) | ({"info_topic": info.strip()} if info else {})
+    if not image and not name:
+        return {"topic": CameraSettings.TOPIC} | ({"cloud_topic": "camera/points"} if depth else {})
+
+    def joined(own: str, default: str) -> str:
+        return own if own.startswith("/") or not name else f"{name}/{own or default}"
+
+    found = {"topic": joined(image, "image_raw")}
+    if depth:
+        distances = topic(sensor, "", "~/depth/image_raw", "depthimagetopicname")
+        points = topic(sensor, "", "~/points", "pointcloudtopicname")
+        found |= {"depth_topic": joined(distances, "depth/image_raw")}
+        found |= {"cloud_topic": joined(points, "points")}
+    return found
+
+
+def _of_gz(sensor: Element, own: str, depth: bool) -> dict[str, str]:
+    """Return the topics that gz-sim makes of one."""
+    if "rgbd" in plain(sensor.get("type", "")):
+        names = {"topic": "image", "depth_topic": "depth_image", "cloud_topic": "points"}
+        return {key: f"{own}/{name}" for key, name in names.items()} | {
+            "info_topic": f"{own}/camera_info"
+        }
+    if not depth:
+        return {"topic": own}
+    return {"topic": f"{own}/image", "depth_topic": own, "cloud_topic": f"{own}/points"}

@@ -1,0 +1,94 @@
+"""Inertial measurement units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from arjuna_core.config import param
+from arjuna_sim.files.sensor_tag import RATE_MAX, SensorTag
+from arjuna_sim.files.tag_text import topic, value
+from arjuna_sim.model.sensor_kinds import chooses, reads
+from arjuna_sim.model.settings import SensorSettings
+
+
+@dataclass(frozen=True)
+class ImuConfig:
+    """Errors of a low-cost MEMS unit."""
+
+    gyro_noise: float = param(
+        0.002, "Standard deviation of a turn rate.", unit="rad/s", minimum=0.0, read_only=True
+    )
+    gyro_bias_walk: float = param(
+        1e-5, "Growth of the gyros' bias.", unit="rad/s/sqrt(s)", minimum=0.0, read_only=True
+    )
+    accel_noise: float = param(
+        0.02, "Standard deviation of an acceleration.", unit="m/s^2", minimum=0.0, read_only=True
+    )
+    accel_bias_walk: float = param(
+        1e-4,
+        "Growth of the accelerometers' bias.",
+        unit="m/s^2/sqrt(s)",
+        minimum=0.0,
+        read_only=True,
+    )
+    tilt_noise: float = param(
+        0.002, "Standard deviation of roll and pitch.", unit="rad", minimum=0.0, read_only=True
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuSettings(SensorSettings):
+    """An IMU.
+
+    Attributes:
+        gyro_noise: Standard deviation of a turn rate; None where the file names none [rad/s].
+        accel_noise: Of an acceleration; None where the file names none [m/s^2].
+    """
+
+    TITLE: ClassVar[str] = "imu"
+    IS_PRIMARY: ClassVar[bool] = True
+    TOPIC: ClassVar[str] = "imu/data"
+    topic: str = TOPIC
+    gyro_noise: float | None = None
+    accel_noise: float | None = None
+
+
+@reads("imu")
+def read(tag: SensorTag) -> list[ImuSettings]:
+    """Read an IMU, or a ROS 1 plugin that is one without a sensor.
+
+    Raises:
+        RobotError: A value is invalid.
+    """
+    if tag.element.tag == "plugin":
+        return [_of_plugin(tag)]
+    gyro = ("imu/angular_velocity/x/noise", "imu/noise/rate", "imu/noise/rates")
+    accel = ("imu/linear_acceleration/x/noise", "imu/noise/accel")
+    return [
+        ImuSettings(
+            **tag.mount(50.0, ImuSettings.TOPIC),
+            gyro_noise=tag.deviation(*gyro),
+            accel_noise=tag.deviation(*accel),
+        )
+    ]
+
+
+@chooses(2)
+def first_imu(sensors: Sequence[SensorSettings]) -> ImuSettings | None:
+    """Return the first IMU."""
+    return next((s for s in sensors if isinstance(s, ImuSettings)), None)
+
+
+def _of_plugin(tag: SensorTag) -> ImuSettings:
+    rate = value(tag.xml, tag.element, tag.place, 50.0, "updaterate")
+    if rate > RATE_MAX:
+        raise tag.fail(f"<updateRate> is {rate}; valid: up to {RATE_MAX:g} Hz")
+    return ImuSettings(
+        link=tag.link,
+        frame=tag.text("frameid", "framename", default=tag.link).lstrip("/"),
+        rate=rate,
+        topic=topic(tag.element, ImuSettings.TOPIC, "~/out", "topicname"),
+        name=tag.element.get("name", "?"),
+    )

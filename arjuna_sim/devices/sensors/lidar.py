@@ -1,0 +1,223 @@
+"""Lidars, planar and of several rows, sonars and infrared sensors."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from arjuna_core.config import param
+from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.tag_text import plain
+from arjuna_sim.model.sensor_kinds import chooses, reads
+from arjuna_sim.model.settings import SensorSettings
+
+_BEAMS_MAX = 100_000  # of a lidar, so that a hostile file cannot stop the simulation
+_RANGE_MAX = 10_000.0  # [m]
+_CLOUD = ("pointcloud", "velodyne", "blocklaser", "ouster", "livox")
+_SEES = (16, math.pi / 3)  # samples and angle from which a lidar shows the surroundings
+_SONAR_RAYS = 9  # along each side of a sonar's cone
+
+
+@dataclass(frozen=True)
+class LidarConfig:
+    """Errors of the lidar."""
+
+    noise: float = param(
+        -1.0,
+        "Standard deviation of a range; below 0 takes that of the robot's file.",
+        unit="m",
+        minimum=-1.0,
+        maximum=1.0,
+        read_only=True,
+    )
+    dropout: float = param(
+        0.0,
+        "Part of the beams that return nothing, read as +inf.",
+        minimum=0.0,
+        maximum=1.0,
+        read_only=True,
+    )
+    sweep: bool = param(
+        False,
+        "Whether each beam is cast at its own instant while the robot moves, as a turning lidar's;"
+        " else all at once.",
+        read_only=True,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class LidarSettings(SensorSettings):
+    """A planar lidar: angles [rad], ranges [m], standard deviation of noise [m]."""
+
+    TITLE: ClassVar[str] = "lidar"
+    IS_PRIMARY: ClassVar[bool] = True
+    TOPIC: ClassVar[str] = "scan"
+    samples: int
+    angle_min: float
+    angle_max: float
+    range_min: float
+    range_max: float
+    noise: float
+    topic: str = TOPIC
+
+    def details(self) -> str:
+        """Return samples, angles, ranges and noise."""
+        return self._beams(f"{self.samples}")
+
+    def _beams(self, samples: str) -> str:
+        low, high = math.degrees(self.angle_min), math.degrees(self.angle_max)
+        return (
+            f"{samples} samples, {low:.1f} to {high:.1f} deg,"
+            f" {self.range_min:g} to {self.range_max:g} m, noise {self.noise:g} m"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CloudSettings(LidarSettings):
+    """A lidar of several rows, and the tilt upward of its lowest and its highest [rad]."""
+
+    TITLE: ClassVar[str] = "lidar of several rows"
+    IS_PRIMARY: ClassVar[bool] = False
+    rows: int
+    tilt_min: float
+    tilt_max: float
+
+    def details(self) -> str:
+        """Return samples of all rows, angles, ranges and noise."""
+        return self._beams(f"{self.samples} x {self.rows}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RangeSettings(CloudSettings):
+    """A sonar or infrared sensor, which measures the nearest range in its cone."""
+
+    TITLE: ClassVar[str] = "range sensor"
+    infrared: bool = False
+
+
+@reads("ray", "gpu_ray", "lidar", "gpu_lidar")
+def read_lidar(tag: SensorTag) -> list[SensorSettings]:
+    """Read the outputs of a lidar: a scan, a cloud of points, a range, or two of them.
+
+    Raises:
+        RobotError: A value is invalid.
+    """
+    beams: dict[str, Any] = tag.mount(10.0, LidarSettings.TOPIC) | _beams_of(tag)
+    rows: dict[str, Any] = _rows_of(tag)
+    output = _output(tag)
+    if beams["samples"] * rows["rows"] > _BEAMS_MAX:
+        problem = f"has {beams['samples']} x {rows['rows']} samples"
+        raise tag.fail(f"{problem}; valid: up to {_BEAMS_MAX}")
+    if "range" in output:
+        infrared = "infrared" in tag.text("radiation", "radiationtype").lower()
+        return [RangeSettings(**beams, **rows, infrared=infrared)]
+    if any(word in output for word in _CLOUD):
+        return [CloudSettings(**beams, **rows)]
+    level = LidarSettings(**beams)
+    if rows["rows"] == 1:
+        return [level]
+    level = dataclasses.replace(level, name=f"{level.name}_level")
+    if tag.element.find("plugin") is not None:
+        tag.note("only the level plane is simulated of its vertical samples")
+        return [level]
+    points = dataclasses.replace(CloudSettings(**beams, **rows), topic=f"{level.topic}/points")
+    return [points, level]
+
+
+@reads("sonar")
+def read_sonar(tag: SensorTag) -> list[RangeSettings]:
+    """Read a sonar: a cone of rays.
+
+    Raises:
+        RobotError: A value is invalid.
+    """
+    cone = tag.element.find("sonar")
+    low, high, radius = (
+        tag.xml.number(cone, key, default, tag.place)
+        for key, default in (("min", 0.0), ("max", 1.0), ("radius", 0.5))
+    )
+    if not (0.0 <= low < high and radius > 0.0):
+        raise tag.fail(f"<sonar> {low} to {high}, radius {radius} is none")
+    half = math.atan2(radius, high)
+    return [
+        RangeSettings(
+            **tag.mount(10.0, "sonar"),
+            samples=_SONAR_RAYS,
+            angle_min=-half,
+            angle_max=half,
+            range_min=low,
+            range_max=min(high, _RANGE_MAX),
+            noise=tag.deviation("noise") or 0.0,
+            rows=_SONAR_RAYS,
+            tilt_min=-half,
+            tilt_max=half,
+        )
+    ]
+
+
+@chooses(0)
+def surroundings(sensors: Sequence[SensorSettings]) -> LidarSettings | None:
+    """Return the first planar lidar that shows the surroundings.
+
+    Where none does, it is the one of most samples; where all have several rows, the level plane of
+    the first.
+    """
+    planar = [s for s in sensors if type(s) is LidarSettings]
+    wide = [s for s in planar if s.samples >= _SEES[0] and s.angle_max - s.angle_min >= _SEES[1]]
+    if wide:
+        return wide[0]
+    clouds = [s for s in sensors if type(s) is CloudSettings]
+    if clouds and not any(s.samples > 1 for s in planar):
+        names = [field.name for field in dataclasses.fields(LidarSettings)]
+        level = {name: getattr(clouds[0], name) for name in names}
+        own = {"name": f"{clouds[0].name}_level", "topic": LidarSettings.TOPIC}
+        return LidarSettings(**{**level, **own})
+    return max(planar, key=lambda s: s.samples, default=None)
+
+
+def _beams_of(tag: SensorTag) -> dict[str, Any]:
+    """Return angles, ranges and noise."""
+    ray = tag.first("ray", "lidar")
+    across = None if ray is None else ray.find("scan/horizontal")
+    xml, place = tag.xml, tag.place
+    samples = xml.count(across, "samples", 360, place)
+    angle_min = xml.number(across, "min_angle", -math.pi, place)
+    angle_max = xml.number(across, "max_angle", math.pi, place)
+    range_min = xml.number(ray, "range/min", 0.1, place)
+    range_max = min(xml.number(ray, "range/max", 10.0, place), _RANGE_MAX)
+    if not 1 <= samples <= _BEAMS_MAX:
+        raise tag.fail(f"<samples> is {samples}; valid: 1 to {_BEAMS_MAX}")
+    if not angle_min < angle_max and samples > 1:
+        raise tag.fail(f"<min_angle> {angle_min} must be below <max_angle> {angle_max}")
+    if not 0.0 <= range_min < range_max:
+        raise tag.fail(f"<range> {range_min} to {range_max} must be 0 <= min < max")
+    return {
+        "samples": samples,
+        "angle_min": angle_min,
+        "angle_max": angle_max,
+        "range_min": range_min,
+        "range_max": range_max,
+        "noise": tag.deviation("ray/noise", "lidar/noise", "noise") or 0.0,
+    }
+
+
+def _rows_of(tag: SensorTag) -> dict[str, Any]:
+    """Return the number of rows, and the tilts of the lowest and the highest [rad]."""
+    ray = tag.first("ray", "lidar")
+    upright = None if ray is None else ray.find("scan/vertical")
+    rows = max(1, tag.xml.count(upright, "samples", 1, tag.place))
+    low = tag.xml.number(upright, "min_angle", 0.0, tag.place)
+    high = tag.xml.number(upright, "max_angle", 0.0, tag.place)
+    if not (low <= high and max(abs(low), abs(high)) <= math.pi / 2):
+        raise tag.fail(f"<vertical> {low} to {high} must rise within pi / 2")
+    return {"rows": rows, "tilt_min": low, "tilt_max": high}
+
+
+def _output(tag: SensorTag) -> str:
+    """Return words on what a lidar's plugins publish, without case and underscores."""
+    words = [tag.text("outputtype")]
+    words += [p.get("filename", "") for p in tag.element.findall("plugin")]
+    return plain("".join(words).replace("sensor_msgs/", ""))

@@ -1,1 +1,0 @@
-"""Drives other than by two sides of wheels: mecanum, omni and steered wheels."""

@@ -1,0 +1,255 @@
+"""Reading the drive of a robot that ros2_control moves: its controllers' parameters.
+
+A controller's parameters are put into the form of a drive plugin, which `plugins` reads.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement  # nothing is parsed here
+
+from arjuna_core.errors import InputFileError, RobotError
+from arjuna_core.files.yaml_file import read_yaml
+from arjuna_sim.files.robots.plugin_types import controller_kind
+from arjuna_sim.files.tag_text import texts
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.settings import DriveKind
+
+_SIDES = {
+    side: (
+        *(f"{side}_wheel_names", f"{side}_wheel_name", f"{side}_wheel", f"{side}_wheels"),
+        *(f"{end}_{side}_wheel_command_joint_name" for end in ("front", "rear")),
+    )
+    for side in ("left", "right")
+}
+_WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
+_STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
+_SECTIONS_MAX = 1000
+_BYTES_MAX = 1_000_000
+_DEPTH_MAX = 50
+
+
+def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
+    """Return the first drive of the controllers of a plugin, as a drive plugin.
+
+    Args:
+        xml: The robot's file.
+        plugin: What runs the controllers, and names the files of their parameters.
+
+    Returns:
+        A plugin; None where no controller drives wheels.
+    """
+    for path in _files(xml, plugin):
+        try:
+            content = read_yaml(path, RobotError)
+        except InputFileError as error:
+            xml.note(f"controllers of '{path.name}' are left out: {error.problem}", NoteKind.BROKEN)
+            continue
+        sections = list(_sections(content))
+        types = {name: str(v["type"]) for name, v in sections if isinstance(v.get("type"), str)}
+        for name, values in sections:
+            lists = _joints(values)
+            if lists:
+                return _as_plugin(plugin, name, types, values, lists)
+    return None
+
+
+def _joints(values: dict[str, Any]) -> dict[str, list[str]]:
+    """Return the wheels that a controller drives, by side or with those it steers by."""
+    sides = {side: _names(values, keys) for side, keys in _SIDES.items()}
+    if all(sides.values()):
+        return sides
+    lists = {"wheel": _names(values, _WHEELS), "steering": _names(values, _STEERING)}
+    if values.get("front_steering") is False and "rear_wheels_names" in values:
+        lists = {"wheel": lists["steering"], "steering": lists["wheel"]}
+    return lists if lists["wheel"] and (lists["steering"] or "wheel_names" in values) else {}
+
+
+def _files(xml: XmlFile, plugin: Element) -> Iterator[Path]:
+    """Yield the files of parameters; what does not exist is noted."""
+    for text in texts(plugin, "parameters"):
+        path = xml.find(text, "plugin <parameters>")
+        if path is None:
+            xml.note(f"controllers: '{text}' does not exist, so it is left out", NoteKind.MISSING)
+        elif path.stat().st_size <= _BYTES_MAX:
+            yield path
+
+
+def _sections(content: Any) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the parameters of each node, by its name, however deep namespaces hold them.
+
+    Dotted keys are as nested ones; the name is "" where it is a wildcard's.
+    """
+    queue: list[tuple[str, Any]] = [("", _nested(content))]
+    for _ in range(_SECTIONS_MAX):
+        if not queue:
+            return
+        name, values = queue.pop(0)
+        if isinstance(values, dict):
+            yield name, values
+            queue += [
+                (name if key == "ros__parameters" else _node(str(key)), inner)
+                for key, inner in values.items()
+            ]
+
+
+def _node(key: str) -> str:
+    """Return a section's node without wildcards: `/**/base` is `base`, and `/**` is ""."""
+    return "/".join(part for part in key.split("/") if part.strip("*"))
+
+
+def _nested(content: Any, depth: int = 0) -> Any:
+    """Return values with `a.b` as `b` in `a`."""
+    if not isinstance(content, dict) or depth > _DEPTH_MAX:
+        return content
+    made: dict[str, Any] = {}
+    for key, value in content.items():
+        *above, last = str(key).split(".") if "/" not in str(key) else [str(key)]
+        inside = made
+        for part in above:
+            inner = inside.get(part)
+            inside[part] = inside = dict(inner) if isinstance(inner, dict) else {}
+        value = _nested(value, depth + 1)
+        held = inside.get(last)
+        if isinstance(held, dict) and isinstance(value, dict):
+            value = {**held, **value}
+        inside[last] = value
+    return made
+
+
+def _names(values: dict[str, Any], keys: tuple[str, ...]) -> list[str]:
+    """Return the joints that parameters of any of these names hold."""
+    found = [values[key] for key in keys if key in values]
+    lists = [value if isinstance(value, list) else [value] for value in found]
+    return [name for names in lists for name in names if isinstance(name, str)]
+
+
+def _as_plugin(
+    plugin: Element,
+    name: str,
+    types: dict[str, str],
+    values: dict[str, Any],
+    lists: dict[str, list[str]],
+) -> Element:
+    """Return a controller as a drive plugin, with the topics that it has below its own name.
+
+    Source: ros2_controllers, diff_drive_controller, parameters of Humble and Jazzy.
+    """
+    kind, command, odometry = _kind(lists, values, types.get(name, ""))
+    if not name:  # all nodes have these parameters: the one that needs them has a type of its own
+        drives = (key for key, each in types.items() if key and controller_kind(each))
+        name = next(drives, kind)
+    made = Element("plugin", name=name, filename=kind)
+    for side, joints in lists.items():
+        for joint in joints:
+            SubElement(made, f"{side}_joint").text = joint
+    stamped = values.get("use_stamped_vel", True) is not False
+    command = f"/{name}/{command}" + ("" if stamped else "_unstamped")
+    told = {
+        "wheel_separation": _product(values, "wheel_separation"),
+        "wheel_radius": _product(values, "wheel_radius"),
+        "update_rate": _number(values, "publish_rate"),
+        "odometry_frame": values.get("odom_frame_id"),
+        "robot_base_frame": values.get("base_frame_id"),
+        "publish_odom_tf": str(values.get("enable_odom_tf", True)).lower(),
+        "command_topic": _remapped(plugin, command),
+        "odometry_topic": _remapped(plugin, f"/{name}/{odometry}"),
+        "stamped": str(stamped).lower(),
+        **_limits(values, kind),
+    }
+    for tag, value in told.items():
+        if value is not None:
+            SubElement(made, tag).text = str(value)
+    return made
+
+
+def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
+    """Return a controller's limits and time-out, by the tags of a drive plugin.
+
+    One whose `has_velocity_limits` or `has_acceleration_limits` is false counts for nothing. Those
+    of a tricycle are of its wheel [rad/s], and its time-out is in whole ms.
+    """
+    linear, angular = _below(values, "linear", "x"), _below(values, "angular", "z")
+    back = _number(linear, "min_velocity", -1.0) if _has(linear, "velocity") else None
+    limits = {
+        "max_linear_velocity": _limit(linear, "velocity"),
+        "min_linear_velocity": None if back is None else -back,
+        "max_linear_acceleration": _limit(linear, "acceleration"),
+        "max_angular_velocity": _limit(angular, "velocity"),
+        "max_angular_acceleration": _limit(angular, "acceleration"),
+    }
+    timeout = values.get("cmd_vel_timeout", values.get("reference_timeout"))
+    if isinstance(timeout, int | float) and not isinstance(timeout, bool) and timeout >= 0:
+        is_in_ms = kind == "tricycle_controller" and isinstance(timeout, int)
+        limits["cmd_vel_timeout"] = 1e-3 * timeout if is_in_ms else float(timeout)
+    radius, turning = _number(values, "wheel_radius"), _below(values, "traction")
+    if kind == "tricycle_controller" and radius:
+        for tag in ("velocity", "acceleration"):
+            most = _number(turning, f"max_{tag}")
+            limits[f"max_linear_{tag}"] = None if most is None else radius * most
+    return limits
+
+
+def _below(values: dict[str, Any], *keys: str) -> dict[str, Any]:
+    for key in keys:
+        inner = values.get(key)
+        values = inner if isinstance(inner, dict) else {}
+    return values
+
+
+def _has(values: dict[str, Any], kind: str) -> bool:
+    return values.get(f"has_{kind}_limits", True) is not False
+
+
+def _limit(values: dict[str, Any], kind: str) -> float | None:
+    return _number(values, f"max_{kind}") if _has(values, kind) else None
+
+
+def _kind(lists: dict[str, list[str]], values: dict[str, Any], named: str) -> tuple[str, str, str]:
+    """Return what a controller is, and its topics of commands and of odometry.
+
+    By its type where that is a drive's, else by what it has.
+
+    Source: ros2_controllers of Jazzy: diff_drive, tricycle and omni_wheel_drive_controller have
+    `cmd_vel` and `odom`, mecanum_drive and the steering controllers `reference` and `odometry`.
+    """
+    told = controller_kind(named)
+    has_sides = "wheel" not in lists
+    if told is DriveKind.MECANUM or (
+        has_sides and told is None and any(key.startswith("front_left_wheel") for key in values)
+    ):
+        return "mecanum_drive_controller", "reference", "odometry"
+    if told is DriveKind.SIDES or (has_sides and told is None):
+        return "diff_drive_controller", "cmd_vel", "odom"
+    if told is DriveKind.OMNI or (not has_sides and not lists["steering"]):
+        return "omni_wheel_drive_controller", "cmd_vel", "odom"
+    if "traction_joint_name" in values:
+        return "tricycle_controller", "cmd_vel", "odom"
+    return "steering_controllers_library", "reference", "odometry"
+
+
+def _number(values: dict[str, Any], key: str, sign: float = 1.0) -> float | None:
+    """Return a finite number above 0, by its sign; None where there is none."""
+    value = values.get(key)
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return None
+    return sign * value if 0.0 < sign * value < math.inf else None
+
+
+def _product(values: dict[str, Any], key: str) -> float | None:
+    """Return a length times its calibrated multiplier."""
+    length = _number(values, key)
+    return None if length is None else length * (_number(values, f"{key}_multiplier") or 1.0)
+
+
+def _remapped(plugin: Element, topic: str) -> str:
+    """Return a topic after the plugin's remappings."""
+    for text in (*texts(plugin, "remapping"), *texts(plugin, "argument")):
+        source, _, target = text.partition(":=")
+        if source.strip().lstrip("/~").removeprefix("/") == topic.lstrip("/") and target.strip():
+            return target.strip()
+    return topic

@@ -1,0 +1,141 @@
+"""Making settings of a robot's tags: the drive and the sensors."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
+
+from arjuna_sim.files.robots.controllers import drive_of_controllers
+from arjuna_sim.files.robots.plugin_types import drive_kind, is_control, sensor_type
+from arjuna_sim.files.robots.plugins import read_drive, read_wheelless
+from arjuna_sim.files.robots.tags import PluginTag, Tags
+from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.tag_text import plain, text_of
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.sensor_kinds import sensor_kinds
+from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings, SensorSettings
+from arjuna_sim.model.urdf import Urdf
+
+
+def settings_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> GazeboSettings:
+    """Return a robot's drive, sensors, friction and colours; what is not understood is noted.
+
+    Raises:
+        RobotError: A plugin names a joint or link that does not exist, or a value is invalid.
+    """
+    reader = _Reader(xml, urdf)
+    for item in tags.items:
+        if isinstance(item, PluginTag):
+            reader.plugin(item.element, item.link)
+        else:
+            reader.sensor(item)
+    return GazeboSettings(
+        reader.drive,
+        tuple(with_primary_first(xml, reader.sensors)),
+        tags.friction,
+        tags.colours,
+        reader.kind,
+        tags.stiffness,
+        tags.grips,
+        tuple(tags.uneven),
+        reader.wheelless,
+    )
+
+
+class _Reader:
+    """Collects the drive and the sensors."""
+
+    def __init__(self, xml: XmlFile, urdf: Urdf) -> None:
+        self._xml = xml
+        self._urdf = urdf
+        self.drive: DriveSettings | None = None
+        self.kind: DriveKind | None = None
+        self.wheelless: DriveSettings | None = None
+        self.sensors: list[SensorSettings] = []
+
+    def plugin(self, plugin: Element, link: str | None) -> None:
+        """Take a plugin."""
+        xml, urdf = self._xml, self._urdf
+        controlled = drive_of_controllers(xml, plugin) if is_control(plugin) else None
+        driving = plugin if controlled is None else controlled
+        drive, kind = read_drive(xml, driving, urdf), drive_kind(driving)
+        name = plugin.get("name") or plugin.get("filename") or "?"
+        if drive is not None and self.drive is not None:
+            xml.note(f"plugin '{name}': a second drive is not simulated", NoteKind.IGNORED)
+        elif drive is not None:
+            self.drive, self.kind = drive, kind
+        elif kind is not None:
+            self.kind, self.wheelless = self.kind or kind, read_wheelless(xml, plugin, kind)
+        elif (body := text_of(plugin, "bodyname", "bodyid")) in urdf.links and "imu" in _type(
+            plugin
+        ):
+            self.sensors += sensor_kinds().readers["imu"](SensorTag(xml, plugin, body))
+        else:
+            self._other_plugin(plugin, name, link)
+
+    def _other_plugin(self, plugin: Element, name: str, link: str | None) -> None:
+        """Note the replacement of a plugin, or that it has none."""
+        kind, sensor = _type(plugin), sensor_type(plugin)
+        if sensor:
+            self._xml.note(
+                f"plugin '{name}': stands outside <sensor>, so that it makes none, as in Gazebo:"
+                f" {remedy(self._urdf, sensor, link or text_of(plugin, 'framename'))}",
+                NoteKind.BROKEN,
+            )
+        elif "jointstate" in kind:
+            self._xml.note(f"plugin '{name}': all moving joints are published, each tick")
+        elif is_control(plugin):
+            self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
+        elif "p3d" in kind or "posepublisher" in kind or "odometrypublisher" in kind:
+            self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
+        else:
+            self._xml.note(f"plugin '{name}': not simulated", NoteKind.IGNORED)
+
+    def sensor(self, tag: SensorTag) -> None:
+        """Take a sensor, of which there may be any number of each kind."""
+        kind, readers = tag.element.get("type", "?"), sensor_kinds().readers
+        if kind not in readers:
+            problem = f"type '{kind}' is not simulated; simulated are {', '.join(readers)}"
+            self._xml.note(f"{tag.place}: {problem}", NoteKind.IGNORED)
+        elif tag.link not in self._urdf.links:
+            problem = f"not simulated, since '{tag.link}' is no link"
+            self._xml.note(f"{tag.place}: {problem}", NoteKind.IGNORED)
+        else:
+            self.sensors += readers[kind](tag)
+
+
+def _type(plugin: Element) -> str:
+    return plain(plugin.get("filename", "") + plugin.get("name", ""))
+
+
+def remedy(urdf: Urdf, sensor: str, link: str) -> str:
+    """Return the tags that a part of a sensor has to stand in."""
+    named = link if link in urdf.links else "LINK"
+    return f'put it into <gazebo reference="{named}"><sensor type="{sensor}" name="NAME">'
+
+
+def with_primary_first(xml: XmlFile, sensors: Sequence[SensorSettings]) -> Iterator[SensorSettings]:
+    """Yield sensors, the primary ones first, each with a name and a topic of its own.
+
+    Args:
+        xml: Keeps notes on topics that are changed.
+        sensors: All of them, in the file's order.
+    """
+    chosen = [s for choose in sensor_kinds().choices if (s := choose(sensors)) is not None]
+    further = [s for s in sensors if not any(s is other for other in chosen)]
+    names: set[str] = set()
+    topics: set[str] = set()
+    for sensor in (*chosen, *further):
+        name, number = sensor.name, 1
+        while name in names:
+            number += 1
+            name = f"{sensor.name}_{number}"
+        topic = sensor.topic
+        if topic.lstrip("/") in topics:
+            topic = f"{name}/{sensor.topic.rpartition('/')[2]}"
+            xml.note(f"sensor '{name}': publishes on {topic}, since {sensor.topic} is another's")
+        names.add(name)
+        topics.add(topic.lstrip("/"))
+        yield dataclasses.replace(sensor, name=name, topic=topic)

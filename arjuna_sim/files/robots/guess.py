@@ -1,0 +1,166 @@
+"""Finding a robot's wheels where its file names none, and standing up one that lies on its side."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Set
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.errors import InputFileError
+from arjuna_sim.files.robots.plugins import TORQUE, Sides, torque_of
+from arjuna_sim.files.robots.rollers import omni_drive
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.settings import DriveSettings
+from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.wheels import axis, center, effective_track, radius_of, wheel_radius
+from arjuna_sim.model.wheels import wheel_separation as separation_of
+
+_PASSIVE = re.compile(r"cast[eo]r|swivel|steer|idler|roller|gripper|finger|arm_|pan_|tilt", re.I)
+_WHEEL = re.compile(r"wheel|tire|tyre|track|rueda|roue|rad_", re.I)
+_LEFT = re.compile(r"left|(^|_)(l|fl|rl|bl|ml|lf|lr|lb)(_|\d|$)", re.I)
+_RIGHT = re.compile(r"right|(^|_)(r|fr|rr|br|mr|rf|rb)(_|\d|$)", re.I)
+# Tried on the robots of tests/sim/files/test_robots.py and on ten public ones.
+_PARALLEL = 0.9  # least cosine between the axes of wheels that drive together
+_TOLERANCE = 0.02  # between a left wheel and its partner, along the robot and in height [m]
+_SAME_SIZE = 0.1  # greatest difference of partners' radii, by the radius
+_OPPOSITE = 0.3  # greatest distance of a wheel from its partner's axis, by the radius
+_NONE: Set[str] = frozenset()
+NO_DRIVE = DriveSettings((), (), 1.0, 1.0, TORQUE, 1.0, 1.0)
+"""Of a robot that has no wheels."""
+
+_GUESS = """<?xml version="1.0"?>
+<robot name={name} xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename={source}/>
+  <gazebo>
+    <plugin name="guessed_drive" filename="libgazebo_ros_diff_drive.so">
+      {joints}<wheel_separation>{drive.separation:.6g}</wheel_separation>
+      <wheel_diameter>{drive.diameter:.6g}</wheel_diameter>
+      <max_wheel_torque>{drive.torque:.6g}</max_wheel_torque>
+      <effective_track_width>{drive.effective_track:.6g}</effective_track_width>
+      <effective_wheel_radius>{drive.effective_radius:.6g}</effective_wheel_radius>
+    </plugin>
+  </gazebo>
+</robot>
+"""
+
+
+def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> DriveSettings:
+    """Return the drive of a robot without a drive plugin, by its wheels; `NO_DRIVE` without any.
+
+    Args:
+        xml: Keeps the notes.
+        urdf: The robot.
+        controlled: Names of the joints that a velocity controller moves.
+    """
+    omni = omni_drive(urdf, tuple(_candidates(urdf, controlled)))
+    if omni is not None:
+        xml.note(f"no drive plugin: guessed are the omni wheels {', '.join(omni.wheels)}")
+        return omni
+    left, right = guess_sides(xml, urdf, controlled)
+    if not left or not right:
+        xml.note("has no drive: neither a drive plugin nor wheels on both sides; it stands still")
+        return NO_DRIVE
+    radius, separation = wheel_radius(urdf, left + right), separation_of(urdf, left, right)
+    if not radius > 0.0 or not separation > 0.0:
+        raise xml.fail("drive", "the wheels' radius is unknown; <wheel_diameter> gives it")
+    track = effective_track(urdf, left, right)
+    torque = torque_of(urdf, radius, len(left + right))
+    xml.note(
+        f"no drive plugin: guessed are the wheels {', '.join(left)} (left) and {', '.join(right)}"
+        f" (right), separation {separation:.4g} m, radius {radius:.4g} m"
+    )
+    return DriveSettings(left, right, separation, radius, torque, track, radius)
+
+
+def guess_sides(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Sides:
+    """Return the joints of the left and right wheels, by names, axes and symmetry."""
+    names = _candidates(urdf, controlled)
+    if not names or omni_drive(urdf, tuple(names)) is not None:
+        return (), ()
+    left = _left(urdf, names)
+    names = [n for n in names if abs(float(axis(urdf, n) @ left)) > _PARALLEL]
+    along = {n: float(center(urdf, n) @ left) for n in names}
+    middle = (max(along.values()) + min(along.values())) / 2
+    sides = (
+        [n for n in names if along[n] > middle + _TOLERANCE / 4],
+        [n for n in names if along[n] < middle - _TOLERANCE / 4],
+    )
+    kept = [
+        [n for n in side if any(_partners(urdf, n, m, left) for m in other)]
+        for side, other in (sides, sides[::-1])
+    ]
+    for name in sorted({*sides[0], *sides[1]} - {*kept[0], *kept[1]}):
+        xml.note(f"joint '{name}': turns freely: it has no partner on the other side")
+    return tuple(kept[0]), tuple(kept[1])
+
+
+def _candidates(urdf: Urdf, controlled: Set[str]) -> list[str]:
+    """Return the joints that may drive, the likeliest kind only."""
+    names = [
+        name
+        for name, joint in urdf.joints.items()
+        if joint.kind == "continuous"
+        and joint.mimic is None
+        and not _PASSIVE.search(f"{name} {joint.child}")
+        and radius_of(urdf, name) > 0.0
+    ]
+    by_name = [n for n in names if _WHEEL.search(f"{n} {urdf.joints[n].child}")]
+    by_control = [n for n in names if n in controlled]
+    return next((group for group in (by_control, by_name, names) if len(group) > 1), [])
+
+
+def _left(urdf: Urdf, names: list[str]) -> NDArray[np.float64]:
+    """Return the unit vector along the wheels' axes that points to the robot's left."""
+    line = axis(urdf, names[0])
+    sums = [float(center(urdf, n) @ line) * _side_of(urdf, n) for n in names]
+    sides = [_side_of(urdf, n) for n in names]
+    if 1 in sides and -1 in sides and abs(sum(sums)) > 1e-6:
+        return line if sum(sums) > 0.0 else -line
+    # Without names it faces the way that turns it least: ahead +x, else +y.
+    wanted = np.array([-1e-3, 1.0, -1e-6])
+    return line if float(line @ wanted) >= 0.0 else -line
+
+
+def _side_of(urdf: Urdf, name: str) -> int:
+    """Return 1 for a name that says left, -1 for right, else 0."""
+    text = (name, urdf.joints[name].child)
+    is_left, is_right = (any(p.search(t) for t in text) for p in (_LEFT, _RIGHT))
+    return int(is_left) - int(is_right)
+
+
+def _partners(urdf: Urdf, name: str, other: str, left: NDArray[np.float64]) -> bool:
+    """Tell whether two wheels are as large and stand opposite each other."""
+    gap = center(urdf, name) - center(urdf, other)
+    gap = gap - float(gap @ left) * left
+    sizes = radius_of(urdf, name), radius_of(urdf, other)
+    near = float(np.linalg.norm(gap)) < max(_TOLERANCE, _OPPOSITE * sizes[0])
+    return near and abs(sizes[0] - sizes[1]) < _SAME_SIZE * sizes[0]
+
+
+def save_guess(path: Path, source: Path, name: str, drive: DriveSettings) -> None:
+    """Write a xacro file that adds a guessed drive to the robot it was guessed for.
+
+    Args:
+        path: The file to write.
+        source: The robot's file.
+        name: The robot's name.
+        drive: The guess.
+
+    Raises:
+        InputFileError: The file cannot be written.
+    """
+    sides = (("left", drive.left), ("right", drive.right))
+    joints = "".join(
+        f"<{side}_joint>{escape(n)}</{side}_joint>\n      " for side, names in sides for n in names
+    )
+    text = _GUESS.format(
+        name=quoteattr(name), source=quoteattr(str(source.resolve())), joints=joints, drive=drive
+    )
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputFileError(path, f"cannot be written: {error.strerror}") from error

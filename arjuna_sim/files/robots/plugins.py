@@ -1,0 +1,226 @@
+"""Reading the drive plugins of Gazebo: ROS 1, ROS 2 and gz-sim, differential and skid-steer."""
+
+from __future__ import annotations
+
+import dataclasses
+from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
+
+from arjuna_core.errors import nearest
+from arjuna_sim.files.tag_text import flag, plain, text_of, texts, topic, value
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.settings import DriveKind, DriveSettings
+from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.wheels import center, effective_track, span, wheel_radius, wheel_separation
+
+TORQUE = 5.0
+"""Least torque of a wheel whose file names none, as in Gazebo [N m]."""
+_PULL = 2.0 * 9.81  # of all such wheels together, by the robot's mass [m/s^2]
+_ENDS = ("front", "rear", "middle", "back")
+WHEEL, STEERING = ("wheeljoint",), ("leftsteeringjoint", "rightsteeringjoint", "steeringjoint")
+"""Plain names of tags that hold the joints of wheels without sides, and those that steer."""
+LEFT = (*(f"left{e}joint" for e in _ENDS), *(f"{e}leftjoint" for e in _ENDS), "leftjoint")
+RIGHT = (*(f"right{e}joint" for e in _ENDS), *(f"{e}rightjoint" for e in _ENDS), "rightjoint")
+_ACCELERATION = (
+    *("maxwheelacceleration", "wheelacceleration", "maxlinearacceleration", "maxacceleration"),
+)
+_SPEED = ("maxlinearvelocity", "maxvelocity", "maxspeed")
+_BACK = ("minlinearvelocity", "minvelocity")
+_TURN = ("maxangularvelocity", "maxvelocity")
+_TURN_ACCELERATION = ("maxangularacceleration", "maxacceleration")
+_TIMEOUT = ("cmdveltimeout", "commandtimeout")
+_LIMIT = ("steeringlimit", "maxsteer")
+_DIFFERENT = 0.05  # share from which the file and the wheels' shapes contradict each other
+_OUTPUTS = {
+    "odom": (True, ("publishodom",)),
+    "odom_tf": (True, ("publishodomtf", "broadcasttf", "publishtf")),
+    "wheel_tf": (False, ("publishwheeltf",)),
+    "joint_states": (False, ("publishwheeljointstate",)),
+}
+_READ = {
+    *LEFT,
+    *RIGHT,
+    *(name for _, names in _OUTPUTS.values() for name in names),
+    *("wheelseparation", "wheeldiameter", "wheelradius", "effectivetrackwidth"),
+    *(*_ACCELERATION, *_BACK, *_TURN, *_TURN_ACCELERATION, *_TIMEOUT),
+    *("effectivewheelradius", "torque", "wheeltorque", "maxwheeltorque"),
+    *(*WHEEL, *STEERING, *_LIMIT, "kingpinwidth", "wheelbase", "minsteer", "steeringwheeljoint"),
+    *(*_SPEED, "updaterate", "odometryrate", "tricyclejoint"),
+    *("odompublishfrequency", "commandtopic", "topic", "odometrytopic", "odomtopic"),
+    *("odometryframe", "frameid", "robotbaseframe", "childframeid", "odometrysource"),
+    *("robotnamespace", "namespace", "ros", "remapping", "argument", "numwheelpairs", "plugin"),
+    # what changes nothing here
+    *("stamped", "alwayson", "legacymode", "rosdebuglevel", "tftopic"),
+}
+
+Sides = tuple[tuple[str, ...], tuple[str, ...]]
+"""Names of the joints of the left and of the right wheels."""
+
+
+def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | None:
+    """Read a plugin that names wheels, of two sides or without; None for another.
+
+    Raises:
+        RobotError: It names a joint that does not exist, or a value is invalid.
+    """
+    left, right = tuple(texts(plugin, *LEFT)), tuple(texts(plugin, *RIGHT))
+    place = f"plugin '{_name(plugin)}'"
+    if not left or not right:
+        left, right = tuple(texts(plugin, *WHEEL)), ()
+        if not left:
+            return None
+    left, right = _sides(xml, place, urdf, left, right)
+    _note_unread(xml, plugin, place)
+    separation, radius, track, rolling = _kinematics(xml, plugin, place, urdf, (left, right))
+    steering = tuple(dict.fromkeys(texts(plugin, *STEERING)))
+    _check_joints(xml, place, urdf, steering)
+    drive = DriveSettings(
+        left,
+        right,
+        separation,
+        radius,
+        torque=value(xml, plugin, place, 0.0, "torque", "wheeltorque", "maxwheeltorque")
+        or torque_of(urdf, radius, len(left + right)),
+        effective_track=track,
+        effective_radius=rolling,
+        steering=steering,
+        steering_limit=value(xml, plugin, place, 0.0, *_LIMIT),
+    )
+    return with_outputs(xml, plugin, drive)
+
+
+def torque_of(urdf: Urdf, radius: float, wheels: int) -> float:
+    """Return the greatest torque of each of some wheels whose file names none [N m].
+
+    The heaviest robot climbs and turns by it; Gazebo's own drives know no limit, or `TORQUE`.
+    """
+    return max(TORQUE, _PULL * urdf.mass * radius / wheels)
+
+
+def _name(plugin: Element) -> str:
+    return plugin.get("name") or plugin.get("filename") or "?"
+
+
+def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSettings:
+    """Return a drive with a plugin's name, limits, topics and frames.
+
+    Raises:
+        RobotError: A value is invalid.
+    """
+    place = f"plugin '{_name(plugin)}'"
+
+    def number(*names: str) -> float:
+        return value(xml, plugin, place, 0.0, *names)
+
+    return dataclasses.replace(
+        drive,
+        plugin=_name(plugin),
+        max_acceleration=number(*_ACCELERATION),
+        max_velocity=number(*_SPEED),
+        max_reverse=_reverse(xml, plugin, place),
+        max_turn=number(*_TURN),
+        max_turn_acceleration=number(*_TURN_ACCELERATION),
+        command_timeout=_timeout(xml, plugin, place),
+        rate=number("updaterate", "odompublishfrequency", "odometryrate"),
+        command_topic=topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
+        odometry_topic=topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
+        odometry_frame=text_of(plugin, "odometryframe", "frameid", default="odom"),
+        base_frame=text_of(plugin, "robotbaseframe", "childframeid"),
+        from_world=text_of(plugin, "odometrysource").lower() in ("1", "world"),
+        stamped=flag(plugin, False, "stamped"),
+        publishes=tuple(key for key, (on, names) in _OUTPUTS.items() if flag(plugin, on, *names)),
+    )
+
+
+def _reverse(xml: XmlFile, plugin: Element, place: str) -> float:
+    """Return the greatest speed backwards, which files write as a least speed below 0 [m/s]."""
+    text = text_of(plugin, *_BACK)
+    return max(0.0, -xml.numbers(text, 1, f"{place} <{_BACK[0]}>")[0]) if text else 0.0
+
+
+def _timeout(xml: XmlFile, plugin: Element, place: str) -> float | None:
+    """Return how long a command holds [s], 0 for ever; None where nothing says so."""
+    if not text_of(plugin, *_TIMEOUT):
+        return None
+    return value(xml, plugin, place, 0.0, *_TIMEOUT)
+
+
+def read_wheelless(xml: XmlFile, plugin: Element, kind: DriveKind) -> DriveSettings:
+    """Return a plugin's topics, frames and limits as a drive without wheels.
+
+    One that moves a robot in the plane reports its true motion.
+
+    Raises:
+        RobotError: A value is invalid.
+    """
+    outputs = with_outputs(xml, plugin, DriveSettings((), (), 1.0, 1.0, TORQUE, 1.0, 1.0))
+    return dataclasses.replace(outputs, from_world=outputs.from_world or kind is DriveKind.PLANAR)
+
+
+def _sides(
+    xml: XmlFile, place: str, urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]
+) -> Sides:
+    """Return the left and the right joints, exchanged where the file has them the wrong way."""
+    _check_joints(xml, place, urdf, left + right)
+    if len(set(left + right)) < len(left + right):
+        raise xml.fail(place, "names a joint twice")
+    if right and _mean_y(urdf, left) < _mean_y(urdf, right):
+        xml.note(f"{place}: its left wheels stand on the right, so left and right are exchanged")
+        return right, left
+    return left, right
+
+
+def _check_joints(xml: XmlFile, place: str, urdf: Urdf, joints: tuple[str, ...]) -> None:
+    for joint in joints:
+        if joint not in urdf.joints:
+            problem = f"joint '{joint}' does not exist; {nearest(joint, urdf.joints)}"
+            raise xml.fail(place, problem)
+
+
+def _mean_y(urdf: Urdf, joints: tuple[str, ...]) -> float:
+    return float(sum(center(urdf, name)[1] for name in joints) / len(joints))
+
+
+def _kinematics(
+    xml: XmlFile, plugin: Element, place: str, urdf: Urdf, sides: Sides
+) -> tuple[float, float, float, float]:
+    """Return separation and radius as the file says, and track and radius that the robot drives by.
+
+    Where the file's own numbers contradict its wheels, the robot drives by its wheels.
+    """
+    left, right = sides
+    by_shape = (
+        wheel_separation(urdf, left, right) if right else span(urdf, left),
+        wheel_radius(urdf, left + right),
+    )
+    radius = value(xml, plugin, place, 0.0, "wheeldiameter") / 2
+    radius = radius or value(xml, plugin, place, 0.0, "wheelradius") or by_shape[1]
+    separation = value(xml, plugin, place, 0.0, "wheelseparation") or by_shape[0]
+    if not radius > 0.0:
+        raise xml.fail(place, "the wheels' radius is unknown; <wheel_diameter> gives it")
+    if not separation > 0.0:
+        raise xml.fail(place, "the wheels' separation is unknown; <wheel_separation> gives it")
+    track = value(xml, plugin, place, 0.0, "effectivetrackwidth")
+    rolling = value(xml, plugin, place, 0.0, "effectivewheelradius")
+    for name, said, seen in (
+        ("wheel_separation", separation, by_shape[0]),
+        ("wheel radius", radius, by_shape[1]),
+    ):
+        if seen > 0.0 and abs(said - seen) > _DIFFERENT * seen and not (track or rolling):
+            xml.note(
+                f"{place}: {name} is {said:g}, but the wheels have {seen:g}: it drives by that"
+            )
+    return (
+        separation,
+        radius,
+        track or (right and effective_track(urdf, left, right)) or separation,
+        rolling or by_shape[1] or radius,
+    )
+
+
+def _note_unread(xml: XmlFile, plugin: Element, place: str) -> None:
+    unread = sorted({child.tag for child in plugin.iter() if plain(child.tag) not in _READ})
+    if unread:
+        xml.note(
+            f"{place}: not simulated: {', '.join(f'<{tag}>' for tag in unread)}", NoteKind.IGNORED
+        )

@@ -1,0 +1,126 @@
+"""Reading a robot: macros, links and joints, Gazebo's tags, and what they lack."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from arjuna_core.errors import RobotError
+from arjuna_core.files.whole_file import read_bytes
+from arjuna_sim.files.robots.completion import (
+    bound_inertias,
+    complete_masses,
+    complete_shapes,
+    friction_of,
+)
+from arjuna_sim.files.robots.drive_kinds import arranged, with_outputs_of
+from arjuna_sim.files.robots.gazebo import settings_of
+from arjuna_sim.files.robots.guess import guess_drive
+from arjuna_sim.files.robots.stand_up import stand_up
+from arjuna_sim.files.robots.tags import Tags
+from arjuna_sim.files.sdf.robot import read_sdf_robot
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.urdf.gazebo import read_tags
+from arjuna_sim.files.urdf.links_and_joints import read_urdf
+from arjuna_sim.files.urdf.written import urdf_text
+from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
+from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile
+from arjuna_sim.model.robot import ANCHOR, RobotModel
+from arjuna_sim.model.settings import DriveKind
+from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.wheels import eccentricity, is_round, wheel_sign
+
+_DRIVES = re.compile(rb"<plugin[^>]*(drive|control|planar|ackermann|steering)", re.IGNORECASE)
+_ROOT = re.compile(rb"<\s*(sdf|robot)\b")
+
+
+def load_robot(
+    path: str | Path,
+    search: SearchPath | None = None,
+    arguments: Mapping[str, str] | None = None,
+) -> RobotModel:
+    """Read a robot from a URDF or SDF file, which may have xacro macros.
+
+    Args:
+        path: The file.
+        search: Where to look for what it refers to; the environment's folders if None.
+        arguments: Values of its xacro arguments.
+
+    Raises:
+        RobotError: The file cannot be read or does not describe a robot.
+    """
+    path = Path(path)
+    text = read_bytes(path, BYTES_MAX, RobotError)
+    expanded = Expanded(text)
+    search = SearchPath.of() if search is None else search
+    if has_macros(path, text):
+        expanded = expand(path, search, arguments or {})
+    return robot_of_text(path, expanded, search)
+
+
+def robot_of_text(path: Path, expanded: Expanded, search: SearchPath) -> RobotModel:
+    """Read a robot from a URDF or SDF without macros.
+
+    Args:
+        path: The file, for messages and for what stands beside it.
+        expanded: Its text.
+        search: Where to look for what it refers to.
+
+    Raises:
+        RobotError: It does not describe a robot.
+    """
+    is_model = is_sdf(expanded.text)
+    tag = "sdf" if is_model else "robot"
+    xml = XmlFile(path, tag, RobotError, expanded.text, search)
+    xml.beside = (path, *expanded.files)
+    xml.keep(*expanded.notes)
+    if is_model:
+        return robot_of(xml, *read_sdf_robot(xml))
+    urdf = read_urdf(xml)
+    return robot_of(xml, urdf, read_tags(xml, urdf))
+
+
+def names_drive(text: bytes) -> bool:
+    """Tell whether a file has a plugin that drives or controls."""
+    return _DRIVES.search(text) is not None
+
+
+def is_sdf(text: bytes) -> bool:
+    """Tell whether a file's root is `<sdf>` rather than `<robot>`."""
+    root = _ROOT.search(text)
+    return root is not None and root.group(1) == b"sdf"
+
+
+def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
+    """Make a robot of its links, joints and tags: complete what they lack, and find its drive.
+
+    Raises:
+        RobotError: They do not describe a robot.
+    """
+    urdf = stand_up(xml, urdf, tags)
+    if not urdf.text:
+        urdf = dataclasses.replace(urdf, text=urdf_text(urdf, tags))
+    urdf = complete_shapes(xml, urdf)
+    settings = settings_of(xml, urdf, tags)
+    drive = settings.drive or guess_drive(xml, urdf, tags.controlled)
+    drive = arranged(xml, urdf, drive, settings.kind, settings.grips)
+    if settings.drive is None and settings.wheelless is not None:
+        drive = with_outputs_of(settings.wheelless, drive)
+    if not drive.grips:
+        for text in settings.uneven:
+            xml.note(text)
+    for name in drive.wheels:
+        if urdf.joints[name].kind != "continuous":
+            raise xml.fail(f"joint '{name}'", "drives a wheel, so its type must be 'continuous'")
+        if drive.kind is not DriveKind.OMNI:
+            wheel_sign(urdf, name)
+        if not is_round(urdf, name):
+            off = eccentricity(urdf, name)
+            xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
+    settings = dataclasses.replace(settings, friction=friction_of(xml, urdf, settings, drive))
+    urdf = complete_masses(xml, bound_inertias(xml, urdf, drive))
+    if urdf.root == ANCHOR and drive.wheels:
+        xml.note(f"link '{ANCHOR}': fixes it to the world, as in Gazebo: it does not drive")
+    return RobotModel(urdf, settings, drive, tuple(xml.notes))

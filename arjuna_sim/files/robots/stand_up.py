@@ -1,0 +1,128 @@
+"""Standing up a robot that its file lays on its side, or turns away from +x."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.robots.guess import guess_sides
+from arjuna_sim.files.robots.plugins import LEFT, RIGHT, Sides
+from arjuna_sim.files.robots.tags import Tags
+from arjuna_sim.files.tag_text import texts
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.geometry.shapes import Kind, corners
+from arjuna_sim.model.joints import Joint
+from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.wheels import axis, center, radius_of
+
+_PARALLEL = 0.9  # least cosine between a wheel's axis and the line to the other side
+_ACROSS = 0.5  # least part of that line along y, or greatest along z: within 60 degrees
+_STANDS_OUT = 0.005  # from which one side counts as lower than another; files round to mm [m]
+_NAMES = ("base_footprint", "base_upright", "base_standing")
+
+
+def stand_up(xml: XmlFile, urdf: Urdf, tags: Tags) -> Urdf:
+    """Give a robot whose wheels' axes do not lie across a new root that stands and faces ahead."""
+    left, right = _named_sides(tags, urdf) or guess_sides(xml, urdf, tags.controlled)
+    if not left or not right:
+        return urdf
+    across = _mean(urdf, left) - _mean(urdf, right)
+    length = float(np.linalg.norm(across))
+    if length < 1e-6 or abs(across[1]) > _ACROSS * length:
+        return urdf
+    across = across / length
+    if abs(float(axis(urdf, left[0]) @ across)) < _PARALLEL:
+        return urdf
+    up = _up(urdf, across, left + right)
+    rows = np.array([np.cross(across, up), across, up])  # maps the old root's frame into the new
+    name = next((n for n in _NAMES if n not in urdf.links), None)
+    if name is None:
+        return urdf
+    rpy = " ".join(f"{angle:.9g}" for angle in _rpy(rows))
+    xml.note(f"its wheels do not turn across: the new root '{name}' carries it turned by {rpy}")
+    return _with_root(urdf, name, rpy)
+
+
+def _named_sides(tags: Tags, urdf: Urdf) -> Sides | None:
+    """Return the wheels that a plugin names."""
+    for plugin in tags.plugins:
+        left, right = tuple(texts(plugin, *LEFT)), tuple(texts(plugin, *RIGHT))
+        if left and right and all(name in urdf.joints for name in left + right):
+            return left, right
+    return None
+
+
+def _mean(urdf: Urdf, names: Iterable[str]) -> NDArray[np.float64]:
+    mean: NDArray[np.float64] = np.mean([center(urdf, name) for name in names], axis=0)
+    return mean
+
+
+def _up(urdf: Urdf, left: NDArray[np.float64], wheels: tuple[str, ...]) -> NDArray[np.float64]:
+    """Return the direction that is up: z, or of a robot on its side the one its wheels stand on."""
+    if abs(left[2]) < _ACROSS:
+        up = np.array([0.0, 0.0, 1.0]) - left[2] * left
+        upright: NDArray[np.float64] = up / float(np.linalg.norm(up))
+        return upright
+    # Y is up in the CAD programs that export such robots; others must keep the weight lower.
+    ways = [np.array(way) for way in ((0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (1.0, 0, 0), (-1.0, 0, 0))]
+    ways = [way - float(way @ left) * left for way in ways]
+    weight = _weight(urdf) - _mean(urdf, wheels)
+    best, least = ways[0], np.inf
+    for up in (way / float(np.linalg.norm(way)) for way in ways):
+        ground = min(float(center(urdf, n) @ up) - radius_of(urdf, n) for n in wheels)
+        stands = _lowest(urdf, up, wheels) > ground - _STANDS_OUT
+        if stands and float(weight @ up) < least - _STANDS_OUT:
+            best, least = up, float(weight @ up)
+    return best
+
+
+def _weight(urdf: Urdf) -> NDArray[np.float64]:
+    """Return the centre of mass in the root's frame [m]."""
+    total, moment = 1e-9, np.zeros(3)
+    for link in urdf.links.values():
+        if link.inertial is not None:
+            place = urdf.T_root(link.name).apply(np.array([link.inertial.center]))[0]
+            total, moment = total + link.inertial.mass, moment + link.inertial.mass * place
+    return moment / total
+
+
+def _lowest(urdf: Urdf, up: NDArray[np.float64], wheels: tuple[str, ...]) -> float:
+    """Return how low the robot reaches apart from its wheels [m]."""
+    children = {urdf.joints[name].child for name in wheels}
+    heights = [np.inf]
+    for link in urdf.links.values():
+        for part in link.collisions or link.visuals:
+            if link.name not in children and part.shape.kind is not Kind.PLANE:
+                points = (urdf.T_root(link.name) @ part.pose).apply(corners(part.shape))
+                heights.append(float((points @ up).min()))
+    return min(heights)
+
+
+def _rpy(rows: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return fixed-axis angles of a rotation matrix [rad]."""
+    pitch = float(np.arcsin(np.clip(-rows[2, 0], -1.0, 1.0)))
+    if abs(rows[2, 0]) > 1.0 - 1e-9:
+        return 0.0, pitch, float(np.arctan2(-rows[0, 1], rows[1, 1]))
+    roll = float(np.arctan2(rows[2, 1], rows[2, 2]))
+    return roll, pitch, float(np.arctan2(rows[1, 0], rows[0, 0]))
+
+
+def _with_root(urdf: Urdf, name: str, rpy: str) -> Urdf:
+    """Return a robot below a new root, turned by angles, in its values and in its text."""
+    turn = Pose3.from_rpy((0.0, 0.0, 0.0), tuple(map(float, rpy.split())))
+    joint = Joint(f"{name}_joint", "fixed", name, urdf.root, turn)
+    before, _, after = urdf.text.rpartition("</robot>")
+    link = f'<link name="{name}"/><joint name="{joint.name}" type="fixed"><parent link="{name}"/>'
+    link += f'<child link={quoteattr(urdf.root)}/><origin xyz="0 0 0" rpy="{rpy}"/></joint>'
+    return dataclasses.replace(
+        urdf,
+        text=f"{before}{link}</robot>{after}" if urdf.text else "",
+        root=name,
+        links={**urdf.links, name: Link(name, None, (), ())},
+        joints={**urdf.joints, joint.name: joint},
+    )

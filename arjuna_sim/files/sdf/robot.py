@@ -1,0 +1,242 @@
+"""A robot of an SDF model: its links, joints and tags as those of a URDF.
+
+Links keep their names, those of nested models as `model/link`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
+
+import numpy as np
+
+from arjuna_core.errors import RobotError
+from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.files.robots.rules import (
+    check_mimics,
+    checked_joint,
+    inertial_of,
+    root_of,
+    speed_of,
+)
+from arjuna_sim.files.robots.tags import PluginTag, Tags
+from arjuna_sim.files.sdf.frames import raw_pose
+from arjuna_sim.files.sdf.includes import Includes
+from arjuna_sim.files.sdf.model_tags import WORLD, ModelReader, SdfJoint, SdfLink
+from arjuna_sim.files.sdf.surface_tags import read_friction
+from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.geometry.inertia import Inertial
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.joints import Joint, Mimic
+from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.urdf import Link, Urdf
+
+_MOVING = ("revolute", "continuous", "prismatic")
+_UNLIMITED = 1e6  # SDF's own bound of a joint without limits is 1e16 [rad or m]
+
+
+@dataclass
+class _Robot:
+    """The robot as far as it is read: links and their poses in the robot, joints and tags."""
+
+    poses: dict[str, Pose3] = field(default_factory=dict)
+    links: dict[str, Link] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    tags: Tags = field(default_factory=Tags)
+
+    def add(self, xml: XmlFile, link: Link, pose: Pose3) -> None:
+        if link.name in self.links:
+            raise xml.fail(f"link '{link.name}'", "is there twice")
+        self.links[link.name], self.poses[link.name] = link, pose
+
+    def connect(self, name: str, kind: str, parent: str, child: str) -> Joint:
+        """Add a joint between two links, where they stand."""
+        T_parent_child = self.poses[parent].inverse() @ self.poses[child]
+        self.joints[name] = Joint(name, kind, parent, child, T_parent_child)
+        return self.joints[name]
+
+    @property
+    def carried(self) -> dict[str, str]:
+        """The parents of links that a joint carries."""
+        return {joint.child: joint.parent for joint in self.joints.values()}
+
+
+def read_sdf_robot(xml: XmlFile) -> tuple[Urdf, Tags]:
+    """Return links, joints and tags of the robot of a parsed SDF file; its text is empty.
+
+    Raises:
+        RobotError: It holds no model, or a value is invalid.
+    """
+    includes = Includes(xml)
+    includes.expand(xml, xml.root)
+    model = xml.root.find("model")
+    if model is None:
+        raise RobotError(xml.path, "is no robot: <sdf> must hold one <model>, and no <world>")
+    reader = ModelReader(includes, is_robot=True)
+    links, joints = reader.read(xml, model, ORIGIN, placed=True)
+    robot = _Robot()
+    turning = {_called(j.child): j.T_world for j in joints if j.kind in _MOVING}
+    for link in links:
+        _add_link(robot, link, turning.get(_called(link.name)))
+    for name, base, pose in reader.frames:
+        name, base = _called(name), _called(base)
+        base = base if base in robot.links else next(iter(robot.links), "")
+        if name not in robot.links and base:
+            robot.add(xml, Link(name, None, (), ()), pose)
+            robot.connect(f"{name}_frame", "fixed", base, name)
+    robot.tags.items += [PluginTag(plugin, None) for plugin in reader.plugins]
+    for joint in joints:
+        _add_joint(robot, joint)
+    _join_roots(xml, robot)
+    found = check_mimics(xml, robot.joints)
+    root = root_of(xml, robot.links, found)
+    name = xml.attribute(model, "name", "a model")
+    return Urdf(xml.path, name, "", root, robot.links, found), robot.tags
+
+
+def _called(name: str) -> str:
+    return name.strip().replace("::", "/")
+
+
+def _add_link(robot: _Robot, link: SdfLink, about: Pose3 | None) -> None:
+    """Add a link; one that a joint turns lies where its joint is, as URDF wants it."""
+    xml, name = link.file, _called(link.name)
+    place = f"link '{name}'"
+    pose = link.T_world if about is None else Pose3(about.position, link.T_world.quaternion)
+    T_own = pose.inverse() @ link.T_world
+    parts = {
+        tag: tuple(_robot_parts(xml, found, pose, f"{place} {tag}"))
+        for tag, found in (("collision", link.solid), ("visual", link.drawn))
+    }
+    shapes = parts["collision"] or parts["visual"]
+    inertial = _inertial(xml, link.element, T_own, place, shapes)
+    robot.add(xml, Link(name, inertial, parts["collision"], parts["visual"]), pose)
+    for collision in link.element.findall("collision"):
+        mu = read_friction(xml, collision, f"{place} collision")
+        if mu is not None:
+            robot.tags.friction.setdefault(name, mu)
+    for element, T_world in link.sensors:
+        T = pose.inverse() @ T_world if element.find("pose") is not None or about else ORIGIN
+        robot.tags.items.append(SensorTag(xml, element, name, T))
+
+
+def _robot_parts(xml: XmlFile, parts: list[Part], pose: Pose3, place: str) -> Iterator[Part]:
+    """Yield parts of the world as those of a link; what is ground is left out with a note."""
+    for part in parts:
+        shape = part.shape
+        if shape.kind in (Kind.PLANE, Kind.TERRAIN):
+            problem = f"<{shape.kind.value}> is left out of a robot"
+            xml.note(f"{place}: {problem}", NoteKind.UNSUPPORTED)
+            continue
+        if shape.kind is Kind.CAPSULE:
+            xml.note(f"{place}: the <capsule> is taken to be a cylinder")
+            shape = Shape(Kind.CYLINDER, shape.size)
+        yield Part(shape, pose.inverse() @ part.pose, part.rgba)
+
+
+def _inertial(
+    xml: XmlFile, link: Element, T_own: Pose3, place: str, parts: tuple[Part, ...]
+) -> Inertial | None:
+    """Read an `<inertial>` of a link whose own frame is at a pose; None for no mass."""
+    inertial, place = link.find("inertial"), f"{place} inertial"
+    if inertial is None or inertial.find("mass") is None:
+        return None
+    mass, tensor = xml.number(inertial, "mass", 0.0, place), inertial.find("inertia")
+    given = None
+    if tensor is not None:
+        keys = ("ixx", "ixy", "ixz", "ixy", "iyy", "iyz", "ixz", "iyz", "izz")
+        given = np.array([xml.number(tensor, key, 0.0, place) for key in keys]).reshape(3, 3)
+    pose = T_own @ raw_pose(xml, inertial, place)
+    return inertial_of(xml, place, mass, pose, given, parts)
+
+
+def _add_joint(robot: _Robot, joint: SdfJoint) -> None:
+    xml, element = joint.file, joint.element
+    name = _called(joint.name)
+    place = f"joint '{name}'"
+    kind = xml.attribute(element, "type", place)
+    parent, child = _called(joint.parent), _called(joint.child)
+    if parent == WORLD and WORLD not in robot.links:
+        robot.add(xml, Link(WORLD, None, (), ()), ORIGIN)
+    for end in (parent, child):
+        if end not in robot.links:
+            raise xml.fail(place, f"link '{end}' does not exist")
+    if name in robot.joints:
+        raise xml.fail(place, "is there twice")
+    if child in robot.carried:
+        xml.note(f"{place}: closes a loop of links, so it is left out", NoteKind.UNSUPPORTED)
+        return
+    if kind not in (*_MOVING, "fixed"):
+        xml.note(f"{place}: type '{kind}' is held fast", NoteKind.UNSUPPORTED)
+    if kind not in _MOVING:
+        robot.connect(name, "fixed", parent, child)
+        return
+    fixed = robot.connect(name, kind, parent, child)
+    T_axis = robot.poses[child].inverse() @ joint.T_axis
+    robot.joints[name] = checked_joint(xml, _moving(joint, fixed, T_axis, place))
+
+
+def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, place: str) -> Joint:
+    """Return a joint with its axis, limits, damping and what it follows."""
+    xml = joint.file
+    axis = xml.child(joint.element, "axis", place)
+    numbers = xml.numbers(xml.child(axis, "xyz", place).text or "", 3, f"{place} <xyz>")
+    x, y, z = (T_axis.rotation() @ numbers).tolist()
+    low = xml.number(axis, "limit/lower", -_UNLIMITED, place)
+    high = xml.number(axis, "limit/upper", _UNLIMITED, place)
+    kind = fixed.kind
+    if kind == "revolute" and low <= -_UNLIMITED and high >= _UNLIMITED:
+        kind = "continuous"
+    damping, friction = (
+        max(0.0, xml.number(axis, f"dynamics/{key}", 0.0, place)) for key in ("damping", "friction")
+    )
+    return dataclasses.replace(
+        fixed,
+        kind=kind,
+        axis=(x, y, z),
+        limits=None if kind == "continuous" else (low, high),
+        mimic=_mimic(joint, axis, place),
+        damping=damping,
+        friction=friction,
+        max_speed=speed_of(axis.findtext("limit/velocity")),
+    )
+
+
+def _mimic(joint: SdfJoint, axis: Element, place: str) -> Mimic | None:
+    mimic = axis.find("mimic")
+    if mimic is None:
+        return None
+    xml = joint.file
+    multiplier = xml.number(mimic, "multiplier", 1.0, place)
+    offset = xml.number(mimic, "offset", 0.0, place)
+    offset -= multiplier * xml.number(mimic, "reference", 0.0, place)
+    name = xml.attribute(mimic, "joint", f"{place} mimic")
+    return Mimic(_called(joint.prefix + name), multiplier, offset)
+
+
+def _join_roots(xml: XmlFile, robot: _Robot) -> None:
+    """Fix links that no joint carries to the one that carries most."""
+    carried = robot.carried
+    roots = [name for name in robot.links if name not in carried]
+    count = dict.fromkeys(roots, 0)
+    for name in robot.links:
+        for top in _above(carried, name):
+            if top in count:
+                count[top] += 1
+    root = max(roots, key=lambda name: (name == WORLD, count[name]), default="")
+    for other in roots:
+        if other != root:
+            xml.note(f"link '{other}': no joint carries it: it is fixed to '{root}'")
+            robot.connect(f"{other}_fixed", "fixed", root, other)
+
+
+def _above(carried: dict[str, str], name: str) -> Iterator[str]:
+    """Yield a link and those that carry it, as far as they form no circle."""
+    for _ in range(len(carried) + 1):
+        yield name
+        if name not in carried:
+            return
+        name = carried[name]

@@ -1,0 +1,132 @@
+"""A `<sensor>` of a robot, as the kinds of sensors read it."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement  # parsing is defusedxml's
+
+from arjuna_core.errors import InputFileError
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.sdf.frames import raw_pose
+from arjuna_sim.files.tag_text import text_of, topic
+from arjuna_sim.files.xml_file import XmlFile
+
+RATE_MAX = 1000.0
+"""Greatest rate of a sensor [Hz]."""
+
+
+@dataclass(frozen=True)
+class SensorTag:
+    """A `<sensor>` and its mounting; also a `<plugin>` that is a sensor by itself.
+
+    Attributes:
+        xml: The file.
+        element: The tag.
+        link: The link that carries it.
+        pose: Its pose in the link; None where the tag's own `<pose>` is that.
+    """
+
+    xml: XmlFile
+    element: Element
+    link: str
+    pose: Pose3 | None = None
+
+    @property
+    def name(self) -> str:
+        """Its name, else its type."""
+        return self.element.get("name") or self.element.get("type") or ""
+
+    @property
+    def place(self) -> str:
+        """Its name in messages."""
+        return f"{self.element.tag} '{self.name or '?'}'"
+
+    @property
+    def frame(self) -> str:
+        """The frame that its messages name, its link where the file names none."""
+        return self.text("framename", "gzframeid", "ignitionframeid", default=self.link).lstrip("/")
+
+    def placed(self) -> Element:
+        """Return the tag with its pose in the link."""
+        if self.pose is None:
+            return self.element
+        placed = copy.copy(self.element)
+        for own in placed.findall("pose"):
+            placed.remove(own)
+        numbers = (*self.pose.position, *self.pose.rpy())
+        SubElement(placed, "pose").text = " ".join(repr(float(number)) for number in numbers)
+        return placed
+
+    def mount(self, rate: float, topic_name: str) -> dict[str, Any]:
+        """Return the settings that all sensors have, as keywords.
+
+        Args:
+            rate: Where the file names none [Hz].
+            topic_name: The topic where the file names none.
+
+        Raises:
+            RobotError: Its pose or rate is invalid.
+        """
+        pose, lens = self.pose, self.element.find("camera[pose]")
+        if pose is None:
+            pose = raw_pose(self.xml, self.element, self.place)
+        if lens is not None:
+            pose = pose @ raw_pose(self.xml, lens, self.place)
+        return {
+            "link": self.link,
+            "frame": self.frame,
+            "rate": self._rate(rate),
+            "topic": topic(self.element, topic_name, "~/out", "topicname", "topic"),
+            "name": (self.name or "sensor").strip(),
+            "pose": pose,
+        }
+
+    def _rate(self, default: float) -> float:
+        rate = self.number("update_rate", default)
+        if not 0.0 <= rate <= RATE_MAX:
+            valid = f"valid: above 0, up to {RATE_MAX:g} Hz"
+            raise self.fail(f"<update_rate> is {rate}; {valid}")
+        if rate == 0.0:
+            self.note(f"<update_rate> 0 is taken as {default:g} Hz")
+        return rate or default
+
+    def deviation(self, *paths: str) -> float | None:
+        """Return the standard deviation of the first noise that is there; None without one.
+
+        Raises:
+            RobotError: It is negative.
+        """
+        found = (self.element.findtext(f"{path}/stddev") for path in paths)
+        text = next((text for text in found if text), None) or self.text("gaussiannoise")
+        if not text:
+            return None
+        noise = self.xml.numbers(text, 1, f"{self.place} <stddev>")[0]
+        if noise < 0.0:
+            raise self.fail(f"<stddev> is {noise}; it must not be negative")
+        return noise
+
+    def first(self, *tags: str) -> Element | None:
+        """Return the first child that has one of these tags."""
+        return next((e for tag in tags if (e := self.element.find(tag)) is not None), None)
+
+    def text(self, *names: str, default: str = "") -> str:
+        """Return the first text under the first of these plain names that is there."""
+        return text_of(self.element, *names, default=default)
+
+    def number(self, path: str, default: float, below: Element | None = None) -> float:
+        """Return the number at a path below an element, or below the tag itself."""
+        return self.xml.number(self.element if below is None else below, path, default, self.place)
+
+    def count(self, path: str, default: int, below: Element | None = None) -> int:
+        """Return the whole number at a path below an element, or below the tag itself."""
+        return self.xml.count(self.element if below is None else below, path, default, self.place)
+
+    def fail(self, problem: str) -> InputFileError:
+        """Return the exception to raise for a problem."""
+        return self.xml.fail(self.place, problem)
+
+    def note(self, text: str) -> None:
+        """Keep one line on what is simulated otherwise than the file says."""
+        self.xml.note(f"{self.place}: {text}")

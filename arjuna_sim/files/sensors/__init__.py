@@ -1,1 +1,0 @@
-"""A robot's sensors, as Gazebo tags them."""

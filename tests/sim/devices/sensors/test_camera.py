@@ -1,0 +1,181 @@
+"""Cameras' tags: sizes, views and distances within bounds, and what their topics are called."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from arjuna_core.errors import RobotError
+from arjuna_sim.devices.sensors.camera import CameraSettings, read_camera, read_depth_camera
+from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.xml_file import XmlFile
+from tests.sim.builders import texts
+
+TOPICS = ("topic", "depth_topic", "cloud_topic", "info_topic")
+
+
+def read(inside: str = "", depth: bool = False, kind: str = "camera") -> CameraSettings:
+    """Return what a sensor's tags say."""
+    return read_with_notes(inside, depth, kind)[0]
+
+
+def read_with_notes(
+    inside: str, depth: bool = False, kind: str = "camera"
+) -> tuple[CameraSettings, tuple[str, ...]]:
+    text = f"<robot><sensor name='eye' type='{kind}'>{inside}</sensor></robot>"
+    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    (found,) = (read_depth_camera if depth else read_camera)(SensorTag(xml, xml.root[0], "head"))
+    return found, texts(xml.notes)
+
+
+def test_what_no_tag_says_is_as_in_gazebo() -> None:
+    found = read()
+    assert (found.width, found.height, found.horizontal_fov) == (640, 480, 1.047)
+    assert (found.near, found.far, found.rate) == (0.05, 100.0, 30.0)
+    assert (found.link, found.frame, found.name, found.depth) == ("head", "head", "eye", False)
+
+
+def test_tags_say_size_view_and_distances() -> None:
+    image = "<image><width>320</width><height>200</height></image>"
+    inside = f"<horizontal_fov>2.0</horizontal_fov>{image}<clip><near>0.2</near><far>9</far></clip>"
+    found = read(f"<camera>{inside}</camera><update_rate>5</update_rate>", depth=True)
+    assert (found.width, found.height, found.horizontal_fov) == (320, 200, 2.0)
+    assert (found.near, found.far, found.rate, found.depth) == (0.2, 9.0, 5.0, True)
+
+
+@pytest.mark.parametrize(
+    ("tag", "value", "problem"),
+    [
+        ("image/width", "1", ""),
+        ("image/width", "4096", ""),
+        ("image/height", "1", ""),
+        ("image/height", "4096", ""),
+        ("image/width", "0", r"image is 0 x 480; valid: 1 to 4096 pixels"),
+        ("image/width", "4097", r"image is 4097 x 480; valid"),
+        ("image/height", "0", r"image is 640 x 0; valid"),
+        ("image/height", "4097", r"image is 640 x 4097; valid"),
+        ("clip/near", "0", r"0.0 to 100.0 must be 0 < near < far"),
+        ("clip/near", "99.9", ""),
+        ("clip/near", "100", r"must be 0 < near < far"),
+        ("clip/far", "0.05", r"must be 0 < near < far"),
+        ("horizontal_fov", "0", r"valid: above 0, up to 2 pi"),
+        ("horizontal_fov", "0.001", ""),
+        ("horizontal_fov", str(2.0 * math.pi), ""),
+        ("horizontal_fov", "6.29", r"valid: above 0, up to 2 pi"),
+    ],
+)
+def test_values_end_at_their_bounds(tag: str, value: str, problem: str) -> None:
+    outer, _, inner = tag.partition("/")
+    content = f"<{inner}>{value}</{inner}>" if inner else value
+    inside = f"<camera><{outer}>{content}</{outer}></camera>"
+    if not problem:
+        read(inside)
+        return
+    with pytest.raises(RobotError, match=problem):
+        read(inside)
+
+
+@pytest.mark.parametrize(("angle", "seen"), [(2.8, 2.8), (2.81, 2.8), (6.2, 2.8), (1.5, 1.5)])
+def test_a_fish_eye_sees_what_a_flat_picture_can_hold(angle: float, seen: float) -> None:
+    tag = f"<camera><horizontal_fov>{angle}</horizontal_fov></camera>"
+    found, notes = read_with_notes(tag)
+    assert found.horizontal_fov == seen
+    cut = f"sensor 'eye': <horizontal_fov> {angle:g} is cut to 2.8, as it has no lens"
+    assert notes == ((cut,) if seen != angle else ())
+
+
+def plugin(inside: str) -> str:
+    return f"<plugin name='p' filename='libgazebo_ros_camera.so'>{inside}</plugin>"
+
+
+NAMED, REMAPPED = "<camera_name>left</camera_name>", "<ros>{}</ros>"
+IMAGE = "<imageTopicName>{}</imageTopicName>"
+DEPTH = "<depthImageTopicName>{}</depthImageTopicName>"
+CLOUD = "<pointCloudTopicName>{}</pointCloudTopicName>"
+
+
+@pytest.mark.parametrize(
+    ("depth", "inside", "told"),
+    [
+        (False, "", {"topic": "camera/image_raw"}),
+        (True, "", {"topic": "camera/image_raw", "cloud_topic": "camera/points"}),
+        (False, plugin(NAMED), {"topic": "left/image_raw"}),
+        (
+            True,
+            plugin(NAMED),
+            {
+                "topic": "left/image_raw",
+                "depth_topic": "left/depth/image_raw",
+                "cloud_topic": "left/points",
+            },
+        ),
+        (False, plugin(NAMED + IMAGE.format("rgb")), {"topic": "left/rgb"}),
+        (False, plugin(NAMED + IMAGE.format("/rgb")), {"topic": "/rgb"}),
+        (False, plugin(IMAGE.format("rgb")), {"topic": "rgb"}),
+        (
+            True,
+            plugin(IMAGE.format("rgb") + DEPTH.format("far") + CLOUD.format("dots")),
+            {"topic": "rgb", "depth_topic": "far", "cloud_topic": "dots"},
+        ),
+        (
+            True,
+            plugin(NAMED + DEPTH.format("/far") + CLOUD.format("dots")),
+            {"topic": "left/image_raw", "depth_topic": "/far", "cloud_topic": "left/dots"},
+        ),
+        (
+            False,
+            plugin(REMAPPED.format("<remapping>~/image_raw:=seen</remapping>")),
+            {"topic": "seen"},
+        ),
+    ],
+)
+def test_plugins_join_the_camera_and_its_picture(
+    depth: bool, inside: str, told: dict[str, str]
+) -> None:
+    assert topics(read(inside, depth)) == told
+
+
+@pytest.mark.parametrize(
+    ("kind", "depth", "told"),
+    [
+        ("camera", False, {"topic": "eye/left"}),
+        (
+            "depth_camera",
+            True,
+            {
+                "topic": "eye/left/image",
+                "depth_topic": "eye/left",
+                "cloud_topic": "eye/left/points",
+            },
+        ),
+        (
+            "rgbd_camera",
+            True,
+            {
+                "topic": "eye/left/image",
+                "depth_topic": "eye/left/depth_image",
+                "cloud_topic": "eye/left/points",
+                "info_topic": "eye/left/camera_info",
+            },
+        ),
+    ],
+)
+def test_gz_makes_all_topics_of_one(kind: str, depth: bool, told: dict[str, str]) -> None:
+    assert topics(read("<topic> eye/left </topic>", depth, kind)) == told
+    named = "<camera><camera_info_topic> lens </camera_info_topic></camera><topic>eye/left</topic>"
+    assert topics(read(named, depth, kind)) == told | {"info_topic": "lens"}
+
+
+def test_the_optical_frame_is_named_before_others() -> None:
+    frames = "<gz_frame_id>/body</gz_frame_id>{}<camera/>"
+    assert read(frames.format("")).frame == "body"
+    optical = "<camera><optical_frame_id>/lens</optical_frame_id></camera>"
+    assert read(frames.format(optical)).frame == "lens"
+
+
+def topics(found: CameraSettings) -> dict[str, Any]:
+    """Return the topics that are told."""
+    return {key: name for key in TOPICS if (name := getattr(found, key))}

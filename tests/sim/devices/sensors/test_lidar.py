@@ -1,0 +1,159 @@
+"""Lidars, sonars and infrared sensors: what their tags say, at the edge of what is valid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from arjuna_core.errors import RobotError
+from arjuna_sim.devices.sensors.lidar import (
+    CloudSettings,
+    LidarSettings,
+    RangeSettings,
+    read_lidar,
+    read_sonar,
+    surroundings,
+)
+from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.settings import SensorSettings
+
+HALF_PI = math.pi / 2
+
+
+def element(inside: str) -> SensorTag:
+    text = f"<robot><sensor name='s' type='x'>{inside}</sensor></robot>"
+    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    return SensorTag(xml, xml.root[0], "mast")
+
+
+def read(inside: str) -> list[SensorSettings]:
+    return read_lidar(element(inside))
+
+
+def one(inside: str) -> LidarSettings:
+    (found,) = read(inside)
+    assert isinstance(found, LidarSettings)
+    return found
+
+
+def ray(horizontal: str = "", vertical: str = "", ranges: str = "", more: str = "") -> str:
+    scan = f"<horizontal>{horizontal}</horizontal><vertical>{vertical}</vertical>"
+    return f"<ray><scan>{scan}</scan><range>{ranges}</range></ray>{more}"
+
+
+def samples(count: int, low: float = -1.0, high: float = 1.0) -> str:
+    told = f"<min_angle>{low}</min_angle><max_angle>{high}</max_angle>"
+    return f"<samples>{count}</samples>{told}"
+
+
+def test_a_lidar_that_says_nothing_looks_all_around() -> None:
+    found = one("")
+    assert type(found) is LidarSettings
+    assert (found.samples, found.angle_min, found.angle_max) == (360, -math.pi, math.pi)
+    assert (found.range_min, found.range_max, found.noise) == (0.1, 10.0, 0.0)
+    assert (found.link, found.rate, found.topic, found.name) == ("mast", 10.0, "scan", "s")
+    noisy = one(ray(samples(90, -0.5, 0.7), "", "<min>0.2</min><max>1e9</max>"))
+    assert (noisy.samples, noisy.angle_min, noisy.angle_max) == (90, -0.5, 0.7)
+    assert (noisy.range_min, noisy.range_max) == (0.2, 1e4)
+
+
+@pytest.mark.parametrize(
+    ("inside", "problem"),
+    [
+        (ray(samples(0)), "<samples> is 0; valid: 1 to 100000"),
+        (ray(samples(100_001)), "<samples> is 100001; valid"),
+        (ray(samples(2, 1.0, 1.0)), "<min_angle> 1.0 must be below <max_angle> 1.0"),
+        (ray(ranges="<min>-0.1</min>"), "<range> -0.1 to 10.0 must be 0 <= min < max"),
+        (ray(ranges="<min>2</min><max>2</max>"), "<range> 2.0 to 2.0 must be"),
+        (ray(samples(50_001), samples(2)), "has 50001 x 2 samples; valid: up to 100000"),
+        (ray("", samples(2, 0.2, 0.1)), "<vertical> 0.2 to 0.1 must rise within pi / 2"),
+        (ray("", samples(2, -1.6, 0.0)), "<vertical> -1.6 to 0.0 must rise"),
+        (ray("", samples(2, 0.0, 1.6)), "<vertical> 0.0 to 1.6 must rise"),
+    ],
+)
+def test_what_no_lidar_can_do_is_refused(inside: str, problem: str) -> None:
+    with pytest.raises(RobotError, match=problem):
+        read(inside)
+
+
+def test_what_a_lidar_just_can_do_is_taken() -> None:
+    assert one(ray(samples(100_000))).samples == 100_000
+    assert one(ray(samples(1, 1.0, 1.0))).samples == 1  # one beam needs no fan
+    assert one(ray(ranges="<min>0</min>")).range_min == 0.0
+    cloud, _ = read(ray(samples(50_000), samples(2, -HALF_PI, HALF_PI)))
+    assert isinstance(cloud, CloudSettings)
+    assert (cloud.rows, cloud.tilt_min, cloud.tilt_max) == (2, -HALF_PI, HALF_PI)
+    assert type(one(ray("", samples(0, 0.1, 0.1)))) is LidarSettings  # one row at least
+
+
+ROWS = ray(samples(30), samples(4, -0.1, 0.1))
+
+
+def test_a_lidar_of_several_rows_publishes_points_and_its_level_plane() -> None:
+    points, level = read(ROWS)
+    assert (type(points), type(level)) == (CloudSettings, LidarSettings)
+    assert (points.name, points.topic) == ("s", "scan/points")
+    assert (level.name, level.topic) == ("s_level", "scan")
+    tag = element(f"{ROWS}<plugin filename='libgazebo_ros_laser.so'/>")
+    (planar,) = read_lidar(tag)
+    assert (type(planar), planar.name) == (LidarSettings, "s_level")
+    assert [note.text for note in tag.xml.notes] == [
+        "sensor 's': only the level plane is simulated of its vertical samples"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("plugin", "kind"),
+    [
+        ("<plugin><output_type>sensor_msgs/PointCloud2</output_type></plugin>", CloudSettings),
+        ("<plugin filename='libgazebo_ros_velodyne_laser.so'/>", CloudSettings),
+        ("<plugin filename='libgazebo_ros_block_laser.so'/>", CloudSettings),
+        ("<plugin><output_type>sensor_msgs/LaserScan</output_type></plugin>", LidarSettings),
+        ("<plugin><output_type>sensor_msgs/Range</output_type></plugin>", RangeSettings),
+        ("<plugin filename='libgazebo_ros_range.so'/>", RangeSettings),
+    ],
+)
+def test_a_plugin_tells_what_is_published(plugin: str, kind: type[SensorSettings]) -> None:
+    found = one(f"{ROWS}{plugin}")
+    assert type(found) is kind
+    if isinstance(found, RangeSettings):
+        assert not found.infrared
+        light = one(f"{ROWS}{plugin}<radiation_type>INFRARED</radiation_type>")
+        assert isinstance(light, RangeSettings)
+        assert light.infrared
+
+
+def test_a_sonar_is_a_cone_as_wide_as_its_radius_at_its_reach() -> None:
+    def heard(inside: str) -> RangeSettings:
+        return read_sonar(element(f"<sonar>{inside}</sonar>"))[0]
+
+    found = heard("<min>0.2</min><max>4</max><radius>3</radius>")
+    half = math.atan(0.75)
+    assert (found.angle_min, found.angle_max) == pytest.approx((-half, half))
+    assert (found.tilt_min, found.tilt_max) == pytest.approx((-half, half))
+    assert (found.range_min, found.range_max) == (0.2, 4.0)
+    assert (found.rows, found.samples, found.rate, found.topic) == (9, 9, 10.0, "sonar")
+    assert heard("<max>1e6</max>").range_max == 1e4
+    assert heard("").angle_max == pytest.approx(math.atan(0.5))
+    for bad in ("<min>-1</min>", "<min>1</min>", "<radius>0</radius>"):
+        with pytest.raises(RobotError, match=r"<sonar> .* is none"):
+            heard(bad)
+
+
+def test_the_surroundings_are_shown_by_the_first_lidar_that_sees_much() -> None:
+    full, narrow = one(ray(samples(16, -0.53, 0.53))), one(ray(samples(99, -0.52, 0.52)))
+    few, beam = one(ray(samples(15, -2.0, 2.0))), one(ray(samples(1)))
+    cloud, level = read(ROWS)
+    assert surroundings([narrow, full, one("")]) is full  # a third of pi wide
+    assert surroundings([few, narrow]) is narrow  # else the one of most samples
+    assert surroundings([beam]) is beam
+    assert surroundings([]) is None
+    assert surroundings([cloud, few]) is few
+    of_rows = surroundings([beam, cloud])
+    assert isinstance(level, LidarSettings)
+    assert of_rows == replace(level, topic="scan")
+    assert type(of_rows) is LidarSettings

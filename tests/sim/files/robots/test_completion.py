@@ -1,0 +1,239 @@
+"""Masses, inertias and friction that files leave out, or that no body can have."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import RobotError
+from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_sim.files.robots.completion import (
+    bound_inertias,
+    complete_masses,
+    complete_shapes,
+    friction_of,
+    rigid_groups,
+)
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.geometry.inertia import Inertial
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.joints import Joint
+from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
+from arjuna_sim.model.urdf import Link, Urdf
+from tests.sim.builders import texts
+from tests.sim.wheeled import ALONG_Y
+
+CUBE = Part(Shape(Kind.BOX, (0.2, 0.2, 0.2)))  # of 8 litres
+PLANE = Part(Shape(Kind.PLANE))
+TYRE = Part(Shape(Kind.CYLINDER, (0.1, 0.04)), ALONG_Y)
+DRIVE = DriveSettings(("wheel",), (), 1.0, 0.1, 1.0, 1.0, 0.1)
+
+
+def file() -> XmlFile:
+    return XmlFile(Path("r.urdf"), "robot", RobotError, b"<robot/>")
+
+
+def link(name: str, *parts: Part, mass: float = 0.0, inertia: float = 0.0) -> Link:
+    own = Inertial(mass, (0.0, 0.0, 0.0), np.eye(3) * inertia) if mass else None
+    return Link(name, own, parts, ())
+
+
+def robot(
+    *links: Link, fixed: tuple[tuple[str, str], ...] = (), places: dict[str, Pose3] | None = None
+) -> Urdf:
+    """Return a robot whose first link carries the others, by fixed joints where told."""
+    root, *others = links
+    parents = {child: (parent, "fixed") for parent, child in fixed}
+    joints = {}
+    for one in others:
+        parent, kind = parents.get(one.name, (root.name, "continuous"))
+        pose = (places or {}).get(one.name, ORIGIN)
+        joints[one.name] = Joint(one.name, kind, parent, one.name, pose, (0.0, 1.0, 0.0))
+    return Urdf(Path("r"), "r", "", root.name, {one.name: one for one in links}, joints)
+
+
+def test_a_robot_that_could_touch_nothing_is_as_solid_as_it_is_drawn() -> None:
+    drawn = Link("base", None, (), (CUBE,))
+    solid, bare = Link("wheel", None, (TYRE,), (CUBE,)), Link("none", None, (), ())
+    xml = file()
+    found = complete_shapes(xml, robot(drawn, solid, bare)).links
+    assert found == {
+        "base": Link("base", None, (CUBE,), (CUBE,)),
+        "wheel": solid,
+        "none": bare,
+    }
+    note = "link 'base': has no <collision>, so it is as solid as it is drawn"
+    assert texts(xml.notes) == (note,)
+    arm = Link("arm", None, (TYRE,), ())  # fixed: no wheel, so the robot can touch
+    kept = robot(drawn, arm, fixed=(("base", "arm"),))
+    assert complete_shapes(xml, kept) is kept
+
+
+def test_links_that_are_fixed_to_each_other_are_one_group_its_root_first() -> None:
+    links = [Link(name, None, (), ()) for name in ("tip", "root", "mid", "free", "on_free")]
+    chain = (("root", "mid", "fixed"), ("mid", "tip", "fixed"), ("root", "free", "continuous"))
+    joints = {
+        child: Joint(child, kind, parent, child, ORIGIN)
+        for parent, child, kind in (*chain, ("free", "on_free", "fixed"))
+    }
+    urdf = Urdf(Path("r"), "r", "", "root", {one.name: one for one in links}, joints)
+    assert rigid_groups(urdf) == [["root", "mid", "tip"], ["free", "on_free"]]
+
+
+@pytest.mark.parametrize(
+    ("own", "inner", "given"),  # of a root and of what is fixed to it [kg]
+    [
+        (0.0, 0.0, (4.0, 4.0)),  # 8 litres of 500 kg/m^3 each
+        (1.0, 0.0, (1.0, 0.0)),  # plausible: more than 20 kg/m^3 of 16 litres
+        (0.33, 0.0, (0.33, 0.0)),
+        (0.31, 0.0, (0.31, 4.0)),  # as light as foam: the other's mass was forgotten
+    ],
+)
+def test_a_part_weighs_what_its_shapes_do_where_its_masses_are_forgotten(
+    own: float, inner: float, given: tuple[float, float]
+) -> None:
+    xml = file()
+    urdf = robot(
+        link("base", CUBE, mass=own), link("top", CUBE, mass=inner), fixed=(("base", "top"),)
+    )
+    links = complete_masses(xml, urdf).links
+    found = [0.0 if (i := links[n].inertial) is None else i.mass for n in ("base", "top")]
+    assert found == pytest.approx(given)
+    new = [
+        n
+        for n, before, now in zip(("base", "top"), (own, inner), found, strict=True)
+        if now != before
+    ]
+    assert [note.split(":")[0] for note in texts(xml.notes)] == [f"link '{name}'" for name in new]
+
+
+def test_what_moves_and_has_neither_mass_nor_shape_weighs_ten_grams() -> None:
+    drawn = Link("bare", None, (), (PLANE, CUBE))
+    xml = file()
+    urdf = robot(link("base", CUBE, mass=5.0), drawn, link("massive", mass=2.0))
+    found = complete_masses(xml, urdf).links
+    own = found["bare"].inertial
+    assert own is not None
+    assert own.mass == 0.01
+    np.testing.assert_allclose(own.inertia, np.eye(3) * 0.01 * 0.2**2 / 6.0, atol=1e-9)
+    massive = found["massive"].inertial
+    assert massive is not None
+    assert massive.mass == 2.0
+    note = "link 'bare': has neither mass nor solid shape: it gets 0.01 kg"
+    assert texts(xml.notes) == (note,)
+
+
+# A wheel of 0.5 kg and 0.1 m, whose own inertia is 0.0025 kg m^2 about its axis. All its mass at
+# its farthest corner, 0.1 m out and 0.02 m aside, has 0.5 * 0.0104 kg m^2, which is taken fourfold.
+MOST = 4.0 * 0.5 * (0.1**2 + 0.02**2)
+
+
+@pytest.mark.parametrize(
+    ("said", "taken"), [(1.0, False), (1.02 * MOST, False), (0.98 * MOST, True), (0.002, True)]
+)
+def test_an_inertia_beyond_its_shapes_reach_is_a_placeholder(said: float, taken: bool) -> None:
+    wheel = link("wheel", TYRE, mass=0.5, inertia=said)
+    place = {"wheel": Pose3((3.0, 2.0, 1.0))}  # far from the root, which must not matter
+    xml = file()
+    urdf = robot(link("base", CUBE, mass=9.0, inertia=0.1), wheel, places=place)
+    found = bound_inertias(xml, urdf, DRIVE).links
+    own, base = found["wheel"].inertial, found["base"].inertial
+    assert own is not None
+    assert base is not None
+    assert own.mass == 0.5
+    disc = np.array([0.25 * 0.1**2 + 0.04**2 / 12.0, 0.5 * 0.1**2, 0.25 * 0.1**2 + 0.04**2 / 12.0])
+    expected = np.eye(3) * said if taken else np.diag(0.5 * disc)
+    np.testing.assert_allclose(own.inertia, expected, atol=1e-9)
+    assert np.diag(base.inertia) == pytest.approx(0.1)
+    said_of = f"link 'wheel': 0.5 kg of its size cannot have an inertia of {said:.3g} kg m^2"
+    noted = texts(xml.notes)
+    assert [note.split(": that of")[0] for note in noted] == ([] if taken else [said_of])
+
+
+def test_a_wheel_without_shapes_reaches_as_far_as_the_drive_says() -> None:
+    for said, taken in ((4.1 * 0.5 * 0.1**2, False), (3.9 * 0.5 * 0.1**2, True)):
+        bare = robot(link("base", CUBE, mass=9.0), link("wheel", mass=0.5, inertia=said))
+        own = bound_inertias(file(), bare, DRIVE).links["wheel"].inertial
+        assert own is not None
+        expected = said if taken else 0.5 * 0.1**2
+        np.testing.assert_allclose(own.inertia, np.eye(3) * expected)
+        # What is no wheel and has no shape may have any inertia.
+        other = dataclasses.replace(DRIVE, left=())
+        own = bound_inertias(file(), bare, other).links["wheel"].inertial
+        assert own is not None
+        np.testing.assert_allclose(own.inertia, np.eye(3) * said)
+
+
+def test_a_part_is_bounded_by_all_shapes_that_are_fixed_to_it() -> None:
+    """A link in the middle of a part may carry the inertia of all of it."""
+    rod = Part(Shape(Kind.BOX, (2.0, 0.1, 0.1)))
+    wheel, rim = link("wheel", TYRE, mass=0.5, inertia=1.9), Link("rim", None, (), (PLANE, rod))
+    urdf = robot(link("base", CUBE, mass=9.0), wheel, rim, fixed=(("wheel", "rim"),))
+    own = bound_inertias(file(), urdf, DRIVE).links["wheel"].inertial
+    assert own is not None
+    np.testing.assert_allclose(own.inertia, np.eye(3) * 1.9)  # of at most 4 * 0.5 * 1.005
+
+
+BALL = Part(Shape(Kind.SPHERE, (0.02,)))
+
+
+def friction(
+    caster: Part = BALL,
+    z: float = -0.08,
+    kind: DriveKind = DriveKind.SIDES,
+    said: dict[str, float] | None = None,
+) -> tuple[dict[str, float], tuple[str, ...]]:
+    """Return the friction of a robot whose wheel's lowest point is at z = -0.1, and the notes."""
+    xml = file()
+    urdf = robot(
+        *(
+            link("base", CUBE),
+            link("wheel", TYRE),
+            link("caster", caster),
+            Link("air", None, (), ()),
+        ),
+        fixed=(("base", "caster"), ("base", "air")),
+        places={"caster": Pose3((0.3, 0.0, z)), "wheel": Pose3((0.0, 0.3, 0.0))},
+    )
+    base = dataclasses.replace(urdf.links["base"], collisions=())
+    urdf = dataclasses.replace(urdf, links={**urdf.links, "base": base})
+    settings = GazeboSettings(friction=said or {}, kind=kind)
+    return friction_of(xml, urdf, settings, DRIVE), texts(xml.notes)
+
+
+@pytest.mark.parametrize(
+    ("z", "slides"), [(-0.08, True), (-0.0725, True), (-0.0715, False), (-0.2, True)]
+)
+def test_what_is_fixed_and_no_more_than_8_mm_off_the_ground_slides(z: float, slides: bool) -> None:
+    found, notes = friction(z=z)
+    assert found == ({"caster": 0.01} if slides else {})
+    assert notes == ()  # of a ball, which is a caster by its looks
+    box = Part(Shape(Kind.BOX, (0.04, 0.04, 0.04)))
+    found, notes = friction(box, z)
+    assert found == ({"caster": 0.01} if slides else {})
+    assert notes == (("link 'caster': slides along on the ground, as a caster",) * slides)
+
+
+def test_what_the_file_says_of_a_caster_is_kept() -> None:
+    assert friction(said={"caster": 0.3})[0] == {"caster": 0.3}
+    wheels = friction(said={"wheel": 0.2})[0]
+    assert wheels == {"wheel": 0.2, "caster": 0.01}
+
+
+@pytest.mark.parametrize(("said", "found"), [(0.79, 0.8), (0.8, 0.8), (1.5, 1.5)])
+def test_wheels_of_a_robot_that_was_moved_in_the_plane_grip(said: float, found: float) -> None:
+    told, notes = friction(kind=DriveKind.PLANAR, said={"wheel": said})
+    assert told["wheel"] == found
+    slips = f"link 'wheel': its friction {said:g} would slip; it gets 0.8"
+    assert notes == ((slips,) if said < 0.8 else ())
+    assert "wheel" not in friction(kind=DriveKind.PLANAR)[0]
+
+
+def test_a_robot_without_wheels_keeps_what_it_says() -> None:
+    urdf = robot(link("base", CUBE))
+    settings = GazeboSettings(friction={"base": 0.4})
+    none = dataclasses.replace(DRIVE, left=())
+    assert friction_of(file(), urdf, settings, none) == {"base": 0.4}

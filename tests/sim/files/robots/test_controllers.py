@@ -1,0 +1,116 @@
+"""Controllers in every form that ros2_control takes, with their limits and time-outs."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.model.settings import DriveKind, DriveSettings
+from tests.sim.drive_cases import Robot, control, four
+
+_JOINTS = {
+    f"{side}_wheel_names": [f"{end}_{side}_wheel_joint" for end in ("front", "rear")]
+    for side in ("left", "right")
+}
+_LIMITS: dict[str, Any] = {
+    "linear": {"x": {"max_velocity": 0.7, "min_velocity": -0.3, "max_acceleration": 1.5}},
+    "angular": {"z": {"max_velocity": 1.25, "max_acceleration": 2.5}},
+}
+_FORMS = ("name", "/name", "/**/name", "**/name", "/ns/name", "/**", "ns", "ros1")
+_TYPE = "diff_drive_controller/DiffDriveController"
+
+
+def _dotted(values: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return nested parameters as dotted ones."""
+    flat: dict[str, Any] = {}
+    for key, value in values.items():
+        inner = isinstance(value, dict)
+        flat |= _dotted(value, f"{prefix}{key}.") if inner else {prefix + key: value}
+    return flat
+
+
+def _file(form: str, values: dict[str, Any], dotted: bool) -> dict[str, Any]:
+    """Return the content of a file that names a controller `name` in a form."""
+    values = _dotted(values) if dotted else values
+    if form == "ros1":
+        return {"name": {"type": _TYPE, **values}}
+    types: dict[str, Any] = {"name.type": _TYPE} if dotted else {"name": {"type": _TYPE}}
+    manager = {"controller_manager": {"ros__parameters": {"update_rate": 50, **types}}}
+    if form == "ns":
+        return {"ns": {**manager, "name": {"ros__parameters": values}}}
+    return {**manager, form.replace("name", "name"): {"ros__parameters": values}}
+
+
+def _drive(folder: Path, content: dict[str, Any], name: str = "made") -> DriveSettings:
+    tag, files = control(yaml.safe_dump(content, sort_keys=False))
+    return load_robot(
+        Robot(four(), tag, files=files).write(folder, f"{name}.urdf"), SearchPath()
+    ).drive
+
+
+@pytest.mark.parametrize(("form", "dotted"), list(itertools.product(_FORMS, (False, True))))
+def test_limits_and_time_out_are_read_in_every_form(
+    tmp_path: Path, form: str, dotted: bool
+) -> None:
+    values = {**_JOINTS, **_LIMITS, "wheel_radius": 0.06, "cmd_vel_timeout": 0.25}
+    drive = _drive(tmp_path, _file(form, values, dotted))
+    assert drive.kind is DriveKind.SIDES
+    assert (drive.max_velocity, drive.max_reverse, drive.max_turn) == (0.7, 0.3, 1.25)
+    assert (drive.max_acceleration, drive.max_turn_acceleration) == (1.5, 2.5)
+    assert drive.command_timeout == 0.25
+    assert drive.command_topic == ("/ns/name/cmd_vel" if form == "/ns/name" else "/name/cmd_vel")
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("platform_velocity_controller", DriveKind.SIDES),
+        ("omni_base", DriveKind.SIDES),
+        ("mecanum_lookalike", DriveKind.SIDES),
+        ("planar_move_controller", DriveKind.SIDES),
+    ],
+)
+def test_a_controllers_name_does_not_make_its_drive(
+    tmp_path: Path, name: str, kind: DriveKind
+) -> None:
+    manager = {"controller_manager": {"ros__parameters": {name: {"type": _TYPE}}}}
+    drive = _drive(tmp_path, {**manager, name: {"ros__parameters": _JOINTS}})
+    assert drive.kind is kind
+    assert drive.command_topic == f"/{name}/cmd_vel"
+
+
+@pytest.mark.parametrize(
+    ("changed", "expected"),
+    [
+        ({"has_velocity_limits": False}, (0.0, 0.0, 1.5)),
+        ({"has_acceleration_limits": False}, (0.7, 0.3, 0.0)),
+        ({"has_velocity_limits": True}, (0.7, 0.3, 1.5)),
+        ({"max_velocity": float("nan"), "min_velocity": float("-inf")}, (0.0, 0.0, 1.5)),
+        ({"max_velocity": "fast"}, (0.0, 0.3, 1.5)),
+    ],
+)
+def test_limits_that_are_switched_off_or_none_do_not_count(
+    tmp_path: Path, changed: dict[str, Any], expected: tuple[float, ...]
+) -> None:
+    linear = {"x": {**_LIMITS["linear"]["x"], **changed}}
+    drive = _drive(tmp_path, _file("name", {**_JOINTS, "linear": linear}, dotted=False))
+    assert (drive.max_velocity, drive.max_reverse, drive.max_acceleration) == expected
+    assert drive.command_timeout is None
+
+
+@pytest.mark.parametrize(
+    ("given", "seconds"),
+    [
+        ({"cmd_vel_timeout": 0.0}, 0.0),
+        ({"reference_timeout": 1}, 1.0),
+        ({"cmd_vel_timeout": ""}, None),
+    ],
+)
+def test_time_outs(tmp_path: Path, given: dict[str, Any], seconds: float | None) -> None:
+    assert _drive(tmp_path, _file("name", {**_JOINTS, **given}, False)).command_timeout == seconds

@@ -1,0 +1,214 @@
+"""What drive plugins say, and what wheels say where they say nothing or something else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from arjuna_core.errors import RobotError
+from arjuna_sim.files.robots.plugins import read_drive, read_wheelless, torque_of
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.settings import DriveKind, DriveSettings
+from tests.sim.builders import texts
+from tests.sim.wheeled import weight, wheeled
+
+PLACES = ((0.0, 0.25, 0.0), (0.0, -0.25, 0.0))  # wheels of 0.1 m, 0.5 m apart
+FOUR = ((0.2, 0.25, 0.0), (0.2, -0.25, 0.0), (-0.2, 0.25, 0.0), (-0.2, -0.25, 0.0))
+SIDES = "<left_joint>a</left_joint><right_joint>b</right_joint>"
+
+
+def read(
+    inside: str = SIDES,
+    places: tuple[tuple[float, float, float], ...] = PLACES,
+    mass: float = 1.0,
+    name: str = "name='p'",
+) -> tuple[DriveSettings | None, tuple[str, ...]]:
+    """Return what a plugin says of wheels `a`, `b`, ... at their places, and what is noted."""
+    text = f"<robot><gazebo><plugin {name} filename='f.so'>{inside}</plugin></gazebo></robot>"
+    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    urdf = wheeled(places, base=weight(mass))
+    return read_drive(xml, xml.child(xml.root, "gazebo/plugin", "r"), urdf), texts(xml.notes)
+
+
+def drive(*args: Any, **told: Any) -> DriveSettings:
+    found = read(*args, **told)[0]
+    assert found is not None
+    return found
+
+
+def test_a_plugin_that_names_wheels_alone_drives_by_their_shapes() -> None:
+    found, notes = read()
+    assert found is not None
+    lengths = (found.separation, found.radius, found.effective_track, found.effective_radius)
+    assert lengths == pytest.approx((0.5, 0.1, 0.5, 0.1))
+    assert found == DriveSettings(
+        ("a",), ("b",), found.separation, found.radius, 5.0, *lengths[2:], plugin="p"
+    )
+    assert notes == ()
+
+
+@pytest.mark.parametrize(
+    ("left", "right"),
+    [
+        ("<left_joint>{}</left_joint>", "<right_joint>{}</right_joint>"),
+        ("<leftJoint>{}</leftJoint>", "<rightJoint>{}</rightJoint>"),
+        ("<leftFrontJoint>{}</leftFrontJoint>", "<rightRearJoint>{}</rightRearJoint>"),
+        ("<front_left_joint>{}</front_left_joint>", "<middle_right_joint>{}</middle_right_joint>"),
+        ("<back_left_joint>{}</back_left_joint>", "<right_back_joint>{}</right_back_joint>"),
+    ],
+)
+def test_sides_are_named_by_any_of_their_tags(left: str, right: str) -> None:
+    found = drive(left.format(" a ") + right.format("b"))
+    assert (found.left, found.right) == (("a",), ("b",))
+
+
+def test_sides_the_wrong_way_round_are_exchanged() -> None:
+    told = "<left_joint>{}</left_joint><left_joint>{}</left_joint>"
+    told += told.replace("left", "right")
+    found, notes = read(told.format(*"bdac"), FOUR)
+    assert found is not None
+    assert (found.left, found.right) == (("a", "c"), ("b", "d"))
+    assert "plugin 'p': its left wheels stand on the right, so left and right are exchanged" in (
+        notes
+    )
+    # By where the wheels of a side stand on the average: c is far to the left, a near the middle.
+    spread = ((0.0, -0.1, 0.0), (0.0, 0.1, 0.0), (-0.2, 0.5, 0.0), (-0.2, -0.5, 0.0))
+    found, notes = read(told.format(*"acbd"), spread)
+    assert found is not None
+    assert found.left == ("a", "c")
+    assert not any("exchanged" in note for note in notes)
+    aside = tuple((x, y + 1.0, z) for x, y, z in PLACES)
+    found, notes = read(places=aside)
+    assert found is not None
+    assert found.left == ("a",)
+    assert notes == ()
+
+
+def test_what_names_no_wheels_of_both_sides_is_no_drive() -> None:
+    assert read("")[0] is None
+    assert read("<left_joint>a</left_joint>")[0] is None
+    assert read("<right_joint>a</right_joint>")[0] is None
+
+
+def test_wheels_without_sides_are_a_row() -> None:
+    found = drive("<wheel_joint>a</wheel_joint><wheel_joint>b</wheel_joint>")
+    assert (found.left, found.right) == (("a", "b"), ())
+    assert found.separation == pytest.approx(0.5)
+    assert found.effective_track == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("inside", "problem"),
+    [
+        (SIDES.replace(">b<", ">bb<"), r"plugin 'p'.*joint 'bb' does not exist"),
+        (SIDES.replace(">b<", ">a<"), r"plugin 'p'.*names a joint twice"),
+        (SIDES + "<wheel_diameter>-1</wheel_diameter>", r"'-1' must not be negative"),
+        (SIDES + "<steering_joint>x</steering_joint>", r"joint 'x' does not exist"),
+    ],
+)
+def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
+    with pytest.raises(RobotError, match=problem):
+        read(inside)
+
+
+@pytest.mark.parametrize(
+    ("tag", "changed"),
+    [
+        ("<wheel_diameter>0.3</wheel_diameter>", {"radius": 0.15}),
+        ("<wheel_radius>0.15</wheel_radius>", {"radius": 0.15}),
+        ("<wheel_radius>0.2</wheel_radius><wheel_diameter>0.3</wheel_diameter>", {"radius": 0.15}),
+        ("<wheel_separation>0.7</wheel_separation>", {"separation": 0.7}),
+        ("<effective_track_width>0.8</effective_track_width>", {"effective_track": 0.8}),
+        ("<effective_wheel_radius>0.12</effective_wheel_radius>", {"effective_radius": 0.12}),
+        ("<torque>3</torque>", {"torque": 3.0}),
+        ("<wheelTorque>3</wheelTorque>", {"torque": 3.0}),
+        ("<max_wheel_torque>3</max_wheel_torque>", {"torque": 3.0}),
+        ("<steering_limit>0.6</steering_limit>", {"steering_limit": 0.6}),
+        ("<max_steer>0.6</max_steer>", {"steering_limit": 0.6}),
+        ("<max_wheel_acceleration>2</max_wheel_acceleration>", {"max_acceleration": 2.0}),
+        ("<max_linear_acceleration>2</max_linear_acceleration>", {"max_acceleration": 2.0}),
+        ("<max_linear_velocity>2</max_linear_velocity>", {"max_velocity": 2.0}),
+        ("<update_rate>20</update_rate>", {"rate": 20.0}),
+        ("<odom_publish_frequency>20</odom_publish_frequency>", {"rate": 20.0}),
+        ("<commandTopic>go</commandTopic>", {"command_topic": "go"}),
+        ("<topic>go</topic>", {"command_topic": "go"}),
+        ("<odom_topic>way</odom_topic>", {"odometry_topic": "way"}),
+        ("<odometryFrame>here</odometryFrame>", {"odometry_frame": "here"}),
+        ("<frame_id>here</frame_id>", {"odometry_frame": "here"}),
+        ("<robotBaseFrame>me</robotBaseFrame>", {"base_frame": "me"}),
+        ("<odometrySource>world</odometrySource>", {"from_world": True}),
+        ("<odometrySource>1</odometrySource>", {"from_world": True}),
+        ("<odometrySource>encoder</odometrySource>", {}),
+        ("<stamped>true</stamped>", {"stamped": True}),
+        ("<publish_odom>false</publish_odom>", {"publishes": ("odom_tf",)}),
+        ("<publish_odom_tf>false</publish_odom_tf>", {"publishes": ("odom",)}),
+        ("<broadcastTF>0</broadcastTF>", {"publishes": ("odom",)}),
+        ("<publish_wheel_tf>1</publish_wheel_tf>", {"publishes": ("odom", "odom_tf", "wheel_tf")}),
+        (
+            "<publishWheelJointState>true</publishWheelJointState>",
+            {"publishes": ("odom", "odom_tf", "joint_states")},
+        ),
+    ],
+)
+def test_each_tag_says_one_thing(tag: str, changed: dict[str, Any]) -> None:
+    before, after = drive(), drive(SIDES + tag)
+    assert vars(after) == vars(before) | changed
+
+
+@pytest.mark.parametrize(
+    ("tag", "noted"),
+    [
+        ("<wheel_separation>0.52</wheel_separation>", ""),  # 4 % off
+        ("<wheel_separation>0.48</wheel_separation>", ""),
+        ("<wheel_separation>0.53</wheel_separation>", "wheel_separation is 0.53, but the wheels"),
+        ("<wheel_separation>0.47</wheel_separation>", "wheel_separation is 0.47, but the wheels"),
+        ("<wheel_radius>0.104</wheel_radius>", ""),
+        ("<wheel_radius>0.106</wheel_radius>", "wheel radius is 0.106, but the wheels have 0.1:"),
+        ("<wheel_radius>0.2</wheel_radius><effective_track_width>1</effective_track_width>", ""),
+        ("<wheel_radius>0.2</wheel_radius><effective_wheel_radius>1</effective_wheel_radius>", ""),
+    ],
+)
+def test_what_contradicts_the_wheels_by_a_twentieth_is_noted(tag: str, noted: str) -> None:
+    found, notes = read(SIDES + tag)
+    assert found is not None
+    assert ["it drives by that" in note and noted in note for note in notes] == [True] * bool(noted)
+    if "effective" not in tag:
+        assert (found.effective_track, found.effective_radius) == pytest.approx((0.5, 0.1))
+
+
+def test_what_is_not_simulated_is_noted_once() -> None:
+    extra = "<wibble>1</wibble><aaa/><wibble>2</wibble><legacyMode>1</legacyMode>"
+    assert read(SIDES + extra)[1] == ("plugin 'p': not simulated: <aaa>, <wibble>",)
+    assert read(SIDES + "<aaa/>", name="")[1] == ("plugin 'f.so': not simulated: <aaa>",)
+
+
+def test_motors_whose_file_names_no_torque_pull_twice_the_weight_but_five_at_least() -> None:
+    heavy = wheeled(PLACES, base=weight(100.0))
+    assert torque_of(heavy, 0.1, 2) == pytest.approx(2.0 * 9.81 * 100.0 * 0.1 / 2)
+    assert torque_of(heavy, 0.1, 40) == 5.0
+    assert drive(mass=100.0).torque == pytest.approx(98.1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "source", "from_world"),
+    [
+        (DriveKind.PLANAR, "encoder", True),
+        (DriveKind.SIDES, "encoder", False),
+        (DriveKind.SIDES, "world", True),
+    ],
+)
+def test_what_moves_a_robot_in_the_plane_tells_its_true_way(
+    kind: DriveKind, source: str, from_world: bool
+) -> None:
+    inside = f"<odometrySource>{source}</odometrySource><odometryFrame>o</odometryFrame>"
+    text = f"<robot><plugin name='p'>{inside}</plugin></robot>"
+    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    found = read_wheelless(xml, xml.child(xml.root, "plugin", "r"), kind)
+    assert found == DriveSettings(
+        *((), (), 1.0, 1.0, 5.0, 1.0, 1.0),
+        plugin="p",
+        odometry_frame="o",
+        from_world=from_world,
+    )

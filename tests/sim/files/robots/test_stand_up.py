@@ -1,0 +1,210 @@
+"""When a robot that its file lays down or turns aside is given a root that stands, and which."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arjuna_core.errors import RobotError
+from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.robots.stand_up import stand_up
+from arjuna_sim.files.robots.tags import Tags
+from arjuna_sim.files.urdf.gazebo import read_tags
+from arjuna_sim.files.urdf.links_and_joints import read_urdf
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.urdf import Urdf
+from tests.sim.builders import texts
+
+QUARTER = math.pi / 2
+
+
+def wheel(name: str, xyz: str, turn: float = 0.0, radius: float = 0.1) -> str:
+    """Return a wheel on the base, whose axis lies along y but for a turn about z."""
+    disc = f"<geometry><cylinder radius='{radius}' length='0.02'/></geometry>"
+    lying = f"<origin rpy='{-QUARTER} 0 0'/>"
+    return (
+        f"<link name='{name}'><collision>{lying}{disc}</collision></link>"
+        f"<joint name='{name}' type='continuous'><parent link='base'/><child link='{name}'/>"
+        f"<origin xyz='{xyz}' rpy='0 0 {turn}'/><axis xyz='0 1 0'/></joint>"
+    )
+
+
+def box(name: str, xyz: str, mass: float = 0.0, size: str = "0.02 0.02 0.02") -> str:
+    """Return a box fixed to the base."""
+    weight = f"<inertial><mass value='{mass}'/><inertia ixx='1' iyy='1' izz='1'/></inertial>"
+    return (
+        f"<link name='{name}'>{weight * (mass > 0.0)}<collision><geometry><box size='{size}'/>"
+        f"</geometry></collision></link><joint name='{name}' type='fixed'><parent link='base'/>"
+        f"<child link='{name}'/><origin xyz='{xyz}'/></joint>"
+    )
+
+
+def stood(inside: str, rpy: str = "0 0 0", more: str = "") -> tuple[Urdf, Urdf, XmlFile]:
+    """Return a robot whose file turns it, before and after, and the file."""
+    text = (
+        "<robot name='r'><link name='cad'/><link name='base'/><joint name='turn' type='fixed'>"
+        f"<parent link='cad'/><child link='base'/><origin rpy='{rpy}'/></joint>{inside}{more}"
+        "</robot>"
+    )
+    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    lying = read_urdf(xml)
+    return lying, stand_up(xml, lying, read_tags(xml, lying)), xml
+
+
+PLATE = box("plate", "0 0 0", size="0.5 0.02 0.02")  # too long to stand on end
+PAIR = wheel("left_wheel", "0 0.2 0") + wheel("right_wheel", "0 -0.2 0")
+
+
+def test_a_robot_that_stands_is_left_as_it_is() -> None:
+    lying, up, xml = stood(PAIR)
+    assert up is lying
+    assert not xml.notes
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("degrees", "turned"), [(59.0, False), (61.0, True), (90.0, True)])
+def test_beyond_sixty_degrees_it_looks_aside(degrees: float, sign: float, turned: bool) -> None:
+    _, up, _ = stood(PAIR, f"0 0 {sign * math.radians(degrees)}")
+    assert (up.root == "base_footprint") is turned
+    if turned:
+        np.testing.assert_allclose(up.T_root("base").rotation(), np.eye(3), atol=1e-8)
+
+
+@pytest.mark.parametrize(("degrees", "turned"), [(25.0, True), (26.5, False)])
+def test_wheels_that_do_not_turn_across_tell_nothing(degrees: float, turned: bool) -> None:
+    askew = math.radians(degrees)  # cosine 0.906 and 0.895
+    wheels = wheel("left_wheel", "0 0.2 0", askew) + wheel("right_wheel", "0 -0.2 0", askew)
+    named = "<gazebo><plugin name='p' filename='f'><left_joint>left_wheel</left_joint>"
+    named += "<right_joint>right_wheel</right_joint></plugin></gazebo>"
+    lying, up, _ = stood(wheels, f"0 0 {QUARTER}", named)
+    assert (up is not lying) is turned
+
+
+def test_sides_that_a_plugin_names_are_believed_if_it_names_both() -> None:
+    plugin = "<gazebo><plugin name='p' filename='f'><left_joint>{}</left_joint>"
+    plugin += "<right_joint>{}</right_joint></plugin></gazebo>"
+    rpy = f"0 0 {QUARTER}"
+    _, ahead, _ = stood(PAIR, rpy, plugin.format("left_wheel", "right_wheel"))
+    np.testing.assert_allclose(ahead.T_root("base").rotation(), np.eye(3), atol=1e-8)
+    _, back, _ = stood(PAIR, rpy, plugin.format("right_wheel", "left_wheel"))
+    np.testing.assert_allclose(back.T_root("base").rotation(), np.diag([-1, -1, 1]), atol=1e-8)
+    for one in (("left_wheel", "none"), ("none", "left_wheel"), ("", "left_wheel")):
+        _, guessed, _ = stood(PAIR, rpy, plugin.format(*one))
+        np.testing.assert_allclose(guessed.T_root("base").rotation(), np.eye(3), atol=1e-8)
+
+
+def test_several_wheels_a_side_are_taken_together() -> None:
+    wheels = "".join(
+        wheel(f"{end}_{side}_wheel", f"{x} {y} 0")
+        for (end, x), (side, y) in itertools.product(
+            (("front", 0.3), ("rear", -0.3)), (("left", 0.2), ("right", -0.2))
+        )
+    )
+    _, up, _ = stood(wheels, f"0 0 {-QUARTER}")
+    np.testing.assert_allclose(up.T_root("base").rotation(), np.eye(3), atol=1e-8)
+    lying, same, _ = stood(wheels, "0 0 0.5")
+    assert same is lying
+
+
+@pytest.mark.parametrize(
+    "rpy", [(QUARTER, 0.0, 0.0), (-QUARTER, 0.0, 0.0), (QUARTER, 0.0, QUARTER)]
+)
+def test_a_robot_on_its_side_stands_on_its_wheels(rpy: tuple[float, ...]) -> None:
+    """A mast above its wheels would reach lower than they do if it stood on its head."""
+    mast = box("mast", "0 0 0.3", 0.1, "0.02 0.02 0.6")
+    _, up, _ = stood(PAIR + PLATE + mast, " ".join(map(str, rpy)))
+    np.testing.assert_allclose(up.T_root("base").rotation(), np.eye(3), atol=1e-8)
+
+
+def test_of_ways_to_stand_it_takes_the_one_whose_weight_is_lowest() -> None:
+    for z, head in ((-0.05, 1.0), (0.05, -1.0)):
+        _, up, _ = stood(PAIR + box("iron", f"0 0 {z}", 5.0), f"{QUARTER} 0 0")
+        assert up.T_root("base").rotation()[2, 2] == pytest.approx(head)
+
+
+def test_weight_that_tells_nothing_leaves_y_up() -> None:
+    for z in (0.002, -0.002):  # half a centimetre is what files' rounding may do
+        _, up, _ = stood(PAIR + box("iron", f"0 0 {z}", 5.0), f"{QUARTER} 0 0")
+        # The root's y is the base's -z here.
+        np.testing.assert_allclose(up.T_root("cad").rotation()[2], (0, 1, 0), atol=1e-7)
+
+
+def test_what_reaches_as_low_as_the_wheels_may_be_a_skid() -> None:
+    iron = box("iron", "0 0 0.06", 5.0)  # lowest head down
+    for z, head in ((0.094, -1.0), (0.098, 1.0)):  # with its half height, 4 and 8 mm below
+        _, up, _ = stood(PAIR + PLATE + iron + box("skid", f"0 0 {z}"), f"{QUARTER} 0 0")
+        assert up.T_root("base").rotation()[2, 2] == pytest.approx(head), z
+
+
+def test_the_new_root_has_a_name_that_is_free() -> None:
+    rpy = f"0 0 {QUARTER}"
+    taken = box("base_footprint", "0 0 0.1")
+    assert stood(PAIR + taken, rpy)[1].root == "base_upright"
+    taken += box("base_upright", "0 0 0.1")
+    assert stood(PAIR + taken, rpy)[1].root == "base_standing"
+    lying, up, xml = stood(PAIR + taken + box("base_standing", "0 0 0.1"), rpy)
+    assert up is lying
+    assert not xml.notes
+
+
+@pytest.mark.parametrize(
+    "rpy", [(0.0, 0.0, 1.5), (1.4, 0.0, 0.0), (0.3, -0.2, 1.4), (1.3, 0.2, -2.0), (0.0, 0.0, -1.3)]
+)
+def test_the_note_and_the_file_tell_how_it_is_turned(rpy: tuple[float, ...]) -> None:
+    lying, up, xml = stood(PAIR, " ".join(map(str, rpy)))
+    (note,) = texts(xml.notes)
+    words = "its wheels do not turn across: the new root 'base_footprint' carries it turned by "
+    assert note.startswith(words)
+    angles = tuple(map(float, note.removeprefix(words).split()))
+    turn = Pose3.from_rpy((0.0, 0.0, 0.0), angles).rotation()
+    np.testing.assert_allclose(up.T_root("cad").rotation(), turn, atol=1e-8)
+    np.testing.assert_allclose(
+        up.T_root("base").rotation()[:, 1], (0.0, 1.0, 0.0), atol=1e-8, err_msg="across"
+    )
+    written = read_urdf(XmlFile(xml.path, "robot", RobotError, up.text.encode()))
+    assert (written.root, written.links, written.joints) == (up.root, up.links, up.joints)
+    assert up.T_root("base").rotation() == pytest.approx(turn @ lying.T_root("base").rotation())
+
+
+ROBOT = """<robot name="r"><link name="cad"/><joint name="turn" type="fixed"><parent link="cad"/>
+<child link="base"/><origin rpy="{}"/></joint><link name="base"><inertial><mass value="3"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
+<collision><geometry><box size="0.5 0.2 0.06"/></geometry></collision>
+<collision><origin xyz="0 0 0.18"/><geometry><box size="0.02 0.02 0.3"/></geometry></collision>
+</link>{}</robot>"""
+WHEEL = """<link name="{0}_wheel"><collision><geometry><cylinder radius="0.05" length="0.02"/>
+</geometry></collision></link><joint name="{0}_joint" type="continuous"><parent link="base"/>
+<child link="{0}_wheel"/><origin xyz="0 {1} 0" rpy="-1.5707963267949 0 0"/>
+<axis xyz="0 0 1"/></joint>"""
+QUARTERS = [
+    turn
+    for turn in itertools.product((0.0, QUARTER, math.pi, -QUARTER), repeat=3)
+    if turn[1] in (0.0, QUARTER)
+]
+
+
+@pytest.mark.parametrize("turn", QUARTERS)
+def test_a_robot_that_lies_or_looks_aside_stands_and_looks_ahead(
+    turn: tuple[float, float, float],
+) -> None:
+    wheels = WHEEL.format("left", 0.12) + WHEEL.format("right", -0.12)
+    text = ROBOT.format(" ".join(map(str, turn)), wheels)
+    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    lying = read_urdf(xml)
+    rotation = Pose3.from_rpy((0.0, 0.0, 0.0), turn).rotation()
+    stood = stand_up(xml, lying, Tags())
+    if abs(rotation[1, 1]) > 0.5:  # its wheels turn across: it is taken as it is
+        assert stood is lying
+        assert not xml.notes
+    elif abs(rotation[2, 1]) > 0.5 or rotation[2, 2] > 0.5:
+        np.testing.assert_allclose(stood.T_root("base").rotation(), np.eye(3), atol=1e-6)
+        assert stood.root == "base_footprint"
+        (note,) = xml.notes
+        assert note.text.startswith("its wheels do not turn across: the new root 'base_footprint'")
+    else:  # it looks aside on its back: what is above stays above
+        np.testing.assert_allclose(stood.T_root("cad").rotation()[2], (0, 0, 1), atol=1e-6)
+        np.testing.assert_allclose(stood.T_root("base").rotation()[:, 1], (0, 1, 0), atol=1e-6)

@@ -1,0 +1,139 @@
+"""What all sensors' tags say, and those of motion and place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from arjuna_core.errors import RobotError
+from arjuna_core.pose3 import ORIGIN
+from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.sensor_kinds import sensor_kinds
+from tests.sim.builders import texts
+
+DEFAULTS = {
+    "imu": (50.0, "imu/data"),
+    "navsat": (5.0, "gps/fix"),
+    "magnetometer": (20.0, "imu/mag"),
+    "altimeter": (20.0, "altimeter"),
+    "contact": (50.0, "s/contacts"),
+}
+
+
+def tag(inside: str = "", name: str = "name='s'", element: str = "sensor") -> SensorTag:
+    text = f"<robot><{element} {name} type='t'>{inside}</{element}></robot>"
+    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    return SensorTag(xml, xml.root[0], "head")
+
+
+def read(kind: str, inside: str = "", name: str = "name='s'", element: str = "sensor") -> Any:
+    (found,) = sensor_kinds().readers[kind](tag(inside, name, element))
+    return found
+
+
+@pytest.mark.parametrize("kind", DEFAULTS)
+def test_what_no_tag_says_is_as_in_gazebo(kind: str) -> None:
+    found = read(kind)
+    rate, topic = DEFAULTS[kind]
+    assert (found.link, found.frame, found.rate, found.topic) == ("head", "head", rate, topic)
+    assert (found.name, found.pose) == ("s", ORIGIN)
+    assert read(kind, name="").name == "t"
+
+
+@pytest.mark.parametrize("kind", DEFAULTS)
+def test_tags_say_rate_topic_frame_and_place(kind: str) -> None:
+    place = "<pose>1 2 3 0 0 0.5</pose><camera><pose>1 0 0 0 0 0</pose></camera>"
+    told = "<update_rate>12</update_rate><topic>/here</topic><gz_frame_id>/eye</gz_frame_id>"
+    found = read(kind, place + told)
+    assert (found.rate, found.topic, found.frame) == (12.0, "/here", "eye")
+    assert found.pose.position == pytest.approx((1.8775826, 2.4794255, 3.0))  # 1 m at 0.5 rad
+    assert found.pose.rpy() == pytest.approx((0.0, 0.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("told", "rate", "note"),
+    [
+        ("1000", 1000.0, ()),
+        ("0.1", 0.1, ()),
+        ("0", 50.0, ("sensor 's': <update_rate> 0 is taken as 50 Hz",)),
+        ("1001", None, r"<update_rate> is 1001.0; valid: above 0, up to 1000 Hz"),
+        ("-1", None, r"<update_rate> is -1.0; valid"),
+    ],
+)
+def test_rates_end_at_a_thousand_hertz(told: str, rate: float | None, note: Any) -> None:
+    sensor = tag(f"<update_rate>{told}</update_rate>")
+    if rate is None:
+        with pytest.raises(RobotError, match=note):
+            sensor.mount(50.0, "topic")
+        return
+    assert sensor.mount(50.0, "topic")["rate"] == rate
+    assert texts(sensor.xml.notes) == note
+
+
+def nested(path: str, value: str) -> str:
+    """Return a value inside tags."""
+    tags = path.split("/")
+    return "".join(f"<{t}>" for t in tags) + value + "".join(f"</{t}>" for t in reversed(tags))
+
+
+@pytest.mark.parametrize(
+    ("kind", "path", "field"),
+    [
+        ("imu", "imu/angular_velocity/x/noise/stddev", "gyro_noise"),
+        ("imu", "imu/noise/rate/stddev", "gyro_noise"),
+        ("imu", "imu/noise/rates/stddev", "gyro_noise"),
+        ("imu", "imu/linear_acceleration/x/noise/stddev", "accel_noise"),
+        ("imu", "imu/noise/accel/stddev", "accel_noise"),
+        ("navsat", "navsat/position_sensing/horizontal/noise/stddev", "noise"),
+        ("navsat", "gps/position_sensing/horizontal/noise/stddev", "noise"),
+        ("navsat", "navsat/position_sensing/vertical/noise/stddev", "height_noise"),
+        ("navsat", "gps/position_sensing/vertical/noise/stddev", "height_noise"),
+        ("magnetometer", "magnetometer/x/noise/stddev", "noise"),
+        ("altimeter", "altimeter/vertical_position/noise/stddev", "noise"),
+    ],
+)
+def test_each_noise_is_that_of_its_own_tag(kind: str, path: str, field: str) -> None:
+    silent, told = vars(read(kind)), vars(read(kind, nested(path, "0.25")))
+    assert silent[field] == (None if kind == "imu" else 0.0)
+    assert told == silent | {field: 0.25}
+    assert vars(read(kind, nested(path, "0")))[field] == 0.0
+    with pytest.raises(RobotError, match=r"<stddev> is -1.0; it must not be negative"):
+        read(kind, nested(path, "-1"))
+
+
+def test_one_noise_of_a_plugin_is_all_of_an_imus() -> None:
+    found = read("imu", "<plugin name='p'><gaussianNoise>0.1</gaussianNoise></plugin>")
+    assert (found.gyro_noise, found.accel_noise) == (0.1, 0.1)
+
+
+def test_a_bumper_tells_where_its_tag_says() -> None:
+    assert read("contact", nested("contact/topic", " hit ")).topic == "hit"
+    plugin = "<plugin name='p'><bumperTopicName>bump</bumperTopicName></plugin>"
+    assert read("contact", plugin + nested("contact/topic", "hit")).topic == "bump"
+
+
+@pytest.mark.parametrize(
+    ("inside", "expected"),
+    [
+        ("<bodyName>head</bodyName>", ("head", "head", 50.0, "imu/data")),
+        ("<bodyId>head</bodyId><frameId>/eye</frameId>", ("head", "eye", 50.0, "imu/data")),
+        (
+            "<bodyName>head</bodyName><updateRate>1000</updateRate><topicName>imu</topicName>",
+            ("head", "head", 1000.0, "imu"),
+        ),
+    ],
+)
+def test_an_imu_may_be_a_plugin(inside: str, expected: tuple[object, ...]) -> None:
+    found = read("imu", inside, element="plugin")
+    assert (found.link, found.frame, found.rate, found.topic) == expected
+    assert found.name == "s"
+    with pytest.raises(RobotError, match=r"<updateRate> is 1001.0; valid: up to 1000 Hz"):
+        read("imu", "<updateRate>1001</updateRate>", element="plugin")
+
+
+def test_sensors_are_called_by_name_or_type() -> None:
+    places = [tag(name=name).place for name in ("name='s'", "")]
+    assert places == ["sensor 's'", "sensor 't'"]
