@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from arjuna_core.config import param
@@ -17,6 +18,21 @@ def result_timeout(default: float) -> Any:
 
 class GoalNode(ManagedNode):
     """Stops and aborts every goal where the node is deactivated or time is set back."""
+
+    def offer(
+        self, action: Any, name: str, on_goal: Callable[[], None], **options: Any
+    ) -> GoalServer:
+        """Serve an action; results are kept as the parameter `action_server_result_timeout` says.
+
+        Args:
+            action: The action.
+            name: Its name.
+            on_goal: Called after a goal became current or pending.
+            options: More arguments of GoalServer.
+        """
+        options["result_timeout"] = getattr(self.config, "action_server_result_timeout", 10.0)
+        server: GoalServer = self.keep(GoalServer(self, action, name, on_goal, **options))
+        return server
 
     def halt(self) -> None:
         """Stop what the goals set in motion; they are aborted next."""

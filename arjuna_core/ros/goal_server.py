@@ -215,6 +215,10 @@ class GoalServer:
         goal: Any = self._current.request
         return goal
 
+    def take_newest(self) -> Any:
+        """Make the goal that waits, if there is one, the running one; return the running goal."""
+        return self.accept_pending() if self.preempt_requested else self.goal
+
     def feedback(self, message: Any) -> None:
         """Publish feedback on the running goal."""
         if self._current is not None:
@@ -237,6 +241,10 @@ class GoalServer:
         if self._pending is not None:
             handle, self._pending = self._pending, None
             self._end(handle, result, "abort")
+
+    def abort_newest(self, result: Any) -> None:
+        """End the goal that waits, or else the running one, as aborted."""
+        (self.abort_pending if self.preempt_requested else self.abort)(result)
 
     def abort_all(self, reason: str = "the node was deactivated") -> None:
         """End the running and the pending goal as aborted."""

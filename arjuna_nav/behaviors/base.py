@@ -1,4 +1,4 @@
-"""What every recovery behaviour is and returns."""
+"""The base, parameters and results of the recovery behaviours."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from arjuna_nav.costmap.footprint import Footprint
 
 
 class InvalidGoalError(ArjunaError, ValueError):
-    """What a behaviour is asked for makes no sense."""
+    """The goal of a behaviour makes no sense."""
 
 
 class BehaviorStatus(enum.Enum):
-    """How a behaviour goes; the names are those of nav2_msgs' error codes."""
+    """The state of a behaviour; the names are those of nav2_msgs' error codes."""
 
     RUNNING = enum.auto()
     SUCCEEDED = enum.auto()
@@ -35,7 +35,7 @@ class BehaviorStatus(enum.Enum):
 
 @dataclass(frozen=True)
 class BehaviorResult:
-    """What to drive now, and how it goes.
+    """The velocity to drive now, and the state of the behaviour.
 
     Attributes:
         status: RUNNING, or how it ended.
@@ -72,7 +72,7 @@ class BehaviorConfig:
     projection_time: float = param(
         1.0, "Time teleoperation looks ahead, and a command of it holds.", unit="s", minimum=0.01
     )
-    simulation_time_step: float = param(0.1, "Step of that look.", unit="s", minimum=0.01)
+    simulation_time_step: float = param(0.1, "Step of that prediction.", unit="s", minimum=0.01)
 
 
 class TimedBehavior(abc.ABC):
@@ -109,7 +109,7 @@ class TimedBehavior(abc.ABC):
 
     @abc.abstractmethod
     def _is_done(self, pose: SE2, elapsed: float) -> bool:
-        """Bring the progress up to date and tell whether that is all."""
+        """Bring the progress up to date and return whether that is all."""
 
     @abc.abstractmethod
     def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:

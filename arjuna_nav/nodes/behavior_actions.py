@@ -10,11 +10,8 @@ from nav2_msgs import action
 
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros.convert import duration_msg, seconds
-from arjuna_nav.behaviors.assisted_teleop import AssistedTeleop
 from arjuna_nav.behaviors.base import Behavior, BehaviorStatus, InvalidGoalError
-from arjuna_nav.behaviors.drive_on_heading import DriveOnHeading
-from arjuna_nav.behaviors.spin import Spin
-from arjuna_nav.behaviors.wait import Wait
+from arjuna_nav.behaviors.motions import AssistedTeleop, DriveOnHeading, Spin, Wait
 
 
 @dataclass(frozen=True)

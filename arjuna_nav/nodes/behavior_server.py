@@ -12,11 +12,9 @@ from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.ros.goal_node import GoalNode, result_timeout
-from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
-from arjuna_nav.behaviors.assisted_teleop import AssistedTeleop
 from arjuna_nav.behaviors.base import (
     Behavior,
     BehaviorConfig,
@@ -24,6 +22,7 @@ from arjuna_nav.behaviors.base import (
     BehaviorStatus,
     InvalidGoalError,
 )
+from arjuna_nav.behaviors.motions import AssistedTeleop
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS, DEFAULT_BEHAVIORS, BehaviorAction
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import robot_pose
@@ -48,10 +47,10 @@ class BehaviorServerConfig(BehaviorConfig):
     )
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
     cmd_vel_topic: str = param(
-        "cmd_vel_nav", "Topic of what to drive; velocity_smoother listens.", read_only=True
+        "cmd_vel_nav", "Topic of the velocities; velocity_smoother listens.", read_only=True
     )
     cmd_vel_teleop_topic: str = param(
-        "cmd_vel_teleop", "Topic of what assisted_teleop is to drive.", read_only=True
+        "cmd_vel_teleop", "Topic of the commands for assisted_teleop.", read_only=True
     )
     enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
 
@@ -82,26 +81,20 @@ class BehaviorServerNode(GoalNode):
             kind: BEHAVIORS.resolve(getattr(config, kind).plugin)
             for kind in config.behavior_plugins
         }
-        self._servers = {kind: self._offer(kind) for kind in config.behavior_plugins}
-        teleop, stamped = config.cmd_vel_teleop_topic, config.enable_stamped_cmd_vel
-        subscribe_velocity(self, teleop, stamped, self._on_teleop)
-        self.subscribe(Empty, "preempt_teleop", self._on_preempt_teleop, qos.DEFAULT)
-        self.every(1.0 / config.cycle_frequency, self._cycle)
-
-    def _offer(self, kind: str) -> GoalServer:
-        action = self._actions[kind]
-        server: GoalServer = self.keep(
-            GoalServer(
-                self,
+        self._servers = {
+            kind: self.offer(
                 action.type,
                 kind,
                 partial(self._start, kind),
                 on_cancel=self._check_cancelled,
                 unknown=action.unknown,
-                result_timeout=self.config.action_server_result_timeout,
             )
-        )
-        return server
+            for kind, action in self._actions.items()
+        }
+        teleop, stamped = config.cmd_vel_teleop_topic, config.enable_stamped_cmd_vel
+        subscribe_velocity(self, teleop, stamped, self._on_teleop)
+        self.subscribe(Empty, "preempt_teleop", self._on_preempt_teleop, qos.DEFAULT)
+        self.every(1.0 / config.cycle_frequency, self._cycle)
 
     def halt(self) -> None:
         """Stop the robot where a behaviour moves it."""
@@ -129,14 +122,14 @@ class BehaviorServerNode(GoalNode):
             message = f"ended by a new {kind} at {self.now:.2f} s"
             self._end(BehaviorResult(BehaviorStatus.UNKNOWN, message=message))
         server = self._servers[kind]
-        goal = server.accept_pending() if server.preempt_requested else server.goal
+        goal = server.take_newest()
         refusal = self._begin(kind, goal)
         if refusal is not None:
             self.halt()
             self._conclude(kind, refusal, self.now)
 
     def _begin(self, kind: str, goal: Any) -> BehaviorResult | None:
-        """Run the behaviour that a goal asks for, or say why it is not run."""
+        """Run the behaviour that a goal asks for, or return why it is not run."""
         if self._actions[kind].moves and not self._costmap.active:
             message = self._costmap.why_not_current()
             return BehaviorResult(BehaviorStatus.UNKNOWN, message=message)
@@ -182,7 +175,7 @@ class BehaviorServerNode(GoalNode):
         if not action.moves:  # stands still: it needs to know nothing
             return behavior.tick(IDENTITY, None, self.now)
         try:
-            pose, T_local_costmap = self._place()
+            pose, T_local_costmap = self._poses()
         except TransformError as error:
             message = f"the robot's pose is not known: {error}"
             return BehaviorResult(BehaviorStatus.TF_ERROR, message=message)
@@ -192,7 +185,7 @@ class BehaviorServerNode(GoalNode):
             return BehaviorResult(BehaviorStatus.UNKNOWN, message=message)
         return behavior.tick(pose, costmap.seen_from(T_local_costmap), self.now)
 
-    def _place(self) -> tuple[SE2, SE2]:
+    def _poses(self) -> tuple[SE2, SE2]:
         """Return the robot's pose in the local frame, and that of the costmap's frame.
 
         Raises:
@@ -213,7 +206,7 @@ class BehaviorServerNode(GoalNode):
         self._conclude(kind, result, since)
 
     def _conclude(self, kind: str, result: BehaviorResult, since: float) -> None:
-        """Tell the client how its goal ended."""
+        """Send the client its goal's result."""
         action = self._actions[kind]
         answer = action.type.Result(
             total_elapsed_time=duration_msg(self.now - since),

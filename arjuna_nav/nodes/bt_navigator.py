@@ -26,8 +26,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.navigator import Ending, Finish, Navigator, NavigatorConfig
 from arjuna_nav.nodes.goals.admission import Admission, RefusedGoalError, error_code
-from arjuna_nav.nodes.goals.memory import GoalMemory
-from arjuna_nav.nodes.goals.resuming_node import ResumingNode
+from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
 from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
 from arjuna_nav.trees.exchange import TreeState
@@ -93,17 +92,13 @@ class BtNavigatorNode(ResumingNode):
         self._trees = TreeChoice(dict(zip(_ACTIONS, defaults, strict=True)), config.bt_folder)
         self._requests.listen(self._trees.topics)
         self._servers: dict[str, GoalServer] = {
-            kind: self.keep(
-                GoalServer(
-                    self,
-                    action,
-                    kind,
-                    self._on_goal,
-                    partial(self._admit, kind),
-                    self._work,
-                    invalid=_INVALID,
-                    result_timeout=config.action_server_result_timeout,
-                )
+            kind: self.offer(
+                action,
+                kind,
+                self._on_goal,
+                admit=partial(self._admit, kind),
+                on_cancel=self._work,
+                invalid=_INVALID,
             )
             for kind, action in _ACTIONS.items()
         }
@@ -115,7 +110,7 @@ class BtNavigatorNode(ResumingNode):
         self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         self.every(config.bt_loop_duration / 1000.0, self._work)
 
-    def go_on(self) -> None:
+    def resume_goal(self) -> None:
         """Begin again with the goal under way."""
         self.halt()
         self._feedback_at = 0.0
@@ -174,7 +169,7 @@ class BtNavigatorNode(ResumingNode):
             goals = self._admission.goals(kind, server.newest, preempts)
         except RefusedGoalError as refused:
             self.get_logger().error(f"{kind}: goal aborted: {refused}")
-            (server.abort_pending if preempts else server.abort)(refused.result(_ACTIONS[kind]))
+            server.abort_newest(refused.result(_ACTIONS[kind]))
             return
         if goals is None:
             return

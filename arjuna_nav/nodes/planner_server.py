@@ -1,8 +1,9 @@
-"""Plans paths on the global costmap: compute_path_to_pose."""
+"""Node planner_server: compute_path_to_pose, compute_path_through_poses, is_path_valid."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,10 @@ from arjuna_nav.nodes.frames import pose_in
 from arjuna_nav.planners import Planner, PlanResult, PlanStatus, plan_through
 from arjuna_nav.planners.plugins import PLANNERS
 
+_ACTIONS: dict[str, Any] = {
+    "compute_path_to_pose": ComputePathToPose,
+    "compute_path_through_poses": ComputePathThroughPoses,
+}
 _RETRY_PERIOD = 0.1  # twice in a costmap's period by its default update_frequency [s]
 _THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
 
@@ -49,25 +54,20 @@ class PlannerServerNode(GoalNode):
         """Create the planner and its interfaces."""
         self._costmap: CostmapNode = self.process.find("global_costmap/global_costmap")
         self._planners: dict[str, tuple[Footprint, Planner]] = {}
-        self._asked_at: dict[GoalServer, float] = {}
+        self._asked_at: dict[str, float] = {}
         self._out = self.publisher(Path, "plan", qos.LATEST)
-        self._to_pose = self._offer(ComputePathToPose, "compute_path_to_pose")
-        self._through_poses = self._offer(ComputePathThroughPoses, "compute_path_through_poses")
+        self._servers: dict[str, GoalServer] = {
+            name: self.offer(
+                action,
+                name,
+                partial(self._on_goal, name),
+                on_cancel=self._attempt_plans,
+                invalid=action.Result.TF_ERROR,
+            )
+            for name, action in _ACTIONS.items()
+        }
         self.serve(IsPathValid, "is_path_valid", self._on_is_path_valid)
         self.every(_RETRY_PERIOD, self._attempt_plans)
-
-    def _offer(self, action: Any, name: str) -> GoalServer:
-        server = GoalServer(
-            self,
-            action,
-            name,
-            lambda: self._on_goal(server),
-            on_cancel=self._attempt_plans,
-            invalid=action.Result.TF_ERROR,
-            result_timeout=self.config.action_server_result_timeout,
-        )
-        self.keep(server)
-        return server
 
     def on_config(self, config: PlannerServerConfig) -> None:
         """Plan by the new parameters from now on."""
@@ -84,34 +84,30 @@ class PlannerServerNode(GoalNode):
             self._planners[name] = made
         return made[1]
 
-    def _on_goal(self, server: GoalServer) -> None:
-        if server.preempt_requested:
-            server.accept_pending()
-        self._asked_at[server] = self.now
+    def _on_goal(self, name: str) -> None:
+        self._servers[name].take_newest()
+        self._asked_at[name] = self.now
         self._attempt_plans()
 
     def _attempt_plans(self) -> None:
         """Plan for the goals that wait, if the costmap allows it."""
-        goal = self._to_pose.goal
-        if goal is not None:
-            result = ComputePathToPose.Result()
-            self._try(self._to_pose, goal, [goal.goal], result, 0)
-        goal = self._through_poses.goal
-        if goal is not None:
-            result = ComputePathThroughPoses.Result()
-            self._try(self._through_poses, goal, goal.goals, result, _THROUGH)
+        for name, server in self._servers.items():
+            if server.goal is not None:
+                self._try(name, server)
 
-    def _try(
-        self, server: GoalServer, goal: Any, stops: list[Any], result: Any, offset: int
-    ) -> None:
-        """Answer a goal, unless the costmap may still become current; `offset` is of its codes."""
+    def _try(self, name: str, server: GoalServer) -> None:
+        """Answer a goal, unless the costmap may still become current."""
+        goal: Any = server.goal
+        action = _ACTIONS[name]
+        is_through = action is ComputePathThroughPoses
+        stops, result = goal.goals if is_through else [goal.goal], action.Result()
         if server.cancel_requested:
             server.cancel(result)
             return
         timeout = self.config.costmap_update_timeout
         costmap = self._costmap.current(timeout)
         plan = self._refusal(goal, stops)
-        waited = self.now - self._asked_at[server]
+        waited = self.now - self._asked_at[name]
         if plan is None and costmap is None and waited <= timeout:
             return
         plan = plan or self._plan(goal, stops, costmap)
@@ -122,13 +118,14 @@ class PlannerServerNode(GoalNode):
             server.succeed(result)
             return
         self.get_logger().warning(f"no path: {plan.message}")
-        result.error_code, result.error_msg = int(plan.status) + offset, plan.message
+        result.error_code, result.error_msg = int(plan.status), plan.message
+        result.error_code += _THROUGH if is_through else 0
         if not stops:
             result.error_code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
         server.abort(result)
 
     def _refusal(self, goal: Any, stops: list[Any]) -> PlanResult | None:
-        """Say why nothing is planned whatever the costmap says, or return None."""
+        """Return why nothing is planned whatever the costmap says, or None."""
         if goal.planner_id not in ("", *self.config.planner_plugins):
             valid = ", ".join(self.config.planner_plugins)
             message = f"planner '{goal.planner_id}' does not exist; valid: {valid}"

@@ -1,4 +1,4 @@
-"""Finds routes on a graph, and tells how far the robot has come: compute_route."""
+"""Node route_server: compute_route, compute_and_track_route."""
 
 from __future__ import annotations
 
@@ -83,14 +83,12 @@ class RouteServerNode(GoalNode):
         self._graph: Graph | None = None
         if config.graph_filepath:
             self._graph = read_graph(Path(config.graph_filepath), config.route_frame)
-        self._prices: dict[int, float] = {}
+        self._costs: dict[int, float] = {}
         self._tracked: tuple[Tracker, Route, int] | None = None
         self._began = 0.0
         self._out = self.publisher(PathMsg, "plan", qos.LATEST)
-        self._once = self.keep(GoalServer(self, ComputeRoute, "compute_route", self._on_goal))
-        self._tracking = self.keep(
-            GoalServer(self, ComputeAndTrackRoute, "compute_and_track_route", self._on_track)
-        )
+        self._once = self.offer(ComputeRoute, "compute_route", self._on_goal)
+        self._tracking = self.offer(ComputeAndTrackRoute, "compute_and_track_route", self._on_track)
         self.serve(SetRouteGraph, "route_server/set_route_graph", self._on_graph)
         self.serve(DynamicEdges, "route_server/DynamicEdgesScorer/adjust_edges", self._on_edges)
         self.serve(Trigger, "route_server/ReroutingService/reroute", self._on_reroute)
@@ -107,7 +105,7 @@ class RouteServerNode(GoalNode):
         except (InputFileError, MapsFolderError) as error:
             self.get_logger().error(str(error))
             return response
-        self._prices.clear()
+        self._costs.clear()
         response.success = True
         return response
 
@@ -119,10 +117,10 @@ class RouteServerNode(GoalNode):
         if missing or any(not one.cost >= 0.0 for one in request.adjust_edges):
             self.get_logger().error(f"edges not adjusted: no edges {missing}, or a cost below 0")
             return response
-        self._prices.update(dict.fromkeys(request.closed_edges, CLOSED))
+        self._costs.update(dict.fromkeys(request.closed_edges, CLOSED))
         for number in request.opened_edges:
-            self._prices.pop(number, None)
-        self._prices.update({one.edgeid: float(one.cost) for one in request.adjust_edges})
+            self._costs.pop(number, None)
+        self._costs.update({one.edgeid: float(one.cost) for one in request.adjust_edges})
         response.success = True
         return response
 
@@ -134,26 +132,21 @@ class RouteServerNode(GoalNode):
         return response
 
     def _on_goal(self) -> None:
-        server = self._once
-        if server.preempt_requested:
-            server.accept_pending()
         try:
-            route = self._route(server.goal)
+            route = self._route(self._once.take_newest())
         except RouteError as error:
-            self._refuse(server, error)
+            self._refuse(self._once, error)
             return
-        path, message = self._told(route)
-        server.succeed(_Codes(planning_time=duration_msg(0.0), path=path, route=message))
+        path, message = self._messages(route)
+        self._once.succeed(_Codes(planning_time=duration_msg(0.0), path=path, route=message))
 
     def _on_track(self) -> None:
-        server = self._tracking
-        if server.preempt_requested:
-            server.accept_pending()
+        goal = self._tracking.take_newest()
         self._tracked, self._began = None, self.now
         try:
-            self._follow(self._route(server.goal), rerouted=False)
+            self._follow(self._route(goal), rerouted=False)
         except RouteError as error:
-            self._refuse(server, error)
+            self._refuse(self._tracking, error)
 
     def _refuse(self, server: GoalServer, error: RouteError) -> None:
         self.get_logger().warning(f"no route: {error}")
@@ -192,20 +185,20 @@ class RouteServerNode(GoalNode):
             raise RouteError(
                 _Codes.INDETERMINANT_NODES_ON_GRAPH, f"the graph has no node {missing}"
             )
-        route = find_route(graph, *ends, self._prices)
+        route = find_route(graph, *ends, self._costs)
         if route is None:
             raise RouteError(_Codes.NO_VALID_ROUTE, f"no route from node {ends[0]} to {ends[1]}")
         least, off = config.min_prune_distance_from_start, config.max_prune_dist_from_edge
         return pruned(route, graph, start, end if config.prune_goal else None, least, off)
 
     def _follow(self, route: Route, rerouted: bool) -> None:
-        """Track a route from now on, and tell so."""
+        """Track a route from now on."""
         config, graph = self.config, self._graph
         if graph is None:
             raise RouteError(_Codes.NO_VALID_GRAPH, "no graph is loaded")
         radii = config.radius_to_achieve_node, config.boundary_radius_to_achieve_node
         self._tracked = Tracker(route, graph, *radii), route, route.nodes[-1]
-        self._tell(rerouted)
+        self._publish_progress(rerouted)
 
     def _reroute(self) -> None:
         """Look for another route from the node that comes next."""
@@ -213,7 +206,7 @@ class RouteServerNode(GoalNode):
             return
         tracker, route, goal = self._tracked
         first = tracker.next_node if tracker.next_node is not None else goal
-        found = find_route(self._graph, first, goal, self._prices)
+        found = find_route(self._graph, first, goal, self._costs)
         if found is None:
             self.halt()
             reason = f"no other route from node {first} to {goal}"
@@ -230,7 +223,7 @@ class RouteServerNode(GoalNode):
             server.cancel(self._ended())
             return
         tracker = self._tracked[0]
-        if any(self._prices.get(edge.id) == CLOSED for edge in tracker.ahead):
+        if any(self._costs.get(edge.id) == CLOSED for edge in tracker.ahead):
             self._reroute()
             return
         frame, base = self.config.route_frame, self.config.base_frame
@@ -241,7 +234,7 @@ class RouteServerNode(GoalNode):
             self._refuse(server, RouteError(_Codes.TF_ERROR, str(error)))
             return
         if tracker.update(pose.x, pose.y):
-            self._tell(rerouted=False)
+            self._publish_progress(rerouted=False)
         if tracker.done:
             self.halt()
             server.succeed(self._ended())
@@ -250,19 +243,19 @@ class RouteServerNode(GoalNode):
         duration = duration_msg(self.now - self._began)
         return ComputeAndTrackRoute.Result(execution_duration=duration)
 
-    def _tell(self, rerouted: bool) -> None:
+    def _publish_progress(self, rerouted: bool) -> None:
         """Send the progress on the route that is tracked."""
         if self._tracked is None:
             return
         tracker, route, _ = self._tracked
-        path, message = self._told(route)
+        path, message = self._messages(route)
         feedback = ComputeAndTrackRoute.Feedback(route=message, path=path, rerouted=rerouted)
         feedback.last_node_id = tracker.last_node or 0
         feedback.next_node_id = tracker.next_node or 0
         feedback.current_edge_id = tracker.edge.id if tracker.edge is not None else 0
         self._tracking.feedback(feedback)
 
-    def _told(self, route: Route) -> tuple[Any, Any]:
+    def _messages(self, route: Route) -> tuple[Any, Any]:
         """Return a route's path, which is published, and its message."""
         graph, frame = self._graph, self.config.route_frame
         if graph is None:

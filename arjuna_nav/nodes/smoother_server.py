@@ -12,7 +12,6 @@ from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import path_msg, poses_from_path
 from arjuna_core.ros.goal_node import GoalNode, result_timeout
-from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
@@ -42,13 +41,10 @@ class SmootherServerNode(GoalNode):
         """Create the smoother and its interfaces."""
         self._costmap: CostmapNode = self.process.find("global_costmap/global_costmap")
         self._out = self.publisher(Path, "plan_smoothed", qos.LATEST)
-        timeout = self.config.action_server_result_timeout
-        self._server = self.keep(
-            GoalServer(self, SmoothPath, "smooth_path", self._on_goal, result_timeout=timeout)
-        )
+        self._server = self.offer(SmoothPath, "smooth_path", self._on_goal)
 
     def _on_goal(self) -> None:
-        goal = self._server.goal
+        goal: Any = self._server.goal
         smoothed = self._smooth(goal)
         result = SmoothPath.Result(error_msg=smoothed.message)
         # a pass that would touch an obstacle was undone: what came before it is a good path

@@ -1,4 +1,4 @@
-"""Drives to one waypoint after the other: follow_waypoints, follow_gps_waypoints."""
+"""Node waypoint_follower: follow_waypoints, follow_gps_waypoints."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_node import result_timeout
 from arjuna_core.ros.goal_server import GoalServer
-from arjuna_nav.nodes.goals.memory import GoalMemory
-from arjuna_nav.nodes.goals.resuming_node import ResumingNode
+from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
 from arjuna_nav.nodes.gps.anchor import GpsAnchor, GpsConfig, GpsError
 from arjuna_nav.nodes.waypoints.tasks import TASKS, WaypointTask
 
@@ -38,12 +37,12 @@ class WaypointFollowerConfig:
     action_server_result_timeout: float = result_timeout(900.0)
     stop_on_failure: bool = param(True, "Whether a waypoint that is not reached ends it all.")
     waypoint_task_executor_plugin: str = plugin_names(
-        "wait_at_waypoint", "Name of what is done at each waypoint.", TASKS
+        "wait_at_waypoint", "Name of the task at each waypoint.", TASKS
     )
     global_frame_id: str = param("map", "Frame of GPS waypoints' poses.", read_only=True)
     gps: GpsConfig = field(default_factory=GpsConfig)
     resume_file: str = param(
-        "", "Keeps the list under way, to go on with it after a crash; empty: no.", read_only=True
+        "", "Keeps the list under way, to resume it after a crash; empty: no.", read_only=True
     )
 
 
@@ -60,40 +59,24 @@ class WaypointFollowerNode(ResumingNode):
         self._poses: list[Any] = []
         self._missed: list[MissedWaypoint] = []
         self._arrived = self._at_task = False
-        self._task: WaypointTask = self._make_task()
+        self._task_name = str(self.config.waypoint_task_executor_plugin)
+        self._task: WaypointTask = TASKS.make(getattr(self.config, self._task_name), self)
         self._gps = GpsAnchor(self, self.config.gps, self.config.global_frame_id)
         self._navigator = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         self._kind = "follow_waypoints"
-        self._servers = {kind: self._offer(kind) for kind in _ACTIONS}
+        self._servers = {
+            kind: self.offer(
+                action, kind, partial(self._on_goal, kind), on_cancel=self._check_cancelled
+            )
+            for kind, action in _ACTIONS.items()
+        }
         self.memory = GoalMemory(self, self.config.resume_file, _ACTIONS)
         self.every(1.0 / self.config.loop_rate, self._tick)
 
-    def _make_task(self) -> WaypointTask:
-        made: WaypointTask = TASKS.make(getattr(self.config, self._task_name), self)
-        return made
-
-    @property
-    def _task_name(self) -> str:
-        return str(self.config.waypoint_task_executor_plugin)
-
-    def go_on(self) -> None:
-        """Let the navigator go on; a task that runs at a waypoint ends."""
+    def resume_goal(self) -> None:
+        """Let the navigator continue; a task that runs at a waypoint ends."""
         if self._at_task:
             self._at_task, self._arrived = False, True
-
-    def _offer(self, kind: str) -> GoalServer:
-        on_goal, on_cancel = partial(self._on_goal, kind), self._check_cancelled
-        server: GoalServer = self.keep(
-            GoalServer(
-                self,
-                _ACTIONS[kind],
-                kind,
-                on_goal,
-                on_cancel=on_cancel,
-                result_timeout=self.config.action_server_result_timeout,
-            )
-        )
-        return server
 
     @property
     def _server(self) -> GoalServer:
@@ -106,9 +89,9 @@ class WaypointFollowerNode(ResumingNode):
             self._navigator.cancel()
 
     def _on_goal(self, kind: str) -> None:
-        """Begin with a list; what was driven to for another one is dropped.
+        """Begin with a list; the waypoints of another one are dropped.
 
-        A list that cannot be driven is aborted alone: the one that runs goes on.
+        A list that cannot be driven is aborted alone: the one that runs continues.
         """
         server = self._servers[kind]
         goal: Any = server.newest
@@ -120,17 +103,14 @@ class WaypointFollowerNode(ResumingNode):
         if kind != self._kind and self._server.goal is not None:
             self._fail(f"replaced by {kind} at {self.now:.2f} s")
         self._kind = kind
-        if server.preempt_requested:
-            server.accept_pending()
+        server.take_newest()
         self._poses, self._index, self._loops_left = poses, goal.goal_index, goal.number_of_loops
         self._missed, self._arrived, self._at_task = [], False, False
         self._drive()
 
     def _refuse(self, server: GoalServer, message: str) -> None:
         self.get_logger().error(f"a list of waypoints is refused: {message}")
-        (server.abort_pending if server.preempt_requested else server.abort)(
-            server.explained(message)
-        )
+        server.abort_newest(server.explained(message))
 
     def _poses_of(self, kind: str, goal: Any) -> list[Any]:
         """Return the poses of a list.
@@ -156,7 +136,7 @@ class WaypointFollowerNode(ResumingNode):
         return poses
 
     def _drive(self) -> None:
-        self._tell_waypoint()
+        self._publish_waypoint()
         goal: Any = self._server.goal
         goal.goal_index, goal.number_of_loops = self._index, self._loops_left
         self.memory.keep(self._kind, goal)
@@ -166,7 +146,7 @@ class WaypointFollowerNode(ResumingNode):
         else:
             self._miss(_UNKNOWN, "the action server navigate_to_pose is not there")
 
-    def _tell_waypoint(self) -> None:
+    def _publish_waypoint(self) -> None:
         feedback = _ACTIONS[self._kind].Feedback(current_waypoint=self._index)
         self._server.feedback(feedback)
 
@@ -183,7 +163,7 @@ class WaypointFollowerNode(ResumingNode):
             self._miss(outcome.result.error_code, outcome.result.error_msg)
 
     def _miss(self, code: int, reason: str) -> None:
-        """Note a waypoint that was not reached; go on with the next or end."""
+        """Note a waypoint that was not reached; continue with the next or end."""
         pose = self._poses[self._index]
         self._missed.append(MissedWaypoint(index=self._index, goal=pose, error_code=code))
         failed = "was not served" if code == _TASK_FAILED else "was not reached"
@@ -202,14 +182,15 @@ class WaypointFollowerNode(ResumingNode):
         if self._at_task:
             self._run_task()
         elif not self._arrived:
-            self._tell_waypoint()
-            self._notice_a_lost_navigator()
+            self._publish_waypoint()
+            if not self._navigator.ready:
+                self._miss(_UNKNOWN, "the action server navigate_to_pose has gone")
         if self._arrived and self._server.goal is not None:
             self._arrived = False
-            self._go_on()
+            self._continue()
 
     def _run_task(self) -> None:
-        """Go on with the task of the waypoint that is reached."""
+        """Continue the task of the waypoint that is reached."""
         done = self._task.tick(self.now)
         if done is None:
             return
@@ -219,11 +200,7 @@ class WaypointFollowerNode(ResumingNode):
         else:
             self._miss(_TASK_FAILED, f"{self._task_name}: {self._task.problem}")
 
-    def _notice_a_lost_navigator(self) -> None:
-        if not self._navigator.ready:
-            self._miss(_UNKNOWN, "the action server navigate_to_pose has gone")
-
-    def _go_on(self) -> None:
+    def _continue(self) -> None:
         """Drive to the next waypoint, begin another round, or be done."""
         self._index += 1
         if self._index == len(self._poses):

@@ -13,10 +13,8 @@ from scipy.ndimage import distance_transform_edt
 from arjuna_core.config import load
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from arjuna_nav.behaviors.assisted_teleop import AssistedTeleop
 from arjuna_nav.behaviors.base import BehaviorConfig
-from arjuna_nav.behaviors.drive_on_heading import DriveOnHeading
-from arjuna_nav.behaviors.spin import Spin
+from arjuna_nav.behaviors.motions import AssistedTeleop, DriveOnHeading, Spin
 from arjuna_nav.controllers.follower import FollowerConfig, PathFollower
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.costmap import LETHAL

@@ -1,4 +1,4 @@
-"""The goal under way, kept in a file: it outlives the process, however that ends."""
+"""The goal under way, kept in a file, and nodes that resume it after their process has ended."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from arjuna_core.files.atomic import write_atomically
 from arjuna_core.ros.goal_client import GoalClient
+from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.node import ManagedNode
 
 _CURRENT = 1.0  # age of a costmap that can be planned on [s]
 
 
 class GoalMemory:
-    """Keeps the goal that runs, and sends it again once the node may take it.
+    """The goal that runs, sent again once the node may take it.
 
     Args:
         node: The node whose goals they are; made in its `configure`.
-        file: Where the goal is kept; empty: it is not.
+        file: Keeps the goal; empty: none is kept.
         actions: The node's actions by name.
     """
 
@@ -46,7 +47,7 @@ class GoalMemory:
             self._file.unlink(missing_ok=True)
 
     def recall(self) -> None:
-        """Look for a goal that did not end; `resume`, called ever again, sends it."""
+        """Look for a goal that did not end; `resume`, called again and again, sends it."""
         if self._file is None or not self._file.is_file():
             return
         first, _, data = self._file.read_bytes().partition(b"\n")
@@ -55,7 +56,7 @@ class GoalMemory:
             self._left = name, deserialize_message(data, self._actions[name].Goal)
 
     def resume(self) -> None:
-        """Send the goal again that did not end, once the robot knows its place on a map.
+        """Send the goal again that did not end, once the robot's pose on a map is known.
 
         A goal of a client that comes meanwhile goes before.
         """
@@ -65,5 +66,34 @@ class GoalMemory:
         if costmap.current(_CURRENT) is None:
             return
         (name, goal), self._left = self._left, None
-        self._node.get_logger().info(f"{name}: goes on with the goal that was under way")
+        self._node.get_logger().info(f"{name}: resumes the goal that was under way")
         self._clients[name].send(goal, lambda outcome: None, yields=True)
+
+
+class ResumingNode(GoalNode):
+    """Resumes the goal under way after a crash or a jump of time, if `resume_file` is set.
+
+    Attributes:
+        memory: The goal under way; made in `configure`.
+    """
+
+    memory: GoalMemory
+
+    def activate(self) -> None:
+        """Look for a goal that was under way when the process ended."""
+        self.memory.recall()
+
+    def deactivate(self) -> None:
+        """Stop and abort what is asked for; it is not resumed."""
+        super().deactivate()
+        self.memory.forget()
+
+    def on_time_jump(self) -> None:
+        """Stop and abort, or resume the goal under way if that is asked for."""
+        if not self.config.resume_file:
+            super().on_time_jump()
+        elif self.active:
+            self.resume_goal()
+
+    def resume_goal(self) -> None:
+        """Resume the goal under way at another time."""

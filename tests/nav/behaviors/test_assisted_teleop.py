@@ -6,8 +6,8 @@ import pytest
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.behaviors.assisted_teleop import AssistedTeleop
 from arjuna_nav.behaviors.base import BehaviorConfig, BehaviorStatus
+from arjuna_nav.behaviors.motions import AssistedTeleop
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from tests.nav.worlds import block, costmap_of, empty_grid

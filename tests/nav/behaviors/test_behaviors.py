@@ -15,9 +15,7 @@ from arjuna_nav.behaviors.base import (
     BehaviorStatus,
     InvalidGoalError,
 )
-from arjuna_nav.behaviors.drive_on_heading import DriveOnHeading
-from arjuna_nav.behaviors.spin import Spin
-from arjuna_nav.behaviors.wait import Wait
+from arjuna_nav.behaviors.motions import DriveOnHeading, Spin, Wait
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid

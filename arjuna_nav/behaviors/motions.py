@@ -1,0 +1,146 @@
+"""The behaviours: a spin, a straight drive, a drive by a person's commands, a wait.
+
+Source: nav2_behaviors: Spin, DriveOnHeading and BackUp, AssistedTeleop, Wait.
+"""
+
+from __future__ import annotations
+
+import math
+
+from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.behaviors.base import (
+    BehaviorConfig,
+    BehaviorResult,
+    BehaviorStatus,
+    InvalidGoalError,
+    TimedBehavior,
+)
+from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
+
+
+class Spin(TimedBehavior):
+    """Turns on the spot by an angle [rad], positive to the left.
+
+    Raises:
+        InvalidGoalError: The angle is not finite.
+    """
+
+    def __init__(
+        self, target_yaw: float, config: BehaviorConfig, footprint: Footprint, time_allowance: float
+    ) -> None:
+        super().__init__(config, footprint, time_allowance)
+        if not math.isfinite(target_yaw):
+            raise InvalidGoalError(f"target_yaw {target_yaw} is not finite")
+        self._target = target_yaw
+        self._last_yaw: float | None = None
+
+    def _is_done(self, pose: SE2, elapsed: float) -> bool:
+        if self._last_yaw is not None:
+            self._progress += wrap(pose.theta - self._last_yaw)
+        self._last_yaw = pose.theta
+        return self._left() <= 0.0
+
+    def _left(self) -> float:
+        return abs(self._target) - abs(self._progress)
+
+    def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
+        config = self._config
+        rate = math.sqrt(2.0 * config.rotational_acc_lim * self._left())
+        rate = min(max(rate, config.min_rotational_vel), config.max_rotational_vel)
+        velocity = Velocity(yaw_rate=math.copysign(rate, self._target))
+        return self._unless_it_collides(velocity, self._left() / rate, pose, costmap)
+
+
+class DriveOnHeading(TimedBehavior):
+    """Drives straight for a distance [m] at a speed [m/s]; both negative drive back.
+
+    Raises:
+        InvalidGoalError: Distance and speed have two signs, or one is 0 or not finite.
+    """
+
+    def __init__(
+        self,
+        distance: float,
+        speed: float,
+        config: BehaviorConfig,
+        footprint: Footprint,
+        time_allowance: float,
+    ) -> None:
+        super().__init__(config, footprint, time_allowance)
+        if not 0.0 < distance * speed < math.inf:
+            pair = f"distance {distance:g} and speed {speed:g}"
+            raise InvalidGoalError(f"{pair} must have one sign and be finite")
+        self._distance = abs(distance)
+        self._speed = speed
+        self._start: SE2 | None = None
+
+    def _is_done(self, pose: SE2, elapsed: float) -> bool:
+        self._start = self._start or pose
+        self._progress = self._start.distance(pose)
+        return self._progress >= self._distance
+
+    def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
+        time_left = (self._distance - self._progress) / abs(self._speed)
+        return self._unless_it_collides(Velocity(self._speed), time_left, pose, costmap)
+
+
+class AssistedTeleop(TimedBehavior):
+    """Drives as somebody commands, slower the nearer a collision, until they are done.
+
+    A command that ceases holds no longer than the time looked ahead.
+    """
+
+    def __init__(self, config: BehaviorConfig, footprint: Footprint, time_allowance: float) -> None:
+        super().__init__(config, footprint, time_allowance)
+        self._command = STILL
+        self._commanded_at = -math.inf
+        self._finished = False
+
+    def take(self, command: Velocity, now: float) -> None:
+        """Drive by a command from now [s] on."""
+        self._command, self._commanded_at = command, now
+
+    def finish(self) -> None:
+        """Be done at the next tick."""
+        self._finished = True
+
+    def _is_done(self, pose: SE2, elapsed: float) -> bool:
+        self._progress = elapsed
+        return self._finished
+
+    def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
+        part = self._safe_part(pose, costmap, now)
+        velocity = Velocity(self._command.x * part, yaw_rate=self._command.yaw_rate * part)
+        return self._result(BehaviorStatus.RUNNING, velocity=velocity)
+
+    def _safe_part(self, pose: SE2, costmap: Costmap, now: float) -> float:
+        """Return the part of the time looked ahead that is free of collisions."""
+        config = self._config
+        if self._command == STILL or now - self._commanded_at > config.projection_time:
+            return 0.0
+        arc = rollout(pose, self._command, config.projection_time, costmap.frame.resolution)
+        hit = first_collision(costmap, self._footprint, arc)
+        if hit is None:
+            return 1.0
+        part = max(hit - 1, 0) / (len(arc) - 1)  # up to the last pose that is free
+        return part if part * config.projection_time > config.simulation_time_step else 0.0
+
+
+class Wait:
+    """Stands still for a duration [s]."""
+
+    def __init__(self, duration: float) -> None:
+        self._duration = duration
+        self._start: float | None = None
+
+    def tick(self, pose: SE2, costmap: Costmap | None, now: float) -> BehaviorResult:
+        """Return whether the time is over; `progress` is the time left [s]."""
+        if self._start is None:
+            self._start = now
+        left = self._duration - (now - self._start)
+        status = BehaviorStatus.SUCCEEDED if left <= 0.0 else BehaviorStatus.RUNNING
+        return BehaviorResult(status, progress=max(left, 0.0))
