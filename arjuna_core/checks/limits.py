@@ -18,6 +18,10 @@ NUMBERS = 2**20
 """Numbers of a list that no other limit names."""
 BYTES = 2**26
 """Bytes of an image or a cloud of points."""
+CALLS = 1000
+"""Parameters of one request to a node."""
+LISTED = 2**21
+"""Bytes of a message of lists alone, such as a path: 20 000 poses, 0.1 s to read."""
 POSES = 15_000
 """Poses of a path: 750 m, one each five centimetres."""
 CORNERS = 1000

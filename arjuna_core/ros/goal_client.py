@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from action_msgs.msg import GoalStatus, GoalStatusArray
+from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_server import YIELDING
-from arjuna_core.ros.health.bounded import bound
 from arjuna_core.ros.local.action_client import LocalActionClient
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.retirement import retire
@@ -29,8 +28,6 @@ def _action_client(node: ManagedNode, action_type: Any, name: str) -> Any:
     """Return an action client of the transport that a node speaks through."""
     if node.transport is not None:
         return LocalActionClient(node, action_type, name)
-    parts = action_type.Impl
-    bound([GoalStatusArray, parts.FeedbackMessage, parts.GetResultService.Response])
     return _SettlingActionClient(
         node,
         action_type,

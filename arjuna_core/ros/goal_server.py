@@ -11,7 +11,6 @@ from unique_identifier_msgs.msg import UUID
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.health.answers import invalid_code
-from arjuna_core.ros.health.bounded import bound
 from arjuna_core.ros.local.action_server import LocalActionServer
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.retirement import retire
@@ -93,8 +92,6 @@ class GoalServer:
         self._destroyed = False
         self._current: ServerGoalHandle | None = None
         self._pending: ServerGoalHandle | None = None
-        if node.transport is None:
-            bound([action_type.Impl.SendGoalService.Request])
         server: Any = _DeferredActionServer if node.transport is None else LocalActionServer
         self._server = server(
             node,

@@ -8,22 +8,49 @@ set: a Twist takes 4.5 us, here 0.4 us; a field 60 ns, here 15 ns.
 from __future__ import annotations
 
 import array
+import importlib
 import math
-from collections.abc import Callable
-from ctypes import c_float
+from collections.abc import Callable, Iterator
 from functools import cache
 from operator import attrgetter
 from typing import Any
 
 from rosidl_parser import definition
 
-from arjuna_core.ros.health.layout import fields_of, interface
-
 _INTEGERS = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
 _NUMBERS = {"double": "float", "float": "single", "boolean": "bool"} | dict.fromkeys(
     _INTEGERS, "int"
 )
 _UNSET = object()
+
+
+def interface(kind: Any) -> Any:
+    """Return the class of a field's type; an action's parts are classes of the action."""
+    module = importlib.import_module(".".join(kind.namespaces))
+    whole, _, part = kind.name.rpartition("_")
+    is_part = part in ("Goal", "Result", "Feedback") and hasattr(module, whole)
+    return getattr(getattr(module, whole), part) if is_part else getattr(module, kind.name)
+
+
+def fields_of(cls: type[Any]) -> list[tuple[str, Any]]:
+    """Return the names and the types of a message's fields."""
+    return list(zip(cls.get_fields_and_field_types(), cls.SLOT_TYPES, strict=True))
+
+
+def is_of_lists(cls: type[Any]) -> bool:
+    """Return whether a type holds lists of messages or texts, and none of numbers."""
+    lists = [kind.value_type for kind in _kinds(cls) if hasattr(kind, "value_type")]
+    numbers = [isinstance(item, definition.BasicType) for item in lists]
+    return bool(lists) and not any(numbers)
+
+
+def _kinds(cls: type[Any]) -> Iterator[Any]:
+    """Yield the types of a message's fields, those of fields of messages too; no fixed arrays."""
+    for _, kind in fields_of(cls):
+        if isinstance(kind, definition.NamespacedType):
+            yield from _kinds(interface(kind))
+        elif not isinstance(kind, definition.Array):
+            yield kind
 
 
 def quicken(*classes: Any) -> None:
@@ -162,7 +189,7 @@ def handed_over(cls: Any, trusted: bool) -> Callable[[Any], Any]:
 
 
 def _single(number: float) -> float:
-    return c_float(number).value
+    return array.array("f", (number,))[0]
 
 
 def _rounded(cls: type[Any], name: str, depth: int) -> list[str]:

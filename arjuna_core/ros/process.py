@@ -17,7 +17,6 @@ from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import discovery, new_context
 from arjuna_core.ros.convert import seconds
-from arjuna_core.ros.health.bounded import raise_what_was_raised
 from arjuna_core.ros.health.diagnostics import Diagnostics
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.health.guarded import GuardedNode
@@ -244,11 +243,7 @@ class Process:
 
         Callbacks of nodes end their own exceptions; here end those of rclpy's own tasks.
         """
-        self.guard.call(self.node, "executor", self._spin_once, timeout)
-
-    def _spin_once(self, timeout: float) -> None:
-        self.executor.spin_once(timeout)
-        raise_what_was_raised()
+        self.guard.call(self.node, "executor", self.executor.spin_once, timeout)
 
     def drain(self) -> None:
         """Run everything that waits, and everything that it causes, until nothing is left.
@@ -274,7 +269,7 @@ class Process:
         """Run callbacks one by one up to a marker; guarded as one, for each costs time itself."""
         while not marker.done():
             self._steps += 1
-            self._spin_once(_DRAIN_STEP)
+            self.executor.spin_once(_DRAIN_STEP)
 
     def ok(self) -> bool:
         """Tell whether the process has not been asked to stop."""

@@ -7,14 +7,16 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message
 
-from arjuna_core.checks.message import unread, untyped
+from arjuna_core.checks.limits import LISTED
+from arjuna_core.checks.message import call_problem
 from arjuna_core.ros import qos
 from arjuna_core.ros.health import answers
-from arjuna_core.ros.health.bounded import bound
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.local.doors import Doors
 from arjuna_core.ros.local.registry import Registry
+from arjuna_core.ros.messages import is_of_lists
 
 
 class Guarded(Doors):
@@ -53,43 +55,42 @@ class Guarded(Doors):
 
         @functools.wraps(callback)
         def run(ask: Any, answer: Any) -> Any:
-            problem = unread(ask) or untyped(ask)
+            problem = call_problem(ask)
             if problem is None:
                 return callback(ask, answer)
-            self._refuse_unread(name, problem)
+            self.guard.refused(self, name, problem)
             return answers.failed(ask, answer, problem, invalid=True)
 
         return self.guarded(
             name, run, lambda reason, ask, answer: answers.failed(ask, answer, reason)
         )
 
-    def _refuse_unread(self, source: str, problem: str) -> None:
-        self.guard.refused(self, source, problem)
-
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Any, *options: Any, **named: Any
     ) -> Any:
-        """Create a subscription whose callback is guarded; what cannot be read does not come."""
-        if self.transport is not None:
-            guarded = self.guarded(topic, callback)
-            return super().create_subscription(msg_type, topic, guarded, *options, **named)
+        """Create a subscription whose callback is guarded.
 
-        @functools.wraps(callback)
-        def deliver(message: Any) -> Any:
-            problem = unread(message)
-            return callback(message) if problem is None else self._refuse_unread(topic, problem)
+        Messages of lists alone, of which rclpy makes an object for each item, are not read where
+        they are too long.
+        """
+        bounded = self.transport is None and not named.get("raw") and is_of_lists(msg_type)
 
-        bound([msg_type])
-        guarded = self.guarded(topic, deliver)
-        return super().create_subscription(msg_type, topic, guarded, *options, **named)
+        def read(data: bytes) -> None:
+            if len(data) <= LISTED:
+                callback(deserialize_message(data, msg_type))
+            else:
+                problem = f"{len(data)} bytes of lists; at most {LISTED} are valid"
+                self.guard.refused(self, topic, problem)
+
+        named["raw"] = bounded or named.get("raw", False)
+        deliver = self.guarded(topic, read if bounded else callback)
+        return super().create_subscription(msg_type, topic, deliver, *options, **named)
 
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Any, *options: Any, **named: Any
     ) -> Any:
         """Create a service that answers also where its callback fails, and many at once."""
         named.setdefault("qos_profile", qos.SERVICES)
-        if self.transport is None:
-            bound([srv_type.Request])
         answering = self.answering(srv_name, callback)
         return super().create_service(srv_type, srv_name, answering, *options, **named)
 

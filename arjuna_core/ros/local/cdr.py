@@ -16,9 +16,13 @@ from typing import Any
 import numpy as np
 from rosidl_parser import definition
 
-from arjuna_core.ros.health.layout import fields_of, interface
-from arjuna_core.ros.health.reading import CODES
+from arjuna_core.ros.messages import fields_of, interface
 
+_CODES = {"boolean": "?", "octet": "c", "float": "f", "double": "d"} | {
+    f"{sign}int{bits}": code.upper() if sign else code
+    for sign in ("", "u")
+    for bits, code in ((8, "b"), (16, "h"), (32, "i"), (64, "q"))
+}
 _HEADER = b"\x00\x01\x00\x00"
 _GAPS = tuple(b"\x00" * size for size in range(8))
 _LENGTH = Struct("<I")
@@ -45,7 +49,7 @@ def _steps(cls: Any) -> tuple[_Step, ...]:
     run: list[tuple[str, str]] = []
     for path, kind in _flat(cls, ""):
         if isinstance(kind, definition.BasicType):
-            run.append((path, CODES[kind.typename]))
+            run.append((path, _CODES[kind.typename]))
             continue
         steps += [_numbers(run)] if run else []
         steps.append(_nothing if kind is None else _field(attrgetter(path), kind))
@@ -123,7 +127,7 @@ def _items(item: Any) -> _Step:
                 _text(out, each)
 
         return write_texts
-    return _array(CODES[item.typename])
+    return _array(_CODES[item.typename])
 
 
 def _array(code: str) -> _Step:

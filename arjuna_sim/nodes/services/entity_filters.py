@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import re2
 from numpy.typing import NDArray
 from simulation_interfaces.msg import Bounds, EntityInfo, Result, TagsFilter
 
-from arjuna_core.checks.pattern import Pattern, PatternError
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.nodes.messages import pose3_from_msg
 from arjuna_sim.nodes.services.results import RequestError
@@ -32,30 +32,23 @@ def matching(found: list[tuple[Entity, EntityInfo, Any]], filters: Any) -> list[
     return [
         entity
         for entity, info, pose in found
-        if _found(name, filters.filter, entity.name)
+        if name.search(entity.name)
         and (not categories or info.category.category in categories)
         and _tagged(info.tags, filters.tags)
         and (inside is None or _overlaps(inside, entity.corners(pose3_from_msg(pose))))
     ]
 
 
-def _pattern(text: str) -> Pattern:
+def _pattern(text: str) -> Any:
+    """Return an expression, which RE2 searches in time linear in the text, whatever it is."""
+    options = re2.Options()
+    options.log_errors = False
     try:
-        return Pattern(text)
-    except PatternError as error:
-        raise _refused(text, error) from error
-
-
-def _found(pattern: Pattern, text: str, name: str) -> bool:
-    try:
-        return pattern.found_in(name)
-    except PatternError as error:
-        raise _refused(text, error) from error
-
-
-def _refused(text: str, error: PatternError) -> RequestError:
-    problem = f"the filter '{text[:_SHOWN]}' is no regular expression: {error}"
-    return RequestError(Result.RESULT_OPERATION_FAILED, problem)
+        return re2.compile(text, options)
+    except re2.error as error:
+        reason = error.args[0].decode("utf-8", "replace")[:_SHOWN]
+        problem = f"the filter '{text[:_SHOWN]}' is no regular expression of RE2: {reason}"
+        raise RequestError(Result.RESULT_OPERATION_FAILED, problem) from error
 
 
 def _tagged(tags: list[str], wanted: TagsFilter) -> bool:

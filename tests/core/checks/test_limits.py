@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.checks import limits
-from arjuna_core.checks.message import problem_of, untyped
+from arjuna_core.checks.message import call_problem, problem_of
 from arjuna_core.checks.rules import (
     grid_problem,
     pose_problem,
@@ -180,17 +180,11 @@ def test_a_message_is_looked_at_part_by_part(message: Any, problem: str | None) 
     assert (found is None) if problem is None else str(found).startswith(problem)
 
 
-def test_what_was_not_read_says_why() -> None:
-    message = made(a=("double", math.nan))
-    message.refusal = "more bytes than a map has"  # type: ignore[attr-defined]
-    assert problem_of(message) == "more bytes than a map has"
-
-
 def test_a_parameter_has_a_type_that_there_is() -> None:
     def request(kind: int) -> Any:
         value = SimpleNamespace(type=kind)
         return SimpleNamespace(parameters=[SimpleNamespace(name="speed", value=value)])
 
-    assert untyped(request(9)) is None
-    assert untyped(request(10)) == "speed: type 10; valid: 0 to 9"
-    assert untyped(SimpleNamespace()) is None
+    assert call_problem(request(9)) is None
+    assert call_problem(request(10)) == "speed: type 10; valid: 0 to 9"
+    assert call_problem(SimpleNamespace()) is None

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from rosidl_parser import definition
 
-from arjuna_core.ros.health.layout import interface
+from arjuna_core.ros.messages import interface
 
 MOODS = (0.0, 0.03, 0.2, 1.0)  # the share of a message's values that are extreme
 _FLOATS = (

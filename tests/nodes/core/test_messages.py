@@ -9,16 +9,39 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from nav_msgs.msg import OccupancyGrid, Odometry
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from rcl_interfaces.srv import SetParameters
 from rclpy.serialization import deserialize_message, serialize_message
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
+from simulation_interfaces.srv import SpawnEntities
+from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.ros.local.cdr import to_cdr
 from arjuna_core.ros.messages import copier, handed_over, quicken
 from tests.helpers.messages import fill
-from tests.nodes.core.test_reading import TYPES, parts
 
 pytestmark = pytest.mark.ros
+TYPES: tuple[Any, ...] = (
+    *(Odometry, Imu, JointState, LaserScan, TFMessage, Clock, Twist, PoseWithCovarianceStamped),
+    *(Image, CameraInfo, PointCloud2, OccupancyGrid, Path, MarkerArray, DiagnosticArray, Empty),
+    *(SetParameters.Request, SpawnEntities.Request),
+)
+
+
+def parts(value: Any, kind: str = "") -> Any:
+    """Return what a message is made of and what those parts are in Python; NaN is itself."""
+    if hasattr(value, "SLOT_TYPES"):
+        within = value.get_fields_and_field_types().items()
+        return type(value), [parts(getattr(value, name), kind) for name, kind in within]
+    if isinstance(value, list):
+        return [parts(item) for item in value]
+    single = np.float32(value) if kind == "float" else value
+    return type(value), getattr(value, "dtype", None), repr(single)
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import pytest
 
@@ -94,6 +95,7 @@ def test_filters_by_name_category_tags_and_bounds(bench: RosBench) -> None:
     ("filters", "code", "words"),
     [
         (EntityFilters(filter="("), Result.RESULT_OPERATION_FAILED, "no regular expression"),
+        (EntityFilters(filter=r"(a)\1"), Result.RESULT_OPERATION_FAILED, "invalid escape"),
         (
             EntityFilters(bounds=Bounds(type=Bounds.TYPE_CONVEX_HULL)),
             Result.RESULT_FEATURE_UNSUPPORTED,
@@ -117,6 +119,17 @@ def test_impossible_filter_is_refused(
         response = bench.call(service, name, service.Request(filters=filters))
         assert response.result.result == code
         assert words in response.result.error_message
+
+
+def test_an_endless_search_ends(bench: RosBench) -> None:
+    start_in(bench)
+    spawn(bench, "a" * 200 + "b", x=2.5)
+    begun = time.process_time()
+    response = bench.call(
+        GetEntities, "/get_entities", GetEntities.Request(filters=EntityFilters(filter="^(a+)+$"))
+    )
+    assert time.process_time() - begun < 0.5
+    assert not response.entities
 
 
 def test_states_come_with_their_names(bench: RosBench) -> None:
