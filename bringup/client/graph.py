@@ -16,23 +16,6 @@ from bringup.client.session import Session
 
 _TYPE = "lifecycle_msgs/srv/GetState"
 _SERVICE = "/get_state"
-_LOOK = 0.1  # [s] between two looks at the graph
-_ALONE = 3.5  # [s] each node announces itself every 3 s
-_QUIET = 1.0  # [s] the graph is taken as known once nothing changed for so long
-_LIMIT = 10.0
-
-
-def discover(session: Session, expected: Collection[str] = ()) -> None:
-    """Wait until the graph is known; it is watched longer while expected nodes are missing."""
-    start = changed = session.now
-    found: list[str] = []
-    while session.now < start + _LIMIT:
-        session.pause(_LOOK)
-        before, found = found, nodes(session)
-        changed = changed if found == before else session.now
-        complete = found and {name.rpartition("/")[2] for name in found}.issuperset(expected)
-        if session.now - changed >= (_QUIET if complete else _ALONE):
-            return
 
 
 def nodes(session: Session) -> list[str]:

@@ -24,14 +24,14 @@ from arjuna_core.ros.convert import grid_from_msg, scan_from_msg, seconds
 from arjuna_core.ros.tf import TransformBuffer, TransformError, TransformListener
 from bringup.client.endpoint import Endpoint
 from bringup.client.frames import FrameListener
-from bringup.client.graph import discover, endpoints, lifecycle_states, nodes, on_system_time
+from bringup.client.graph import endpoints, lifecycle_states, nodes, on_system_time
 from bringup.client.session import Session
 from bringup.doctor.checks.rates import LEAST, LEAST_OF_TYPE
 from bringup.doctor.counter import Counter
 from bringup.doctor.fit import scan_facts
 from bringup.doctor.machine import read_machine
-from bringup.doctor.processes import host_processes
 from bringup.doctor.snapshot import Clock, Robot, ScanFacts, Snapshot
+from bringup.ros2.discovery import discover
 from bringup.ros2.types import interface_class
 
 LOG = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -83,8 +83,7 @@ class Observer:
 
     def snapshot(self, duration: float) -> Snapshot:
         """Listen for a duration [s] after discovery, and return what there is."""
-        run = self._session.run_until
-        discover(self._session, hosts_of(self._session))
+        discover(self._session)
         counter = Counter(self._session)
         namespace = self._session.client.get_namespace()
         for topic in LEAST:
@@ -92,11 +91,11 @@ class Observer:
         for topic, types in self._session.client.get_topic_names_and_types():
             if LEAST_OF_TYPE.keys() & set(types):
                 counter.listen(topic)
-        run(lambda: False, _MATCH, required=False)
+        self._session.pause(_MATCH)
         self._times.clear()
         counter.restart()
         start = self._session.now
-        run(lambda: False, duration, required=False)
+        self._session.pause(duration)
         passed = self._session.now - start
         times, counts = self._times[:], counter.counts()
         ends, states = endpoints(self._session), lifecycle_states(self._session, _STATES)
@@ -148,12 +147,6 @@ class Observer:
         except TransformError:
             upside_down = False
         return scan_facts(scan_from_msg(message), frame, upside_down, grid, T_map_sensor)
-
-
-def hosts_of(session: Session) -> set[str]:
-    """Return the names of the nodes that stand for the processes of ours in this domain."""
-    domain = session.client.context.get_domain_id()
-    return {f"{host.group}_host" for host in host_processes() if host.domain == domain}
 
 
 def is_stamped(type_name: str) -> bool:

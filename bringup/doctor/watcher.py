@@ -6,12 +6,13 @@ from typing import Any
 
 from rcl_interfaces.msg import Log
 
-from bringup.client.graph import discover, endpoints, lifecycle_states, nodes
+from bringup.client.graph import endpoints, lifecycle_states, nodes
 from bringup.client.session import Session
 from bringup.doctor.counter import Counter
-from bringup.doctor.observer import LOG, hosts_of
+from bringup.doctor.observer import LOG
 from bringup.doctor.processes import host_processes
 from bringup.doctor.table import Row, cpu_shares, main_topic, rows
+from bringup.ros2.discovery import discover
 
 _STATES = 1.0  # [s] for the answers of all nodes
 
@@ -28,7 +29,7 @@ class Watcher:
         self._counter = Counter(session)
         self._warnings: dict[str, str] = {}
         session.client.create_subscription(Log, "/rosout", self._on_log, LOG)
-        discover(session, hosts_of(session))
+        discover(session)
 
     def _on_log(self, message: Any) -> None:
         if message.level >= Log.WARN:

@@ -6,7 +6,6 @@ import argparse
 import math
 import os
 import sys
-import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -18,13 +17,11 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bringup.client.session import POLL, Connection
 from bringup.ros2 import interrupt
-from bringup.ros2.discovery import Graph, look, time_to_settle
+from bringup.ros2.discovery import discover
 from bringup.ros2.errors import Ros2Error
 
 Names = Sequence[tuple[str, Sequence[str]]]
 """Names of the graph, each with its types."""
-MISSING = 1.0  # a graph must stand still for so long before something counts as not there [s]
-LIMIT = 8.0  # how long a graph that goes on changing is watched
 
 
 class Client(Connection):
@@ -72,29 +69,8 @@ class Client(Connection):
         return self.run_until(done, math.inf if timeout is None else timeout, required=False)
 
     def discover(self, found: Callable[[], bool] | None = None) -> bool:
-        """Wait until the graph is known, or until something is found in it.
-
-        Args:
-            found: Looks for what is asked for; it ends the wait early.
-
-        Returns:
-            Whether it was found; False if nothing was looked for.
-        """
-        start = changed = time.monotonic()
-        seen: Graph | None = None
-        polls = 0  # a machine so busy that few fit into the time needs longer
-        while found is None or not found():
-            now, graph = time.monotonic(), look(self.node)
-            polls += 1
-            if graph != seen:
-                seen, changed, polls = graph, now, 0
-            quiet = max(time_to_settle(self.node, graph), 0.0 if found is None else MISSING)
-            settled = now > changed + quiet and polls > 0.8 * quiet / POLL
-            end = start + LIMIT if self._limit is None else start + float(self._limit)
-            if now > end or (settled and self._limit is None):
-                return False
-            self.spin_once()
-        return True
+        """Wait until the graph is known, or something is found in it; return whether it was."""
+        return discover(self, found, self._limit)
 
     def nodes(self, hidden: bool = False) -> list[str]:
         """Return the full names of the nodes, sorted, a name that occurs twice twice."""

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from bringup.client.session import POLL, Session
 
 WHOLE = 0.15  # a graph in which nothing is seen to lack must stand still for so long [s]
 STABLE = 0.6  # one of which that cannot be told
@@ -22,6 +25,43 @@ class Graph(NamedTuple):
 
     nodes: list[tuple[str, str]]
     topics: list[tuple[str, list[str]]]
+
+
+def discover(
+    session: Session,
+    found: Callable[[], bool] | None = None,
+    duration: float | None = None,
+    missing: float = 1.0,
+    limit: float = 8.0,
+) -> bool:
+    """Wait until the graph is known, or until something is found in it.
+
+    Args:
+        session: The connection.
+        found: Looks for what is asked for; it ends the wait early.
+        duration: How long to wait, whatever is known [s]; None for as long as it takes.
+        missing: How long a graph must stand still before something counts as not there [s].
+        limit: How long a graph that continues to change is watched [s].
+
+    Returns:
+        Whether it was found; False if nothing was looked for.
+    """
+    start = changed = session.now
+    seen: Graph | None = None
+    polls = 0  # a machine so busy that few fit into the time needs longer
+    while found is None or not found():
+        now, graph = session.now, look(session.client)
+        polls += 1
+        if graph != seen:
+            seen, changed, polls = graph, now, 0
+        quiet = max(time_to_settle(session.client, graph), 0.0 if found is None else missing)
+        settled = now > changed + quiet and polls > 0.8 * quiet / POLL
+        if now > start + (limit if duration is None else float(duration)) or (
+            settled and duration is None
+        ):
+            return False
+        session.spin_once()
+    return True
 
 
 def look(node: Any) -> Graph:

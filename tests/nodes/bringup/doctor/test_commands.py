@@ -11,8 +11,8 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup import cli
 from bringup.cli_parser import parse
-from bringup.client import graph
 from bringup.commands.tools import tf
+from bringup.ros2 import discovery
 
 pytestmark = pytest.mark.ros
 
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.ros
 @pytest.fixture(autouse=True)
 def _alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
-    monkeypatch.setattr(graph, "_ALONE", 0.2)
+    monkeypatch.setattr(discovery, "SILENT", 0.2)
     monkeypatch.setattr(tf, "_WAIT", 0.2)
 
 
@@ -31,7 +31,7 @@ def test_doctor_names_the_range_that_keeps_it_alone(capfd: pytest.CaptureFixture
     assert document["snapshot"]["nodes"] == []
 
 
-def test_tf_says_that_no_frame_was_heard_of(
+def test_tf_says_that_no_frame_came(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     picture = tmp_path / "tree.png"
