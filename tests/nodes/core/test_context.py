@@ -17,6 +17,8 @@ _SEGMENT = 4 << 20  # [bytes] what the profile asks for
 _NODE = """
 import glob, os
 from rclpy.node import Node
+from arjuna_core.ros.context import new_context
+
 context = new_context()
 node = Node("one", context=context)
 mine = [line.split()[-1] for line in open("/proc/self/maps") if "/dev/shm/fastrtps_" in line]
