@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, ParseError, TreeBuilder  # parsing is
 
 from defusedxml.ElementTree import DefusedXMLParser
 
-# Bounds on hostile files: what still loads within 2 s and 500 MB (tests/sim/files/test_fuzz.py).
+# Bounds on hostile files: what still loads within 2 s and 500 MB (tests/fuzz/test_models.py).
 _ELEMENTS_MAX = 300_000
 _DEPTH_MAX = 100
 _PREFIXES_MAX = 20

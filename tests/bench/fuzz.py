@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from tests.helpers.fuzz.readers import READERS, Finding, Fuzzer
+from tests.fuzz.files import READERS, Finding, Fuzzer
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 def _session(total: dict[str, Any], stack: str, seed: int, count: int, folder: Path) -> None:
     """Run one session in a process of its own and add what came of it."""
     session = f"{stack}, seed {seed}"
-    command = [sys.executable, "-m", "tests.helpers.messages.session"]
+    command = [sys.executable, "-m", "tests.fuzz.barrage"]
     command += [stack, str(seed), str(count), str(folder)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     try:

@@ -23,7 +23,7 @@ from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.ros.local.cdr import to_cdr
 from arjuna_core.ros.messages import copier, handed_over, quicken
-from tests.helpers.messages import fill
+from tests.fuzz import messages as fill
 
 pytestmark = pytest.mark.ros
 TYPES: tuple[Any, ...] = (

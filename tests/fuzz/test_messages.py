@@ -1,4 +1,4 @@
-"""Claims: random messages on everything are borne; `bench messages` sends twenty thousand."""
+"""Claims: a robot survives random messages on everything; `bench messages` sends 20 000."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
-from tests.helpers.messages.session import STACKS, Barrage
+from tests.fuzz.barrage import STACKS, Barrage
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 COUNT = 200

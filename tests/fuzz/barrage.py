@@ -29,8 +29,7 @@ from bringup.stack import (
     SLAM_GROUP,
     Group,
 )
-from tests.helpers.messages.fill import Filler
-from tests.helpers.messages.targets import Target, drawn, filled, found, profile
+from tests.fuzz.messages import Filler, Target, drawn, filled, found, profile
 
 HUNG = 1.0
 """How much of a core's time one message may take [s]."""

@@ -22,7 +22,7 @@ from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.physics.scene import build_scene
 from arjuna_sim.physics.wheels.servo import ServoConfig
-from tests.helpers.fuzz.mutations import MUTATIONS
+from tests.fuzz.files import MUTATIONS
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited
 
 CORPUS = Path(__file__).parent / "corpus"

@@ -1,0 +1,1 @@
+"""Random and hostile files and messages."""

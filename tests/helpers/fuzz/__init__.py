@@ -1,1 +1,0 @@
-"""Files changed at random, and the readers that must bear them."""

@@ -1,1 +1,0 @@
-"""Random messages and requests for every interface of a running robot."""
