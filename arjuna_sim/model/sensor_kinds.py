@@ -6,7 +6,6 @@ import importlib
 import pkgutil
 from collections.abc import Callable, Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from arjuna_sim.model.settings import SensorSettings
@@ -17,7 +16,7 @@ Choice = Callable[[Sequence[SensorSettings]], SensorSettings | None]
 """Returns which of all sensors, or what of one, serves the rest of the robot; None for none."""
 R = TypeVar("R", bound=Reader)
 C = TypeVar("C", bound=Choice)
-_FOLDER = Path(__file__).parents[1] / "devices" / "sensors"
+_PACKAGE = ".".join((*__name__.split(".")[:-2], "devices", "sensors"))
 _readers: dict[str, Reader] = {}
 _choices: dict[int, Choice] = {}
 
@@ -52,9 +51,9 @@ def chooses(rank: int) -> Callable[[C], C]:
 @cache
 def sensor_kinds() -> SensorKinds:
     """Return all kinds; their files are imported by name, as plug-ins."""
-    package = f"{__name__.partition('.')[0]}.devices.sensors"
-    for module in pkgutil.iter_modules([str(_FOLDER)]):
-        importlib.import_module(f"{package}.{module.name}")
+    package = importlib.import_module(_PACKAGE)
+    for module in pkgutil.iter_modules(package.__path__):
+        importlib.import_module(f"{_PACKAGE}.{module.name}")
     return SensorKinds(
         dict(sorted(_readers.items())), tuple(_choices[rank] for rank in sorted(_choices))
     )

@@ -1,0 +1,65 @@
+"""A sensor is added by docs/extending.md alone."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from sensor_msgs.msg import Temperature
+
+from arjuna_core.ros import qos
+from arjuna_sim.devices import sensors
+from arjuna_sim.devices.sensors import altimeter
+from arjuna_sim.model import sensor_kinds as kinds
+from arjuna_sim.nodes import sensor_topics
+from tests.helpers.ros import RosBench
+from tests.nodes.sim.running import run, start_sim
+from tests.sim.robot_cases import RobotMaker
+
+pytestmark = pytest.mark.ros
+ROOT = Path(__file__).parents[3]
+MESSAGE = """
+from sensor_msgs.msg import Temperature
+from arjuna_sim.devices.sensors.thermometer import ThermometerSettings
+
+@publishes(ThermometerSettings, Temperature)
+def _temperature(sensor, reading, now):
+    return Temperature(header=header(sensor.frame, now), temperature=reading)
+"""
+
+
+@pytest.fixture
+def thermometer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Write the two files that the page names: the altimeter's with other words, and a message."""
+    section = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+    files = re.findall(r"\]\(\.\./(.+?)\)", section.partition("## A sensor")[2])
+    assert [ROOT / name for name in files] == [
+        Path(inspect.getfile(altimeter)),
+        Path(inspect.getfile(sensor_topics)),
+    ]
+    code = (ROOT / files[0]).read_text(encoding="utf-8")
+    code = code.replace("Altimeter", "Thermometer").replace("altimeter", "thermometer")
+    cooler = code.replace("return height - self._start + error", "return 20.0 - 0.0065 * height")
+    assert cooler != code
+    (tmp_path / "thermometer.py").write_text(cooler, encoding="utf-8")
+    monkeypatch.setattr(kinds, "_readers", dict(kinds._readers))
+    monkeypatch.setattr(sensors, "__path__", [*sensors.__path__, str(tmp_path)])
+    kinds.sensor_kinds.cache_clear()
+    kinds.sensor_kinds()
+    exec(MESSAGE, vars(sensor_topics))
+    yield
+    kinds.sensor_kinds.cache_clear()
+
+
+@pytest.mark.usefixtures("thermometer")
+def test_a_new_kind_is_read_simulated_and_published(bench: RosBench, tmp_path: Path) -> None:
+    maker = RobotMaker(tmp_path)
+    maker.add("thermometer", "outside", "<update_rate>10</update_rate>")
+    sim = start_sim(bench, robot=str(maker.write(bare=False)))
+    heard = bench.collect(Temperature, "/thermometer", qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 10)
+    assert [message.temperature for message in heard] == pytest.approx([20.0] * 2, abs=0.01)
+    assert heard[0].header.frame_id == "outside_link"
