@@ -11,8 +11,6 @@ from scipy import stats
 from bringup.campaign.outcome import Outcome, read_outcome
 from bringup.campaign.plan import CampaignError
 
-_SURE = 0.05  # probability below which chance is no explanation
-
 
 def outcomes_in(folder: Path) -> list[Outcome]:
     """Return the outcomes of a campaign's folder, in the order of its runs.
@@ -27,17 +25,20 @@ def outcomes_in(folder: Path) -> list[Outcome]:
     return outcomes
 
 
-def compared(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[str]:
-    """Return lines with what two campaigns found and how probable the difference is by chance."""
+def compared(first: Sequence[Outcome], second: Sequence[Outcome], level: float = 0.05) -> list[str]:
+    """Return lines with two campaigns' figures and how probable the difference is by chance.
+
+    Below a level of that probability they differ.
+    """
     counts = [(sum(one.success for one in each), len(each)) for each in (first, second)]
     chance = success_difference(*((good, total - good) for good, total in counts))
     lines = [_line("", ("first", "second"), "p")]
-    lines.append(_line("success", [f"{a} of {b}" for a, b in counts], _verdict(chance)))
+    lines.append(_line("success", [f"{a} of {b}" for a, b in counts], _verdict(chance, level)))
     keys = dict.fromkeys(key for one in (*first, *second) for key in one.figures)
     for key in keys:
         one, other = ([run.figures.get(key, np.nan) for run in each] for each in (first, second))
         medians = [f"{_median(each):.4g}" for each in (one, other)]
-        lines.append(_line(key, medians, _verdict(measure_difference(one, other))))
+        lines.append(_line(key, medians, _verdict(measure_difference(one, other), level)))
     return lines
 
 
@@ -46,8 +47,8 @@ def _median(values: Sequence[float]) -> float:
     return float(np.median(finite)) if len(finite) else np.nan
 
 
-def _verdict(chance: float) -> str:
-    return f"{chance:.3f}{' differs' if chance < _SURE else ''}"
+def _verdict(chance: float, level: float) -> str:
+    return f"{chance:.3f}{' differs' if chance < level else ''}"
 
 
 def _line(name: str, both: Sequence[str], chance: str) -> str:

@@ -19,7 +19,6 @@ from bringup.campaign.plan import Campaign
 
 mpl.use("Agg")
 TABLE, PAGE = "results.parquet", "index.html"
-_WORST = 10  # runs that the page names
 _STYLE = (
     "body{font:16px sans-serif;max-width:60em;margin:2em auto}td,th{padding:.2em .8em;text-align:"
     "left}tr:nth-child(even){background:#f2f2f2}img{width:20em}.bad{color:#b00}"
@@ -119,13 +118,13 @@ def _histogram(key: str, values: Sequence[float]) -> str:
     return f'<img alt="{html.escape(key)}" src="data:image/png;base64,{data}">'
 
 
-def _failed(outcomes: Sequence[Outcome]) -> str:
+def _failed(outcomes: Sequence[Outcome], most: int = 10) -> str:
     failed = sorted((one for one in outcomes if not one.success), key=lambda one: -one.wall_s)
     if not failed:
         return "<p>None.</p>"
     items = [
         f'<li><a href="{html.escape(one.name)}/">{html.escape(one.name)}</a>: '
         f'<span class="bad">{html.escape(one.reason)}</span>, {one.wall_s:.0f} s</li>'
-        for one in failed[:_WORST]
+        for one in failed[:most]
     ]
     return f"<p>{len(failed)} runs.</p><ul>{''.join(items)}</ul>"

@@ -10,8 +10,6 @@ import numpy as np
 from arjuna_core.scan import Scan
 
 _FRONT, _SIDE = math.radians(15.0), math.radians(90.0)
-_CLEAR = 10.0  # [m] where nothing is seen
-_OWN = 0.01  # [m] nearer than that is the robot itself
 
 
 @dataclass(frozen=True)
@@ -39,15 +37,25 @@ class Decision:
         return f"[{self.word:<8}] {seen}"
 
 
-def decide(scan: Scan, distance: float, speed: float, turn: float) -> Decision:
-    """Return what to do at a scan: drive [m/s] unless something is nearer ahead [m], else turn."""
+def decide(
+    scan: Scan,
+    distance: float,
+    speed: float,
+    turn: float,
+    clear: float = 10.0,
+    own: float = 0.01,
+) -> Decision:
+    """Return what to do at a scan: drive [m/s] unless something is nearer ahead [m], else turn.
+
+    Where nothing is seen it is clear for so far [m]; what is nearer than `own` [m] is the robot.
+    """
     bearings = scan.angles + scan.T_base_sensor.theta
     bearings = np.arctan2(np.sin(bearings), np.cos(bearings))
-    usable = np.isfinite(scan.ranges) & (scan.ranges > _OWN)
+    usable = np.isfinite(scan.ranges) & (scan.ranges > own)
 
     def nearest(low: float, high: float) -> float:
         found = scan.ranges[usable & (bearings >= low) & (bearings <= high)]
-        return float(found.min()) if len(found) else _CLEAR
+        return float(found.min()) if len(found) else clear
 
     front, left, right = nearest(-_FRONT, _FRONT), nearest(_FRONT, _SIDE), nearest(-_SIDE, -_FRONT)
     if front > distance:

@@ -16,11 +16,6 @@ from arjuna_core.se2 import SE2
 from bringup.client.graph import action_server_state
 from bringup.client.session import ClientError, Session
 
-_ANSWER_TIMEOUT = 10.0
-_SILENCE = 10.0  # [s] between two feedbacks, of which servers send ten a second
-_PAUSE = 0.5  # [s] until a server that is not active is asked again
-_PROBE = 2.0  # [s] for a server to say whether it has a goal
-_ACTIVATION = 60.0  # [s] for navigation to be activated
 _REMEDY = "is 'python -m bringup nav --map FILE' running and active?"
 _ENDS = {GoalStatus.STATUS_CANCELED: "cancelled", GoalStatus.STATUS_ABORTED: "aborted"}
 
@@ -40,11 +35,33 @@ class GoalEnd:
     refused: bool = False
 
 
+@dataclass(frozen=True)
+class GoalTimes:
+    """How long servers may take [s].
+
+    Attributes:
+        answer: To appear, and to answer a goal.
+        silence: Between two feedbacks, of which servers send ten a second.
+        probe: To say whether it has a goal.
+        activation: For navigation to be activated.
+        pause: Until a server that is not active is asked again.
+    """
+
+    answer: float = 10.0
+    silence: float = 10.0
+    probe: float = 2.0
+    activation: float = 60.0
+    pause: float = 0.5
+
+
+TIMES = GoalTimes()
+
+
 class Goals:
     """Sends goals and waits until they end."""
 
-    def __init__(self, session: Session) -> None:
-        self._session = session
+    def __init__(self, session: Session, times: GoalTimes = TIMES) -> None:
+        self._session, self._times = session, times
         self._clients: dict[str, Any] = {}
 
     def navigate(
@@ -66,7 +83,7 @@ class Goals:
     def spin(self, angle: float, timeout: float) -> GoalEnd:
         """Turn on the spot by an angle [rad] within a time [s]."""
         request = Spin.Goal(target_yaw=angle, time_allowance=duration_msg(timeout))
-        return self._run(Spin, "spin", request, timeout + _ANSWER_TIMEOUT, lambda feedback: None)
+        return self._run(Spin, "spin", request, timeout + self._times.answer, lambda feedback: None)
 
     def _run(
         self,
@@ -78,8 +95,8 @@ class Goals:
     ) -> GoalEnd:
         if name not in self._clients:
             self._clients[name] = action_client(self._session.client, action, name)
-        deadline = self._session.now + timeout
-        return _Goal(self._session, self._clients[name], name, request, deadline, progress).run()
+        goal = _Goal(self._session, self._clients[name], name, request, self._times)
+        return goal.run(self._session.now + timeout, progress)
 
 
 class _Goal:
@@ -91,20 +108,20 @@ class _Goal:
         client: Any,
         name: str,
         request: Any,
-        deadline: float,
-        progress: Callable[[Any], None],
+        times: GoalTimes,
     ) -> None:
         self._session, self._client, self._name = session, client, name
-        self._request, self._deadline, self._progress = request, deadline, progress
+        self._request, self._times = request, times
         self._logger = session.client.get_logger()
         self._heard_at = session.now
 
-    def run(self) -> GoalEnd:
-        """Send it, and again where its server loses it; return how it ended.
+    def run(self, deadline: float, progress: Callable[[Any], None]) -> GoalEnd:
+        """Send it, and again where its server loses it, until a time [s]; return how it ended.
 
         Raises:
             ArjunaError: Nobody answers until the deadline.
         """
+        self._deadline, self._progress = deadline, progress
         end = self._deliver()
         while end is None:
             self._logger.warning(
@@ -142,19 +159,19 @@ class _Goal:
             ClientError: It is not activated in time.
         """
         session, name, warned = self._session, self._name, False
-        last = min(self._deadline, session.now + _ACTIVATION)
+        last = min(self._deadline, session.now + self._times.activation)
         while (state := action_server_state(session, name)) not in ("active", ""):
             if not warned:
                 self._logger.warning(f"'{name}' is {state}: waiting until navigation is active")
                 warned = True
             if session.now >= last:
                 raise ClientError(f"'{name}' is still {state}; 'doctor' says what it lacks")
-            session.pause(_PAUSE)
+            session.pause(self._times.pause)
 
     def _attempt(self) -> GoalEnd | None:
         """Send it and wait for its end; None where its server has lost it."""
         session, what = self._session, f"a server of '{self._name}'"
-        session.wait_for(self._client.server_is_ready, _ANSWER_TIMEOUT, what, _REMEDY)
+        session.wait_for(self._client.server_is_ready, self._times.answer, what, _REMEDY)
         self._heard_at = session.now
         handle = session.send_goal(self._client, self._request, self._take)
         if not handle.accepted:
@@ -185,7 +202,7 @@ class _Goal:
         session, warned = self._session, False
 
         def is_due() -> bool:
-            return bool(result.done()) or session.now - self._heard_at > _SILENCE
+            return bool(result.done()) or session.now - self._heard_at > self._times.silence
 
         while True:
             session.run_until(is_due, self._left, required=False)
@@ -206,7 +223,7 @@ class _Goal:
     def _is_lost(self, handle: Any) -> bool:
         """Return whether the server has no such goal: one that only takes its time keeps it."""
         answer = handle.get_result_async()
-        self._session.run_until(answer.done, _PROBE, required=False)
+        self._session.run_until(answer.done, self._times.probe, required=False)
         if answer.done():
             return bool(answer.result().status == GoalStatus.STATUS_UNKNOWN)
         return not self._client.server_is_ready()

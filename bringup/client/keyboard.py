@@ -17,12 +17,13 @@ from bringup.client.session import ClientError, Connection
 from bringup.client.velocity import VelocityPublisher
 from bringup.terminal import show
 
-_PERIOD = 0.1  # [s] between commands: well within the robot's time-out, so that it drives on
-_WAIT = 10.0
 
-
-def drive_by_keys(driving: Driving, arguments: argparse.Namespace) -> None:
+def drive_by_keys(
+    driving: Driving, arguments: argparse.Namespace, period: float = 0.1, patience: float = 10.0
+) -> None:
     """Drive until a key quits; the robot is stopped however this ends.
+
+    Commands come at a period [s] well within the robot's time-out, so that it keeps driving.
 
     Raises:
         ClientError: There is no terminal, or no robot that listens.
@@ -31,12 +32,12 @@ def drive_by_keys(driving: Driving, arguments: argparse.Namespace) -> None:
         raise ClientError("teleop reads keys: it needs a terminal as its standard input")
     with closing(Connection("teleop", arguments.namespace)) as session, _interruptible():
         velocity = VelocityPublisher(session, arguments.topic, arguments.stamped)
-        velocity.wait(_WAIT)
+        velocity.wait(patience)
         show(PAGES[driving.layout])
         try:
             with _raw_keys():
                 while not driving.done:
-                    session.run_until(_key_waits, _PERIOD, required=False)
+                    session.run_until(_key_waits, period, required=False)
                     if _key_waits():
                         driving = driving.pressed(os.read(sys.stdin.fileno(), 1).decode("latin-1"))
                         _show_state(driving)

@@ -33,7 +33,6 @@ from bringup.client.velocity import VelocityPublisher
 
 GOAL_TIMEOUT, EXPLORER_GRACE = 600.0, 60.0
 _INITIAL_COVARIANCE = np.diag([0.5**2, 0.5**2, 0.26**2])  # what RViz's "2D Pose Estimate" sends
-_COMMAND_PERIOD = 0.1
 _REMEDIES = {
     "scan": "is 'python -m bringup sim' running, and not paused?",
     "map": "is 'python -m bringup slam' or 'nav' running, and does a scan come?",
@@ -175,15 +174,18 @@ class Robot:
             pose=pose_msg(SE2(x, y, yaw)), covariance=planar_covariance(_INITIAL_COVARIANCE)
         )
         publisher.publish(PoseWithCovarianceStamped(header=header("map", 0.0), pose=pose))
-        session.pause(_COMMAND_PERIOD)
+        session.pause(0.1)  # it is sent
 
-    def drive(self, v: float, w: float, duration: float) -> None:
-        """Drive at a speed [m/s] and turn rate [rad/s] for a time [s], then stop."""
+    def drive(self, v: float, w: float, duration: float, period: float = 0.1) -> None:
+        """Drive at a speed [m/s] and turn rate [rad/s] for a time [s], then stop.
+
+        Commands are sent at a period [s].
+        """
         session = self.session
         end = session.now + duration
         while session.now < end:
             self.command(v, w)
-            session.pause(min(_COMMAND_PERIOD, end - session.now))
+            session.pause(min(period, end - session.now))
         self.stop()
 
     def command(self, v: float, w: float) -> None:

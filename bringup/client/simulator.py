@@ -27,8 +27,6 @@ from simulation_interfaces.srv import (
 from arjuna_core.ros.convert import quaternion, yaw
 from bringup.client.session import ClientError, Connection
 
-_CHUNK = 500  # steps of one call: each is answered well within the deadline
-
 
 class SimulatorError(ClientError):
     """No simulator answers, or it refuses a request; the message is its reason."""
@@ -92,10 +90,10 @@ class SimulatorClient(Connection):
         request = SetSimulationState.Request(state=SimulationState(state=state))
         self.ask(SetSimulationState, "set_simulation_state", request)
 
-    def step(self, steps: int) -> None:
-        """Run a paused simulation for some ticks."""
+    def step(self, steps: int, chunk: int = 500) -> None:
+        """Run a paused simulation for some ticks, a chunk a call to be answered in time."""
         while steps > 0:
-            count = min(steps, _CHUNK)
+            count = min(steps, chunk)
             request = StepSimulation.Request(steps=count)
             self.ask(StepSimulation, "step_simulation", request)
             steps -= count

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 Waypoint = tuple[float, float, float]
 _RULE = "_" * 40
 _VALID = "valid: 'waypoints: [[x, y, yaw], ...]' or '- {x: 1.0, y: 2.0, yaw: 0.0}'"
-_STEP = 0.5  # [m] driven between two lines of progress
 
 
 def load_waypoints(path: Path) -> list[Waypoint]:
@@ -47,10 +46,10 @@ def _waypoint(path: Path, row: Any, number: int) -> Waypoint:
 
 
 class Progress:
-    """Writes the distance left each half metre; takes the feedback of navigate_to_pose."""
+    """Writes the distance left at each step [m]; takes the feedback of navigate_to_pose."""
 
-    def __init__(self, write: Callable[[str], None]) -> None:
-        self._write = write
+    def __init__(self, write: Callable[[str], None], step: float = 0.5) -> None:
+        self._write, self._step = write, step
         self._said = math.inf
         self._latest: Any = None
 
@@ -86,7 +85,7 @@ class Progress:
         """Take a feedback message."""
         self._latest = feedback
         left = feedback.distance_remaining
-        if left > 0.0 and abs(self._said - left) >= _STEP:
+        if left > 0.0 and abs(self._said - left) >= self._step:
             self._said = left
             self._write(f"  Distance remaining: {left:.2f}m")
 

@@ -44,7 +44,8 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.terminal import show
 
     if arguments.compare is not None:
-        for line in compared(*map(outcomes_in, arguments.compare)):
+        first, second = map(outcomes_in, arguments.compare)
+        for line in compared(first, second):
             show(line)
         return 0
     if arguments.file is None or arguments.jobs < 1:

@@ -44,8 +44,6 @@ WAYPOINTS = (
 HOME = SE2(0.0, 0.0, 0.0)
 REACHED_WITHIN = 0.25  # nav2's xy_goal_tolerance, judged by the truth [m]
 KNOWS = 0.5  # localization quality from which the robot's word counts
-_EXPLORE_TIMEOUT, _GOAL_TIMEOUT, _NOTICE_TIMEOUT, _RECOVER_TIMEOUT = 1800.0, 300.0, 10.0, 60.0
-_CLEARANCE = 0.6  # of where it is carried off to [m]
 _INITIAL_COVARIANCE = np.diag([0.05**2, 0.05**2, 0.05**2])
 
 
@@ -59,6 +57,11 @@ class DemoOptions:
         parameters: Parameters of all nodes.
         waypoints: What is driven to on the map.
         kidnap: Whether the robot is carried off then, and drives home.
+        explore_time: For the exploration [s].
+        goal_time: For a goal [s].
+        notice_time: For the robot to notice that it was carried off [s].
+        recover_time: For it to know again where it is [s].
+        clearance: Of where it is carried off to [m].
     """
 
     seed: int
@@ -66,6 +69,11 @@ class DemoOptions:
     parameters: Parameters
     waypoints: tuple[SE2, ...] = WAYPOINTS
     kidnap: bool = True
+    explore_time: float = 1800.0
+    goal_time: float = 300.0
+    notice_time: float = 10.0
+    recover_time: float = 60.0
+    clearance: float = 0.6
 
 
 class Demo:
@@ -158,7 +166,7 @@ class Demo:
         self._progress.phase("exploring and mapping", robot.now)
         robot.start(SLAM_GROUP, NAVIGATION_GROUP, EXPLORER_GROUP)
         robot.run_until(
-            lambda: self._exploration.startswith("done"), _EXPLORE_TIMEOUT, "exploration"
+            lambda: self._exploration.startswith("done"), self._options.explore_time, "exploration"
         )
         robot.stop(EXPLORER_GROUP)
 
@@ -191,7 +199,7 @@ class Demo:
         self._robot.start(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=values)
 
     def _go(self, goal: SE2) -> bool:
-        succeeded = self._goals.navigate(goal, _GOAL_TIMEOUT).succeeded
+        succeeded = self._goals.navigate(goal, self._options.goal_time).succeeded
         return succeeded and self._truth().distance(goal) <= REACHED_WITHIN
 
     def _drive_waypoints(self) -> None:
@@ -208,7 +216,7 @@ class Demo:
             x, y = self._rng.uniform(-4.3, 4.3, size=2)
             pose = SE2(float(x), float(y), float(self._rng.uniform(-np.pi, np.pi)))
             gap = distance_to_surfaces(np.array([[x, y]]), surfaces)[0]
-            if gap > _CLEARANCE and pose.distance(self._truth()) > 2.0:
+            if gap > self._options.clearance and pose.distance(self._truth()) > 2.0:
                 return pose
 
     def _kidnap(self) -> None:
@@ -219,9 +227,9 @@ class Demo:
         self._judge = False
         robot.sim.simulator.robot.set_pose(self._origin() @ pose)
         start = robot.now
-        robot.run_until(lambda: self._quality < KNOWS, _NOTICE_TIMEOUT, required=False)
+        robot.run_until(lambda: self._quality < KNOWS, self._options.notice_time, required=False)
         found = self._found_itself(3.0)
-        while not found and robot.now - start < _RECOVER_TIMEOUT:
+        while not found and robot.now - start < self._options.recover_time:
             self._goals.spin(np.pi / 2.0, 15.0)
             found = self._found_itself(1.0)
         if found:

@@ -10,6 +10,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from arjuna_core.errors import ArjunaError
@@ -17,9 +18,28 @@ from bringup.lessons.page import Command, Section
 
 _STACKS = [("-m", "bringup", name) for name in ("sim", "slam", "nav", "robot")]
 _STACK = " nodes active after "  # what `sim`, `slam` and `nav` say last
-_UP_TIMEOUT, _END_TIMEOUT, _COMMAND_TIMEOUT = 90.0, 20.0, 900.0  # [s]
-_FIRST_WORD = 20.0  # [s] at most, before the time counts for which to watch
-_LOOK = 0.1  # from one look at the output to the next [s]
+
+
+@dataclass(frozen=True)
+class Times:
+    """How long a lesson's command may take [s].
+
+    Attributes:
+        start: Until it is up.
+        first_word: Before the time counts for which to watch.
+        end: After Ctrl-C.
+        whole: Until it ends by itself.
+        look: From one look at its output to the next.
+    """
+
+    start: float = 90.0
+    first_word: float = 20.0
+    end: float = 20.0
+    whole: float = 900.0
+    look: float = 0.1
+
+
+TIMES = Times()
 
 
 class LessonError(ArjunaError):
@@ -38,8 +58,10 @@ class Running:
         printed: Its output so far.
     """
 
-    def __init__(self, command: Command, folder: Path, show: Callable[[str], None]) -> None:
-        self._command, self._show = command, show
+    def __init__(
+        self, command: Command, folder: Path, show: Callable[[str], None], times: Times = TIMES
+    ) -> None:
+        self._command, self._show, self._times = command, show, times
         self.printed = ""
         self._output = tempfile.TemporaryFile()  # noqa: SIM115 - as long as the process
         kept = None if command.by_hand else self._output
@@ -58,7 +80,7 @@ class Running:
         """End it as Ctrl-C does, or by force where it does not mind."""
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
-            self._read(_END_TIMEOUT)
+            self._read(self._times.end)
         if self._process.poll() is None:
             self._process.kill()
             self._process.wait()
@@ -73,7 +95,7 @@ class Running:
         """
         is_stack = self._command.words[1:4] in _STACKS
         is_up = (lambda: _STACK in self.printed) if is_stack else (lambda: bool(self.printed))
-        if not self._read(_UP_TIMEOUT, is_up):
+        if not self._read(self._times.start, is_up):
             raise LessonError(f"'{self._command.text}' is not up:\n{self.printed}")
         self._show = lambda text: None
 
@@ -86,14 +108,14 @@ class Running:
         if self._command.by_hand:
             return self._process.wait()
         if self._command.seconds is not None:
-            self._read(_FIRST_WORD, lambda: bool(self.printed))
+            self._read(self._times.first_word, lambda: bool(self.printed))
             self._read(self._command.seconds)
             self._process.send_signal(signal.SIGINT)
-            self._read(_END_TIMEOUT)
+            self._read(self._times.end)
             return 0
-        self._read(_COMMAND_TIMEOUT)
+        self._read(self._times.whole)
         if self._process.poll() is None:
-            raise LessonError(f"'{self._command.text}' did not end in {_COMMAND_TIMEOUT:.0f} s")
+            raise LessonError(f"'{self._command.text}' did not end in {self._times.whole:.0f} s")
         return self._process.returncode
 
     def _read(self, timeout: float, enough: Callable[[], bool] = lambda: False) -> bool:
@@ -101,7 +123,7 @@ class Running:
         deadline = time.monotonic() + timeout
         while not enough() and self._process.poll() is None and time.monotonic() < deadline:
             with suppress(subprocess.TimeoutExpired):
-                self._process.wait(_LOOK)
+                self._process.wait(self._times.look)
             self._take()
         return enough()
 

@@ -12,8 +12,6 @@ import yaml
 from arjuna_core.config import ParamInfo, flatten, infos, load
 from bringup.parameters.files import Parameters
 
-_WIDTH = 44  # [characters] of name and value before the comment
-
 
 @dataclass(frozen=True)
 class Described:
@@ -54,11 +52,11 @@ def described(cls: type[Any], values: Mapping[str, Any]) -> Iterator[Described]:
         yield Described(key, value, defaults[key], known[key])
 
 
-def _rows(cls: type[Any], values: Mapping[str, Any]) -> Iterator[str]:
+def _rows(cls: type[Any], values: Mapping[str, Any], width: int = 44) -> Iterator[str]:
     for one in described(cls, values):
         value = "" if one.value is None else f" {scalar(one.value)}"
         item = f"    {'# ' if one.value is None else ''}{one.key}:{value}"
-        yield f"{item:<{_WIDTH}}  # {_comment(one)}"
+        yield f"{item:<{width}}  # {_comment(one)}"
 
 
 def scalar(value: Any) -> str:

@@ -19,14 +19,13 @@ from bringup.processes.supervisor import QUIT_EXIT, USAGE_EXIT
 from bringup.stack import ALL_GROUPS, Group, with_further
 from bringup.terminal import show
 
-_LINGER = 1.0  # [s] after a client asked to quit
 _POLL = 0.05  # [s] at most from one look at the signals to the next
-_PATIENCE = 2.5  # [s] for what a group needs to be discovered before it is named as missing
-_CLOCK_PATIENCE = 1.0  # [s] for a clock to be discovered before nodes start without one
 
 
 class Host:
-    """A group's nodes and their lifecycle manager in one process.
+    """A group's nodes and their lifecycle manager in one process; `write` takes its events.
+
+    Without a clock the nodes start after a patience [s] all the same.
 
     Raises:
         ConfigError: A parameter is not valid.
@@ -38,6 +37,7 @@ class Host:
         parameters: Parameters,
         namespace: str = "",
         write: Callable[[str], None] = lambda line: None,
+        clock_patience: float = 1.0,
     ) -> None:
         specs = with_further(group, parameters).nodes
         use_sim_time = sim_time_of(parameters, [spec.name for spec in specs])
@@ -47,7 +47,7 @@ class Host:
         self.process.remarks = tuple(parameters.get(SAFETY, {}).get(group.name, ()))
         for line in self.process.remarks:
             self.process.node.get_logger().warning(line)
-        self._start_at = time.monotonic() + _CLOCK_PATIENCE
+        self._start_at = time.monotonic() + clock_patience
         self._reporter = Reporter(self.process, self.nodes, write)
         names = [node.get_fully_qualified_name() for node in self.nodes]
         self._twins = Twins(self.process.node, names)
@@ -81,17 +81,17 @@ class Host:
                 break
         self._shut_down()
 
-    def run_until_done(self, timeout: float) -> bool:
+    def run_until_done(self, timeout: float, patience: float = 2.5) -> bool:
         """Run until the first node's end, `done`, or a timeout [s]; return whether it came to it.
 
-        What the node still `waits_for` after a while is said.
+        What the node still `waits_for` after a patience [s] is said.
         """
         node, start, warned = self.nodes[0], time.monotonic(), False
 
         def ended() -> bool:
             nonlocal warned
             passed = time.monotonic() - start
-            if not warned and node.active and passed >= _PATIENCE:
+            if not warned and node.active and passed >= patience:
                 warned = True
                 if node.waits_for:
                     node.get_logger().warning(node.waits_for)
@@ -100,9 +100,9 @@ class Host:
         self.run(ended)
         return bool(node.done)
 
-    def _linger(self) -> None:
+    def _linger(self, duration: float = 1.0) -> None:
         """Stay until the answer has reached who asked to quit: it goes with its writer."""
-        end = time.monotonic() + _LINGER
+        end = time.monotonic() + duration
         while time.monotonic() < end:
             self.process.spin_once(_POLL)
 

@@ -13,33 +13,35 @@ from bringup.processes.health import PATIENCE, PERIOD
 from bringup.processes.output import event_line
 from bringup.ros2.discovery import any_dead
 
-_PERIOD = 0.1  # [s] from one report to the next
-_COMPILATION = 90.0  # [s] at most of one function, on a busy machine
-_LOOK = 1.0  # [s] from one look at the graph's names to the next
-_LEASE = 25.0  # [s] a participant that died without a word is forgotten by then
-
 
 class _Compilations(numba_event.Listener):
-    """Reports that Numba begins to compile a function, which it does where it is first used."""
+    """Reports that Numba begins to compile a function, which it does where it is first used.
 
-    def __init__(self, expect: Callable[[float], None]) -> None:
-        self._expect = expect
+    One function takes at most 90 s, on a busy machine.
+    """
+
+    def __init__(self, expect: Callable[[float], None], duration: float = 90.0) -> None:
+        self._expect, self._duration = expect, duration
 
     def on_start(self, event: Any) -> None:
         """Expect a long silence."""
-        self._expect(_COMPILATION)
+        self._expect(self._duration)
 
     def on_end(self, event: Any) -> None:
         """Leave it at that: the next sign of life ends the silence."""
 
 
 class Reporter:
-    """Writes that a host lives, its nodes' states and what they wait for, where it changed."""
+    """Writes that a host lives, its nodes' states and what they wait for, at a period [s]."""
 
     def __init__(
-        self, process: Process, nodes: Sequence[Any], write: Callable[[str], None]
+        self,
+        process: Process,
+        nodes: Sequence[Any],
+        write: Callable[[str], None],
+        period: float = 0.1,
     ) -> None:
-        self._process, self._nodes, self._write = process, nodes, write
+        self._process, self._nodes, self._write, self._period = process, nodes, write, period
         self._states: dict[str, str] = {}
         self._waiting: str | None = None
         self._manager_waits = "the start"
@@ -66,7 +68,7 @@ class Reporter:
         """Report what changed by a time on a steady clock [s], if that is due."""
         if now < self._due:
             return
-        self._due = now + _PERIOD
+        self._due = now + self._period
         if now >= self._alive_due:
             self._alive_due = now + PERIOD
             self._write(event_line(alive=PATIENCE))
@@ -97,10 +99,20 @@ class Reporter:
 
 
 class Twins:
-    """Warns once of names that the graph has twice: both nodes answer, and time runs twice."""
+    """Warns once of names that the graph has twice: both nodes answer, and time runs twice.
 
-    def __init__(self, node: Any, names: Iterable[str]) -> None:
+    Args:
+        node: Its graph and log are used.
+        names: Full names of this process's nodes.
+        period: From one look to the next [s].
+        lease: By then a participant that died without a word is forgotten [s].
+    """
+
+    def __init__(
+        self, node: Any, names: Iterable[str], period: float = 1.0, lease: float = 25.0
+    ) -> None:
         self._node, self._names = node, set(names)
+        self._period, self._lease = period, lease
         self._due = 0.0
         self._since: float | None = None
         self._warned = False
@@ -109,7 +121,7 @@ class Twins:
         """Look, if that is due by a time on a steady clock [s]."""
         if now < self._due:
             return
-        self._due = now + _LOOK
+        self._due = now + self._period
         pairs = self._node.get_node_names_and_namespaces()
         every = [f"{space.rstrip('/')}/{name}" for name, space in pairs]
         twice = sorted(name for name in self._names if every.count(name) > 1)
@@ -117,7 +129,7 @@ class Twins:
             self._since, self._warned = None, False
             return
         self._since = now if self._since is None else self._since
-        patience = _LEASE if any_dead(self._node) else 0.0
+        patience = self._lease if any_dead(self._node) else 0.0
         if not self._warned and now >= self._since + patience:
             self._warned = True
             self._node.get_logger().warning(

@@ -10,7 +10,6 @@ from logging.handlers import RotatingFileHandler
 from pathlib import Path
 
 RUNS_KEPT = 20
-_BYTES = 10_000_000  # and as many again of what was before
 _RUN = re.compile(r"\d{8}-\d{6}-[a-z-]+(-\d+)?")
 _FILE = "log.txt"
 
@@ -22,18 +21,25 @@ class RunLog:
         command: The command that runs.
         started: When.
         root: The folder of all runs; `~/.arjuna/log` by default.
+        largest: Size of the file [bytes]; as many again of what was before are kept.
 
     Attributes:
         path: The file; None where it cannot be written.
     """
 
-    def __init__(self, command: str, started: datetime, root: Path | None = None) -> None:
+    def __init__(
+        self,
+        command: str,
+        started: datetime,
+        root: Path | None = None,
+        largest: int = 10_000_000,
+    ) -> None:
         root = Path.home() / ".arjuna" / "log" if root is None else root
         self._logger = Logger(command)
         self.path: Path | None = None
         try:
             self.path = _new_folder(root, f"{started:%Y%m%d-%H%M%S}-{command}") / _FILE
-            handler = RotatingFileHandler(self.path, maxBytes=_BYTES, backupCount=1)
+            handler = RotatingFileHandler(self.path, maxBytes=largest, backupCount=1)
         except OSError:
             return  # a full disk or a foreign home must not stop the robot
         handler.setFormatter(Formatter("%(asctime)s.%(msecs)03d %(message)s", "%Y-%m-%d %H:%M:%S"))

@@ -20,9 +20,6 @@ USAGE_EXIT = 2
 QUIT_EXIT = 3
 """The exit code of a process that a client asked to quit, and all the others with it."""
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_TICK = 0.2
-_ABSENT = 1.0  # [s] between two looks: the supervisor itself was stopped, or the machine slept
-_LAST_WORDS = 1.0  # [s] for a process that hangs to say where
 
 
 @dataclass(frozen=True)
@@ -32,10 +29,16 @@ class StopTimes:
     Attributes:
         interrupt: From SIGINT until SIGTERM follows.
         terminate: From SIGTERM until SIGKILL follows.
+        last_words: For a process that hangs to say where.
+        absence: Between two looks, after which the supervisor itself was stopped, or slept.
+        tick: From one look to the next.
     """
 
     interrupt: float = 5.0
     terminate: float = 3.0
+    last_words: float = 1.0
+    absence: float = 1.0
+    tick: float = 0.2
 
 
 LIMITS = RestartLimits()
@@ -78,7 +81,7 @@ class Supervisor:
             try:
                 while not self._signals and not self._failed:
                     self._start_due()
-                    self._wait(_TICK)
+                    self._wait(self._times.tick)
                     self._reap()
                     self._end_silent(time.monotonic())
             finally:
@@ -146,13 +149,13 @@ class Supervisor:
         for one in self._all:
             if one.child is None:
                 continue
-            if absent > _ABSENT:
+            if absent > self._times.absence:
                 one.heartbeat.excuse(absent)
             silent = one.heartbeat.silence(now, starved(one.child.pid))
             if one.kill_at is not None and now >= one.kill_at:
                 one.child.send(signal.SIGKILL)
             elif one.kill_at is None and silent is not None:
-                one.kill_at = now + _LAST_WORDS
+                one.kill_at = now + self._times.last_words
                 name = one.spec.name
                 text = f"{name} has not answered for {silent:.1f} s: ended"
                 self._output.state(name, "hung", text)
@@ -211,5 +214,5 @@ class Supervisor:
         while any(one.child for one in self._all):
             if time.monotonic() >= deadline or self._signals != signals:
                 return
-            self._wait(_TICK / 4)
+            self._wait(self._times.tick / 4)
             self._reap(restart=False)

@@ -19,11 +19,10 @@ from bringup.tuning.study import Study, Tried
 
 mpl.use("Agg")
 PICTURE = "tuning.png"
-_COLUMNS = 3
 _GOOD, _BAD, _NOW, _BEST = "tab:blue", "tab:red", "black", "tab:orange"
 
 
-def write_picture(folder: Path, tuning: Tuning, study: Study) -> None:
+def write_picture(folder: Path, tuning: Tuning, study: Study, columns: int = 3) -> None:
     """Draw a study of one trial or more.
 
     Raises:
@@ -32,7 +31,7 @@ def write_picture(folder: Path, tuning: Tuning, study: Study) -> None:
     tried, best, shares = study.tried(), study.ranked()[0], study.importance()
     order = list(shares) or [one.name for one in tuning.dimensions]
     dimensions = sorted(tuning.dimensions, key=lambda one: order.index(one.name))
-    rows = math.ceil(len(dimensions) / _COLUMNS)
+    rows = math.ceil(len(dimensions) / columns)
     figure = Figure(figsize=(11.0, 3.2 + 2.4 * rows), layout="constrained")
     figure.suptitle(f"{tuning.campaign.name}: {len(tried)} trials, the best is {best.number + 1}")
     top, below = figure.subfigures(2, 1, height_ratios=(3.0, 2.4 * rows), squeeze=False).flat
@@ -40,7 +39,7 @@ def write_picture(folder: Path, tuning: Tuning, study: Study) -> None:
     _draw_history(history, tuning, tried)
     _draw_importance(importance, shares)
     for axes, dimension in zip(
-        below.subplots(rows, _COLUMNS, squeeze=False).flat, dimensions, strict=False
+        below.subplots(rows, columns, squeeze=False).flat, dimensions, strict=False
     ):
         _draw_slice(axes, dimension, tuning.measure, tried, best)
     for axes in below.axes[len(dimensions) :]:

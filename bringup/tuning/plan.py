@@ -17,7 +17,6 @@ from bringup.campaign.plan import FOLDER, Campaign, CampaignError, Level, campai
 from bringup.tuning.space import Dimension, Known, Value, dimensions_of
 
 _KEYS = ("parameters", "params", "minimize", "maximize", "trials", "confirm")
-_TRIALS = 40
 PARAMETERS = "parameters.yaml"
 """A trial's parameter file, in its folder."""
 
@@ -42,7 +41,7 @@ class Tuning:
     maximize: bool
     params: tuple[str, ...] = ()
     confirm: Mapping[str, tuple[Level, ...]] = dataclasses.field(default_factory=dict)
-    trials: int = _TRIALS
+    trials: int = 40
 
     @property
     def identity(self) -> str:
@@ -89,7 +88,7 @@ def load_tuning(path: Path, known: Callable[[Sequence[Path]], Known]) -> Tuning:
     aims = [key for key in ("minimize", "maximize") if key in content]
     if len(aims) != 1 or not isinstance(content[aims[0]], str):
         problems.append("name one figure of the result, under 'minimize' or under 'maximize'")
-    trials = content.get("trials", _TRIALS)
+    trials = content.get("trials", Tuning.trials)
     if type(trials) is not int or trials < 1:
         problems.append("'trials' is a whole number above 0")
     files = content.get("params", [])

@@ -30,9 +30,6 @@ from bringup.tuning.space import Dimension, Value
 
 FILE = "study.journal"
 _FAILED, _TUNING = "failed runs", "tuning"
-_GOOD_SHARE = 0.25  # of the trials: what distinguishes them is what matters
-_DIGITS = 4
-_LEAST = 8  # trials, below which nothing is said of what matters
 
 
 @dataclass(frozen=True)
@@ -123,7 +120,7 @@ class Study:
         sign = -1.0 if self._tuning.maximize else 1.0
         return sorted(self.tried(), key=lambda one: (one.failed, sign * one.figure, one.number))
 
-    def importance(self) -> dict[str, float]:
+    def importance(self, good_share: float = 0.25, least: int = 8) -> dict[str, float]:
         """Return how much each parameter distinguishes the good trials, the most first.
 
         Watanabe et al., "PED-ANOVA: efficiently quantifying hyperparameter importance in arbitrary
@@ -133,25 +130,23 @@ class Study:
             Shares of 1 by dimension; nothing while there are too few trials.
         """
         rank = {one.number: float(position) for position, one in enumerate(self.ranked())}
-        if len(rank) < _LEAST:
+        if len(rank) < least:
             return {}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that less of the target is better, as a rank is
             found = optuna.importance.get_param_importances(
                 self._study,
-                evaluator=optuna.importance.PedAnovaImportanceEvaluator(
-                    target_quantile=_GOOD_SHARE
-                ),
+                evaluator=optuna.importance.PedAnovaImportanceEvaluator(target_quantile=good_share),
                 target=lambda trial: rank[trial.number],
             )
         return dict(found)
 
 
-def _rounded(one: Dimension, value: Value) -> Value:
+def _rounded(one: Dimension, value: Value, digits: int = 4) -> Value:
     """Return a value with as many digits as a person would write."""
     if one.choices or one.whole:
         return value
-    return min(max(float(f"{value:.{_DIGITS}g}"), one.low), one.high)
+    return min(max(float(f"{value:.{digits}g}"), one.low), one.high)
 
 
 def _distributions(dimensions: Sequence[Dimension]) -> dict[str, BaseDistribution]:

@@ -24,7 +24,6 @@ SERVICE_DEADLINE = 10.0
 """How long a node's services may take to appear [s]."""
 TRANSITION_DEADLINE = 90.0
 """How long a transition may take [s]; the first ever compiles the algorithms."""
-_PERIOD = 0.05  # [s] from one look at the command under way to the next
 _MANAGED = ParameterDescriptor(
     description="The managed nodes, in the order of bring-up.", read_only=True
 )
@@ -58,6 +57,7 @@ class LifecycleManager(GuardedNode):
         commandable: Whether clients may command it by `<name>/manage_nodes`.
         ready: Whether the first command may begin; asked until it is so.
         on_wait: Takes what is waited for, before it is; empty where nothing is.
+        period: From one look at the command under way to the next [s].
     """
 
     def __init__(
@@ -69,6 +69,7 @@ class LifecycleManager(GuardedNode):
         commandable: bool = True,
         ready: Callable[[], bool] = lambda: True,
         on_wait: Callable[[str], None] = lambda what: None,
+        period: float = 0.05,
     ) -> None:
         super().__init__(process.guard, name, context=process.context, namespace=process.namespace)
         describe_sim_time(self)
@@ -84,7 +85,7 @@ class LifecycleManager(GuardedNode):
             _DeferredService(self, ManageLifecycleNodes, f"{name}/manage_nodes", self._on_manage)
         self.create_service(Trigger, f"{name}/is_active", self._on_is_active)
         self._timer = self.create_timer(
-            _PERIOD, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            period, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
         process.executor.add_node(self)
         if autostart:

@@ -53,6 +53,7 @@ def test_runs_are_judged_by_their_results(tmp_path: Path) -> None:
 
 _FORKS = """
 import json, os, sys, threading
+from pathlib import Path
 from bringup.campaign.plan import Campaign, Level, runs_of
 from bringup.campaign.runner import Forks, run_all
 
