@@ -6,13 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
 
+from arjuna_core.bags.reader import PACKED, SUFFIXES
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.rosbag2 import PACKED
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.logs.carmen import COMPRESSED, CarmenLog
 from arjuna_slam.logs.recording import Recording, RecordingTopics
-from arjuna_slam.logs.storage import SUFFIXES
 
 _CARMEN = (".clf", ".log")
 

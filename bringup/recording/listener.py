@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from bringup.recording.bags.topic import TopicInfo, TopicQos, request_for
+from arjuna_core.bags.topic import TopicInfo, TopicQos, request_for
 from bringup.recording.loss import LossCounter
 from bringup.recording.message_definitions import message_definition, type_hash
 

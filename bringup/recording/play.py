@@ -8,9 +8,9 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.context import new_context
-from bringup.recording.bags.reader import Bag
 from bringup.recording.keys import Keys
 from bringup.recording.playback import Playback
 from bringup.recording.player import Player

@@ -10,8 +10,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
+from arjuna_core.bags.topic import BagMessage, TopicInfo, offer_for
 from arjuna_core.ros import qos
-from bringup.recording.bags.topic import BagMessage, TopicInfo, offer_for
 from bringup.recording.listener import message_class
 
 _NANO = 1_000_000_000

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from rclpy.node import Node
 
+from arjuna_core.bags.writer import BagFolder, SplitLimits
 from arjuna_core.ros.context import new_context
-from bringup.recording.bags.writer import BagFolder, SplitLimits
 from bringup.recording.recorder import OPTIONS, Recorder
 from bringup.recording.selection import TopicSelection
 

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 
 from rclpy.node import Node
 
+from arjuna_core.bags.topic import TopicInfo, TopicQos
+from arjuna_core.bags.writer import McapWriter
 from arjuna_core.ros.process import Process
-from bringup.recording.bags.topic import TopicInfo, TopicQos
-from bringup.recording.bags.writer import McapFile
 from bringup.recording.listener import Heard, TopicListener
 
 _QUEUED, _TF, _LATCHED = TopicQos(depth=10), TopicQos(depth=100), TopicQos(latched=True, depth=1)
@@ -41,7 +41,7 @@ class Writer(Protocol):
     """Where messages go."""
 
     def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
-        """Add a message; see `McapFile.write`."""
+        """Add a message; see `McapWriter.write`."""
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
@@ -115,7 +115,7 @@ def demo_recorder(process: Process, path: Path) -> Recorder:
     Raises:
         RecordingError: The file exists or cannot be written.
     """
-    writer = McapFile(path)
+    writer = McapWriter(path)
     node = process.make_node("recorder", spun=False, **OPTIONS)
     recorder = Recorder(node, writer, clock=lambda: process.now)
     for topic, (type_name, offer) in TOPICS.items():

@@ -53,7 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Record until stopped."""
-    from bringup.recording.bags.writer import SplitLimits
+    from arjuna_core.bags.writer import SplitLimits
     from bringup.recording.record import record
     from bringup.terminal import show
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import ArjunaError, InputFileError, MapError
 from arjuna_core.files.map_image import MapOptions
 from arjuna_core.files.maps import load_map, save_map
@@ -27,10 +28,7 @@ from arjuna_slam.logs.recording import RecordingTopics
 from arjuna_slam.mapping.session_file import SessionFileError, load_session
 from bringup.client.waypoints import load_waypoints
 from bringup.parameters.files import load_parameters
-from bringup.recording.bags.reader import Bag
-from tests.helpers.fuzz.mutations import mutated
-from tests.helpers.nav import lattices, routes
-from tests.slam.logs.recordings import (
+from tests.core.bags.recordings import (
     ODOMETRY,
     SCAN,
     TF,
@@ -41,6 +39,8 @@ from tests.slam.logs.recordings import (
     write_humble,
     write_ros1,
 )
+from tests.helpers.fuzz.mutations import mutated
+from tests.helpers.nav import lattices, routes
 
 SLOW = 2.0
 """How long a file of some kilobytes may take a core [s]."""

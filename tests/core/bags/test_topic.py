@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bringup.recording.bags.topic import TopicQos, dump, offer_for, parse, request_for
+from arjuna_core.bags.topic import TopicQos, dump, offer_for, parse, request_for
 
 STRONG, WEAK = TopicQos(latched=True, depth=1), TopicQos(reliable=False, depth=5)
 

@@ -1,4 +1,4 @@
-"""What a recording says of a topic: its type, and its publishers' QoS as rosbag2 keeps it."""
+"""Topics of a recording: their types, and their publishers' QoS as rosbag2 stores it."""
 
 from __future__ import annotations
 
@@ -8,20 +8,22 @@ from typing import Any, NamedTuple
 
 import yaml
 
-_FOREVER = {"sec": 9223372036, "nsec": 854775807}
-_LATCHED_DEPTH, _DEPTH = 1, 100  # where a recording does not say; enough for a burst
+ROS1, ROS2 = "ros1", "cdr"
+"""Encodings of messages that can be decoded."""
+
+_FOREVER = {"sec": 9223372036, "nsec": 854775807}  # rmw_dds_common's infinite duration
 _LATCHED = ("transient_local", 1)  # as text from rosbag2's version 9 on, before as rmw's numbers
 _BEST_EFFORT = ("best_effort", 2)
 
 
 @dataclass(frozen=True)
 class TopicQos:
-    """What matters of a publisher's QoS.
+    """The parts of a publisher's QoS that decide which subscriptions match.
 
     Attributes:
-        reliable: Whether what is lost is sent again.
-        latched: Whether who subscribes late gets the last messages (transient local).
-        depth: How many messages are kept; 0 where that is not known, as discovery does not say.
+        reliable: Whether lost messages are sent again.
+        latched: Whether late subscribers get the last messages (transient local).
+        depth: How many messages are kept; 0 where that is unknown, as discovery omits it.
     """
 
     reliable: bool = True
@@ -45,13 +47,13 @@ class TopicQos:
 
 @dataclass(frozen=True)
 class TopicInfo:
-    """What a recording says of a topic.
+    """A topic of a recording.
 
     Attributes:
         name: Its name.
         type_name: Its type, such as `nav_msgs/msg/Path`.
-        definition: The type's definition and those of all types it needs (`ros2msg`).
-        type_hash: The type's RIHS01 hash, "" if not known.
+        definition: The definitions of the type and of all types it needs (`ros2msg`).
+        type_hash: The type's RIHS01 hash, "" if unknown.
         offers: QoS of its publishers.
         encoding: Encoding of its messages.
     """
@@ -61,28 +63,37 @@ class TopicInfo:
     definition: str = ""
     type_hash: str = ""
     offers: tuple[TopicQos, ...] = ()
-    encoding: str = "cdr"
+    encoding: str = ROS2
+
+
+class BagMessage(NamedTuple):
+    """A recorded message.
+
+    Attributes:
+        topic: Its topic.
+        time: When it was received [ns].
+        data: Its bytes.
+    """
+
+    topic: TopicInfo
+    time: int
+    data: bytes
 
 
 def dump(profiles: Iterable[TopicQos]) -> str:
-    """Return the profiles of a topic's publishers as a recording keeps them."""
+    """Return the profiles of a topic's publishers as text of a recording."""
     return str(yaml.safe_dump([each.to_rosbag2() for each in profiles], sort_keys=False))
 
 
-def parse(profiles: str | Sequence[Any]) -> tuple[TopicQos, ...]:
-    """Return the profiles that a recording holds; what cannot be read is left out.
-
-    Args:
-        profiles: Text as `dump` makes it, or the list that such a text stands for.
-    """
-    if isinstance(profiles, str):
-        try:
-            profiles = yaml.safe_load(profiles) or []
-        except yaml.YAMLError:
-            return ()
-    if not isinstance(profiles, Sequence):
+def parse(profiles: str) -> tuple[TopicQos, ...]:
+    """Return the profiles in a recording's text; unreadable ones are left out."""
+    try:
+        found = yaml.safe_load(profiles)
+    except yaml.YAMLError:
         return ()
-    return tuple(_read(each) for each in profiles if isinstance(each, Mapping))
+    if not isinstance(found, list):
+        return ()
+    return tuple(_read(each) for each in found if isinstance(each, Mapping))
 
 
 def _read(profile: Mapping[str, Any]) -> TopicQos:
@@ -95,39 +106,25 @@ def _read(profile: Mapping[str, Any]) -> TopicQos:
 
 
 def request_for(offers: Sequence[TopicQos]) -> TopicQos:
-    """Return what a subscription may ask for so that every publisher's offer matches."""
+    """Return the strongest request of a subscription that every publisher's offer matches."""
     return TopicQos(
         reliable=all(each.reliable for each in offers),
         latched=bool(offers) and all(each.latched for each in offers),
     )
 
 
-def offer_for(recorded: Sequence[TopicQos], publishers: int = 1) -> TopicQos:
-    """Return what one publisher offers that stands for all those that were recorded.
+def offer_for(recorded: Sequence[TopicQos], publishers: int = 1, depth: int = 100) -> TopicQos:
+    """Return the offer of one publisher that stands for all recorded ones.
 
     Args:
-        recorded: Their profiles; none where the recording says nothing.
+        recorded: Their profiles; none where the recording has none.
         publishers: How many messages of a latched topic may be current at once: each static
             transform's publisher has its own.
+        depth: Messages kept of a topic that is not latched: enough for a burst.
     """
     latched = any(each.latched for each in recorded)
-    usual = max(_LATCHED_DEPTH, publishers) if latched else _DEPTH
     return TopicQos(
         reliable=not recorded or any(each.reliable for each in recorded),
         latched=latched,
-        depth=max([usual, *(each.depth for each in recorded)]),
+        depth=max([publishers if latched else depth, *(each.depth for each in recorded)]),
     )
-
-
-class BagMessage(NamedTuple):
-    """One recorded message.
-
-    Attributes:
-        topic: Its topic.
-        time: When it was received [ns].
-        data: Its bytes.
-    """
-
-    topic: TopicInfo
-    time: int
-    data: bytes

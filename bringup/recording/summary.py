@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from datetime import datetime
 
-from bringup.recording.bags.reader import Bag
+from arjuna_core.bags.reader import Bag
 
 _NANO = 1_000_000_000
 _INDENT = " " * 19
@@ -18,7 +18,7 @@ def lines(bag: Bag) -> Iterator[str]:
     names = [file.name for file in bag.files]
     yield _row("Files", names[0])
     yield from (f"{_INDENT}{name}" for name in names[1:])
-    yield _row("Bag size", _size(sum(bag.sizes)))
+    yield _row("Bag size", _size(bag.size))
     yield _row("Storage id", bag.storage)
     yield _row("Duration", f"{(bag.end - bag.start) / _NANO:.9f}s")
     yield _row("Start", _time(bag.start))

@@ -9,40 +9,38 @@ from typing import BinaryIO
 
 from mcap.writer import Writer
 
+from arjuna_core.bags import topic as topics
+from arjuna_core.bags.mcap_file import LOSS_RECORD
+from arjuna_core.bags.metadata import METADATA, FileEntry, metadata_yaml
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import ROS1, TopicInfo
 from arjuna_core.errors import ArjunaError
 from arjuna_core.files.atomic import write_atomically
-from bringup.recording.bags import topic as topics
-from bringup.recording.bags.metadata import FileEntry, metadata_yaml
-from bringup.recording.bags.topic import TopicInfo
-
-CHUNK_BYTES = 4 * 1024 * 1024
-_NANO = 1_000_000_000
-LOSS_RECORD = "arjuna_lost_messages"
-"""Name of the mcap metadata record that counts by topic what never arrived."""
 
 
 class RecordingError(ArjunaError):
     """A recording cannot be written."""
 
 
-class McapFile:
+class McapWriter:
     """One mcap file that is being written.
 
     Args:
         path: The file; an existing one is never overwritten.
+        chunk_size: Bytes that a chunk gathers before it is compressed and written.
 
     Attributes:
-        entry: Path, times and counts so far.
+        entry: Name, times and counts so far.
 
     Raises:
         RecordingError: The file exists or cannot be written.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, chunk_size: int = 4 * 1024 * 1024) -> None:
         self.path = path
         self.entry = FileEntry(path.name)
         self._file = _open_new(path)
-        self._writer = Writer(self._file, chunk_size=CHUNK_BYTES)
+        self._writer = Writer(self._file, chunk_size=chunk_size)
         self._guard(lambda: self._writer.start(profile="ros2", library="arjuna"))
         self.flush()  # the file is an mcap from its first moment on
         self._channels: dict[str, int] = {}
@@ -76,7 +74,8 @@ class McapFile:
         schema = self._schemas.get(topic.type_name)
         if schema is None:
             definition = topic.definition.encode()
-            schema = self._writer.register_schema(topic.type_name, "ros2msg", definition)
+            syntax = "ros1msg" if topic.encoding == ROS1 else "ros2msg"
+            schema = self._writer.register_schema(topic.type_name, syntax, definition)
             self._schemas[topic.type_name] = schema
         metadata = {
             "offered_qos_profiles": topics.dump(topic.offers),
@@ -110,7 +109,7 @@ class McapFile:
 
 @dataclass(frozen=True)
 class SplitLimits:
-    """When a recording goes on in a new file.
+    """Limits at which a recording continues in a new file.
 
     Attributes:
         size: Bytes of a file after which; 0 for never.
@@ -127,7 +126,7 @@ class BagFolder:
 
     Args:
         path: The folder; an existing one is never written into.
-        limits: When to go on in a new file.
+        limits: When to continue in a new file.
 
     Raises:
         RecordingError: The folder exists or cannot be made.
@@ -147,13 +146,13 @@ class BagFolder:
         self.files: list[FileEntry] = []
         self._file = self._next()
 
-    def _next(self) -> McapFile:
-        file = McapFile(self.path / f"{self.path.resolve().name}_{len(self.files)}.mcap")
+    def _next(self) -> McapWriter:
+        file = McapWriter(self.path / f"{self.path.resolve().name}_{len(self.files)}.mcap")
         self.files.append(file.entry)
         return file
 
     def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
-        """Add a message; see `McapFile.write`."""
+        """Add a message; see `McapWriter.write`."""
         if self._full(time):
             self._file.close()
             self._file = self._next()
@@ -164,7 +163,7 @@ class BagFolder:
         size, duration = self.limits.size, self.limits.duration
         age = time - self._file.entry.start
         return bool(self._file.entry.messages) and (
-            0 < size <= self._file.size or 0 < duration * _NANO <= age
+            0 < size <= self._file.size or 0 < duration * 1e9 <= age
         )
 
     def flush(self) -> None:
@@ -180,9 +179,29 @@ class BagFolder:
         self._file.close(lost)
         text = metadata_yaml(self._topics.values(), self.files)
         try:
-            write_atomically(self.path / "metadata.yaml", text.encode())
+            write_atomically(self.path / METADATA, text.encode())
         except OSError as error:
             raise RecordingError(f"{self.path} cannot be written: {error.strerror}") from error
+
+
+def repair(bag: Bag, folder: Path) -> int:
+    """Write what can be read of a recording into a new folder, with index and metadata.
+
+    Args:
+        bag: The recording; it stays unchanged.
+        folder: The new folder; it must not exist.
+
+    Returns:
+        How many messages there are.
+
+    Raises:
+        RecordingError: The folder exists, or the disk refuses.
+    """
+    copy = BagFolder(folder)
+    for message in bag.messages():
+        copy.write(message.topic, message.time, message.data, message.time)
+    copy.close(dict(bag.lost))
+    return sum(file.messages for file in copy.files)
 
 
 def _open_new(path: Path) -> BinaryIO:

@@ -12,6 +12,10 @@ from rosbags import rosbag1, rosbag2
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from arjuna_core.bags.decoder import Decoder
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import TopicInfo, TopicQos
+from arjuna_core.bags.writer import BagFolder, SplitLimits
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
@@ -78,6 +82,10 @@ def transform_bytes(*transforms: tuple[str, str, SE2, float], upside_down: bool 
     return cdr.bytes()
 
 
+def decoded(kind: str, data: bytes) -> Any:
+    return Decoder().decode(TopicInfo("/topic", kind), data)
+
+
 Entry = tuple[str, str, float, bytes]
 
 
@@ -122,9 +130,10 @@ def write_humble(
     return folder
 
 
-def write_ros1(path: Path, entries: list[Entry]) -> Path:
+def write_ros1(path: Path, entries: list[Entry], chunk: int = 1 << 20) -> Path:
     """Write a bag of ROS 1."""
     writer = rosbag1.Writer(path)
+    writer.chunk_threshold = chunk
     writer.set_compression(writer.CompressionFormat.BZ2)
     with writer as bag:
         channels: dict[str, Any] = {}
@@ -133,3 +142,37 @@ def write_ros1(path: Path, entries: list[Entry]) -> Path:
                 channels[topic] = bag.add_connection(topic, kind, typestore=NOETIC)
             bag.write(channels[topic], round(stamp * 1e9), HUMBLE.cdr_to_ros1(data, kind))
     return path
+
+
+NUMBER = TopicInfo(
+    "/number", "std_msgs/msg/Int32", "int32 data\n", "RIHS01_0", (TopicQos(depth=5),)
+)
+LATCHED = TopicInfo(
+    "/word", "std_msgs/msg/String", "string data\n", "RIHS01_1", (TopicQos(latched=True, depth=1),)
+)
+MS = 1_000_000
+
+
+def write_numbers(folder: Path, count: int = 100, limits: SplitLimits | None = None) -> BagFolder:
+    """Write a message each millisecond, flushed each ten; the folder is not closed."""
+    bag = BagFolder(folder, limits or SplitLimits())
+    for number in range(count):
+        topic = LATCHED if number % 10 == 0 else NUMBER
+        bag.write(topic, number * MS, bytes([0, 1, 0, 0, number % 256, 0, 0, 0]), number * MS)
+        if number % 10 == 9:
+            bag.flush()
+    return bag
+
+
+def write_words(folder: Path, storage: str, packed: str) -> Path:
+    """Write 2000 words as a rosbag2 folder; see `write_humble`."""
+    stored = [
+        (LATCHED.name, LATCHED.type_name, 0.001 * n, Cdr().text(f"word {n}").bytes())
+        for n in range(2000)
+    ]
+    return write_humble(folder, stored, storage, packed)
+
+
+def times(bag: Bag) -> list[int]:
+    """Return the times of a bag's messages [ms]."""
+    return [message.time // MS for message in bag.messages()]

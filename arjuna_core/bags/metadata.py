@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import yaml
 
-from bringup.recording.bags.topic import TopicInfo
+from arjuna_core.bags.topic import TopicInfo
+from arjuna_core.errors import InputFileError
+from arjuna_core.files.yaml_file import plain
 
-_VERSION = 9  # rosbag2's of Jazzy
+METADATA = "metadata.yaml"
 
 
 @dataclass
@@ -42,6 +45,23 @@ class FileEntry:
         self.counts[topic] += 1
 
 
+def read_metadata(folder: Path) -> dict[str, Any] | None:
+    """Return the information in a folder's metadata; None where it has none.
+
+    Raises:
+        InputFileError: It is no metadata of rosbag2.
+    """
+    path = folder / METADATA
+    if not path.is_file():
+        return None
+    try:
+        found = plain(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        names = [Path(name).name for name in found["relative_file_paths"]]
+        return {**found, "relative_file_paths": names}
+    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError) as error:
+        raise InputFileError(path, f"is no metadata of rosbag2: {error}") from error
+
+
 def metadata_yaml(topics: Iterable[TopicInfo], files: Sequence[FileEntry]) -> str:
     """Return the text of a recording's metadata.yaml."""
     used = [file for file in files if file.counts]
@@ -49,7 +69,7 @@ def metadata_yaml(topics: Iterable[TopicInfo], files: Sequence[FileEntry]) -> st
     end = max((file.end for file in used), default=0)
     counts = sum((file.counts for file in files), Counter[str]())
     information = {
-        "version": _VERSION,
+        "version": 9,  # rosbag2's of Jazzy
         "storage_identifier": "mcap",
         **_span(start, end),
         "message_count": counts.total(),

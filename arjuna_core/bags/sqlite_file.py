@@ -1,4 +1,4 @@
-"""SQLite recordings of rosbag2 (`.db3`), also those whose recorder or disk came to a sudden end.
+"""SQLite files of rosbag2 (`.db3`), also those whose recorder or disk came to a sudden end.
 
 Rows are found in the order in which they were written and without the database's index, up to the
 first page that is missing. Files are never changed.
@@ -10,13 +10,16 @@ from __future__ import annotations
 
 import sqlite3
 from array import array
-from collections.abc import Container, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
+from arjuna_core.bags import topic as topics
+from arjuna_core.bags.metadata import FileEntry
+from arjuna_core.bags.topic import BagMessage, TopicInfo
 from arjuna_core.errors import InputFileError
 
 _TABLES = "SELECT name FROM sqlite_schema WHERE type = 'table' AND rootpage > 0"
@@ -35,68 +38,58 @@ _INDEX = (
 _DATA = "SELECT data FROM messages WHERE id = ?"
 
 
-class SqliteTopic(NamedTuple):
-    """What a file says of a topic; texts are empty where it says nothing."""
-
-    name: str
-    kind: str
-    encoding: str
-    qos: str
-    type_hash: str
-    definition: str
-
-
 class SqliteFile:
-    """A `.db3` file.
+    """The topics and messages of a `.db3` file; its attributes are those of `McapFile`.
 
     Args:
         path: The file.
 
-    Attributes:
-        topics: Its topics by number.
-        index: Number, topic and time [ns] of each message in the order of time, (n, 3) int64.
-        damage: What ended the search for messages, empty where nothing did.
-        share: Share (0..1) of the messages that has been read.
-
     Raises:
-        InputFileError: It is no such file.
+        InputFileError: It cannot be read or is no such file.
     """
 
     def __init__(self, path: Path) -> None:
-        self._path = path
+        self.path = path
+        self.entry = FileEntry(path.name)
+        self.lost: Counter[str] = Counter()
+        self.problems: list[str] = []
         self.share = 0.0
         try:
             with closing(self._open()) as database:
-                self.topics = _topics(database)
-                found, self.damage = _index(database)
+                self._topics = _topics(database)
+                found, damage = _index(database)
         except sqlite3.Error as error:
             raise InputFileError(path, f"is no db3 recording: {error}") from error
-        self.index = found[np.argsort(found[:, 2], kind="stable")]
+        self.topics = {each.name: each for each in self._topics.values()}
+        self._index = found[np.argsort(found[:, 2], kind="stable")]
+        for _, number, time in self._index.tolist():
+            if number in self._topics:
+                self.entry.count(self._topics[number].name, time)
+        if damage:
+            self._note(damage)
 
-    def messages(self, topics: Container[int], start: int = 0) -> Iterator[tuple[int, int, bytes]]:
-        """Yield the topic's number, time [ns] and bytes of messages in the order of their time.
+    def messages(self, takes: Callable[[str], bool], start: int = 0) -> Iterator[BagMessage]:
+        """Yield messages in the order of their time; see `McapFile.messages`."""
+        wanted = {number: each for number, each in self._topics.items() if takes(each.name)}
+        try:
+            with closing(self._open()) as database:
+                for count, (key, number, time) in enumerate(self._index.tolist(), 1):
+                    self.share = count / len(self._index)
+                    if time >= start and number in wanted:
+                        yield BagMessage(wanted[number], time, _data(database, key))
+        except sqlite3.Error as error:
+            self._note(str(error))
 
-        Args:
-            topics: Numbers of the topics that are wanted.
-            start: From when on [ns].
-
-        Raises:
-            sqlite3.Error: The file is damaged; what could be read has been yielded.
-        """
-        with closing(self._open()) as database:
-            for count, (number, topic, time) in enumerate(self.index.tolist()):
-                self.share = count / len(self.index)
-                if time >= start and topic in topics:
-                    yield topic, time, _data(database, number)
-        if self.damage:
-            raise sqlite3.DatabaseError(self.damage)
-        self.share = 1.0
+    def _note(self, damage: str) -> None:
+        text = f"{self.path.name}: damaged or cut short ({damage}); read up to there"
+        if text not in self.problems:
+            self.problems.append(text)
 
     def _open(self) -> sqlite3.Connection:
         """Open the file, and the log of what was written last where it lies beside it."""
-        log = self._path.with_name(self._path.name + "-wal")
+        log = self.path.with_name(self.path.name + "-wal")
         mode = "mode=ro" if log.exists() else "immutable=1"
-        database = sqlite3.connect(f"{self._path.absolute().as_uri()}?{mode}", uri=True)
+        database = sqlite3.connect(f"{self.path.absolute().as_uri()}?{mode}", uri=True)
         try:
             database.execute("PRAGMA writable_schema = ON")  # else no file with pages missing opens
             if missing := {"topics", "messages"} - _tables(database):
@@ -119,20 +112,22 @@ def _tables(database: sqlite3.Connection) -> set[str]:
     return {str(name) for (name,) in database.execute(_TABLES)}
 
 
-def _topics(database: sqlite3.Connection) -> dict[int, SqliteTopic]:
+def _topics(database: sqlite3.Connection) -> dict[int, TopicInfo]:
     known = {str(row[1]) for row in database.execute("PRAGMA table_info(topics)")}
     wanted = ", ".join(name if name in known else "''" for name in _COLUMNS)
     defined: dict[str, str] = {}
     if "message_definitions" in _tables(database):
         defined = dict(database.execute(_DEFINITIONS).fetchall())
-    return {
-        number: SqliteTopic(*map(str, (*row, defined.get(row[1], ""))))
-        for number, *row in database.execute(f"SELECT id, {wanted} FROM topics")  # noqa: S608
-    }
+    found = {}
+    for number, *row in database.execute(f"SELECT id, {wanted} FROM topics"):  # noqa: S608
+        name, kind, encoding, qos, type_hash = map(str, row)
+        definition = str(defined.get(kind, ""))
+        found[number] = TopicInfo(name, kind, definition, type_hash, topics.parse(qos), encoding)
+    return found
 
 
 def _index(database: sqlite3.Connection) -> tuple[np.ndarray, str]:
-    """Return number, topic and time of each message, and what ended the search."""
+    """Return number, topic and time [ns] of each message, (n, 3) int64, and what ended it."""
     rows, damage = array("q"), ""
     try:
         for row in database.execute(_INDEX):
