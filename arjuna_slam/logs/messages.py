@@ -9,8 +9,9 @@ import numpy as np
 
 from arjuna_core.bags.decoder import DecodeError
 from arjuna_core.checks.rules import scan_problem, transform_problem
+from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2, is_upside_down, yaw_of
+from arjuna_core.se2 import SE2, yaw_of
 
 
 @dataclass(frozen=True)
@@ -22,14 +23,14 @@ class StampedTransform:
         parent: Frame mapped into.
         child: Frame mapped from.
         transform: The planar part.
-        upside_down: Whether the child's z axis points down in the parent.
+        mount: The transform in space.
     """
 
     stamp: float
     parent: str
     child: str
     transform: SE2
-    upside_down: bool = False
+    mount: Pose3
 
 
 def scan_of(message: Any) -> tuple[Scan, str]:
@@ -73,13 +74,12 @@ def transforms_of(message: Any) -> list[StampedTransform]:
 
 def _transform(message: Any, position: Any, q: Any) -> StampedTransform:
     parent, child = message.header.frame_id.lstrip("/"), message.child_frame_id.lstrip("/")
-    rotation = q.x, q.y, q.z, q.w
     try:
-        pose = SE2(position.x, position.y, yaw_of(*rotation))
-        upside_down = is_upside_down(*rotation)
+        pose = SE2(position.x, position.y, yaw_of(q.x, q.y, q.z, q.w))
     except ValueError as error:
         raise DecodeError(str(error)) from error
-    return StampedTransform(_seconds(message.header.stamp), parent, child, pose, upside_down)
+    mount = Pose3((position.x, position.y, position.z), (q.w, q.x, q.y, q.z))
+    return StampedTransform(_seconds(message.header.stamp), parent, child, pose, mount)
 
 
 def _seconds(stamp: Any) -> float:

@@ -224,4 +224,4 @@ class Recording:
 def _insert(buffer: TransformBuffer, found: list[StampedTransform], message: BagMessage) -> None:
     static = message.topic.name.endswith("tf_static")
     for item in found:
-        buffer.insert(item.parent, item.child, item.stamp, item.transform, static, item.upside_down)
+        buffer.insert(item.parent, item.child, item.stamp, item.transform, static, item.mount)
