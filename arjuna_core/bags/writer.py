@@ -15,7 +15,7 @@ from arjuna_core.bags.metadata import METADATA, FileEntry, metadata_yaml
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import ROS1, TopicInfo
 from arjuna_core.errors import ArjunaError
-from arjuna_core.files.atomic import write_atomically
+from arjuna_core.files.whole_file import write_atomically
 
 
 class RecordingError(ArjunaError):

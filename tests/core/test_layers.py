@@ -68,7 +68,7 @@ BRINGUP_WITHOUT_ROS = (
     ),
     *("client/waypoints.py", "viewing/drawing/"),
     *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/health.py"),
-    *("recording/summary.py", "recording/loss.py", "recording/playback.py"),
+    *("recording/summary.py", "recording/playback.py"),
     "recording/selection.py",
     *("viewing/snapshot.py", "viewing/rerun/scene.py", "viewing/rerun/shapes.py"),
     *("viewing/rerun/series.py", "viewing/rerun/stream.py"),

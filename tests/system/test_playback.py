@@ -21,7 +21,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
-from bringup.recording.player import Player
+from bringup.recording.play import Player
 from bringup.recording.recorder import TOPICS, Recorder
 from bringup.stack import LOCALIZATION_GROUP, SLAM_GROUP, Group
 from tests.helpers.processes import wait_until

@@ -25,7 +25,7 @@ from arjuna_nav.planners.hybrid import primitives
 from arjuna_nav.routes.graph import read_graph
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
-from arjuna_slam.mapping.session_file import SessionFileError, load_session
+from arjuna_slam.mapping.session import SessionFileError, load_session
 from bringup.client.waypoints import load_waypoints
 from bringup.parameters.files import load_parameters
 from tests.core.bags.recordings import (
@@ -122,7 +122,7 @@ def _db3(folder: Path) -> Path:
 
 
 def _session(folder: Path) -> Path:
-    from arjuna_slam.mapping.session_file import save_session
+    from arjuna_slam.mapping.session import save_session
     from arjuna_slam.slam import Slam  # compiles the matcher: only where sessions are read
 
     slam = Slam()

@@ -13,7 +13,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros.convert import header, pose_msg, scan_msg, transform_msg
 from arjuna_core.se2 import SE2
-from arjuna_slam.logs.messages import odometry_of, scan_of, transforms_of
+from arjuna_slam.logs.recording import odometry_of, scan_of, transforms_of
 from tests.core.bags.recordings import ODOMETRY, SCAN, TF, decoded
 from tests.slam.slam_room import room, scan_at
 

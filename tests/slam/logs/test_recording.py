@@ -11,8 +11,7 @@ from arjuna_core.bags.decoder import DecodeError
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
 from arjuna_slam.logs.log import open_log
-from arjuna_slam.logs.messages import odometry_of, scan_of, transforms_of
-from arjuna_slam.logs.recording import RecordingTopics
+from arjuna_slam.logs.recording import RecordingTopics, odometry_of, scan_of, transforms_of
 from arjuna_slam.offline import run
 from arjuna_slam.slam import Slam
 from tests.core.bags.recordings import (

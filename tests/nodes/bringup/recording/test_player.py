@@ -18,7 +18,7 @@ from arjuna_core.bags.topic import BagMessage, TopicInfo
 from arjuna_core.bags.writer import BagFolder
 from arjuna_core.ros import qos
 from bringup.recording.message_definitions import message_definition
-from bringup.recording.player import Player
+from bringup.recording.play import Player
 from bringup.recording.recorder import Recorder
 from tests.helpers.ros import RosBench
 
