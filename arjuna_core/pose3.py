@@ -54,8 +54,8 @@ class Pose3:
         px, py, pz = -turned.apply(np.array([self.position]))[0]
         return Pose3((float(px), float(py), float(pz)), turned.quaternion)
 
-    def interpolated(self, other: Pose3, share: float) -> Pose3:
-        """Return the pose a share (0..1) of the way to another.
+    def interpolate(self, other: Pose3, ratio: float) -> Pose3:
+        """Interpolate; ratio 0 is self, 1 is other.
 
         Positions go straight, rotations along the shorter arc (Shoemake, Slerp, 1985).
         """
@@ -63,11 +63,11 @@ class Pose3:
         b = b if a @ b >= 0.0 else -b
         angle = math.atan2(float(np.linalg.norm(b - a)), float(np.linalg.norm(b + a))) * 2.0
         if angle > 1e-9:
-            a, b = a * math.sin((1.0 - share) * angle), b * math.sin(share * angle)
+            a, b = a * math.sin((1.0 - ratio) * angle), b * math.sin(ratio * angle)
             w, x, y, z = (a + b) / math.sin(angle)
         else:
             w, x, y, z = b
-        p = np.array(self.position) * (1.0 - share) + np.array(other.position) * share
+        p = np.array(self.position) * (1.0 - ratio) + np.array(other.position) * ratio
         return Pose3(tuple(p.tolist()), (float(w), float(x), float(y), float(z)))
 
     def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:

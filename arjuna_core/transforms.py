@@ -1,82 +1,223 @@
-"""Transforms over time: a tree of planar frames that interpolates."""
+"""Transforms over time: the one tree of frames, planar for algorithms and in space for the rest.
+
+Source: Foote, tf: The transform library, 2013.
+"""
 
 from __future__ import annotations
 
 import bisect
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Generic, TypeVar
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import Pose3
-from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.se2 import IDENTITY, SE2, is_upside_down
 
 LATEST = None
-_DURATION = 30.0  # that is kept; tf2 keeps 10 s by default [s]
-_JUMP = 1.0  # back in time: more is another run, less is a late message [s]
+T = TypeVar("T", SE2, Pose3)
 
 
 class TransformError(ArjunaError):
-    """A transform is not known at the asked time; the message says which frame and by how much."""
+    """A transform is unknown; the message names the frames."""
 
 
-class _Edge:
+class LoopError(TransformError):
+    """A frame is its own ancestor."""
+
+
+class ExtrapolationError(TransformError):
+    """A transform is unknown at a time.
+
+    Args:
+        edge: Its parent and child.
+        stamp: The requested time.
+        known: The end of the known times that lies nearest.
+    """
+
+    def __init__(self, edge: str, stamp: float, known: float) -> None:
+        side = "oldest" if stamp < known else "newest"
+        super().__init__(
+            f"{edge} is asked for at {stamp:.3f} s, "
+            f"its {side} is at {known:.3f} s ({abs(stamp - known):.3f} s off)"
+        )
+        self.stamp, self.known = stamp, known
+
+
+class Edge(Generic[T]):
     """The transforms of one child in its parent over time, oldest first."""
 
     def __init__(self, parent: str, static: bool) -> None:
-        self.parent = parent
-        self.static = static
-        self.upside_down = False
-        self.mount: Pose3 | None = None
+        self.parent, self.static = parent, static
         self.stamps: list[float] = []
-        self.transforms: list[SE2] = []
+        self.transforms: list[T] = []
 
-    def jumped_back(self, stamp: float) -> bool:
-        return not self.static and bool(self.stamps) and stamp < self.stamps[-1] - _JUMP
-
-    def insert(self, stamp: float, transform: SE2) -> None:
+    def insert(self, stamp: float, transform: T, duration: float) -> bool:
+        """Add a transform; return False where it is older than what is kept."""
         if self.static:
             self.stamps, self.transforms = [stamp], [transform]
-            return
+            return True
+        if self.stamps and stamp < self.stamps[-1] - duration:
+            return False
         index = bisect.bisect_left(self.stamps, stamp)
         if index < len(self.stamps) and self.stamps[index] == stamp:
             self.transforms[index] = transform
-            return
+            return True
         self.stamps.insert(index, stamp)
         self.transforms.insert(index, transform)
-        if self.stamps[-1] - self.stamps[0] > 2.0 * _DURATION:
-            keep = bisect.bisect_left(self.stamps, self.stamps[-1] - _DURATION)
-            del self.stamps[:keep], self.transforms[:keep]
+        keep = bisect.bisect_left(self.stamps, self.stamps[-1] - duration)
+        del self.stamps[:keep], self.transforms[:keep]
+        return True
 
-    def at(self, child: str, stamp: float) -> SE2:
+    def at(self, child: str, stamp: float, early: float = 0.0, late: float = 0.0) -> T:
+        """Return the transform at a time; see `TransformTree.lookup`."""
         if self.static:
             return self.transforms[0]
         index = bisect.bisect_left(self.stamps, stamp)
         if index < len(self.stamps) and self.stamps[index] == stamp:
             return self.transforms[index]
         if index == 0 or index == len(self.stamps):
-            edge = self.stamps[0] if index == 0 else self.stamps[-1]
-            side = "oldest" if index == 0 else "newest"
-            raise TransformError(
-                f"{self.parent} -> {child} is asked for at {stamp:.3f} s, "
-                f"its {side} is at {edge:.3f} s ({abs(stamp - edge):.3f} s off)"
-            )
+            end = 0 if index == 0 else -1
+            known = self.stamps[end]
+            if known - early <= stamp <= known + late:
+                return self.transforms[end]
+            raise ExtrapolationError(f"{self.parent} -> {child}", stamp, known)
         before, after = self.stamps[index - 1], self.stamps[index]
         ratio = (stamp - before) / (after - before)
         return self.transforms[index - 1].interpolate(self.transforms[index], ratio)
 
 
-class TransformBuffer:
-    """A tree of planar transforms over time: interpolates, never extrapolates.
+class TransformTree(Generic[T]):
+    """A tree of frames whose transforms change over time, interpolated in between.
 
-    A stamp that lies over a second behind its frame's newest clears it, so that a restarted
-    simulation does not mix with the one before.
+    Args:
+        identity: The transform of a frame in itself.
+        duration: Time of which transforms are kept; its unit is that of all stamps.
+        jump: A stamp that lies so far behind its frame's newest is of another run, which does not
+            mix with this one: what moves is forgotten.
     """
 
-    def __init__(self) -> None:
-        self._edges: dict[str, _Edge] = {}
+    def __init__(self, identity: T, duration: float = 30.0, jump: float = 1.0) -> None:
+        self._identity: T = identity
+        self._duration, self._jump = duration, jump
+        self._edges: dict[str, Edge[T]] = {}
+
+    @property
+    def edges(self) -> Mapping[str, Edge[T]]:
+        """The transforms to its parent of each frame that has one."""
+        return self._edges
 
     def clear(self) -> None:
         """Forget every transform that is not static."""
         self._edges = {child: edge for child, edge in self._edges.items() if edge.static}
+
+    def insert(
+        self, parent: str, child: str, stamp: float, transform: T, static: bool = False
+    ) -> bool:
+        """Add `T_parent_child`; a child with a new parent forgets the old one.
+
+        Args:
+            parent: Frame mapped into.
+            child: Frame mapped from.
+            stamp: Its time.
+            transform: The transform.
+            static: Whether it holds for all time.
+
+        Returns:
+            False where it is older than what is kept.
+        """
+        edge = self._edges.get(child)
+        if edge and not (static or edge.static) and stamp < edge.stamps[-1] - self._jump:
+            self.clear()
+            edge = None
+        if edge is None or edge.parent != parent or edge.static != static:
+            edge = self._edges[child] = Edge(parent, static)
+        return edge.insert(stamp, transform, self._duration)
+
+    def knows(self, frame: str) -> bool:
+        """Return whether a frame is in the tree."""
+        return frame in self._edges or any(edge.parent == frame for edge in self._edges.values())
+
+    def chain(self, frame: str) -> list[str]:
+        """Return a frame and its ancestors.
+
+        Raises:
+            LoopError: It is one of them.
+        """
+        chain: list[str] = [frame]
+        while chain[-1] in self._edges:
+            parent = self._edges[chain[-1]].parent
+            if parent in chain:
+                raise LoopError(f"frames form a loop: {' -> '.join([*chain, parent])}")
+            chain.append(parent)
+        return chain
+
+    def _legs(self, target: str, source: str) -> tuple[list[str], list[str]]:
+        """Return the frames from target and from source up to their common ancestor."""
+        target_chain, source_chain = self.chain(target), self.chain(source)
+        common = next((frame for frame in target_chain if frame in source_chain), None)
+        if common is None:
+            known = sorted({*self._edges, *(edge.parent for edge in self._edges.values())})
+            raise TransformError(
+                f"no transform connects '{target}' and '{source}'; "
+                f"known frames: {', '.join(known) or 'none'}"
+            )
+        up = target_chain[: target_chain.index(common)]
+        down = source_chain[: source_chain.index(common)]
+        return up, down
+
+    def latest_common(self, target: str, source: str) -> float:
+        """Return the newest time at which `lookup(target, source)` is known; 0 if static.
+
+        Raises:
+            TransformError: The frames are not connected.
+        """
+        up, down = self._legs(target, source)
+        stamps = [self._edges[f].stamps[-1] for f in up + down if not self._edges[f].static]
+        return min(stamps, default=0.0)
+
+    def lookup(
+        self,
+        target: str,
+        source: str,
+        stamp: float | None = LATEST,
+        early: float = 0.0,
+        late: float = 0.0,
+    ) -> T:
+        """Return `T_target_source` at a time.
+
+        Args:
+            target: Frame to map into.
+            source: Frame to map from.
+            stamp: The time; None for the newest at which it is known.
+            early: Time before a frame's oldest transform at which that one stands in.
+            late: Time after a frame's newest transform at which that one stands in.
+
+        Raises:
+            TransformError: The frames are not connected, or the time is not covered.
+        """
+        up, down = self._legs(target, source)
+        when = self.latest_common(target, source) if stamp is None else stamp
+        T_top_target = T_top_source = self._identity
+        for frame in up:
+            T_top_target = self._edges[frame].at(frame, when, early, late) @ T_top_target
+        for frame in down:
+            T_top_source = self._edges[frame].at(frame, when, early, late) @ T_top_source
+        return T_top_target.inverse() @ T_top_source
+
+    def try_lookup(self, target: str, source: str, stamp: float | None = LATEST) -> T | None:
+        """Return `lookup`, or None where it would raise."""
+        try:
+            return self.lookup(target, source, stamp)
+        except TransformError:
+            return None
+
+
+class TransformBuffer(TransformTree[SE2]):
+    """The planar tree of frames that algorithms use; stamps in seconds."""
+
+    def __init__(self) -> None:
+        super().__init__(IDENTITY)
+        self._mounts: dict[str, Pose3] = {}
 
     def insert(
         self,
@@ -85,10 +226,9 @@ class TransformBuffer:
         stamp: float,
         transform: SE2,
         static: bool = False,
-        upside_down: bool = False,
         mount: Pose3 | None = None,
-    ) -> None:
-        """Add `T_parent_child` at a time [s]; a child with a new parent forgets the old one.
+    ) -> bool:
+        """Add `T_parent_child`; see `TransformTree.insert`.
 
         Args:
             parent: Frame mapped into.
@@ -96,21 +236,12 @@ class TransformBuffer:
             stamp: Time [s].
             transform: The planar part.
             static: Whether it holds for all time.
-            upside_down: Whether the child's z axis points down in the parent.
-            mount: The same transform in space, for `mount`; None for an upright one at no height.
+            mount: The same transform in space; None for an upright one at no height.
         """
-        edge = self._edges.get(child)
-        if edge is not None and not static and edge.jumped_back(stamp):
-            self.clear()
-            edge = None
-        if edge is None or edge.parent != parent or edge.static != static:
-            edge = self._edges[child] = _Edge(parent, static)
-        edge.upside_down, edge.mount = upside_down, mount
-        edge.insert(stamp, transform)
-
-    def knows(self, frame: str) -> bool:
-        """Tell whether a frame is in the tree."""
-        return frame in self._edges or any(edge.parent == frame for edge in self._edges.values())
+        self._mounts.pop(child, None)
+        if mount is not None:
+            self._mounts[child] = mount
+        return super().insert(parent, child, stamp, transform, static)
 
     def base_below(self, fixed: str) -> str | None:
         """Return the frame that moves in a fixed frame and carries something: the robot's base.
@@ -126,67 +257,33 @@ class TransformBuffer:
         return next((frame for frame in below if frame is not None), next(iter(moving), None))
 
     def missing_base(self, parameter: str, base: str, fixed: str) -> str:
-        """Say that a robot's frame is not there, what is there instead, and the cure.
+        """Return a sentence that a robot's frame is missing, with the remedy; "" where it exists.
 
         Args:
-            parameter: What names the frame.
+            parameter: The parameter that names the frame.
             base: The frame that it names.
             fixed: The frame in which the robot moves.
-
-        Returns:
-            A sentence; empty where the frame is there.
         """
         if self.knows(base):
             return ""
         instead = self.base_below(fixed)
-        cure = (
+        remedy = (
             f"'{fixed}' carries '{instead}'; set {parameter}: {instead}, or start it with"
             f" --base-frame {instead}"
             if instead is not None
             else f"nothing moves in '{fixed}' either: is odometry's transform on /tf?"
         )
-        return f"{parameter} is '{base}', a frame that does not exist: {cure}"
-
-    def _chain(self, frame: str) -> list[str]:
-        chain = [frame]
-        while chain[-1] in self._edges:
-            parent = self._edges[chain[-1]].parent
-            if parent in chain:
-                raise TransformError(f"frames form a loop: {' -> '.join([*chain, parent])}")
-            chain.append(parent)
-        return chain
-
-    def latest_common(self, target: str, source: str) -> float:
-        """Return the newest time [s] at which `lookup(target, source)` is known; 0 if static.
-
-        Raises:
-            TransformError: The frames are not connected.
-        """
-        up, down = self._legs(target, source)
-        stamps = [self._edges[f].stamps[-1] for f in up + down if not self._edges[f].static]
-        return min(stamps, default=0.0)
-
-    def _legs(self, target: str, source: str) -> tuple[list[str], list[str]]:
-        target_chain, source_chain = self._chain(target), self._chain(source)
-        common = next((frame for frame in target_chain if frame in source_chain), None)
-        if common is None:
-            known = sorted({*self._edges, *(edge.parent for edge in self._edges.values())})
-            raise TransformError(
-                f"no transform connects '{target}' and '{source}'; "
-                f"known frames: {', '.join(known) or 'none'}"
-            )
-        up = target_chain[: target_chain.index(common)]
-        down = source_chain[: source_chain.index(common)]
-        return up, down
+        return f"{parameter} is '{base}', a frame that does not exist: {remedy}"
 
     def upside_down(self, target: str, source: str) -> bool:
-        """Tell whether the source's z axis points down in the target; chains must be known.
+        """Return whether the source's z axis points down in the target.
 
         Raises:
             TransformError: The frames are not connected.
         """
         up, down = self._legs(target, source)
-        return sum(self._edges[frame].upside_down for frame in up + down) % 2 == 1
+        turns = [self._mounts[frame].quaternion for frame in up + down if frame in self._mounts]
+        return sum(is_upside_down(x, y, z, w) for w, x, y, z in turns) % 2 == 1
 
     def mount(self, target: str, source: str) -> Pose3:
         """Return the newest transform in space, of frames that hardly move in each other.
@@ -200,34 +297,6 @@ class TransformBuffer:
     def _mounted(self, frames: Sequence[str]) -> Pose3:
         result = Pose3()
         for frame in frames:
-            edge = self._edges[frame]
-            result = (edge.mount or Pose3.from_se2(edge.transforms[-1])) @ result
+            newest = self._edges[frame].transforms[-1]
+            result = self._mounts.get(frame, Pose3.from_se2(newest)) @ result
         return result
-
-    def lookup(self, target: str, source: str, stamp: float | None = LATEST) -> SE2:
-        """Return `T_target_source` at a time.
-
-        Args:
-            target: Frame to map into.
-            source: Frame to map from.
-            stamp: Time [s]; None for the newest time at which it is known.
-
-        Raises:
-            TransformError: The frames are not connected, or the time is not covered.
-        """
-        up, down = self._legs(target, source)
-        when = self.latest_common(target, source) if stamp is None else stamp
-        return self._compose(up, when).inverse() @ self._compose(down, when)
-
-    def _compose(self, frames: Sequence[str], stamp: float) -> SE2:
-        result = IDENTITY
-        for frame in frames:
-            result = self._edges[frame].at(frame, stamp) @ result
-        return result
-
-    def try_lookup(self, target: str, source: str, stamp: float | None = LATEST) -> SE2 | None:
-        """Return `lookup`, or None where it would raise."""
-        try:
-            return self.lookup(target, source, stamp)
-        except TransformError:
-            return None

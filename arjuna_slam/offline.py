@@ -13,12 +13,12 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_slam.config import SlamNodeConfig
 from arjuna_slam.graph.pose_graph import EdgeKind
 from arjuna_slam.logs.log import Log, open_log
 from arjuna_slam.logs.recording import RecordingTopics
 from arjuna_slam.logs.relations import RelationError, evaluate, read_relations
 from arjuna_slam.slam import Slam
-from arjuna_slam.slam_node_config import SlamNodeConfig
 
 Watch = Callable[[Log], Iterable[tuple[Scan, SE2]]]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,15 +13,53 @@ from arjuna_core.config import load
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.maps import load_map
 from arjuna_core.grid import OccupancyGrid
+from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.config import AmclNodeConfig
+from arjuna_slam.amcl.estimate import Status
 from arjuna_slam.amcl.filter import ParticleFilter
-from arjuna_slam.amcl.replay import Fix, replay
-from arjuna_slam.amcl_node_config import AmclNodeConfig
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
 from arjuna_slam.offline import Watch
 
 _SPREAD = np.diag([0.25, 0.25, 0.0685])  # of the initial pose, as RViz's [m^2, m^2, rad^2]
+
+
+@dataclass(frozen=True)
+class Fix:
+    """Where the filter said the robot was when a scan was taken.
+
+    Attributes:
+        stamp: [s].
+        T_map_base: Pose of the base in the map.
+        quality: Trust, 0..1.
+        status: How the last update ended.
+    """
+
+    stamp: float
+    T_map_base: SE2
+    quality: float
+    status: Status
+
+
+def replay(belief: ParticleFilter, log: Iterable[tuple[Scan, SE2]]) -> list[Fix]:
+    """Return a fix for each scan from the first estimate on.
+
+    Args:
+        belief: A filter with an initial pose, or globalized.
+        log: Scans with the odometry at their stamps.
+
+    Raises:
+        LocalizationError: An odometry pose is not finite.
+    """
+    fixes: list[Fix] = []
+    estimate = None
+    for scan, T_odom_base in log:
+        estimate = belief.update(T_odom_base, scan) or estimate
+        if estimate is not None:
+            pose = estimate.T_map_odom @ T_odom_base
+            fixes.append(Fix(scan.stamp, pose, estimate.quality, estimate.status))
+    return fixes
 
 
 @dataclass(frozen=True)

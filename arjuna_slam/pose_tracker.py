@@ -14,8 +14,7 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.graph.pose_graph import PoseGraph
 from arjuna_slam.mapping.keyframes import Keyframes
 from arjuna_slam.mapping.session import Session
-from arjuna_slam.matching.deskew import motion_within
-from arjuna_slam.matching.scan_filter import ScanFilter
+from arjuna_slam.matching.scan_filter import ScanFilter, motion_within
 from arjuna_slam.matching.scan_matcher import MatchStatus
 
 

@@ -72,7 +72,7 @@ ROBOT_STATE_PUBLISHER = NodeSpec(
 )
 EKF = NodeSpec("ekf_filter_node", "arjuna_sim.nodes.ekf", "EkfNode")
 SLAM_TOOLBOX = NodeSpec("slam_toolbox", "arjuna_slam.nodes.slam_toolbox", "SlamToolboxNode")
-MAP_SAVER = NodeSpec("map_saver", "arjuna_slam.nodes.map_saver", "MapSaverNode")
+MAP_SAVER = NodeSpec("map_saver", "arjuna_slam.nodes.map_server", "MapSaverNode")
 MAP_SERVER = NodeSpec("map_server", "arjuna_slam.nodes.map_server", "MapServerNode")
 AMCL = NodeSpec("amcl", "arjuna_slam.nodes.amcl", "AmclNode")
 LOCAL_COSTMAP = NodeSpec(

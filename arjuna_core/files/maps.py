@@ -10,7 +10,6 @@ from typing import Any
 import yaml
 
 from arjuna_core.errors import MapError, closest
-from arjuna_core.files.atomic import write_atomically
 from arjuna_core.files.map_image import (
     MAP_SAVER,
     MODES,
@@ -19,7 +18,7 @@ from arjuna_core.files.map_image import (
     occupancy_of,
     read_image,
 )
-from arjuna_core.files.whole_file import head_of
+from arjuna_core.files.whole_file import head_of, write_atomically
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2

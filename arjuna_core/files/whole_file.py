@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -55,3 +57,45 @@ def read_json(path: Path) -> Any:
         return json.loads(read_bytes(path, _JSON_LARGEST))
     except (ValueError, RecursionError) as error:
         raise InputFileError(path, f"is no JSON: {error}") from error
+
+
+def write_atomically(
+    path: Path, data: bytes, check: Callable[[Path], None] = lambda part: None
+) -> None:
+    """Write a file so that its path holds the old content or the new, never half of it.
+
+    The data go to a file beside it, are forced to disk and checked, and only then take the name.
+
+    Args:
+        path: Where the data shall be; its folder is made if need be.
+        data: The data.
+        check: Reads the written file back and raises what forbids to keep it.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    part = _write_part(path, data)
+    check(part)
+    part.replace(path)
+    _force_folder(path.parent)
+
+
+def _write_part(path: Path, data: bytes) -> Path:
+    """Write data to a file beside the path and force them to disk."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.part")
+    part.unlink(missing_ok=True)  # a link there would lead the data elsewhere
+    with part.open("xb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    return part
+
+
+def _force_folder(folder: Path) -> None:
+    """Force the new name to disk, as well as its file."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -9,7 +9,6 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.checks.rules import transform_problem
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose3_from_transform, se2_from_transform, seconds
-from arjuna_core.se2 import is_upside_down
 from arjuna_core.transforms import TransformBuffer, TransformError
 
 if TYPE_CHECKING:
@@ -46,13 +45,11 @@ class TransformListener:
             if problem is not None:
                 self._node.guard.refused(self._node, "a transform", problem)
                 continue
-            rotation = item.transform.rotation
             self._buffer.insert(
                 item.header.frame_id.lstrip("/"),
                 item.child_frame_id.lstrip("/"),
                 seconds(item.header.stamp),
                 se2_from_transform(item.transform),
                 static,
-                is_upside_down(rotation.x, rotation.y, rotation.z, rotation.w),
                 pose3_from_transform(item.transform),
             )

@@ -10,18 +10,24 @@ from numpy.typing import NDArray
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.belief import Belief
+from arjuna_slam.amcl.clusters import Cluster
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.errors import check_finite, check_inside, check_map, covariance_root
-from arjuna_slam.amcl.estimate import Estimate, Hypothesis, Status
-from arjuna_slam.amcl.map_matcher import MapMatcher
-from arjuna_slam.amcl.particles.belief import Belief
-from arjuna_slam.amcl.particles.clusters import Cluster
-from arjuna_slam.amcl.recovery import SEED_COVARIANCE, Recovery
-from arjuna_slam.amcl.sensors.models import make_sensor
-from arjuna_slam.amcl.sensors.scan_view import ScanView
-from arjuna_slam.amcl.track import Track
-from arjuna_slam.matching.deskew import Deskewer
+from arjuna_slam.amcl.estimate import (
+    Estimate,
+    Hypothesis,
+    Status,
+    Track,
+    check_finite,
+    check_inside,
+    check_map,
+    covariance_root,
+)
+from arjuna_slam.amcl.recovery import SEED_COVARIANCE, MapMatcher, Recovery
+from arjuna_slam.amcl.scan_view import ScanView
+from arjuna_slam.amcl.sensor_models import make_sensor
 from arjuna_slam.matching.map_field import MapField
+from arjuna_slam.matching.scan_filter import Deskewer
 
 _INDIFFERENT = 0.015  # difference of agreement that decides nothing: three beams of 180
 _EXCELLENT = 0.95  # agreement that leaves nothing to look for

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.loop_config import LoopConfig, Submap
+from arjuna_slam.graph.loops import LoopConfig, Submap
 from arjuna_slam.graph.rivals import APART, SeenField, Views, rival
 from arjuna_slam.graph.uncertainty import plausible
 from arjuna_slam.matching.contradiction import longest, seen_and_contradicted

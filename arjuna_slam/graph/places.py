@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.hypotheses import Closure, Hypotheses
-from arjuna_slam.graph.loop_config import LoopConfig, Submap
+from arjuna_slam.graph.loops import LoopConfig, Submap
 from arjuna_slam.graph.place_match import Place, PlaceMatcher, Search
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
 from arjuna_slam.graph.uncertainty import chained, relative_covariances, spread

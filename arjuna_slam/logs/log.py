@@ -2,19 +2,187 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import bz2
+import gzip
+import lzma
+import math
+import zlib
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Protocol
+from typing import Any, BinaryIO, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.bags.reader import PACKED, SUFFIXES
+from arjuna_core.checks.limits import GREATEST
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.rosbag2 import PACKED
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2
-from arjuna_slam.logs.carmen import COMPRESSED, CarmenLog
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.logs.recording import Recording, RecordingTopics
-from arjuna_slam.logs.storage import SUFFIXES
 
+_RANGE_MAX = 80.0  # readings at the scanner's maximum mean no return
+_OFFSET_MAX = 1.0  # a laser further from its robot has been corrected by some other program
+
+COMPRESSED = (".xz", ".gz", ".bz2")
+"""Suffixes of compressed logs."""
 _CARMEN = (".clf", ".log")
+
+
+class CarmenLog:
+    """The scans of a CARMEN log, each with the odometry.
+
+    Args:
+        path: The log, as text or compressed.
+
+    Attributes:
+        problems: What was passed over.
+
+    Raises:
+        InputFileError: It cannot be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.problems: list[str] = []
+        self._path = path
+        self._read = 0
+        try:
+            self._size = max(1, path.stat().st_size)
+        except OSError as error:
+            raise InputFileError(path, f"cannot be read: {error.strerror}") from error
+
+    @property
+    def progress(self) -> float:
+        """Share (0..1) of the log that has been read."""
+        return self._read / self._size
+
+    def __iter__(self) -> Iterator[tuple[Scan, SE2]]:
+        """Yield scans and odometry.
+
+        Raises:
+            InputFileError: It holds no scan that can be read.
+        """
+        given = 0
+        bad: list[str] = []
+        for entry in read_carmen(self._lines(), problems=bad):
+            given += 1
+            yield entry
+        if given == 0:
+            reason = (bad + self.problems + ["no line begins with FLASER or ROBOTLASER1"])[0]
+            raise InputFileError(self._path, f"is no CARMEN log with scans: {reason}")
+        if bad:
+            self.problems.append(f"{len(bad)} lines could not be read; the first, {bad[0]}")
+
+    def _lines(self) -> Iterator[str]:
+        try:
+            with self._path.open("rb") as raw, _unpacked(raw, self._path.suffix.lower()) as text:
+                for line in text:
+                    self._read = raw.tell()
+                    yield line.decode("ascii", "replace")
+        except (OSError, EOFError, lzma.LZMAError, zlib.error) as error:
+            self.problems.append(f"damaged or cut short ({error}); read up to there")
+
+
+def _unpacked(raw: BinaryIO, suffix: str) -> Any:
+    if suffix == ".xz":
+        return lzma.open(raw)
+    if suffix == ".gz":
+        return gzip.open(raw)
+    return bz2.open(raw) if suffix == ".bz2" else raw
+
+
+def read_carmen(
+    lines: Iterable[str],
+    T_base_sensor: SE2 | None = None,
+    problems: list[str] | None = None,
+) -> Iterator[tuple[Scan, SE2]]:
+    """Yield scan and odometry of each FLASER and ROBOTLASER1 line.
+
+    Args:
+        lines: The log. A FLASER scan spans 180 degrees: 180 beams of 1 degree, or 360 or 361 of
+            0.5; ROBOTLASER1 says what it spans.
+        T_base_sensor: Where the scanner sits; None for what the first line says.
+        problems: Where lines that cannot be read are noted, to go on after them; None to stop.
+
+    Raises:
+        ValueError: A line cannot be read, and `problems` is None.
+    """
+    for number, line in enumerate(lines, 1):
+        words = line.split()
+        if not words or words[0] not in _READERS:
+            continue
+        try:
+            scan, laser, odometry = _READERS[words[0]](words[1:])
+        except ValueError as error:
+            if problems is None:
+                raise ValueError(f"line {number}: {error}") from error
+            problems.append(f"line {number}: {error}")
+            continue
+        if T_base_sensor is None:
+            T_base_sensor = _mount(odometry.inverse() @ laser)
+        yield replace(scan, T_base_sensor=T_base_sensor), odometry
+
+
+def _mount(offset: SE2) -> SE2:
+    return offset if math.hypot(offset.x, offset.y) < _OFFSET_MAX else IDENTITY
+
+
+def _read_flaser(words: list[str]) -> tuple[Scan, SE2, SE2]:
+    count = _count(words, 0)
+    _check_length(words, count + 10)
+    ranges = _numbers(words[1 : 1 + count])
+    numbers = _finite(words[count + 1 : count + 8])
+    increment = math.pi / max(1, count if count % 2 == 0 else count - 1)
+    scan = _scan(ranges, -0.5 * math.pi, increment, _RANGE_MAX, float(numbers[6]))
+    return scan, SE2.from_array(numbers[:3]), SE2.from_array(numbers[3:6])
+
+
+def _read_robotlaser(words: list[str]) -> tuple[Scan, SE2, SE2]:
+    """Laser, readings, remissions, then laser and robot pose, five more numbers and the stamp."""
+    count = _count(words, 7)
+    after = 9 + count + _count(words, 8 + count)
+    _check_length(words, after + 14)
+    angle_min, _, increment, range_max = (float(word) for word in words[1:5])
+    numbers = _finite(words[after : after + 12])
+    reach = min(range_max - 0.01, _RANGE_MAX) if range_max > 0.0 else _RANGE_MAX
+    ranges = _numbers(words[8 : 8 + count])
+    scan = _scan(ranges, angle_min, increment, reach, float(numbers[11]))
+    return scan, SE2.from_array(numbers[:3]), SE2.from_array(numbers[3:6])
+
+
+def _count(words: list[str], place: int) -> int:
+    word = words[place] if place < len(words) else "missing"
+    if not word.isdigit():
+        raise ValueError(f"the number of readings is {word}; valid: a whole number")
+    return int(word)
+
+
+def _check_length(words: list[str], valid: int) -> None:
+    if len(words) < valid:
+        raise ValueError(f"{len(words) + 1} words, {valid + 1} are valid")
+
+
+def _numbers(words: list[str]) -> NDArray[np.float64]:
+    return np.array(words, dtype=np.float64)
+
+
+def _finite(words: list[str]) -> NDArray[np.float64]:
+    """Return numbers of which none may be absent: poses and a stamp."""
+    numbers = _numbers(words)
+    if not (np.abs(numbers) <= GREATEST).all():
+        raise ValueError(f"a pose or stamp of {' '.join(words)} is not finite or too great")
+    return numbers
+
+
+def _scan(
+    ranges: NDArray[np.float64], angle_min: float, increment: float, reach: float, stamp: float
+) -> Scan:
+    ranges[ranges >= reach] = math.inf
+    return Scan(ranges, angle_min, increment, 0.02, reach, stamp)
+
+
+_READERS = {"FLASER": _read_flaser, "ROBOTLASER1": _read_robotlaser}
 
 
 class Log(Protocol):

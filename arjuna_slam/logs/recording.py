@@ -6,34 +6,103 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from arjuna_core.bags.decoder import TRANSFORMS, DecodeError, Decoder, is_standard
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import ROS1, ROS2, BagMessage
+from arjuna_core.checks.rules import scan_problem, transform_problem
 from arjuna_core.errors import InputFileError
+from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.se2 import IDENTITY, SE2, yaw_of
 from arjuna_core.transforms import TransformBuffer, TransformError
-from arjuna_slam.logs.messages import (
-    ODOMETRY,
-    ROS1,
-    ROS2,
-    SCAN,
-    TRANSFORMS,
-    MessageError,
-    StampedTransform,
-    is_known,
-    read_odometry,
-    read_scan,
-    read_transforms,
-)
-from arjuna_slam.logs.storage import Storage
 
-_USUAL = ("/scan", "/odom", "/tf")
-_WAITING_MAX = 1000  # scans; odometry that lags further behind will not come
-_LOOKED_AT = 2000  # messages of /tf in which the odometry must show up
+_USUAL = ("/scan", "/odom")
+_WAITING_MAX = 1000  # scans; odometry that lags further behind is taken for missing
+_TF_SEARCHED = 2000  # messages of /tf in which the odometry must show up
+
+
+@dataclass(frozen=True)
+class StampedTransform:
+    """`T_parent_child` at a time.
+
+    Attributes:
+        stamp: Time [s].
+        parent: Frame mapped into.
+        child: Frame mapped from.
+        transform: The planar part.
+        mount: The transform in space.
+    """
+
+    stamp: float
+    parent: str
+    child: str
+    transform: SE2
+    mount: Pose3
+
+
+def scan_of(message: Any) -> tuple[Scan, str]:
+    """Return a sensor_msgs/LaserScan as a scan, the sensor at the base, and its frame.
+
+    Raises:
+        DecodeError: Its values are no scan's.
+    """
+    problem = scan_problem(message)
+    if problem is not None:
+        raise DecodeError(problem)
+    numbers = message.angle_min, message.angle_increment, message.range_min, message.range_max
+    with np.errstate(invalid="ignore"):  # damaged bytes
+        ranges = np.asarray(message.ranges, dtype=np.float64)
+    scan = Scan(ranges, *numbers, _seconds(message.header.stamp), message.time_increment)
+    return scan, message.header.frame_id.lstrip("/")
+
+
+def odometry_of(message: Any) -> StampedTransform:
+    """Return the pose of a nav_msgs/Odometry.
+
+    Raises:
+        DecodeError: Its values are no pose's.
+    """
+    return _transform(message, message.pose.pose.position, message.pose.pose.orientation)
+
+
+def transforms_of(message: Any) -> list[StampedTransform]:
+    """Return the transforms of a tf2_msgs/TFMessage.
+
+    Raises:
+        DecodeError: The values of one are no transform's.
+    """
+    for problem in map(transform_problem, message.transforms):
+        if problem is not None:
+            raise DecodeError(problem)
+    return [
+        _transform(m, m.transform.translation, m.transform.rotation) for m in message.transforms
+    ]
+
+
+def _transform(message: Any, position: Any, q: Any) -> StampedTransform:
+    parent, child = message.header.frame_id.lstrip("/"), message.child_frame_id.lstrip("/")
+    try:
+        pose = SE2(position.x, position.y, yaw_of(q.x, q.y, q.z, q.w))
+    except ValueError as error:
+        raise DecodeError(str(error)) from error
+    mount = Pose3((position.x, position.y, position.z), (q.w, q.x, q.y, q.z))
+    return StampedTransform(_seconds(message.header.stamp), parent, child, pose, mount)
+
+
+def _seconds(stamp: Any) -> float:
+    return float(stamp.sec) + float(stamp.nanosec) / 1e9
+
+
+SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 
 
 @dataclass(frozen=True)
 class RecordingTopics:
-    """What is read of a recording.
+    """The topics and frames that are read of a recording.
 
     Attributes:
         scan: Topic of the scans; "" for the only one there is.
@@ -52,14 +121,11 @@ class Recording:
     """The scans of a recording, each with `T_odom_base` at its stamp.
 
     Args:
-        path: A file that `storage` can read, or a rosbag2 folder of such files.
+        path: A file or a folder that `Bag` can read.
         topics: What to read.
 
-    Attributes:
-        problems: What was passed over.
-
     Raises:
-        InputFileError: It is no recording, or has no scans or odometry; the message says what is
+        InputFileError: It is no recording, or has no scans or odometry; the message lists what is
             there.
     """
 
@@ -67,24 +133,30 @@ class Recording:
         self._path = path
         self._topics = topics
         self._frames = topics.odom_frame, topics.base_frame
-        self._files = Storage(path)
-        self.problems = self._files.problems
+        self._bag = Bag(path)
+        self._decoder = Decoder()
+        self._problems: list[str] = []
         self._buffer = TransformBuffer()
         self._waiting: deque[tuple[Scan, str]] = deque()
-        self._unpaired = self._unread = 0
+        self._unpaired = 0
         self._mounts: dict[str, SE2] = {}
         self._choose()
 
     @property
+    def problems(self) -> list[str]:
+        """What was passed over."""
+        return [*self._problems, *self._bag.problems]
+
+    @property
     def progress(self) -> float:
         """Share (0..1) of the recording that has been read."""
-        return self._files.progress
+        return self._bag.share
 
     def _choose(self) -> None:
         """Settle on the topics, or refuse with those that there are."""
-        self._channels = self._files.channels()
         self._scan = self._one(SCAN, self._topics.scan)
-        self._tf = {topic for topic, c in self._channels.items() if _type(c.kind) in TRANSFORMS}
+        every = self._bag.topics.items()
+        self._tf = {name for name, topic in every if topic.type_name in TRANSFORMS}
         for topic in sorted({self._scan} | self._tf):
             self._check(topic)
         self._odometry = ""
@@ -92,46 +164,47 @@ class Recording:
             self._odometry = self._one(ODOMETRY, self._topics.odometry)
             self._check(self._odometry)
 
-    def _check(self, topic: str) -> None:
+    def _check(self, name: str) -> None:
         """Refuse a topic that cannot be read."""
-        kind, encoding, definition = self._channels[topic]
-        if encoding not in (ROS1, ROS2):
-            problem = f"{topic} is encoded as '{encoding}'; valid: {ROS2} (ROS 2), {ROS1}"
+        topic = self._bag.topics[name]
+        if topic.encoding not in (ROS1, ROS2):
+            problem = f"{name} is encoded as '{topic.encoding}'; valid: {ROS2} (ROS 2), {ROS1}"
             raise InputFileError(self._path, problem)
-        if not is_known(_type(kind), encoding, definition):
-            problem = f"{topic} is of a type that only has the name of {kind}"
+        if not is_standard(topic):
+            problem = f"{name} is of a type that only has the name of {topic.type_name}"
             raise InputFileError(self._path, f"{problem}; valid: its fields in ROS")
 
-    def _wanted(self) -> set[str]:
-        return {self._scan} | self._tf | ({self._odometry} if self._odometry else set())
-
-    def _one(self, kind: str, asked: str) -> str:
-        """Return the topic of a type to use: the one asked for, or the usual one, or the first."""
-        found = sorted(topic for topic, c in self._channels.items() if _type(c.kind) == kind)
-        if asked and asked not in found:
+    def _one(self, kind: str, wanted: str) -> str:
+        """Return the topic of a type to use: the wanted one, or the usual one, or the first."""
+        topics = self._bag.topics
+        found = sorted(name for name, topic in topics.items() if topic.type_name == kind)
+        if wanted and wanted not in found:
             valid = ", ".join(found) or "none"
-            raise InputFileError(self._path, f"no topic '{asked}' of {kind}; valid: {valid}")
+            raise InputFileError(self._path, f"no topic '{wanted}' of {kind}; valid: {valid}")
         if not found:
-            topics = ", ".join(sorted(self._channels)) or "none"
-            raise InputFileError(self._path, f"has no topic of {kind}; its topics: {topics}")
-        chosen = asked or next((topic for topic in _USUAL if topic in found), found[0])
-        if len(found) > 1 and not asked:
-            self.problems.append(f"of the topics {', '.join(found)}, {chosen} is used")
+            valid = ", ".join(sorted(topics)) or "none"
+            raise InputFileError(self._path, f"has no topic of {kind}; its topics: {valid}")
+        chosen = wanted or next((topic for topic in _USUAL if topic in found), found[0])
+        if len(found) > 1 and not wanted:
+            self._problems.append(f"of the topics {', '.join(found)}, {chosen} is used")
         return chosen
 
     def _tf_has_odometry(self) -> bool:
-        """Tell whether odom -> base shows up among the first transforms."""
+        """Return whether odom -> base shows up among the first transforms."""
         buffer = TransformBuffer()
-        for count, (topic, data) in enumerate(self._files.messages(self._tf)):
+        for count, message in enumerate(self._bag.messages(self._tf.__contains__)):
             try:
-                _insert(buffer, self._transforms(topic, data), topic)
-            except MessageError:
+                _insert(buffer, transforms_of(self._decoded(message)), message)
+            except DecodeError:
                 continue  # counted when it is read again
             if buffer.try_lookup(*self._frames) is not None:
                 return True
-            if count > _LOOKED_AT:
+            if count > _TF_SEARCHED:
                 break
         return False
+
+    def _decoded(self, message: BagMessage) -> object:
+        return self._decoder.decode(message.topic, message.data)
 
     def __iter__(self) -> Iterator[tuple[Scan, SE2]]:
         """Yield scans and poses.
@@ -139,44 +212,39 @@ class Recording:
         Raises:
             InputFileError: Not one scan can be given a pose.
         """
-        given, last = 0, ""
-        for topic, data in self._files.messages(self._wanted()):
+        given, unread, last = 0, 0, ""
+        for message in self._bag.messages({self._scan, self._odometry, *self._tf}.__contains__):
             try:
-                self._take(topic, data)
-            except MessageError as error:
-                self._unread += 1
-                last = f"{topic}: {error}"
+                self._take(message)
+            except DecodeError as error:
+                unread += 1
+                last = f"{message.topic.name}: {error}"
             for pair in self._ready():
                 given += 1
                 yield pair
         self._unpaired += len(self._waiting)
-        if self._unread:
-            self.problems.append(f"{self._unread} messages could not be read; the last, of {last}")
+        if unread:
+            self._problems.append(f"{unread} messages could not be read; the last, of {last}")
         if given == 0:
             raise InputFileError(self._path, f"no scan can be used: {self._why(last)}")
         if self._unpaired:
-            self.problems.append(f"{self._unpaired} scans have no odometry at their stamp")
+            self._problems.append(f"{self._unpaired} scans have no odometry at their stamp")
 
-    def _take(self, topic: str, data: bytes) -> None:
+    def _take(self, message: BagMessage) -> None:
+        topic, decoded = message.topic.name, self._decoded(message)
         if topic == self._scan:
-            scan, frame = read_scan(data, self._channels[topic].encoding)
-            self._waiting.append((scan, frame))
+            self._waiting.append(scan_of(decoded))
             if len(self._waiting) > _WAITING_MAX:
                 self._waiting.popleft()
                 self._unpaired += 1
         elif topic == self._odometry:
-            pose = read_odometry(data, self._channels[topic].encoding)
-            named = replace(pose, parent=self._frames[0], child=self._frames[1])
-            _insert(self._buffer, [named], topic)
+            odom, base = self._frames
+            _insert(self._buffer, [replace(odometry_of(decoded), parent=odom, child=base)], message)
         else:
-            found = self._transforms(topic, data)
+            found = transforms_of(decoded)
             if self._odometry:  # the chosen topic wins over what /tf says of the same pair
                 found = [item for item in found if item.child != self._frames[1]]
-            _insert(self._buffer, found, topic)
-
-    def _transforms(self, topic: str, data: bytes) -> list[StampedTransform]:
-        kind, encoding, _ = self._channels[topic]
-        return read_transforms(data, encoding, _type(kind))
+            _insert(self._buffer, found, message)
 
     def _ready(self) -> Iterator[tuple[Scan, SE2]]:
         while self._waiting:
@@ -189,28 +257,26 @@ class Recording:
                 self._unpaired += 1
             else:
                 scan = replace(scan, T_base_sensor=self._mount(frame))
-                yield scan.mirrored() if self._hangs(frame) else scan, pose
+                yield scan.mirrored() if self._upside_down(frame) else scan, pose
 
     def _passed(self, stamp: float) -> bool:
-        """Whether a pose newer than a stamp is known, so that what lacks will not come."""
+        """Return whether a pose newer than a stamp is known, so that a missing one stays so."""
         try:
             return self._buffer.latest_common(*self._frames) > stamp
         except TransformError:
             return False
 
     def _mount(self, frame: str) -> SE2:
-        """Return where a sensor's frame sits on the robot; at its origin if nothing says so."""
-        mount = self._buffer.try_lookup(self._topics.base_frame, frame)
+        """Return a sensor frame's pose on the robot; the origin if it is unknown."""
+        base = self._topics.base_frame
+        mount = self._buffer.try_lookup(base, frame)
         if mount is None and frame not in self._mounts:
-            base = self._topics.base_frame
-            self.problems.append(
-                f"nothing says where '{frame}' is on '{base}': taken as its origin"
-            )
+            problem = f"nothing says where '{frame}' is on '{base}': taken as its origin"
+            self._problems.append(problem)
         self._mounts[frame] = mount or self._mounts.get(frame, IDENTITY)
         return self._mounts[frame]
 
-    def _hangs(self, frame: str) -> bool:
-        """Tell whether a sensor's frame is upside down on the robot."""
+    def _upside_down(self, frame: str) -> bool:
         try:
             return self._buffer.upside_down(self._topics.base_frame, frame)
         except TransformError:
@@ -228,12 +294,7 @@ class Recording:
         return "there is no odometry at the stamps of the scans"
 
 
-def _type(kind: str) -> str:
-    """Return a type's name as ROS 2 writes it."""
-    return kind if kind.count("/") != 1 else kind.replace("/", "/msg/")
-
-
-def _insert(buffer: TransformBuffer, found: list[StampedTransform], topic: str) -> None:
-    static = topic.endswith("tf_static")
+def _insert(buffer: TransformBuffer, found: list[StampedTransform], message: BagMessage) -> None:
+    static = message.topic.name.endswith("tf_static")
     for item in found:
-        buffer.insert(item.parent, item.child, item.stamp, item.transform, static, item.upside_down)
+        buffer.insert(item.parent, item.child, item.stamp, item.transform, static, item.mount)

@@ -3,13 +3,96 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import PoseGraph
-from arjuna_slam.mapping.mapper import Mapper
+from arjuna_slam.mapping.occupancy import Occupancy
 from arjuna_slam.mapping.session import Session
+
+_MOVED_POSITION_CELLS = 0.5  # from which on a scan is drawn anew: less leaves the same cells
+_MOVED_HEADING = 0.005  # the same [rad]: half a cell at 5 m
+
+
+class Mapper:
+    """Keeps scans and traces those that are new or have moved.
+
+    Args:
+        resolution: Edge of a cell [m].
+        range_max: Longest range traced [m]; beams without return clear up to it.
+        min_pass_through: Beams that must come to a cell for it to be known, and one more.
+        occupancy_threshold: Share of them that must end there for it to be occupied.
+    """
+
+    def __init__(
+        self,
+        resolution: float,
+        range_max: float,
+        min_pass_through: int = 2,
+        occupancy_threshold: float = 0.1,
+    ) -> None:
+        self._resolution = resolution
+        self._range_max = range_max
+        self._occupancy = Occupancy(resolution, min_pass_through, occupancy_threshold)
+        self._scans: list[Scan] = []
+        self._traced = np.empty((0, 3))
+
+    def add(self, scan: Scan) -> None:
+        """Add a scan; it is traced when a grid is next asked for."""
+        self._scans.append(scan)
+
+    @property
+    def scans(self) -> tuple[Scan, ...]:
+        """The scans added."""
+        return tuple(self._scans)
+
+    def grid(
+        self, poses: NDArray[np.float64], most_moved: int | None = None
+    ) -> OccupancyGrid | None:
+        """Return the map, tracing what is new or has moved.
+
+        Args:
+            poses: Robot in map at each scan added, `(N, 3) float64` of x, y, theta.
+            most_moved: How many scans that have moved are traced anew at most, those that moved
+                farthest first; None for all.
+
+        Returns:
+            The map with values -1, 0 and 100, or None without scans.
+
+        Raises:
+            ValueError: The number of poses is not that of scans.
+        """
+        if len(poses) != len(self._scans):
+            raise ValueError(f"{len(poses)} poses for {len(self._scans)} scans")
+        if not self._scans:
+            return None
+        for k in self._moved(poses)[:most_moved].tolist():
+            self._occupancy.trace(self._scans[k], self._traced[k], self._range_max, -1)
+            self._occupancy.trace(self._scans[k], poses[k], self._range_max, 1)
+            self._traced[k] = poses[k]
+        for k in range(len(self._traced), len(poses)):
+            self._occupancy.trace(self._scans[k], poses[k], self._range_max, 1)
+        self._traced = np.concatenate((self._traced, poses[len(self._traced) :]))
+        return self._occupancy.grid(self._scans[-1].stamp)
+
+    def behind(self, poses: NDArray[np.float64]) -> bool:
+        """Tell whether scans are new or have moved since the map was last returned.
+
+        Args:
+            poses: Robot in map at each scan added, `(N, 3) float64` of x, y, theta.
+        """
+        return len(poses) > len(self._traced) or len(self._moved(poses)) > 0
+
+    def _moved(self, poses: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the traced scans that have moved enough to be traced anew, the farthest first."""
+        change = poses[: len(self._traced)] - self._traced
+        gap = np.hypot(change[:, 0], change[:, 1]) / (_MOVED_POSITION_CELLS * self._resolution)
+        turn = np.abs(np.remainder(change[:, 2] + np.pi, 2.0 * np.pi) - np.pi) / _MOVED_HEADING
+        far = np.maximum(gap, turn)
+        order = np.argsort(-far, kind="stable")
+        return order[: int((far > 1.0).sum())]
 
 
 class Keyframes:

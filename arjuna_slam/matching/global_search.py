@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from arjuna_core.se2 import wrap
-from arjuna_slam.matching.lookup import bordered, sum_at_endpoints
-from arjuna_slam.matching.map_field import MapField
+from arjuna_slam.matching.map_field import MapField, bordered, sum_at_endpoints
 
 # Cost and grain of the search; they change how long it takes, not what counts as a match.
 _SIGMA = 0.2  # how far a beam may end from an obstacle and still count [m]; two steps of position

@@ -18,12 +18,11 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import BaseFrames, ScanQueue
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.amcl.errors import LocalizationError
-from arjuna_slam.amcl.estimate import Estimate, Status
+from arjuna_slam.amcl.config import ALWAYS, NEVER, AmclNodeConfig, filter_part
+from arjuna_slam.amcl.estimate import Estimate, LocalizationError, Status
 from arjuna_slam.amcl.filter import ParticleFilter
-from arjuna_slam.amcl_node_config import ALWAYS, NEVER, AmclNodeConfig, filter_part
 from arjuna_slam.nodes.amcl_output import AmclOutput
-from arjuna_slam.nodes.scan_watch import ScanWatch
+from arjuna_slam.nodes.scan_intake import ScanWatch
 
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]
 _KEPT = 0.8  # of the quality, on a map that replaces another, for the place to be the same

@@ -6,18 +6,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-from nav2_msgs.srv import LoadMap
+from nav2_msgs.srv import LoadMap, SaveMap
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.srv import GetMap
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from arjuna_core.config import param
 from arjuna_core.errors import MapError
-from arjuna_core.files.maps import load_map
+from arjuna_core.files.map_image import MODES, MapOptions
+from arjuna_core.files.maps import load_map, save_map, unnamed
 from arjuna_core.files.maps_folder import MapsFolderError, map_path
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_msg
+from arjuna_core.ros.convert import grid_from_msg, grid_msg
 from arjuna_core.ros.node import ManagedNode
 
 
@@ -93,3 +96,90 @@ def _result_if_refused(path: Path) -> int:
     if not path.exists():
         return int(LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST)
     return int(LoadMap.Response.RESULT_INVALID_MAP_METADATA)
+
+
+@dataclass(frozen=True)
+class MapSaverConfig:
+    """Parameters of map_saver."""
+
+    free_thresh_default: float = param(
+        0.25, "Occupancy up to which a cell is free, if unasked.", minimum=0.0, maximum=1.0
+    )
+    occupied_thresh_default: float = param(
+        0.65, "Occupancy from which a cell is occupied, if unasked.", minimum=0.0, maximum=1.0
+    )
+    map_subscribe_transient_local: bool = param(
+        True, "Whether maps published before are wanted.", read_only=True
+    )
+    maps_folder: str = param(".", "Folder that save_map's relative paths are of.")
+
+
+class MapSaverNode(ManagedNode):
+    """Writes maps, as nav2_map_server's map_saver_server does.
+
+    A service must answer at once, so the node listens to `map` from the start. Asked for another
+    topic for the first time, it answers no and begins to listen to that too.
+    """
+
+    Config: ClassVar[type[Any]] = MapSaverConfig
+    DEFAULT_NAME = "map_saver"
+
+    def configure(self) -> None:
+        """Listen to the map and offer to save it."""
+        self._maps: dict[str, OccupancyGridMsg] = {}
+        self._topics: set[str] = set()
+        self._listen(self._resolved("map"))
+        self.serve(SaveMap, f"{self.get_name()}/save_map", self._on_save)
+
+    def _resolved(self, topic: str) -> str:
+        return str(self.resolve_topic_name(self.process.absolute(topic)))
+
+    def _listen(self, topic: str) -> None:
+        profile = qos.LATCHED if self.config.map_subscribe_transient_local else qos.LATEST
+
+        def keep(message: Any) -> None:
+            self._maps[topic] = message
+
+        self.subscribe(OccupancyGridMsg, topic, keep, profile, while_inactive=True)
+        self._topics.add(topic)
+
+    def _on_save(self, request: Any, response: Any) -> Any:
+        try:
+            topic = self._resolved(request.map_topic or "map")
+            is_new = self.active and topic not in self._topics
+            if is_new:
+                self._listen(topic)
+        except (InvalidTopicNameException, rclpy_implementation.RCLError) as error:
+            name = request.map_topic[:80]
+            self.get_logger().error(f"{name!r} is no topic, or not of maps: {error}")
+            return response
+        if not self.active:
+            self.get_logger().warning("save_map requested, but the node is inactive")
+        elif is_new:
+            self.get_logger().error(f"now listening to '{topic}'; ask again to save it")
+        elif topic not in self._maps:
+            self.get_logger().error(f"no map has come on '{topic}' yet")
+        else:
+            response.result = self._save(self._maps[topic], request)
+        return response
+
+    def _save(self, message: OccupancyGridMsg, request: Any) -> bool:
+        options = MapOptions(
+            request.map_mode or MODES[0],
+            occupied_thresh=_given(request.occupied_thresh, self.config.occupied_thresh_default),
+            free_thresh=_given(request.free_thresh, self.config.free_thresh_default),
+        )
+        image_format = request.image_format or ("png" if options.mode == "scale" else "pgm")
+        try:
+            stem = map_path(self.config.maps_folder, request.map_url or unnamed(self.now))
+            path, _ = save_map(grid_from_msg(message), stem, image_format, options)
+        except (MapError, MapsFolderError, ValueError) as error:
+            self.get_logger().error(str(error))
+            return False
+        self.get_logger().info(f"map saved to {path}")
+        return True
+
+
+def _given(asked: float, default: float) -> float:
+    """Return what was asked for; zero on the wire means nothing was. Undoes float32's rounding."""
+    return round(asked, 6) if asked > 0.0 else default

@@ -22,7 +22,7 @@ from arjuna_core.ros.convert import header, pose_msg, scan_msg, se2_from_pose, t
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.nodes.graph_markers import NODE_COLOR
+from arjuna_slam.nodes.slam_output import NODE_COLOR
 
 SCAN_FRAME = "scan_visualization"
 _SERVER = "slam_toolbox"

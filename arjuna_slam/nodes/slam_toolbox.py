@@ -18,18 +18,16 @@ from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
+from arjuna_slam.config import LEAST_INTERVAL, SlamNodeConfig
 from arjuna_slam.localization import Localizer
 from arjuna_slam.mapping.session import Session, Start, StartKind
 from arjuna_slam.matching.scan_filter import Skip
-from arjuna_slam.nodes.map_memory import MapMemory
-from arjuna_slam.nodes.scan_intake import ScanIntake, shortened
-from arjuna_slam.nodes.scan_watch import ScanWatch
-from arjuna_slam.nodes.slam_files import SlamFiles
+from arjuna_slam.nodes.scan_intake import ScanIntake, ScanWatch, shortened
+from arjuna_slam.nodes.slam_files import MapMemory, SlamFiles
 from arjuna_slam.nodes.slam_interactive import InteractiveGraph
 from arjuna_slam.nodes.slam_output import SlamOutput
 from arjuna_slam.pose_tracker import PoseTracker
 from arjuna_slam.slam import Slam
-from arjuna_slam.slam_node_config import LEAST_INTERVAL, SlamNodeConfig
 
 _KEEP = 5.0  # least time between two copies of the map that outlive the process [s]
 _RETRY = 0.02  # period at which waiting scans are looked at again [s]

@@ -12,7 +12,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from arjuna_core.files.atomic import write_atomically
+from arjuna_core.files.whole_file import write_atomically
 from bringup.campaign.comparison import wilson_interval
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import Campaign

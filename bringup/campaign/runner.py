@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arjuna_core.config import dotted
-from arjuna_core.files.atomic import write_atomically
+from arjuna_core.files.whole_file import write_atomically
 from bringup.campaign.outcome import (
     Outcome,
     figures_of,

@@ -27,8 +27,8 @@ def run(arguments: argparse.Namespace) -> int:
 
         options.extend_search(arguments)
         return supervise(arguments)
-    from bringup.offline import amcl
+    from bringup.offline.logs import run_amcl
     from bringup.terminal import show
 
-    show(amcl.run(arguments))
+    show(run_amcl(arguments))
     return 0

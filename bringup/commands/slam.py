@@ -32,8 +32,8 @@ def run(arguments: argparse.Namespace) -> int:
 
         options.extend_search(arguments)
         return supervise(arguments)
-    from bringup.offline import slam
+    from bringup.offline.logs import run_slam
     from bringup.terminal import show
 
-    show(slam.run(arguments))
+    show(run_slam(arguments))
     return 0

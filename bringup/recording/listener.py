@@ -10,11 +10,44 @@ from typing import Any, NamedTuple
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from bringup.recording.bags.topic import TopicInfo, TopicQos, request_for
-from bringup.recording.loss import LossCounter
+from arjuna_core.bags.topic import TopicInfo, TopicQos, request_for
 from bringup.recording.message_definitions import message_definition, type_hash
 
 _QUEUE = 1000  # messages that may wait between two calls of `take`
+
+
+class LossCounter:
+    """Counts what is missing on one topic.
+
+    A publisher numbers its messages; who published one is not told, so with several publishers
+    a message belongs to the one whose number it continues.
+
+    Attributes:
+        lost: How many messages were published and did not arrive.
+    """
+
+    def __init__(self) -> None:
+        self.lost = 0
+        self._last: list[int] = []
+
+    def take(self, number: int, publishers: int) -> None:
+        """Note a message.
+
+        Args:
+            number: The publisher's number of it.
+            publishers: How many publishers the topic has now.
+        """
+        for place, last in enumerate(self._last):
+            if number == last + 1:
+                self._last[place] = number
+                return
+        before = [last for last in self._last if last < number]
+        if len(self._last) < publishers or not before:
+            self._last.append(number)  # a publisher that is new, or that began again
+            del self._last[: -max(publishers, 1)]
+            return
+        self.lost += number - max(before) - 1
+        self._last[self._last.index(max(before))] = number
 
 
 class Heard(NamedTuple):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from bringup.recording.bags.reader import Bag
-from bringup.recording.bags.topic import BagMessage
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import BagMessage
 
 _NANO = 1_000_000_000
 

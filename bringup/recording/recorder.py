@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import signal
+import threading
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
 from rclpy.node import Node
 
+from arjuna_core.bags.topic import TopicInfo, TopicQos
+from arjuna_core.bags.writer import BagFolder, McapWriter, SplitLimits
+from arjuna_core.ros.context import new_context
 from arjuna_core.ros.process import Process
-from bringup.recording.bags.topic import TopicInfo, TopicQos
-from bringup.recording.bags.writer import McapFile
 from bringup.recording.listener import Heard, TopicListener
+from bringup.recording.selection import TopicSelection
 
 _QUEUED, _TF, _LATCHED = TopicQos(depth=10), TopicQos(depth=100), TopicQos(latched=True, depth=1)
 _SENSOR = TopicQos(depth=5)
@@ -35,13 +40,16 @@ TOPICS: dict[str, tuple[str, TopicQos]] = {
 
 OPTIONS: dict[str, Any] = {"start_parameter_services": False, "enable_rosout": False}
 """Of the recorder's node."""
+_POLL = 0.02  # [s]
+_DISCOVER = 0.5  # [s]
+_FLUSH = 1.0  # [s]: what a recorder that is killed loses at most
 
 
 class Writer(Protocol):
     """Where messages go."""
 
     def write(self, topic: TopicInfo, time: int, data: bytes, published: int) -> None:
-        """Add a message; see `McapFile.write`."""
+        """Add a message; see `McapWriter.write`."""
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
@@ -115,9 +123,59 @@ def demo_recorder(process: Process, path: Path) -> Recorder:
     Raises:
         RecordingError: The file exists or cannot be written.
     """
-    writer = McapFile(path)
+    writer = McapWriter(path)
     node = process.make_node("recorder", spun=False, **OPTIONS)
     recorder = Recorder(node, writer, clock=lambda: process.now)
     for topic, (type_name, offer) in TOPICS.items():
         recorder.listener.listen(topic, type_name, (offer,))
     return recorder
+
+
+def record(
+    folder: Path, selection: TopicSelection, limits: SplitLimits, show: Callable[[str], None]
+) -> None:
+    """Record the chosen topics until SIGINT or SIGTERM.
+
+    Args:
+        folder: Where to; it must not exist.
+        selection: Which topics.
+        limits: When to go on in a new file.
+        show: Takes lines for the user.
+
+    Raises:
+        RecordingError: The folder exists, or the disk refuses.
+    """
+    bag = BagFolder(folder, limits)
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    context = new_context()
+    recorder = Recorder(Node("recorder", context=context, **OPTIONS), bag, show)
+    show(f"records into {folder}; Ctrl-C ends it")
+    try:
+        _run(recorder, selection, stop)
+    finally:
+        recorder.close()
+        context.shutdown()
+        show(_summary(recorder))
+
+
+def _run(recorder: Recorder, selection: TopicSelection, stop: threading.Event) -> None:
+    discover = flush = time.monotonic()
+    while not stop.is_set():
+        now = time.monotonic()
+        if now >= discover:
+            recorder.listener.discover(selection.takes)
+            discover = now + _DISCOVER
+        recorder.poll()
+        if now >= flush:
+            recorder.flush()
+            flush = now + _FLUSH
+        stop.wait(_POLL)
+
+
+def _summary(recorder: Recorder) -> str:
+    listener = recorder.listener
+    text = f"{recorder.messages} messages of {len(listener.topics)} topics, "
+    lost = ", ".join(f"{topic}: {count}" for topic, count in listener.lost.items())
+    return text + (f"of those published these were lost: {lost}" if lost else "none lost")

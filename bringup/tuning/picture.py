@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from arjuna_core.files.atomic import write_atomically
+from arjuna_core.files.whole_file import write_atomically
 from bringup.tuning.plan import Tuning
 from bringup.tuning.space import Dimension
 from bringup.tuning.study import Study, Tried

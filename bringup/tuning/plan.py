@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from arjuna_core.files.atomic import write_atomically
+from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.files.yaml_file import read_yaml
 from bringup.campaign.plan import FOLDER, Campaign, CampaignError, Level, campaign_of, factors_of
 from bringup.tuning.space import Dimension, Known, Value, dimensions_of

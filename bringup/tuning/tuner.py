@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from arjuna_core.files.atomic import write_atomically
+from arjuna_core.files.whole_file import write_atomically
 from bringup.campaign.comparison import compared
 from bringup.campaign.outcome import Outcome
 from bringup.campaign.plan import Campaign, Level, runs_of

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.bags.decoder import DecodeError, Decoder
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import BagMessage
 from arjuna_core.errors import InputFileError
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
-from bringup.recording.bags.decoder import DecodeError, Decoder
-from bringup.recording.bags.reader import Bag
-from bringup.recording.bags.topic import BagMessage
 from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.drawing.messages import DRAWN, frame_of, planar, pose3
 from bringup.viewing.drawing.values import Grid, Line, Points

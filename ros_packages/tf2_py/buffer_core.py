@@ -1,11 +1,8 @@
-"""A tree of frames whose transforms change over time, interpolated in between.
-
-Source: Foote, tf: The transform library, 2013. Messages of exceptions are tf2's own.
-"""
+"""tf2's names, messages, exceptions and their texts for `arjuna_core`'s tree of frames."""
 
 from __future__ import annotations
 
-import bisect
+import math
 from typing import Any
 
 from builtin_interfaces.msg import Time as TimeMsg
@@ -14,6 +11,7 @@ from rclpy.duration import Duration
 from rclpy.time import Time
 
 from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_core.transforms import ExtrapolationError, LoopError, TransformError, TransformTree
 from tf2_py.exceptions import (
     ConnectivityException,
     ExtrapolationException,
@@ -23,74 +21,28 @@ from tf2_py.exceptions import (
 )
 
 _SECOND = 1_000_000_000
-_CACHE = 10 * _SECOND
-_UNIT = 1e-3  # by which a quaternion's squared norm may differ from 1; tf2 allows 1e-3 too
-
-
-class _Frame:
-    """A child frame's transforms to its parent, oldest first; stamps in nanoseconds."""
-
-    def __init__(self, parent: str, static: bool, authority: str) -> None:
-        self.parent, self.static, self.authority = parent, static, authority
-        self.stamps: list[int] = []
-        self.poses: list[Pose3] = []
-
-    def insert(self, stamp: int, pose: Pose3, cache: int) -> bool:
-        """Take a transform; tell whether it is kept."""
-        if self.static:
-            self.stamps, self.poses = [0], [pose]
-            return True
-        if self.stamps and stamp < self.stamps[-1] - cache:
-            return False
-        at = bisect.bisect_left(self.stamps, stamp)
-        if at < len(self.stamps) and self.stamps[at] == stamp:
-            self.poses[at] = pose
-            return True
-        self.stamps.insert(at, stamp)
-        self.poses.insert(at, pose)
-        drop = bisect.bisect_left(self.stamps, self.stamps[-1] - cache)
-        del self.stamps[:drop], self.poses[:drop]
-        return True
-
-    def at(self, stamp: int) -> Pose3:
-        """Return the transform at a time.
-
-        Raises:
-            ExtrapolationException: The time lies outside what is known.
-        """
-        if self.static:
-            return self.poses[0]
-        at = bisect.bisect_left(self.stamps, stamp)
-        if at < len(self.stamps) and self.stamps[at] == stamp:
-            return self.poses[at]
-        if at == 0 or at == len(self.stamps):
-            where, edge = ("past", "earliest") if at == 0 else ("future", "latest")
-            known = self.stamps[0 if at == 0 else -1]
-            raise ExtrapolationException(
-                f"Lookup would require extrapolation into the {where}.  Requested time "
-                f"{stamp / _SECOND:.6f} but the {edge} data is at time {known / _SECOND:.6f}"
-            )
-        before, after = self.stamps[at - 1], self.stamps[at]
-        return self.poses[at - 1].interpolated(self.poses[at], (stamp - before) / (after - before))
+_CACHE = 10 * _SECOND  # tf2's BUFFER_CORE_DEFAULT_CACHE_TIME
+_UNIT = 1e-3  # tf2's QUATERNION_NORMALIZATION_TOLERANCE
 
 
 class BufferCore:
     """The transforms that were set, and those between any two frames that follow.
 
     Args:
-        cache_time: How long transforms are kept; 10 s by default.
+        cache_time: Time of which transforms are kept; 10 s by default.
     """
 
     def __init__(self, cache_time: Duration | None = None) -> None:
-        self._cache = _CACHE if cache_time is None else cache_time.nanoseconds
-        self._frames: dict[str, _Frame] = {}
+        cache = _CACHE if cache_time is None else cache_time.nanoseconds
+        self._tree = TransformTree(ORIGIN, cache, jump=math.inf)
+        self._authorities: dict[str, str] = {}
 
     def set_transform(self, transform: TransformStamped, authority: str = "default") -> bool:
-        """Take a transform; tell whether it is newer than what is forgotten."""
+        """Add a transform; return False where it is older than what is kept."""
         return self._set(transform, authority, False)
 
     def set_transform_static(self, transform: TransformStamped, authority: str = "default") -> bool:
-        """Take a transform that holds at all times."""
+        """Add a transform that holds at all times."""
         return self._set(transform, authority, True)
 
     def _set(self, transform: TransformStamped, authority: str, static: bool) -> bool:
@@ -102,13 +54,11 @@ class BufferCore:
             raise InvalidArgumentException(f"no transform from '{parent}' to '{child}'")
         if not abs(norm - 1.0) < _UNIT or not all(abs(v) < 1e300 for v in (t.x, t.y, t.z)):
             raise InvalidArgumentException(f"the transform of '{child}' is no rigid motion")
-        frame = self._frames.get(child)
-        if frame is None or frame.parent != parent or frame.static != static:
-            frame = self._frames[child] = _Frame(parent, static, authority)
-        stamp = Time.from_msg(transform.header.stamp).nanoseconds
+        self._authorities[child] = authority
+        stamp = 0 if static else Time.from_msg(transform.header.stamp).nanoseconds
         scale = norm**-0.5
         pose = Pose3((t.x, t.y, t.z), (q.w * scale, q.x * scale, q.y * scale, q.z * scale))
-        return frame.insert(stamp, pose, self._cache)
+        return self._tree.insert(parent, child, stamp, pose, static)
 
     def lookup_transform_core(
         self, target_frame: str, source_frame: str, time: Time
@@ -121,14 +71,30 @@ class BufferCore:
             ExtrapolationException: The time lies outside what is known.
         """
         target, source = target_frame.lstrip("/"), source_frame.lstrip("/")
-        up, down = self._ways(target, source)
-        stamp = time.nanoseconds or self._latest(up + down)
+        for frame, argument in ((target, "target_frame"), (source, "source_frame")):
+            if not self._tree.knows(frame):
+                problem = f'"{frame}" passed to lookupTransform argument {argument}'
+                raise LookupException(f"{problem} does not exist. ")
         try:
-            T_target_source = self._product(up, stamp).inverse() @ self._product(down, stamp)
-        except ExtrapolationException as error:
-            way = f"when looking up transform from frame [{source}] to frame [{target}]"
-            raise ExtrapolationException(f"{error}, {way}") from None
-        return _message(T_target_source, target, source, stamp)
+            stamp = time.nanoseconds or int(self._tree.latest_common(target, source))
+            pose = self._tree.lookup(target, source, stamp)
+        except ExtrapolationError as error:
+            past = error.stamp < error.known
+            where, edge = ("past", "earliest") if past else ("future", "latest")
+            raise ExtrapolationException(
+                f"Lookup would require extrapolation into the {where}.  Requested time "
+                f"{error.stamp / _SECOND:.6f} but the {edge} data is at time "
+                f"{error.known / _SECOND:.6f}, when looking up transform from frame [{source}] "
+                f"to frame [{target}]"
+            ) from None
+        except LoopError as error:
+            raise LookupException(str(error)) from None
+        except TransformError:
+            raise ConnectivityException(
+                f"Could not find a connection between '{target}' and '{source}' because they are "
+                "not part of the same tree. Tf has two or more unconnected trees."
+            ) from None
+        return _message(pose, target, source, stamp)
 
     def lookup_transform_full_core(
         self,
@@ -141,16 +107,15 @@ class BufferCore:
         """Return the transform between two times, through a frame that does not move."""
         first = self.lookup_transform_core(fixed_frame, source_frame, source_time)
         second = self.lookup_transform_core(target_frame, fixed_frame, target_time)
-        T = _pose(second) @ _pose(first)
         stamp = Time.from_msg(second.header.stamp).nanoseconds
-        return _message(T, target_frame, source_frame, stamp)
+        return _message(_pose(second) @ _pose(first), target_frame, source_frame, stamp)
 
     def can_transform_core(
         self, target_frame: str, source_frame: str, time: Time
     ) -> tuple[bool, str]:
-        """Tell whether a transform is known, and if not, why."""
+        """Return whether a transform is known, and if not, why."""
         for frame, argument in ((target_frame, "target_frame"), (source_frame, "source_frame")):
-            if not self._known(frame.lstrip("/")):
+            if not self._tree.knows(frame.lstrip("/")):
                 return False, (
                     f'Invalid frame ID "{frame}" passed to canTransform argument {argument}'
                     " - frame does not exist"
@@ -163,19 +128,19 @@ class BufferCore:
 
     def clear(self) -> None:
         """Forget all but the static transforms."""
-        self._frames = {name: frame for name, frame in self._frames.items() if frame.static}
+        self._tree.clear()
 
     def all_frames_as_yaml(self) -> str:
         """Return every frame with its parent, publisher, rate and times, as view_frames has it."""
         lines = []
-        for name, frame in sorted(self._frames.items()):
-            first, last = frame.stamps[0] / _SECOND, frame.stamps[-1] / _SECOND
-            rate = (len(frame.stamps) - 1) / max(last - first, 1e-4)
+        for name, edge in sorted(self._tree.edges.items()):
+            first, last = edge.stamps[0] / _SECOND, edge.stamps[-1] / _SECOND
+            rate = (len(edge.stamps) - 1) / max(last - first, 1e-4)
             lines += [
                 f"{name}: ",
-                f"  parent: '{frame.parent}'",
-                f"  broadcaster: '{frame.authority}'",
-                f"  rate: {10000.0 if frame.static else rate:.3f}",
+                f"  parent: '{edge.parent}'",
+                f"  broadcaster: '{self._authorities[name]}'",
+                f"  rate: {10000.0 if edge.static else rate:.3f}",
                 f"  most_recent_transform: {last:.6f}",
                 f"  oldest_transform: {first:.6f}",
                 f"  buffer_length: {last - first:.3f}",
@@ -184,46 +149,8 @@ class BufferCore:
 
     def all_frames_as_string(self) -> str:
         """Return every frame with its parent, a line each."""
-        rows = sorted(self._frames.items())
-        return "".join(f"Frame {name} exists with parent {frame.parent}.\n" for name, frame in rows)
-
-    def _known(self, frame: str) -> bool:
-        return frame in self._frames or any(f.parent == frame for f in self._frames.values())
-
-    def _chain(self, frame: str, argument: str) -> list[str]:
-        if not self._known(frame):
-            raise LookupException(
-                f'"{frame}" passed to lookupTransform argument {argument} does not exist. '
-            )
-        chain = [frame]
-        while chain[-1] in self._frames:
-            chain.append(self._frames[chain[-1]].parent)
-            if len(chain) > len(self._frames) + 1:
-                raise LookupException(f"the frames of '{frame}' are their own parents")
-        return chain
-
-    def _ways(self, target: str, source: str) -> tuple[list[str], list[str]]:
-        """Return the frames from target and from source up to where they meet."""
-        up, down = self._chain(target, "target_frame"), self._chain(source, "source_frame")
-        if up[-1] != down[-1]:
-            raise ConnectivityException(
-                f"Could not find a connection between '{target}' and '{source}' because they are "
-                "not part of the same tree. Tf has two or more unconnected trees."
-            )
-        while up and down and up[-1] == down[-1]:
-            up.pop()
-            down.pop()
-        return up, down
-
-    def _latest(self, way: list[str]) -> int:
-        moving = [self._frames[name] for name in way if not self._frames[name].static]
-        return min((frame.stamps[-1] for frame in moving), default=0)
-
-    def _product(self, way: list[str], stamp: int) -> Pose3:
-        pose = ORIGIN
-        for name in way:
-            pose = self._frames[name].at(stamp) @ pose
-        return pose
+        rows = sorted(self._tree.edges.items())
+        return "".join(f"Frame {name} exists with parent {edge.parent}.\n" for name, edge in rows)
 
 
 def _pose(message: TransformStamped) -> Pose3:

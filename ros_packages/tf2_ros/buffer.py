@@ -127,7 +127,7 @@ class Buffer(BufferCore, BufferInterface):
     def get_frame_names(self) -> list[str]:
         """Return every frame that has a parent."""
         with self._lock:
-            return sorted(self._frames)
+            return sorted(self._tree.edges)
 
 
 __all__ = ["Buffer", "LookupException", "TransformException"]

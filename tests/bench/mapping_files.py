@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _mapped(arguments: argparse.Namespace, path: Path | None, graph: Path | None) -> dict[str, Any]:
     """Drive with a file's parameters, save the graph if it has a path, and return the errors."""
-    from arjuna_slam.mapping.session_file import save_session
+    from arjuna_slam.mapping.session import save_session
     from bringup.lockstep import LockStep
     from bringup.parameters.files import for_node
     from bringup.parameters.inputs import gather

@@ -14,7 +14,7 @@ CORES = ("arjuna_sim", "arjuna_slam", "arjuna_nav")
 PACKAGES = ("arjuna_core", *CORES, "bringup")
 # Each package's wings and files, what stands higher first; "" are the top-level files not named.
 ORDER = {
-    "arjuna_core": ("ros", "checks", "files", ""),
+    "arjuna_core": ("ros", "checks", "bags", "files", ""),
     "arjuna_sim": ("nodes", "", "physics", "devices", "files", "model"),
     "arjuna_slam": ("nodes", "", "amcl", "mapping", "graph", "matching", "logs"),
     "arjuna_nav": (
@@ -68,7 +68,8 @@ BRINGUP_WITHOUT_ROS = (
     ),
     *("client/waypoints.py", "viewing/drawing/"),
     *("demo/measures.py", "demo/report.py", "parameters/options.py", "processes/health.py"),
-    *("recording/bags/", "recording/loss.py", "recording/playback.py", "recording/selection.py"),
+    *("recording/summary.py", "recording/playback.py"),
+    "recording/selection.py",
     *("viewing/snapshot.py", "viewing/rerun/scene.py", "viewing/rerun/shapes.py"),
     *("viewing/rerun/series.py", "viewing/rerun/stream.py"),
     *(
@@ -91,8 +92,8 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "viser": ("bringup/viewing/",),
     "foxglove": ("bringup/viewing/",),
     "optuna": ("bringup/tuning/",),
-    "mcap": ("bringup/recording/", "arjuna_slam/logs/"),
-    "rosbags": ("bringup/recording/", "arjuna_slam/logs/"),
+    "mcap": ("arjuna_core/bags/",),
+    "rosbags": ("arjuna_core/bags/",),
 }
 
 

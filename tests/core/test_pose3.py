@@ -38,7 +38,7 @@ def test_a_pose_between_goes_straight_and_turns_evenly(a: Pose3, b: Pose3, share
     def angle(c: Pose3, d: Pose3) -> float:
         return 2.0 * math.acos(min(1.0, abs((c.inverse() @ d).quaternion[0])))
 
-    between = a.interpolated(b, share)
+    between = a.interpolate(b, share)
     np.testing.assert_allclose(
         np.subtract(between.position, a.position), share * np.subtract(b.position, a.position)
     )
@@ -50,8 +50,8 @@ def test_a_pose_between_goes_straight_and_turns_evenly(a: Pose3, b: Pose3, share
 def test_a_pose_between_turns_the_short_way_and_not_at_all_between_equal_ones() -> None:
     near, w = Pose3.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), ORIGIN.quaternion
     same = Pose3((2.0, 0.0, 0.0), (-w[0], -w[1], -w[2], -w[3]))  # the same rotation, written so
-    assert same.interpolated(near, 0.5).rpy()[2] == pytest.approx(0.5)
-    assert ORIGIN.interpolated(same, 0.5).planar() == SE2(1.0, 0.0, 0.0)
+    assert same.interpolate(near, 0.5).rpy()[2] == pytest.approx(0.5)
+    assert ORIGIN.interpolate(same, 0.5).planar() == SE2(1.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("rpy", [(0.3, -0.4, 2.0), (-3.0, 1.2, -0.1), (0.0, 0.0, 0.0)])

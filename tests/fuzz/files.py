@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import ArjunaError, InputFileError, MapError
 from arjuna_core.files.map_image import MapOptions
 from arjuna_core.files.maps import load_map, save_map
@@ -25,12 +26,10 @@ from arjuna_nav.planners.hybrid import primitives
 from arjuna_nav.routes.graph import read_graph
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
-from arjuna_slam.mapping.session_file import SessionFileError, load_session
+from arjuna_slam.mapping.session import SessionFileError, load_session
 from bringup.client.waypoints import load_waypoints
 from bringup.parameters.files import load_parameters
-from bringup.recording.bags.reader import Bag
-from tests.helpers.nav import lattices, routes
-from tests.slam.logs.recordings import (
+from tests.core.bags.recordings import (
     ODOMETRY,
     SCAN,
     TF,
@@ -41,6 +40,7 @@ from tests.slam.logs.recordings import (
     write_humble,
     write_ros1,
 )
+from tests.helpers.nav import lattices, routes
 
 WORDS = (
     *("nan", "inf", "-1", "0", "1e9", "1e308", "-1e-308", "1000000000", "", "../../../etc/passwd"),
@@ -174,7 +174,7 @@ def _db3(folder: Path) -> Path:
 
 
 def _session(folder: Path) -> Path:
-    from arjuna_slam.mapping.session_file import save_session
+    from arjuna_slam.mapping.session import save_session
     from arjuna_slam.slam import Slam  # compiles the matcher: only where sessions are read
 
     slam = Slam()

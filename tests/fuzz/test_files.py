@@ -11,8 +11,8 @@ import pytest
 from arjuna_core.errors import InputFileError
 from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
+from tests.core.bags.recordings import write_ros1
 from tests.fuzz.files import READERS, Fuzzer, Reader, log_entries
-from tests.slam.logs.recordings import write_ros1
 
 INPUTS = 60  # of each kind; `bench fuzz` reads as many as there is time for
 

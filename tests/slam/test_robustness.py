@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.mapping.mapper import Mapper
+from arjuna_slam.mapping.keyframes import Mapper
 from arjuna_slam.matching.scan_filter import ScanFilter, Skip
 from arjuna_slam.matching.surface import extract
 from arjuna_slam.slam import Slam

@@ -11,7 +11,7 @@ from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig
-from arjuna_slam.mapping.mapper import Mapper
+from arjuna_slam.mapping.keyframes import Mapper
 from arjuna_slam.matching.scan_matcher import MatchStatus
 from arjuna_slam.pose_tracker import SlamUpdate
 from arjuna_slam.slam import Slam

@@ -14,20 +14,20 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 
+from arjuna_core.bags.decoder import Decoder
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.writer import McapWriter
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
-from bringup.recording.bags.decoder import Decoder
-from bringup.recording.bags.reader import Bag
-from bringup.recording.bags.writer import McapFile
-from bringup.recording.player import Player
+from bringup.recording.play import Player
 from bringup.recording.recorder import TOPICS, Recorder
 from bringup.stack import LOCALIZATION_GROUP, SLAM_GROUP, Group
 from tests.helpers.processes import wait_until
 
 if TYPE_CHECKING:
-    from bringup.recording.bags.topic import BagMessage
+    from arjuna_core.bags.topic import BagMessage
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 ROOT = Path(__file__).resolve().parents[2]
@@ -39,7 +39,7 @@ DECODER = Decoder()
 
 def listen(robot: LockStep, path: Path, *topics: str) -> Recorder:
     recorder = Recorder(
-        robot.process.make_node("recorder", spun=False), McapFile(path), clock=lambda: robot.now
+        robot.process.make_node("recorder", spun=False), McapWriter(path), clock=lambda: robot.now
     )
     for topic in topics:
         type_name, offer = TOPICS[topic]

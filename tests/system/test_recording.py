@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Int32
 
-from bringup.recording.bags.reader import Bag
+from arjuna_core.bags.reader import Bag
 from tests.helpers.processes import Lines, wait_until
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]

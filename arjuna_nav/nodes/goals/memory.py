@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
-from arjuna_core.files.atomic import write_atomically
+from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.node import ManagedNode

@@ -12,7 +12,7 @@ from sensor_msgs.msg import Image
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
-from arjuna_core.files.atomic import write_atomically
+from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.pixels import pixels
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode

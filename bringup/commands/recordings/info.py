@@ -9,7 +9,9 @@ EXAMPLES = ("info out/bag",)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, metavar="FILE", help="an mcap or .db3 file, or a folder")
+    parser.add_argument(
+        "file", type=Path, metavar="FILE", help="an mcap, .db3 or .bag file, or a folder"
+    )
     parser.add_argument(
         "--check", action="store_true", help="read every message, not only the index"
     )
@@ -25,9 +27,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print what there is; return 1 where something is missing and was not repaired."""
-    from bringup.recording.bags import summary
-    from bringup.recording.bags.reader import Bag
-    from bringup.recording.bags.repair import repair
+    from arjuna_core.bags.reader import Bag
+    from arjuna_core.bags.writer import repair
+    from bringup.recording import summary
     from bringup.terminal import show
 
     bag = Bag(arguments.file)

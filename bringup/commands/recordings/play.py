@@ -59,7 +59,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Play until the end, or until stopped."""
-    from bringup.recording.bags.reader import Bag
+    from arjuna_core.bags.reader import Bag
     from bringup.recording.play import PlayOptions, play
     from bringup.terminal import show
 

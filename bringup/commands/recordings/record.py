@@ -53,8 +53,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Record until stopped."""
-    from bringup.recording.bags.writer import SplitLimits
-    from bringup.recording.record import record
+    from arjuna_core.bags.writer import SplitLimits
+    from bringup.recording.recorder import record
     from bringup.terminal import show
 
     folder = arguments.output or Path(f"{datetime.now().astimezone():rosbag2_%Y_%m_%d-%H_%M_%S}")

@@ -11,7 +11,9 @@ EXAMPLES = ("replay out/bag", "replay out/bag --picture drive.png --at 12")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, metavar="FILE", help="an mcap or .db3 file, or a folder")
+    parser.add_argument(
+        "file", type=Path, metavar="FILE", help="an mcap, .db3 or .bag file, or a folder"
+    )
     parser.add_argument(
         "--save", type=Path, metavar="FILE.rrd", help="write a file of rerun's instead"
     )
@@ -30,7 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Show the recording until the viewer is closed, or write what was asked for."""
-    from bringup.recording.bags.reader import Bag
+    from arjuna_core.bags.reader import Bag
     from bringup.terminal import show
 
     bag = Bag(arguments.file)

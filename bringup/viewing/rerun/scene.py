@@ -7,8 +7,8 @@ from typing import Any
 
 import rerun.blueprint as rrb
 
-from bringup.recording.bags.decoder import DecodeError, Decoder
-from bringup.recording.bags.topic import TopicInfo
+from arjuna_core.bags.decoder import DecodeError, Decoder
+from arjuna_core.bags.topic import TopicInfo
 from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.drawing.messages import DRAWN, SERIALIZED
 from bringup.viewing.drawing.visual_model import FindMesh

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import InputFileError
-from bringup.recording.bags.reader import Bag
 from bringup.viewing.drawing.visual_model import FindMesh
 from bringup.viewing.rerun.output import Output
 from bringup.viewing.rerun.scene import Scene

@@ -15,8 +15,8 @@ from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
 from bringup import cli
 from bringup.cli_parser import parse
+from tests.core.bags.recordings import SCAN, TF, Entry, scan_bytes, transform_bytes, write_humble
 from tests.slam.amcl.room import Robot, ranges_at, room_map
-from tests.slam.logs.recordings import SCAN, TF, Entry, scan_bytes, transform_bytes, write_humble
 
 
 @pytest.fixture

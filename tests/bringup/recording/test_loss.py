@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bringup.recording.loss import LossCounter
+from bringup.recording.listener import LossCounter
 
 
 @pytest.mark.parametrize(

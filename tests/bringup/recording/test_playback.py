@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from bringup.recording.bags.reader import Bag
-from bringup.recording.bags.topic import TopicInfo
-from bringup.recording.bags.writer import BagFolder
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import TopicInfo
+from arjuna_core.bags.writer import BagFolder
 from bringup.recording.playback import Playback
 
 TOPIC = TopicInfo("/number", "std_msgs/msg/Int32", "int32 data\n")

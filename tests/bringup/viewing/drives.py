@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from bringup.recording.bags.reader import Bag
-from bringup.recording.bags.topic import TopicInfo
-from bringup.recording.bags.writer import BagFolder
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import TopicInfo
+from arjuna_core.bags.writer import BagFolder
 
 SECOND = 1_000_000_000
 WALL = 2.0  # [m] from the map's origin in x

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arjuna_core.files.atomic import write_atomically
 from arjuna_core.files.maps import load_map, save_map
+from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 

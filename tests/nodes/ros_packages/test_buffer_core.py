@@ -128,7 +128,7 @@ def test_a_circle_of_frames_ends() -> None:
     core = BufferCore()
     core.set_transform(transform("a", "b", 1.0))
     core.set_transform(transform("b", "a", 1.0))
-    with pytest.raises(LookupException, match="their own parents"):
+    with pytest.raises(LookupException, match="frames form a loop"):
         core.lookup_transform_core("a", "b", Time())
 
 

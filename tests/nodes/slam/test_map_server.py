@@ -24,8 +24,7 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, grid_msg
 from arjuna_core.se2 import SE2
-from arjuna_slam.nodes.map_saver import MapSaverNode
-from arjuna_slam.nodes.map_server import MapServerNode
+from arjuna_slam.nodes.map_server import MapSaverNode, MapServerNode
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros

@@ -20,10 +20,9 @@ from arjuna_core.config import load
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, time_msg, transform_msg
 from arjuna_core.se2 import SE2
-from arjuna_slam.config import SlamConfig
+from arjuna_slam.config import SlamConfig, SlamNodeConfig
 from arjuna_slam.matching.scan_filter import Skip
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
-from arjuna_slam.slam_node_config import SlamNodeConfig
 from bringup.parameters.files import for_node, load_parameters, shipped_parameters
 from tests.helpers.slam_robot import DT, LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room

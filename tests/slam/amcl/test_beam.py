@@ -12,8 +12,8 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.sensors.beam_model import BeamModel
-from arjuna_slam.amcl.sensors.scan_view import ScanView
+from arjuna_slam.amcl.scan_view import ScanView
+from arjuna_slam.amcl.sensor_models import BeamModel
 from arjuna_slam.matching.map_field import MapField
 
 RANGE_MAX = 10.0

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
+from arjuna_slam.amcl.belief import Belief
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Hypothesis
-from arjuna_slam.amcl.particles.belief import Belief
 from arjuna_slam.amcl.recovery import SEED_COVARIANCE
 from arjuna_slam.matching.map_field import MapField
 from tests.slam.amcl.room import room_map

@@ -11,9 +11,8 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Status
 from arjuna_slam.amcl.filter import ParticleFilter
-from arjuna_slam.amcl.map_matcher import MapMatcher
-from arjuna_slam.amcl.recovery import Recovery
-from arjuna_slam.amcl.sensors.scan_view import ScanView
+from arjuna_slam.amcl.recovery import MapMatcher, Recovery
+from arjuna_slam.amcl.scan_view import ScanView
 from arjuna_slam.matching.map_field import MapField
 from tests.slam.amcl.besieged import besieged
 from tests.slam.amcl.room import Robot, error, random_pose, room_map, scan_at

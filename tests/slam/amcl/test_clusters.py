@@ -8,8 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from arjuna_slam.amcl.particles.bins import connect
-from arjuna_slam.amcl.particles.clusters import Cluster, find_clusters
+from arjuna_slam.amcl.clusters import Cluster, connect, find_clusters
 
 SPREAD = Cluster(1.0, np.array([1.0, 2.0, 3.1]), np.diag([0.1**2, 0.2**2, 0.3**2]))
 

@@ -10,12 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_slam.amcl import map_matcher, recovery
+from arjuna_slam.amcl import recovery
 from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.estimate import Hypothesis
-from arjuna_slam.amcl.map_matcher import MapMatcher
-from arjuna_slam.amcl.recovery import LikelihoodAverages, LostDetector, Recovery
-from arjuna_slam.amcl.sensors.scan_view import Beams, ScanView
+from arjuna_slam.amcl.recovery import LikelihoodAverages, LostDetector, MapMatcher, Recovery
+from arjuna_slam.amcl.scan_view import Beams, ScanView
 from arjuna_slam.matching.map_field import MapField
 from tests.slam.amcl.room import room_map
 
@@ -78,7 +77,7 @@ class Told:
         return self.worth.get(round(pose.x, 6), 0.5)
 
     def matcher(self, patch: pytest.MonkeyPatch) -> MapMatcher:
-        patch.setattr(map_matcher, "share_agreeing", self.agreement)
+        patch.setattr(recovery, "share_agreeing", self.agreement)
         return MapMatcher(CONFIG, self)  # type: ignore[arg-type]
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import FREE, OCCUPIED, GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
-from arjuna_slam.amcl.errors import (
+from arjuna_slam.amcl.estimate import (
     LocalizationError,
     check_finite,
     check_inside,

@@ -13,8 +13,7 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import MOTION_MODELS, SENSOR_MODELS, AmclConfig
-from arjuna_slam.amcl.errors import LocalizationError
-from arjuna_slam.amcl.estimate import Estimate, Status
+from arjuna_slam.amcl.estimate import Estimate, LocalizationError, Status
 from arjuna_slam.amcl.filter import ParticleFilter
 from tests.slam.amcl.room import Robot, error, random_pose, room_map
 

@@ -16,7 +16,7 @@ from arjuna_slam.amcl.config import (
     SKID_STEER,
     AmclConfig,
 )
-from arjuna_slam.amcl.particles.motion import MODELS, differential, omnidirectional
+from arjuna_slam.amcl.motion import MODELS, differential, omnidirectional
 
 COUNT = 100_000
 A1, A2, A3, A4, A5 = 0.02, 0.03, 0.04, 0.05, 0.06

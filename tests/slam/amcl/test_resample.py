@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from arjuna_slam.amcl.particles.bins import bin_centres, connect, to_bins
-from arjuna_slam.amcl.particles.clusters import find_clusters
-from arjuna_slam.amcl.particles.resample import (
+from arjuna_slam.amcl.belief import (
     effective_count,
     kld_count,
     kld_indices,
     low_variance_indices,
 )
+from arjuna_slam.amcl.clusters import bin_centres, connect, find_clusters, to_bins
 
 
 @pytest.mark.parametrize("bins", [3, 10, 100, 1000])

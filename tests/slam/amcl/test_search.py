@@ -10,10 +10,9 @@ import pytest
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.errors import LocalizationError
-from arjuna_slam.amcl.map_matcher import MapMatcher
-from arjuna_slam.amcl.recovery import LikelihoodAverages, LostDetector, Recovery
-from arjuna_slam.amcl.sensors.scan_view import ScanView
+from arjuna_slam.amcl.estimate import LocalizationError
+from arjuna_slam.amcl.recovery import LikelihoodAverages, LostDetector, MapMatcher, Recovery
+from arjuna_slam.amcl.scan_view import ScanView
 from arjuna_slam.matching.global_search import GlobalSearch
 from arjuna_slam.matching.map_field import MapField
 from tests.slam.amcl.room import error, random_pose, room_map, scan_at

@@ -12,9 +12,8 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import SENSOR_MODELS, AmclConfig
-from arjuna_slam.amcl.sensors.likelihood_field import LikelihoodField, LikelihoodFieldProb
-from arjuna_slam.amcl.sensors.models import make_sensor
-from arjuna_slam.amcl.sensors.scan_view import Beams, ScanView
+from arjuna_slam.amcl.scan_view import Beams, ScanView
+from arjuna_slam.amcl.sensor_models import LikelihoodField, LikelihoodFieldProb, make_sensor
 from arjuna_slam.matching.map_field import MapField
 
 CONFIG = AmclConfig(laser_likelihood_max_dist=2.0)

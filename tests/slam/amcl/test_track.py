@@ -10,8 +10,7 @@ import pytest
 
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.estimate import Hypothesis, Status
-from arjuna_slam.amcl.track import Track
+from arjuna_slam.amcl.estimate import Hypothesis, Status, Track
 
 CONFIG = AmclConfig()  # lost below an agreement of 0.7, sure from a share of 0.75
 KNOWN = np.diag([0.01, 0.02, 0.003])

@@ -11,8 +11,8 @@ import pytest
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.config import AmclConfig
-from arjuna_slam.amcl.map_matcher import MapMatcher
-from arjuna_slam.amcl.sensors.scan_view import ScanView
+from arjuna_slam.amcl.recovery import MapMatcher
+from arjuna_slam.amcl.scan_view import ScanView
 from arjuna_slam.matching.map_field import MapField
 from tests.slam.amcl.room import RANGE_MAX, ranges_at, room_map
 

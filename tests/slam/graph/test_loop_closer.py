@@ -11,8 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_slam.graph.loop_config import LoopConfig
-from arjuna_slam.graph.loops import LoopCloser
+from arjuna_slam.graph.loops import LoopCloser, LoopConfig
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
 from arjuna_slam.mapping.submap import Submap
 from arjuna_slam.matching.correlative import Window

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.loop_config import LoopConfig
-from arjuna_slam.graph.loops import LoopCloser, doubted
+from arjuna_slam.graph.loops import LoopCloser, LoopConfig, doubted
 from arjuna_slam.matching.scan_matcher import Match
 from tests.slam.graph.test_loop_closer import LAST, NOTHING, Told, closer, driven
 

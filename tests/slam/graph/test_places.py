@@ -13,7 +13,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.graph import places
 from arjuna_slam.graph.hypotheses import Closure
-from arjuna_slam.graph.loop_config import LoopConfig, Submap
+from arjuna_slam.graph.loops import LoopConfig, Submap
 from arjuna_slam.graph.place_match import Place, Search
 from arjuna_slam.graph.places import Places
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph

@@ -13,7 +13,7 @@ import pytest
 from arjuna_core.checks.limits import GREATEST
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
-from arjuna_slam.logs.carmen import CarmenLog, read_carmen
+from arjuna_slam.logs.log import CarmenLog, read_carmen
 
 MOUNT = "0.25 0.0 0.0 0.0 0.0 0.0"  # the laser's pose and the robot's
 

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
-from arjuna_slam.logs.carmen import read_carmen
-from arjuna_slam.logs.log import open_log
+from arjuna_slam.logs.log import open_log, read_carmen
 from arjuna_slam.logs.recording import RecordingTopics
 from arjuna_slam.logs.relations import evaluate, read_relations
 from arjuna_slam.offline import run

@@ -7,18 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arjuna_core.bags.decoder import DecodeError
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
 from arjuna_slam.logs.log import open_log
-from arjuna_slam.logs.messages import MessageError, read_odometry, read_scan, read_transforms
-from arjuna_slam.logs.recording import RecordingTopics
+from arjuna_slam.logs.recording import RecordingTopics, odometry_of, scan_of, transforms_of
 from arjuna_slam.offline import run
 from arjuna_slam.slam import Slam
-from tests.slam.logs.recordings import (
+from tests.core.bags.recordings import (
     ODOMETRY,
     SCAN,
     TF,
     Entry,
+    decoded,
     odometry_bytes,
     scan_bytes,
     transform_bytes,
@@ -53,31 +54,31 @@ def opened(path: Path, scan: str = "", odometry: str = "") -> list[tuple[object,
 def test_messages_are_read_in_either_byte_order() -> None:
     scan = LOG[0][0]
     for order in ("<", ">"):
-        read, frame = read_scan(scan_bytes(scan, "/lidar", order))
+        read, frame = scan_of(decoded(SCAN, scan_bytes(scan, "/lidar", order)))
         assert frame == "lidar"
         assert read.stamp == scan.stamp
         assert read.angle_increment == pytest.approx(scan.angle_increment)
         np.testing.assert_allclose(read.ranges, scan.ranges, rtol=1e-6)
-    pose = read_odometry(odometry_bytes(SE2(1.0, -2.0, 0.5), 12.25))
+    pose = odometry_of(decoded(ODOMETRY, odometry_bytes(SE2(1.0, -2.0, 0.5), 12.25)))
     assert (pose.stamp, pose.parent, pose.child) == (12.25, "odom", "base_link")
     assert pose.transform.distance(SE2(1.0, -2.0, 0.5)) < 1e-12
     assert pose.transform.theta == pytest.approx(0.5)
-    both = read_transforms(transform_bytes(MOUNT, ("a", "b", SE2(), 3.0)))
+    both = transforms_of(decoded(TF, transform_bytes(MOUNT, ("a", "b", SE2(), 3.0))))
     assert [item.child for item in both] == ["laser", "b"]
 
 
 @pytest.mark.parametrize("cut", [0, 3, 10, 30, 60, 100])
 def test_a_message_cut_short_is_an_error_and_no_guess(cut: int) -> None:
-    with pytest.raises(MessageError, match=r"CDR encapsulation|not deserialize|Invalid sequence"):
-        read_scan(scan_bytes(LOG[0][0])[:cut])
+    with pytest.raises(DecodeError, match=r"CDR encapsulation|not deserialize|Invalid sequence"):
+        decoded(SCAN, scan_bytes(LOG[0][0])[:cut])
 
 
 def test_a_count_of_billions_is_refused_before_it_is_believed() -> None:
     data = bytearray(scan_bytes(LOG[0][0]))
     at = data.index(np.float32(LOG[0][0].ranges[0]).tobytes()) - 4
     data[at : at + 4] = b"\xff\xff\xff\xff"
-    with pytest.raises(MessageError, match="Invalid sequence length"):
-        read_scan(bytes(data))
+    with pytest.raises(DecodeError, match="Invalid sequence length"):
+        decoded(SCAN, bytes(data))
 
 
 @pytest.mark.parametrize(("tf", "odometry"), [(True, False), (False, True), (True, True)])
@@ -145,7 +146,7 @@ def test_a_recording_cut_short_is_read_as_far_as_it_goes(tmp_path: Path) -> None
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     log = open_log(path, RecordingTopics())
     assert 0.3 * len(LOG) < len(list(log)) < 0.7 * len(LOG)
-    assert "cut short" in " ".join(log.problems)
+    assert "it ends there, without its index" in " ".join(log.problems)
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,7 @@ import pytest
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.mapping.session import Session
-from arjuna_slam.mapping.session_file import save_session
+from arjuna_slam.mapping.session import Session, save_session
 from arjuna_slam.slam import Slam
 from tests.slam.slam_room import drive
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
-from arjuna_slam.mapping.mapper import Mapper
+from arjuna_slam.mapping.keyframes import Mapper
 
 CELL = 0.05
 

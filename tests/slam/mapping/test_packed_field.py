@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arjuna_slam.mapping.packed_field import PackedField
+from arjuna_slam.mapping.submap import PackedField
 from arjuna_slam.matching.field import Field
 
 WALL = np.column_stack((np.arange(0.0, 40.0, 0.05), np.full(800, 0.02)))

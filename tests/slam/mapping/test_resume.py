@@ -10,8 +10,7 @@ import pytest
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.mapping.session import Session, Start, StartKind
-from arjuna_slam.mapping.session_file import load_session, save_session
+from arjuna_slam.mapping.session import Session, Start, StartKind, load_session, save_session
 from arjuna_slam.matching.scan_filter import Skip
 from arjuna_slam.pose_tracker import SlamUpdate
 from arjuna_slam.slam import Slam

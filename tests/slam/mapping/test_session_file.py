@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.mapping.session import Session
-from arjuna_slam.mapping.session_file import SessionFileError, load_session, save_session
+from arjuna_slam.mapping.session import Session, SessionFileError, load_session, save_session
 from arjuna_slam.slam import Slam
 
 
@@ -212,7 +211,8 @@ def test_a_disk_that_returns_other_bytes_is_noticed_and_the_old_file_stays(
 
 _CHILD = """
 import os, resource, signal, sys
-from arjuna_slam.mapping.session_file import load_session, save_session
+from pathlib import Path
+from arjuna_slam.mapping.session import load_session, save_session
 
 new, target, point, number = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], int(sys.argv[4])
 session = load_session(new)

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
-from arjuna_slam.mapping.session import Session
-from arjuna_slam.mapping.session_file import SessionFileError, load_session, save_session
+from arjuna_slam.mapping.session import Session, SessionFileError, load_session, save_session
 
 BEAMS = (5, 0, 3, 1)
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.odometry import Stretch
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus
+from arjuna_slam.matching.tracking import Stretch
 
 _SEEN, _UNSEEN = np.diag([1e-4, 1e-4, 1e-6]), np.diag([1.0, 1e-4, 1e-6])
 _PIECE = 6.0  # way matched against one reference [m]

@@ -7,8 +7,8 @@ import pytest
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_slam.matching.deskew import Deskewer
 from arjuna_slam.matching.refinement import sample_distance, solve
+from arjuna_slam.matching.scan_filter import Deskewer
 from arjuna_slam.matching.scan_matcher import invert
 
 RESOLUTION = 0.05

@@ -15,9 +15,8 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.matching.correlative import Window
-from arjuna_slam.matching.deskew import Deskewer, motion_within
 from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.scan_filter import ScanFilter, Skip
+from arjuna_slam.matching.scan_filter import Deskewer, ScanFilter, Skip, motion_within
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface
 from arjuna_slam.matching.tracking import Tracker, TrackerConfig

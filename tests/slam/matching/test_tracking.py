@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
 from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.odometry import Trust
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface
+from arjuna_slam.matching.tracking import Trust
 
 _STEP = np.diag([100.0, 100.0, 400.0])  # 0.1 m, 0.05 rad
 _SEEN, _UNSEEN = np.diag([1e-5, 1e-5, 1e-6]), np.diag([1e-5, 1.0, 1e-6])

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.field import Field
-from arjuna_slam.matching.odometry import Stretch, Trust
 from arjuna_slam.matching.scan_matcher import Match, MatchStatus
+from arjuna_slam.matching.tracking import Stretch, Trust
 
 SEEN = np.diag([0.01**2, 0.01**2, 0.003**2])
 STEP = np.array([[100.0, 20.0, 3.0], [20.0, 100.0, -2.0], [3.0, -2.0, 50.0]])

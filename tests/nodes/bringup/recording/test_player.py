@@ -13,12 +13,12 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import BagMessage, TopicInfo
+from arjuna_core.bags.writer import BagFolder
 from arjuna_core.ros import qos
-from bringup.recording.bags.reader import Bag
-from bringup.recording.bags.topic import BagMessage, TopicInfo
-from bringup.recording.bags.writer import BagFolder
 from bringup.recording.message_definitions import message_definition
-from bringup.recording.player import Player
+from bringup.recording.play import Player
 from bringup.recording.recorder import Recorder
 from tests.helpers.ros import RosBench
 

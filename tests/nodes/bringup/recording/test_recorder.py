@@ -16,10 +16,10 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
+from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import TopicQos
+from arjuna_core.bags.writer import BagFolder, RecordingError
 from arjuna_core.ros import qos
-from bringup.recording.bags.reader import Bag
-from bringup.recording.bags.topic import TopicQos
-from bringup.recording.bags.writer import BagFolder, RecordingError
 from bringup.recording.message_definitions import type_hash
 from bringup.recording.recorder import Recorder, demo_recorder
 from tests.helpers.ros import RosBench

@@ -1,0 +1,137 @@
+"""SQLite files of rosbag2 (`.db3`), also those whose recorder or disk came to a sudden end.
+
+Rows are found in the order in which they were written and without the database's index, up to the
+first page that is missing. Files are never changed.
+
+Source: the schema of rosbag2_storage_sqlite3, versions 1 to 4.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from array import array
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+
+from arjuna_core.bags import topic as topics
+from arjuna_core.bags.metadata import FileEntry
+from arjuna_core.bags.topic import BagMessage, TopicInfo
+from arjuna_core.errors import InputFileError
+
+_TABLES = "SELECT name FROM sqlite_schema WHERE type = 'table' AND rootpage > 0"
+_COLUMNS = (
+    *("name", "type", "serialization_format"),
+    *("offered_qos_profiles", "type_description_hash"),
+)
+_DEFINITIONS = (
+    "SELECT topic_type, encoded_message_definition FROM message_definitions "
+    "WHERE encoding = 'ros2msg'"
+)
+_INDEX = (
+    "SELECT id, topic_id, timestamp FROM messages WHERE typeof(data) = 'blob' "
+    "AND typeof(id) || typeof(topic_id) || typeof(timestamp) = 'integerintegerinteger' ORDER BY id"
+)
+_DATA = "SELECT data FROM messages WHERE id = ?"
+
+
+class SqliteFile:
+    """The topics and messages of a `.db3` file; its attributes are those of `McapFile`.
+
+    Args:
+        path: The file.
+
+    Raises:
+        InputFileError: It cannot be read or is no such file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.entry = FileEntry(path.name)
+        self.lost: Counter[str] = Counter()
+        self.problems: list[str] = []
+        self.share = 0.0
+        try:
+            with closing(self._open()) as database:
+                self._topics = _topics(database)
+                found, damage = _index(database)
+        except sqlite3.Error as error:
+            raise InputFileError(path, f"is no db3 recording: {error}") from error
+        self.topics = {each.name: each for each in self._topics.values()}
+        self._index = found[np.argsort(found[:, 2], kind="stable")]
+        for _, number, time in self._index.tolist():
+            if number in self._topics:
+                self.entry.count(self._topics[number].name, time)
+        if damage:
+            self._note(damage)
+
+    def messages(self, takes: Callable[[str], bool], start: int = 0) -> Iterator[BagMessage]:
+        """Yield messages in the order of their time; see `McapFile.messages`."""
+        wanted = {number: each for number, each in self._topics.items() if takes(each.name)}
+        try:
+            with closing(self._open()) as database:
+                for count, (key, number, time) in enumerate(self._index.tolist(), 1):
+                    self.share = count / len(self._index)
+                    if time >= start and number in wanted:
+                        yield BagMessage(wanted[number], time, _data(database, key))
+        except sqlite3.Error as error:
+            self._note(str(error))
+
+    def _note(self, damage: str) -> None:
+        text = f"{self.path.name}: damaged or cut short ({damage}); read up to there"
+        if text not in self.problems:
+            self.problems.append(text)
+
+    def _open(self) -> sqlite3.Connection:
+        """Open the file, and the log of what was written last where it lies beside it."""
+        log = self.path.with_name(self.path.name + "-wal")
+        mode = "mode=ro" if log.exists() else "immutable=1"
+        database = sqlite3.connect(f"{self.path.absolute().as_uri()}?{mode}", uri=True)
+        try:
+            database.execute("PRAGMA writable_schema = ON")  # else no file with pages missing opens
+            if missing := {"topics", "messages"} - _tables(database):
+                raise sqlite3.DatabaseError(f"no table {' or '.join(sorted(missing))}")
+        except sqlite3.Error:
+            database.close()
+            raise
+        return database
+
+
+def _data(database: sqlite3.Connection, number: int) -> bytes:
+    row = database.execute(_DATA, (number,)).fetchone()
+    if row is None:
+        raise sqlite3.DatabaseError(f"message {number} is not where it should be")
+    return bytes(row[0])
+
+
+def _tables(database: sqlite3.Connection) -> set[str]:
+    """Return the real tables: a view could be made to run for ever."""
+    return {str(name) for (name,) in database.execute(_TABLES)}
+
+
+def _topics(database: sqlite3.Connection) -> dict[int, TopicInfo]:
+    known = {str(row[1]) for row in database.execute("PRAGMA table_info(topics)")}
+    wanted = ", ".join(name if name in known else "''" for name in _COLUMNS)
+    defined: dict[str, str] = {}
+    if "message_definitions" in _tables(database):
+        defined = dict(database.execute(_DEFINITIONS).fetchall())
+    found = {}
+    for number, *row in database.execute(f"SELECT id, {wanted} FROM topics"):  # noqa: S608
+        name, kind, encoding, qos, type_hash = map(str, row)
+        definition = str(defined.get(kind, ""))
+        found[number] = TopicInfo(name, kind, definition, type_hash, topics.parse(qos), encoding)
+    return found
+
+
+def _index(database: sqlite3.Connection) -> tuple[np.ndarray, str]:
+    """Return number, topic and time [ns] of each message, (n, 3) int64, and what ended it."""
+    rows, damage = array("q"), ""
+    try:
+        for row in database.execute(_INDEX):
+            rows.extend(row)
+    except sqlite3.Error as error:
+        damage = str(error)
+    return np.array(rows, dtype=np.int64).reshape(-1, 3), damage

@@ -1,0 +1,276 @@
+"""The histogram that KLD sampling and clustering share: 0.5 m x 0.5 m x 10 degrees a bin."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+_METRES = 0.5  # side of a bin [m]: Fox's and Nav2's
+_HEADINGS = 36  # bins of 10 degrees, as theirs
+_RADIANS = 2.0 * math.pi / _HEADINGS
+_TABLE_MAX = 1 << 23  # bins of the box around all particles, up to which a table numbers them
+_SADDLE = 0.2  # of the lesser peak's weight, above which two modes are one
+_STEPS = tuple((x, y, h) for x in (-1, 0, 1) for y in (-1, 0, 1) for h in (-1, 0, 1))
+
+
+def to_bins(particles: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Sort particles into the histogram's bins.
+
+    Args:
+        particles: `(N, 3) float64` [m, m, rad], columns contiguous.
+
+    Returns:
+        The index of each particle's bin, `(N,) int32`, and the bins that are occupied, `(K, 3)
+        int64`: x and y, and the heading from 0 to 35.
+    """
+    x, y, heading = particles[:, 0], particles[:, 1], particles[:, 2]
+    low = (math.floor(x.min() / _METRES), math.floor(y.min() / _METRES))
+    columns = math.floor(x.max() / _METRES) - low[0] + 1
+    rows = math.floor(y.max() / _METRES) - low[1] + 1
+    codes = _codes(x, y, heading, low[0], low[1], rows)
+    size = columns * rows * _HEADINGS
+    if size <= _TABLE_MAX:
+        bin_of, met = _number(codes, size)
+    else:
+        met, inverse = np.unique(codes, return_inverse=True)
+        bin_of = inverse.astype(np.int32)
+    places = met // _HEADINGS
+    return bin_of, np.column_stack(
+        (places // rows + low[0], places % rows + low[1], met % _HEADINGS)
+    )
+
+
+def bin_centres(bins: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the centres of bins `(K, 3)`, as `(K, 3) float64` [m, m, rad]."""
+    centres: NDArray[np.float64] = (bins + 0.5) * np.array((_METRES, _METRES, _RADIANS))
+    centres[:, 2] -= math.pi
+    return centres
+
+
+@njit(cache=True)
+def _codes(
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    heading: NDArray[np.float64],
+    low_x: int,
+    low_y: int,
+    rows: int,
+) -> NDArray[np.int64]:
+    """Return one number a bin, from 0."""
+    codes = np.empty(len(x), np.int64)
+    for i in range(len(x)):
+        bx = np.int64(math.floor(x[i] * (1.0 / _METRES))) - low_x
+        by = np.int64(math.floor(y[i] * (1.0 / _METRES))) - low_y
+        turn = (heading[i] + math.pi) * (0.5 / math.pi)
+        turn -= math.floor(turn)
+        bh = min(np.int64(turn * _HEADINGS), _HEADINGS - 1)
+        codes[i] = (bx * rows + by) * _HEADINGS + bh
+    return codes
+
+
+@njit(cache=True)
+def _number(codes: NDArray[np.int64], size: int) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Number the codes, all below `size`, in the order in which they are met."""
+    table = np.zeros(size, np.int32)
+    bin_of = np.empty(len(codes), np.int32)
+    met = np.empty(min(len(codes), size), np.int64)
+    used = 0
+    for i in range(len(codes)):
+        number = table[np.uint64(codes[i])]
+        if number == 0:
+            met[used] = codes[i]
+            used += 1
+            number = np.int32(used)
+            table[np.uint64(codes[i])] = number
+        bin_of[i] = number - 1
+    return bin_of, met[:used].copy()
+
+
+def connect(bins: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Label bins `(K, 3)` alike that belong to one mode of the belief.
+
+    From the heaviest bin down, each joins what it touches, corners and wrapped headings included.
+    Modes that meet are one if the bin between them carries enough of the lesser one's peak; so
+    the tails of places near each other do not make them one.
+
+    Args:
+        bins: From `to_bins`.
+        shares: The weight of each, `(K,) float64`.
+
+    Returns:
+        `(K,) int64`, from 0.
+
+    Source: Chazal et al., Persistence-based clustering in Riemannian manifolds, 2013.
+    """
+    x, y = bins[:, 0] - bins[:, 0].min() + 1, bins[:, 1] - bins[:, 1].min() + 1
+    rows = int(y.max()) + 2
+    codes = (x * rows + y) * _HEADINGS + bins[:, 2]
+    order = np.argsort(codes)
+    by_share = np.argsort(-shares[order], kind="stable")
+    labels = np.empty(len(bins), np.int64)
+    labels[order] = _connect(codes[order], shares[order], by_share, rows)
+    return labels
+
+
+@njit(cache=True)
+def _connect(
+    codes: NDArray[np.int64], shares: NDArray[np.float64], by_share: NDArray[np.int64], rows: int
+) -> NDArray[np.int64]:
+    """Number the bins' modes by falling peaks; codes are sorted, their rows and columns from 1."""
+    root, rank = np.full(len(codes), -1), np.empty(len(codes), np.int64)
+    rank[by_share] = np.arange(len(codes))
+    for k in by_share:
+        root[k] = k
+        place, heading = divmod(codes[k], _HEADINGS)
+        for dx, dy, turn in _STEPS:
+            near = (place + dx * rows + dy) * _HEADINGS + (heading + turn) % _HEADINGS
+            other = np.searchsorted(codes, near)
+            if other == k or other == len(codes) or codes[other] != near or root[other] < 0:
+                continue
+            a, b = _top(root, k), _top(root, other)
+            if rank[b] < rank[a]:
+                a, b = b, a
+            if a != b and (b == k or shares[k] >= _SADDLE * shares[b]):
+                root[b] = a
+    labels, found = np.empty(len(codes), np.int64), 0
+    for k in by_share:
+        top = _top(root, k)
+        if top == k:
+            labels[k] = found
+            found += 1
+        else:
+            labels[k] = labels[top]
+    return labels
+
+
+@njit(cache=True)
+def _top(root: NDArray[np.int64], k: int) -> int:
+    while root[k] != k:
+        k = root[k]
+    return k
+
+
+_SLACK = 0.05  # beyond three deviations [m, rad]
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Particles that lie together.
+
+    Attributes:
+        share: Of the whole weight, 0..1.
+        mean: `(3,) float64` [m, m, rad].
+        covariance: `(3, 3) float64`.
+    """
+
+    share: float
+    mean: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+
+    def holds(self, pose: NDArray[np.float64]) -> bool:
+        """Tell whether a pose `(3,)` [m, m, rad] may be one of the cluster's."""
+        off = pose - self.mean
+        off[2] = math.remainder(off[2], 2.0 * math.pi)
+        return bool((np.abs(off) <= 3.0 * np.sqrt(self.covariance.diagonal()) + _SLACK).all())
+
+
+def find_clusters(
+    particles: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    least: float,
+    limit: int,
+    binned: tuple[NDArray[np.int32], NDArray[np.int64]] | None = None,
+) -> tuple[list[Cluster], NDArray[np.int64]]:
+    """Return the heaviest clusters, heaviest first, and each particle's rank among them.
+
+    Particles belong together when their histogram bins touch, see `connect`.
+
+    Args:
+        particles: `(N, 3) float64` [m, m, rad], columns contiguous.
+        weights: `(N,) float64` that sum to 1.
+        least: Share of the weight, 0..1, below which only the heaviest is returned.
+        limit: Greatest number of clusters returned.
+        binned: What `to_bins` says of the particles, where it is known already; bins may be empty.
+
+    Returns:
+        The clusters, and the index of each particle's, `(N,) int64`; that of particles of none is
+        the number of clusters.
+
+    Source: nav2_amcl (pf_kdtree_cluster), but for the modes.
+    """
+    bin_of, bins = to_bins(particles) if binned is None else binned
+    shares = np.asarray(np.bincount(bin_of, weights, len(bins)), np.float64)
+    met = np.bincount(bin_of, minlength=len(bins)) > 0
+    labels = np.full(len(bins), -1)
+    labels[met] = connect(bins[met], shares[met])
+    totals = np.bincount(labels[met], shares[met])
+    order = np.argsort(-totals, kind="stable")[:limit]
+    order = order[totals[order] >= min(least, totals.max())]
+    rank = np.full(len(totals) + 1, len(order), np.int64)
+    rank[order] = np.arange(len(order))
+    rank_of_bin: NDArray[np.int64] = rank[labels]
+    references = bin_centres(bins[_heaviest(shares, rank_of_bin, len(order))])
+    rank_of = rank_of_bin[bin_of]
+    sums = _moments(particles[:, 0], particles[:, 1], particles[:, 2], weights, rank_of, references)
+    pairs = zip(sums, references, strict=True)
+    return [_cluster(row, reference) for row, reference in pairs], rank_of
+
+
+@njit(cache=True)
+def _heaviest(
+    shares: NDArray[np.float64], rank: NDArray[np.int64], count: int
+) -> NDArray[np.int64]:
+    """Return each cluster's heaviest bin, from where differences are summed."""
+    heaviest = np.full(count, -1)
+    for k in range(len(shares)):
+        r = rank[k]
+        if r < count and (heaviest[r] < 0 or shares[k] > shares[heaviest[r]]):
+            heaviest[r] = k
+    return heaviest
+
+
+@njit(cache=True)
+def _moments(
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    heading: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    rank: NDArray[np.int64],
+    references: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return per cluster the weighted count, sums and sums of squares and products, `(K, 10)`."""
+    sums = np.zeros((len(references), 10))
+    for i in range(len(x)):
+        k = rank[i]
+        if k >= len(references):
+            continue
+        w = weights[i]
+        dx, dy = x[i] - references[k, 0], y[i] - references[k, 1]
+        turn = heading[i] - references[k, 2]
+        turn -= 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)
+        sums[k, 0] += w
+        sums[k, 1] += w * dx
+        sums[k, 2] += w * dy
+        sums[k, 3] += w * turn
+        sums[k, 4] += w * dx * dx
+        sums[k, 5] += w * dx * dy
+        sums[k, 6] += w * dx * turn
+        sums[k, 7] += w * dy * dy
+        sums[k, 8] += w * dy * turn
+        sums[k, 9] += w * turn * turn
+    return sums
+
+
+def _cluster(sums: NDArray[np.float64], reference: NDArray[np.float64]) -> Cluster:
+    share = float(sums[0])
+    means = sums[1:] / share if share > 0.0 else np.zeros(9)
+    shift, (xx, xy, xt, yy, yt, tt) = means[:3], means[3:]
+    covariance = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]]) - np.outer(shift, shift)
+    np.fill_diagonal(covariance, np.maximum(covariance.diagonal(), 0.0))  # rounding
+    mean = reference + shift
+    mean[2] = math.remainder(mean[2], 2.0 * math.pi)
+    return Cluster(share, mean, covariance)

@@ -1,1 +1,0 @@
-"""The belief: weighted particles, how they move and which survive."""

@@ -1,0 +1,220 @@
+"""What one scan says, in the form that the filter's parts use."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_core.scan import Scan
+from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_slam.amcl.config import AmclConfig
+from arjuna_slam.matching.map_field import MapField
+
+_MATCHED = 180  # more beams match no better: what the map errs by is the same for neighbours
+_BESIDE = 1.0  # who stands so near hides much of the map [m]
+_HIDDEN = 0.2  # share of the beams from which it may be much
+_BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
+
+
+@dataclass(frozen=True)
+class Beams:
+    """Beams of a scan that say something: NaN and too short ones do not.
+
+    Attributes:
+        directions: Unit vectors in the base frame, `(B, 2) float64`.
+        ranges: `(B,) float64` [m]; a beam without return carries the longest range.
+        returned: Which beams returned, `(B,) bool`.
+        endpoints: Of the beams that returned, `(M, 2) float64` in the base frame [m].
+    """
+
+    directions: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+    returned: NDArray[np.bool_]
+    endpoints: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ScanView:
+    """One scan.
+
+    Attributes:
+        stamp: [s].
+        range_max: The longest range used [m].
+        T_base_sensor: Pose of the sensor in the base frame.
+        many: Beams for scan matching, from all around.
+        few: At most `max_beams`, for the particles.
+    """
+
+    stamp: float
+    range_max: float
+    T_base_sensor: SE2
+    many: Beams
+    few: Beams
+
+    @staticmethod
+    def of(scan: Scan, config: AmclConfig) -> ScanView:
+        """Read a scan; few beams are taken at even steps over the sweep, as nav2_amcl does."""
+        low = max(config.laser_min_range, scan.range_min)
+        high = scan.range_max
+        if config.laser_max_range >= 0.0:
+            high = min(config.laser_max_range, high)
+        ranges = np.minimum(scan.ranges, high)
+        mount = scan.T_base_sensor
+        directions = _unit(scan.angles + mount.theta)
+        if scan.motion != IDENTITY:
+            ranges, directions = _deskewed(ranges, scan.rays(), mount, high)
+        step = max(1, (len(ranges) - 1) // (config.max_beams - 1))
+        stride = max(1, math.ceil(len(ranges) / _MATCHED))
+
+        def beams(each: int) -> Beams:
+            some = np.ascontiguousarray(ranges[::each])
+            ways = np.ascontiguousarray(directions[::each])
+            telling = some >= low  # NaN is not
+            if not telling.all():
+                some, ways = some[telling], ways[telling]
+            returned = some < high
+            ends = ways[returned] * some[returned, np.newaxis]
+            ends += (mount.x, mount.y)
+            return Beams(ways, some, returned, ends)
+
+        return ScanView(scan.stamp, scan.range_max, mount, beams(stride), beams(step))
+
+    @property
+    def blind(self) -> bool:
+        """Whether too few beams returned to tell where the robot is."""
+        return len(self.many.endpoints) < _BEAMS_MIN
+
+    @property
+    def readings(self) -> list[NDArray[np.float64]]:
+        """Ends of beams to match, each `(M, 2) float64` in the base frame [m], all of them first.
+
+        Where many end near by, which may be walls or a crowd, the others come as a second reading.
+        """
+        ends, mount = self.many.endpoints, self.T_base_sensor
+        far = ends[np.hypot(ends[:, 0] - mount.x, ends[:, 1] - mount.y) > _BESIDE]
+        hidden = _BEAMS_MIN <= len(far) < (1.0 - _HIDDEN) * len(ends)
+        return [ends, far] if hidden else [ends]
+
+
+def _unit(bearings: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.column_stack((np.cos(bearings), np.sin(bearings)))
+
+
+def _deskewed(
+    ranges: NDArray[np.float64], rays: NDArray[np.float64], mount: SE2, high: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return ranges and directions as seen from where the sensor was at beam 0."""
+    directions = _unit(rays[:, 2])
+    far = ~(np.isfinite(ranges) & (ranges < high))
+    lengths = np.where(far, 1.0, np.maximum(ranges, 1e-6))
+    offsets = rays[:, :2] - (mount.x, mount.y) + directions * lengths[:, np.newaxis]
+    seen = np.hypot(offsets[:, 0], offsets[:, 1])
+    directions = np.where(far[:, np.newaxis], directions, offsets / seen[:, np.newaxis])
+    return np.where(far, ranges, np.minimum(seen, np.nextafter(high, 0.0))), directions
+
+
+_THROUGH = 0.5  # a beam this much longer than the map allows went through an obstacle [m] ...
+_OUT = 1.5  # ... as did one that came out of it so far [cells]
+_SHORT = 0.5  # what a beam that ends early counts, as someone may stand there ...
+_WIDE = 3.0  # that far off; nearer by, less: there someone hides more of what the map has [m]
+_HALF_DIAGONAL = math.sqrt(0.5)
+
+
+def share_agreeing(field: MapField, pose: SE2, view: ScanView, near: float) -> float:
+    """Return the share of beams (0..1) that agree with the map at a pose.
+
+    A beam agrees if it ends near an obstacle of the map and crossed none on its way. One that
+    crossed an obstacle speaks against the pose. One that ended in the open speaks half as much, as
+    people and furniture come and go, and the less the nearer it ended: what the map does not have
+    counts by its width, not by the angle that it takes up, so that one who stands at the robot and
+    stops half of its beams is no more than one. A beam without return counts only against the pose,
+    where the map has an obstacle in its way; thus poses are told apart that end points alone do not
+    tell apart.
+
+    Args:
+        field: The map.
+        pose: Of the base in the map.
+        view: The scan.
+        near: Distance to an obstacle below which a beam hit it [m].
+
+    Source: the likelier a short reading, the nearer: Thrun, Burgard, Fox, Probabilistic Robotics,
+        2005, section 6.3 (unexpected objects).
+    """
+    sensor = pose @ view.T_base_sensor
+    origin = field.to_grid(sensor.array()[np.newaxis])[0]
+    origin[2] -= view.T_base_sensor.theta  # the beams' directions are the base's
+    beams, resolution = view.many, field.frame.resolution
+    return _agreement(
+        field.distances, resolution, near, origin, beams.directions, beams.ranges, beams.returned
+    )
+
+
+@njit(cache=True)
+def _agreement(
+    distances: NDArray[np.float32],
+    resolution: float,
+    limit: float,
+    origin: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    returned: NDArray[np.bool_],
+) -> float:
+    height, width = distances.shape
+    near, through, short = 0, 0, 0.0
+    cosine, sine = math.cos(origin[2]), math.sin(origin[2])
+    for i in range(len(ranges)):
+        c = cosine * directions[i, 0] - sine * directions[i, 1]
+        s = sine * directions[i, 0] + cosine * directions[i, 1]
+        length = ranges[i] / resolution
+        if _crossed(distances, resolution, origin, c, s, length):
+            through += 1
+        elif returned[i]:
+            column = math.floor(origin[0] + c * length)
+            row = math.floor(origin[1] + s * length)
+            inside = 0 <= row < height and 0 <= column < width
+            if inside and distances[row, column] < limit:
+                near += 1
+            else:
+                short += min(ranges[i] / _WIDE, 1.0)
+    counted = near + through + _SHORT * short
+    return near / counted if counted > 0.0 else 0.0
+
+
+@njit(cache=True)
+def _crossed(
+    distances: NDArray[np.float32],
+    resolution: float,
+    origin: NDArray[np.float64],
+    c: float,
+    s: float,
+    length: float,
+) -> bool:
+    """Whether a ray of `length` [cells] meets an obstacle and comes out of it again.
+
+    Free space is passed in leaps of the free distance. A ray that grazes a wall stays close to it.
+
+    Source: Hart, Sphere tracing, The Visual Computer, 1996.
+    """
+    height, width = distances.shape
+    at, hit = 0.0, np.inf
+    while at < length:
+        column = math.floor(origin[0] + c * at)
+        row = math.floor(origin[1] + s * at)
+        if not (0 <= row < height and 0 <= column < width):
+            at += 1.0
+            continue
+        free = distances[row, column] / resolution
+        if hit < np.inf:
+            if free > _OUT or at - hit > _THROUGH / resolution:
+                return True
+            at += 1.0
+        elif free == 0.0:
+            hit = at
+            at += 1.0
+        else:
+            at += max(free - 2.0 * _HALF_DIAGONAL, 1.0)
+    return False

@@ -1,1 +1,0 @@
-"""How likely a scan is at each particle."""

@@ -1,1 +1,0 @@
-"""Recordings as files: written, read, mended; no ROS."""
