@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.hits import hit_points
 
 FREE = 0
 MAX_NON_OBSTACLE = 252
 INSCRIBED = 253
 LETHAL = 254
 UNKNOWN = 255
+_NEWEST = 0.25  # weight of a hit in its cell's mean: noise of ranges is averaged
+_STEPS = 65534.0  # of a cell's edge
 
 
 def _occupancy_table() -> NDArray[np.int8]:
@@ -66,18 +69,18 @@ class Costmap:
         return int(self.data[row, column]) if self.frame.contains(row, column) else None
 
     def obstacles(self, x: float, y: float, radius: float) -> NDArray[np.float64]:
-        """Return where obstacles are about a place, `(N, 2) float64` [m] of the frame.
+        """Return where obstacles are within a radius, `(N, 2) float64` [m] of the frame.
 
         Finer than the cells where scans have hit them, else the cells' middles.
         """
         T_frame_grid, cell = self.frame.origin, self.frame.resolution
         at = T_frame_grid.inverse().apply(np.array([[x, y]]))[0] / cell
         hits = np.zeros(self.frame.shape, np.uint32) if self.hits is None else self.hits
-        points = hit_points(self.data, hits, float(at[0]), float(at[1]), radius / cell, LETHAL)
+        points = hit_points(self.data, hits, float(at[0]), float(at[1]), radius / cell)
         return T_frame_grid.apply(points * cell)
 
     def moves_within(self, x: float, y: float, reach: float) -> bool:
-        """Tell whether anything moves nearer than a reach to a place [m] of the frame."""
+        """Return whether anything moves nearer than a reach to a point [m] of the frame."""
         at = self.frame.origin.inverse().apply(np.array([[x, y]]))[0]
         gaps = np.hypot(*(self.moving[:, :2] - at).T) - self.moving[:, 2]
         return bool((gaps < reach).any())
@@ -96,3 +99,48 @@ def occupancy_of(costs: NDArray[np.uint8]) -> NDArray[np.int8]:
     """Return costs as nav_msgs/OccupancyGrid has them, of the same shape."""
     occupancy: NDArray[np.int8] = _OCCUPANCY[costs]
     return occupancy
+
+
+@njit(cache=True)
+def blended(code: int, x: float, y: float) -> int:
+    """Return a cell's code after one more hit at a point in it [cells].
+
+    The code is the mean of the latest hits: its lower 16 bits x, its upper y; 0 for no hit.
+    """
+    if code:
+        x0, y0 = _decoded(code)
+        x, y = x0 + _NEWEST * (x - x0), y0 + _NEWEST * (y - y0)
+    return 1 + int(x * _STEPS) + (int(y * _STEPS) << 16)
+
+
+@njit(cache=True)
+def _decoded(code: int) -> tuple[float, float]:
+    return ((code & 0xFFFF) - 0.5) / _STEPS, ((code >> 16) + 0.5) / _STEPS
+
+
+@njit(cache=True)
+def hit_points(
+    data: NDArray[np.uint8],
+    hits: NDArray[np.uint32],
+    x: float,
+    y: float,
+    radius: float,
+) -> NDArray[np.float64]:
+    """Return where the lethal cells within a radius are marked, `(N, 2)` x, y [cells].
+
+    A cell that no scan has hit, 0 in the `(height, width) uint32` hits, is marked in its middle.
+    """
+    height, width = data.shape
+    rows = max(math.floor(y - radius), 0), min(math.floor(y + radius) + 1, height)
+    columns = max(math.floor(x - radius), 0), min(math.floor(x + radius) + 1, width)
+    found = []
+    for row in range(rows[0], rows[1]):
+        for column in range(columns[0], columns[1]):
+            if data[row, column] == LETHAL:
+                off = _decoded(hits[row, column]) if hits[row, column] else (0.5, 0.5)
+                if math.hypot(column + off[0] - x, row + off[1] - y) <= radius:
+                    found.append((column + off[0], row + off[1]))
+    points = np.empty((len(found), 2))
+    for i in range(len(found)):
+        points[i, 0], points[i, 1] = found[i]
+    return points

@@ -16,10 +16,10 @@ from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import clearances
-from arjuna_nav.costmap.layers.base import Layer, Master, moved
+from arjuna_nav.costmap.layers.base import Master, moved
+from arjuna_nav.costmap.layers.container import LayerGroup
 from arjuna_nav.costmap.layers.inflation import InflationLayer
 from arjuna_nav.costmap.layers.placement import PlacedMap
-from arjuna_nav.costmap.layers.plugins import LAYERS
 from arjuna_nav.costmap.moving.ways import Patch, ways
 from arjuna_nav.costmap.window import Window, grown, joined, seen_in, whole
 
@@ -41,16 +41,15 @@ class LayeredCostmap:
     def __init__(
         self, config: CostmapConfig, transform: Callable[[str, str], SE2] | None = None
     ) -> None:
-        self._config = config
-        outline = Footprint.parse(config.footprint, config.robot_radius, config.footprint_padding)
         frame = _own_frame(config)
-        self._master = Master(config, frame, outline, np.zeros(frame.shape, np.uint32))
+        hits = np.zeros(frame.shape, np.uint32)
+        outline = Footprint.parse(*_footprint_of(config))
+        self._master = Master(config, frame, outline, hits)
         if transform is not None:
             self._master.transform = transform
-        self.layers: dict[str, Layer] = {
-            name: LAYERS.make(getattr(config, name), name, self._master)
-            for name in (*config.plugins, *config.filters)
-        }
+        names = *config.plugins, *config.filters
+        self._group = LayerGroup(config, "", self._master, names)
+        self.layers = self._group.layers
         self._stamp = 0.0
         self._changed: Window | None = None
         self._laid: list[Patch] = []
@@ -71,28 +70,34 @@ class LayeredCostmap:
         changed, self._changed = self._changed, None
         return changed
 
+    def reconfigure(self, config: CostmapConfig) -> None:
+        """Take other parameters; what sensors have seen is kept, maps have to be received again."""
+        before, self._master.config = self._master.config, config
+        if _footprint_of(config) != _footprint_of(before):
+            self._master.footprint = Footprint.parse(*_footprint_of(config))
+        self._group.reconfigure(config)
+        self.compose_again()
+
     def missing(self) -> str:
         """Return what has not come and without which the costmap cannot begin; empty for none."""
-        return next(filter(None, (layer.missing() for layer in self._enabled)), "")
+        return self._group.missing()
 
     def problem(self, now: float) -> str:
         """Return why the costs are not current at a time [s]; empty where they are."""
-        return next(filter(None, (layer.problem(now) for layer in self._enabled)), "")
+        return self._group.problem(now)
 
     def warnings(self) -> list[str]:
         """Return what is odd about the layers, though the costs are current."""
-        return [f"{layer.name}: {layer.warning()}" for layer in self._enabled if layer.warning()]
+        return self._group.warning().splitlines()
 
     def start(self, now: float) -> None:
         """Begin at a time [s]: what was received before does not count."""
-        for layer in self.layers.values():
-            layer.start(now)
+        self._group.start(now)
 
     def set_footprint(self, footprint: Footprint) -> None:
         """Take another outline of the robot from now on."""
         self._master.footprint = footprint
-        for layer in self.layers.values():
-            layer.on_footprint()
+        self._group.on_footprint()
         self.compose_again()
 
     def set_map(self, grid: OccupancyGrid, frame_id: str = "") -> None:
@@ -110,7 +115,11 @@ class LayeredCostmap:
         """
         self.layers[layer].receive(source, value)
         frame = self.layers[layer].frame
-        if isinstance(value, PlacedMap) and frame is not None and not self._config.rolling_window:
+        if (
+            isinstance(value, PlacedMap)
+            and frame is not None
+            and not self._master.config.rolling_window
+        ):
             self._move(frame)
             self.compose_again()
 
@@ -123,16 +132,15 @@ class LayeredCostmap:
         """
         self._stamp = now
         self._lift()
-        before, changed = self._master.frame, None
-        if self._config.rolling_window:
+        before = self._master.frame
+        if self._master.config.rolling_window:
             self._move(_rolled(before, T_global_base))
-        for layer in self._enabled:
-            changed = joined(changed, layer.update(T_global_base, now))
+        changed = self._group.update(T_global_base, now)
         if self._master.frame != before:
             self.compose_again()
         else:
             self._compose(changed)
-        self._tell_moving()
+        self._note_moving()
         self._lay()
 
     def clear_entirely(self) -> None:
@@ -147,29 +155,24 @@ class LayeredCostmap:
         """Forget the obstacles outside a square of edge `reset_distance` [m] round a pose."""
         self._clear(self._square(T_global_base, reset_distance), outside=True)
 
-    @property
-    def _enabled(self) -> list[Layer]:
-        return [layer for layer in self.layers.values() if layer.enabled]
-
     def _clear(self, window: Window | None, outside: bool = False) -> None:
-        for layer in self.layers.values():
-            layer.clear(window, outside)
+        self._group.clear(window, outside)
         self.compose_again()
 
     def _move(self, frame: GridFrame) -> None:
-        for layer in self.layers.values():
-            layer.move(frame)
+        self._group.move(frame)
         self._master.hits = moved(self._master.hits, self._master.frame, frame, 0)
         self._master.frame = frame
 
     def compose_again(self) -> None:
         """Make the whole costmap again: a layer has been switched."""
         frame, inflation = self._master.frame, self._last_inflation()
+        is_last = inflation is not None and self._group.in_use[-1] is inflation
         self._costmap = Costmap(
             frame,
             self._composed(whole(frame.shape)),
             self._stamp,
-            inflation.circumscribed_cost() if inflation and self._enabled[-1] is inflation else 0,
+            inflation.circumscribed_cost() if inflation and is_last else 0,
             inflation.clearances() if inflation else clearances(0.0),
             self._master.hits,
         )
@@ -181,7 +184,7 @@ class LayeredCostmap:
         if changed is None:
             return
         shape = self._costmap.data.shape
-        reach = sum(layer.reach for layer in self._enabled)
+        reach = self._group.reach
         window = grown(changed, reach, shape)
         source = grown(window, reach, shape)
         self._costmap.data[window] = self._composed(source)[seen_in(window, source)]
@@ -191,16 +194,15 @@ class LayeredCostmap:
         """Return the costs of a window, as if there were nothing outside it."""
         shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
         costs = np.full(shape, self._master.untouched, dtype=np.uint8)
-        for layer in self._enabled:
-            layer.write(costs, window)
+        self._group.write(costs, window)
         return costs
 
     def _last_inflation(self) -> InflationLayer | None:
         """Return the inflation by which costs tell distances, of all but what follows it."""
-        inflations = [one for one in self._enabled if isinstance(one, InflationLayer)]
+        inflations = [one for one in self._group.in_use if isinstance(one, InflationLayer)]
         return inflations[-1] if inflations else None
 
-    def _tell_moving(self) -> None:
+    def _note_moving(self) -> None:
         """Put into the costmap where things are that move."""
         several = [moving.things for moving in self._master.moving.values() if len(moving.things)]
         if not several and not len(self._costmap.moving):
@@ -236,6 +238,10 @@ class LayeredCostmap:
         half = int(edge / 2.0 / frame.resolution)
         rows = slice(max(row - half, 0), max(row + half + 1, 0))
         return rows, slice(max(column - half, 0), max(column + half + 1, 0))
+
+
+def _footprint_of(config: CostmapConfig) -> tuple[str, float, float]:
+    return config.footprint, config.robot_radius, config.footprint_padding
 
 
 def _own_frame(config: CostmapConfig) -> GridFrame:

@@ -10,8 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.raycast import line_cells
-from arjuna_nav.costmap.costmap import FREE, LETHAL
-from arjuna_nav.costmap.hits import blended
+from arjuna_nav.costmap.costmap import FREE, LETHAL, blended
 
 
 @njit(cache=True)

@@ -11,8 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
-from arjuna_nav.costmap.hits import blended
+from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN, blended
 
 
 @njit(cache=True)

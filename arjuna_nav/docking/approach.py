@@ -1,18 +1,42 @@
-"""Driving to a pose by the control law, unless something is in the way."""
+"""Driving to a pose by the graceful control law, either way round, unless something blocks."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers.graceful import control_law
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.docking.config import ApproachConfig
-from arjuna_nav.docking.control_law import foreseen, steer
+
+
+@dataclass(frozen=True)
+class ApproachConfig:
+    """How the robot drives to a dock and away, and what it stops before, by Nav2's names."""
+
+    k_phi: float = param(3.0, "Rate of the heading's error per rate of the distance.", minimum=0.0)
+    k_delta: float = param(2.0, "Gain of the steering's error.", minimum=0.0)
+    beta: float = param(0.4, "How much bends slow down.", minimum=0.0)
+    lambda_: float = param(2.0, "How sharply bends slow down.", minimum=1.0)
+    v_linear_min: float = param(0.1, "Least speed.", unit="m/s", minimum=0.0)
+    v_linear_max: float = param(0.25, "Greatest speed.", unit="m/s", minimum=0.01)
+    v_angular_max: float = param(0.75, "Greatest yaw rate.", unit="rad/s", minimum=0.01)
+    slowdown_radius: float = param(
+        0.25, "Distance from the pose at which to slow down.", unit="m", minimum=0.01
+    )
+    use_collision_detection: bool = param(True, "Whether to stop before obstacles.")
+    projection_time: float = param(5.0, "How far ahead to look.", unit="s", minimum=0.01)
+    simulation_time_step: float = param(0.1, "Step of that look.", unit="s", minimum=0.01)
+    dock_collision_threshold: float = param(
+        0.3, "Distance to the dock within which nothing counts as obstacle.", unit="m", minimum=0.0
+    )
 
 
 class BlockedError(Exception):
@@ -40,12 +64,10 @@ def towards(
         footprint: The robot.
 
     Raises:
-        BlockedError: The way there meets an obstacle.
+        BlockedError: The path there meets an obstacle.
     """
     if config.use_collision_detection and costmap is not None:
-        ahead = foreseen(
-            config, pose, target, backward, config.projection_time, config.simulation_time_step
-        )
+        ahead = foreseen(config, pose, target, backward)
         near = np.hypot(ahead[:, 0] - dock.x, ahead[:, 1] - dock.y)
         ahead = ahead[near > config.dock_collision_threshold]
         hit = first_collision(costmap, footprint, ahead) if len(ahead) else None
@@ -63,8 +85,8 @@ def at_the_end(
 ) -> Velocity | None:
     """Return what to drive within tolerances of a pose, None outside them.
 
-    So near, the direction to the pose says nothing: the robot goes straight on until it is level
-    with the pose, and then is still.
+    So near, the direction to the pose is only noise: the robot drives straight until it is level
+    with the pose, and then stands.
 
     Args:
         config: Limits.
@@ -82,3 +104,35 @@ def at_the_end(
     if passed:
         return STILL
     return Velocity(-config.v_linear_min if backward else config.v_linear_min)
+
+
+def steer(config: ApproachConfig, T_base_target: SE2, backward: bool = False) -> Velocity:
+    """Return what to drive towards a pose.
+
+    Args:
+        config: Gains and limits.
+        T_base_target: The pose to end at, in the robot's base.
+        backward: Whether to drive backwards.
+    """
+    x, y = T_base_target.x, T_base_target.y
+    side = -1.0 if backward else 1.0  # backwards it is the law of a robot turned by pi
+    law = np.array([config.k_phi, config.k_delta, config.beta, config.lambda_])
+    near = config.v_linear_max * math.hypot(x, y) / config.slowdown_radius
+    limits = np.array([config.v_linear_min, config.v_linear_max, near, config.v_angular_max])
+    v, w = control_law.steer(side * x, side * y, T_base_target.theta, law, limits)
+    return Velocity(side * v, yaw_rate=w)
+
+
+def foreseen(config: ApproachConfig, pose: SE2, target: SE2, backward: bool) -> NDArray[np.float64]:
+    """Return where the law leads within `projection_time`, `(N, 3) float64` [m, m, rad].
+
+    The present pose is the first; it ends at the target, of the same frame, too.
+    """
+    poses, step = [pose], config.simulation_time_step
+    for _ in range(math.ceil(config.projection_time / step)):
+        T_base_target = poses[-1].inverse() @ target
+        if math.hypot(T_base_target.x, T_base_target.y) < config.v_linear_max * step:
+            break
+        velocity = steer(config, T_base_target, backward)
+        poses.append(poses[-1] @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * step))
+    return np.array([each.array() for each in poses])

@@ -21,7 +21,7 @@ class DockConfig:
     type: str = param("", "Its kind, of 'dock_plugins'; may be empty where there is one kind.")
     frame: str = param("map", "Frame of its pose.")
     pose: tuple[float, ...] = param(
-        (), "Its x [m], y [m] and the way into it [rad]; the robot's base ends there."
+        (), "Its x [m], y [m] and heading into it [rad]; the robot's base ends there."
     )
     id: str = param("", "What names it to those who detect it.")
 

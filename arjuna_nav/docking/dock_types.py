@@ -6,7 +6,7 @@ Source: opennav_docking, SimpleChargingDock and SimpleNonChargingDock.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
@@ -20,35 +20,15 @@ class DockSenses:
 
     Attributes:
         distance: From the robot to the dock's pose [m], None where that pose is not known.
-        effort: Mean effort of the joints watched, None where none was told.
-        speed: Mean speed of the joints watched, None where none was told.
-        current: Of the battery, positive while it charges [A], None where none was told.
+        effort: Mean effort of the joints watched, None where it is not known.
+        speed: Mean speed of the joints watched, None where it is not known.
+        current: Of the battery, positive while it charges [A], None where it is not known.
     """
 
     distance: float | None = None
     effort: float | None = None
     speed: float | None = None
     current: float | None = None
-
-
-class DockType(Protocol):
-    """One kind of dock."""
-
-    Config: ClassVar[type[Any]]
-    config: Any
-    charges: bool
-
-    def staging_pose(self, dock: SE2) -> SE2:
-        """Return where to stand before an approach, given the dock's pose."""
-        ...
-
-    def is_docked(self, senses: DockSenses) -> bool:
-        """Tell whether the robot stands in the dock."""
-        ...
-
-    def is_charging(self, senses: DockSenses) -> bool:
-        """Tell whether the battery is being charged."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -109,8 +89,8 @@ class SimpleChargingDockConfig(SimpleDockConfig):
     )
 
 
-class SimpleNonChargingDock:
-    """A place to dock at: contact is all there is.
+class DockType:
+    """A kind of docks; this one does not charge, and contact is all there is to sense.
 
     Args:
         config: Its parameters.
@@ -127,7 +107,7 @@ class SimpleNonChargingDock:
         return dock @ SE2(self.config.staging_x_offset, 0.0, self.config.staging_yaw_offset)
 
     def is_docked(self, senses: DockSenses) -> bool:
-        """Tell whether the joints push in vain, or the robot is near enough."""
+        """Return whether the joints push without moving, or the robot is near enough."""
         config = self.config
         if not config.use_stall_detection:
             return senses.distance is not None and senses.distance < config.docking_threshold
@@ -137,18 +117,22 @@ class SimpleNonChargingDock:
         return bool(stands and senses.effort > config.stall_effort_threshold)
 
     def is_charging(self, senses: DockSenses) -> bool:
-        """Tell whether the battery is being charged: never."""
+        """Return whether the battery is being charged."""
         return False
 
+    def is_in(self, senses: DockSenses) -> bool:
+        """Return whether contact or current show that the robot stands in the dock."""
+        return self.is_docked(senses) or self.is_charging(senses)
 
-class SimpleChargingDock(SimpleNonChargingDock):
+
+class SimpleChargingDock(DockType):
     """A dock that charges: the battery says so, or contact does."""
 
     Config: ClassVar[type[Any]] = SimpleChargingDockConfig
     charges = True
 
     def is_charging(self, senses: DockSenses) -> bool:
-        """Tell whether the battery is being charged."""
+        """Return whether the battery is being charged."""
         if not self.config.use_battery_status:
             return self.is_docked(senses)
         return senses.current is not None and senses.current > self.config.charging_threshold
@@ -159,7 +143,7 @@ _CHARGING = "opennav_docking::SimpleChargingDock"
 _NON_CHARGING = "opennav_docking::SimpleNonChargingDock"
 DOCK_TYPES = PluginTypes(
     "dock type",
-    {_CHARGING: f"{_HERE}:SimpleChargingDock", _NON_CHARGING: f"{_HERE}:SimpleNonChargingDock"},
+    {_CHARGING: f"{_HERE}:SimpleChargingDock", _NON_CHARGING: f"{_HERE}:DockType"},
     _CHARGING,
     {"simple_non_charging_dock": _NON_CHARGING},
 )

@@ -1,4 +1,4 @@
-"""Docking from the order to the charging current: what to do in which order.
+"""Docking from the order to the charging current, and undocking back to the staging pose.
 
 Source: opennav_docking, DockingServer.
 """
@@ -7,17 +7,48 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.docking.approach import BlockedError, at_the_end, towards
-from arjuna_nav.docking.config import DockingConfig
+from arjuna_nav.docking.approach import ApproachConfig, BlockedError, at_the_end, towards
 from arjuna_nav.docking.dock_types import DockSenses, DockType
 
-_PASSED = 0.05  # behind the docked pose by this much the law would turn round [m]
+
+@dataclass(frozen=True)
+class DockingConfig:
+    """When docking waits, tries again and gives up, by Nav2's names."""
+
+    controller_frequency: float = param(
+        50.0, "Commands a second.", unit="Hz", minimum=0.1, read_only=True
+    )
+    initial_perception_timeout: float = param(
+        5.0, "How long to wait until the dock is seen.", unit="s", minimum=0.0
+    )
+    wait_charge_timeout: float = param(
+        5.0, "How long to wait until the battery charges.", unit="s", minimum=0.0
+    )
+    dock_approach_timeout: float = param(
+        30.0, "How long an approach may take.", unit="s", minimum=0.0
+    )
+    undock_linear_tolerance: float = param(
+        0.05, "Distance to the staging pose that is good enough.", unit="m", minimum=0.0
+    )
+    undock_angular_tolerance: float = param(
+        0.05, "Heading from the staging pose that is good enough.", unit="rad", minimum=0.0
+    )
+    max_retries: int = param(3, "Most retries.", minimum=0)
+    dock_backwards: bool = param(False, "Whether the robot backs into docks.")
+    dock_prestaging_tolerance: float = param(
+        0.5, "Distance to the staging pose within which it is not driven to.", unit="m", minimum=0.0
+    )
+    controller: ApproachConfig = field(default_factory=ApproachConfig)
+
+
+_MOST_PASSED = 0.05  # [m] behind the docked pose: farther, the law would turn the robot round
 
 
 class DockingPhase(enum.IntEnum):
@@ -45,7 +76,7 @@ class DockingError(enum.IntEnum):
 
 @dataclass(frozen=True)
 class DockingState:
-    """What docking is told at each tick; poses and costmap are of one fixed frame.
+    """What is known at a tick; poses and costmap are of one fixed frame.
 
     Attributes:
         now: Time [s].
@@ -71,7 +102,7 @@ class DockingStep:
     Attributes:
         velocity: What to drive; None leaves the wheels to the one who drives to the staging pose.
         stage: Whether to begin driving to the staging pose.
-        ended: How docking ended, None while it goes on.
+        ended: How docking ended, None while it continues.
         message: Why it failed.
     """
 
@@ -141,24 +172,21 @@ class Docking:
         """
         if not self._begun:
             return self._begin(state, nominal)
+        step = {
+            DockingPhase.NAV_TO_STAGING_POSE: self._stage,
+            DockingPhase.INITIAL_PERCEPTION: self._perceive,
+            DockingPhase.CONTROLLING: self._approach,
+            DockingPhase.WAIT_FOR_CHARGE: self._wait_for_charge,
+            DockingPhase.RETRY: self._return,
+        }[self.phase]
         try:
-            match self.phase:
-                case DockingPhase.NAV_TO_STAGING_POSE:
-                    return self._stage(state)
-                case DockingPhase.INITIAL_PERCEPTION:
-                    return self._perceive(state)
-                case DockingPhase.CONTROLLING:
-                    return self._approach(state)
-                case DockingPhase.WAIT_FOR_CHARGE:
-                    return self._wait_for_charge(state)
-                case _:
-                    return self._return(state)
+            return step(state)
         except _FailedError as failure:
             return self._retry(failure, state.now)
 
     def _begin(self, state: DockingState, nominal: SE2) -> DockingStep:
         self._begun, self._dock = True, nominal
-        if self._kind.charges and self._is_in(state):
+        if self._kind.charges and self._kind.is_in(state.senses):
             return DockingStep(ended=DockingError.NONE)
         staging = self._kind.staging_pose(nominal)
         near = state.pose.distance(staging) < self._config.dock_prestaging_tolerance
@@ -167,20 +195,14 @@ class Docking:
         self._enter(DockingPhase.NAV_TO_STAGING_POSE, state.now)
         return DockingStep(velocity=None, stage=True)
 
-    def _is_in(self, state: DockingState) -> bool:
-        return self._kind.is_docked(state.senses) or self._kind.is_charging(state.senses)
-
     def _enter(self, phase: DockingPhase, now: float) -> DockingStep:
         self.phase, self._since = phase, now
         return DockingStep()
 
-    def _is_late(self, now: float, limit: float) -> bool:
-        return now - self._since > limit
-
     def _stage(self, state: DockingState) -> DockingStep:
         if state.staged:
             return self._enter(DockingPhase.INITIAL_PERCEPTION, state.now)
-        late = self._is_late(state.now, self._max_staging_time)
+        late = state.now - self._since > self._max_staging_time
         if state.staged is None and not late:
             return DockingStep(velocity=None)
         why = f"took over {self._max_staging_time:g} s" if late else "failed"
@@ -192,25 +214,25 @@ class Docking:
         if state.dock is not None:
             self._dock = state.dock
             return self._enter(DockingPhase.CONTROLLING, state.now)
-        if not self._is_late(state.now, timeout):
+        if state.now - self._since <= timeout:
             return DockingStep()
         message = f"the dock was not seen within {timeout:g} s"
         return DockingStep(ended=DockingError.FAILED_TO_DETECT_DOCK, message=message)
 
     def _approach(self, state: DockingState) -> DockingStep:
-        if self._is_in(state):
+        if self._kind.is_in(state.senses):
             if self._kind.charges:
                 return self._enter(DockingPhase.WAIT_FOR_CHARGE, state.now)
             return DockingStep(ended=DockingError.NONE)
         if state.dock is None:
             raise _FailedError(DockingError.FAILED_TO_DETECT_DOCK, "the dock was lost from sight")
-        if self._is_late(state.now, self._config.dock_approach_timeout):
+        if state.now - self._since > self._config.dock_approach_timeout:
             message = f"no contact within {self._config.dock_approach_timeout:g} s"
             raise _FailedError(DockingError.FAILED_TO_CONTROL, message)
         self._dock, backward = state.dock, self._config.dock_backwards
         target = docked_pose(state.dock, backward)
         ahead = (state.pose.inverse() @ target).x * (-1 if backward else 1)
-        if ahead < -_PASSED:
+        if ahead < -_MOST_PASSED:
             raise _FailedError(DockingError.FAILED_TO_CONTROL, f"passed the dock by {-ahead:.2f} m")
         return self._drive(state, target, backward)
 
@@ -228,7 +250,7 @@ class Docking:
         timeout = self._config.wait_charge_timeout
         if self._kind.is_charging(state.senses):
             return DockingStep(ended=DockingError.NONE)
-        if self._is_late(state.now, timeout):
+        if state.now - self._since > timeout:
             message = f"the battery does not charge {timeout:g} s after contact"
             raise _FailedError(DockingError.FAILED_TO_CHARGE, message)
         return DockingStep()
@@ -248,7 +270,64 @@ class Docking:
         backward = not config.dock_backwards
         if at_the_end(config.controller, state.pose, staging, tolerances, backward) is not None:
             return self._enter(DockingPhase.INITIAL_PERCEPTION, state.now)
-        if self._is_late(state.now, config.dock_approach_timeout):
+        if state.now - self._since > config.dock_approach_timeout:
             message = f"no way back to the staging pose, after: {self._failure}"
             raise _FailedError(DockingError.FAILED_TO_CONTROL, message)
         return self._drive(state, staging, backward)
+
+
+class Undocking:
+    """One order to undock.
+
+    Args:
+        config: Tolerances and limits.
+        kind: The dock's kind.
+        footprint: The robot.
+        max_time: How long it may take [s].
+        docked: Whether the robot is known to have docked; else contact or current must show it.
+    """
+
+    def __init__(
+        self,
+        config: DockingConfig,
+        kind: DockType,
+        footprint: Footprint,
+        max_time: float,
+        docked: bool = False,
+    ) -> None:
+        self._config = config
+        self._kind = kind
+        self._footprint = footprint
+        self._max_time = max_time
+        self._docked = docked
+        self._start: tuple[float, SE2] | None = None
+
+    def tick(self, state: DockingState) -> DockingStep:
+        """Return what to do; where the robot stands at the first tick is the docked pose."""
+        if self._start is None:
+            self._start = state.now, state.pose
+            if self._kind.charges and not self._docked and not self._kind.is_in(state.senses):
+                return DockingStep(ended=DockingError.NONE)
+        since, docked = self._start
+        backward = not self._config.dock_backwards
+        target = self._kind.staging_pose(docked_pose(docked, self._config.dock_backwards))
+        tolerances = self._config.undock_linear_tolerance, self._config.undock_angular_tolerance
+        controller = self._config.controller
+        last = at_the_end(controller, state.pose, target, tolerances, backward)
+        if last == STILL:
+            if self._kind.is_charging(state.senses):
+                return _failed("the battery still charges at the staging pose")
+            return DockingStep(ended=DockingError.NONE)
+        if state.now - since > self._max_time:
+            return _failed(f"undocking took over {self._max_time:g} s")
+        try:
+            velocity = last or towards(
+                controller, state.pose, target, backward, docked, state.costmap, self._footprint
+            )
+        except BlockedError as error:
+            return _failed(str(error))
+        return DockingStep(velocity)
+
+
+def _failed(message: str) -> DockingStep:
+    return DockingStep(ended=DockingError.FAILED_TO_CONTROL, message=message)

@@ -14,8 +14,8 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.nodes.safety.watch import Watch, WatchConfig
 from arjuna_nav.nodes.velocity import VelocityOutput, subscribe_velocity
-from arjuna_nav.safety.base import Action
 from arjuna_nav.safety.collision_monitor import Verdict
+from arjuna_nav.safety.zones import Action
 
 _BLIND = "invalid source"
 
@@ -88,11 +88,9 @@ class CollisionMonitorNode(ManagedNode):
         seen = self._watch.look()
         if seen is None:
             return Verdict(STILL, Action.STOP, _BLIND)
-        sight, seen_by, trust = seen
+        sight, trust = seen
         slowed = Velocity(velocity.x * trust, yaw_rate=velocity.yaw_rate * trust)
-        points, motions, speeds = sight
-        outline = self._watch.footprint()
-        verdict = self._watch.monitor.judge(slowed, points, outline, motions, speeds, seen_by)
+        verdict = self._watch.monitor.judge(slowed, sight, self._watch.footprint())
         if trust < 1.0 and verdict.action is Action.DO_NOTHING:
             return Verdict(slowed, Action.SLOWDOWN, _BLIND)
         return verdict

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from arjuna_core.config import plugin_names
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.safety.base import Action, Zone, inside
-from arjuna_nav.safety.zones import ZONES, ZoneConfig
+from arjuna_nav.safety.sight import Sight
+from arjuna_nav.safety.zones import ZONES, Action, Zone, ZoneConfig
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ class CollisionMonitor:
 
     Args:
         config: The zones, as `load` made them.
-        sources: Names of what sees, in the order of the numbers that `judge` is given.
+        sources: Names of what sees, in the order of the numbers in a `Sight`.
 
     Attributes:
         zones: Those that count, by name.
@@ -63,76 +61,37 @@ class CollisionMonitor:
     """
 
     def __init__(self, config: MonitorConfig, sources: Sequence[str] = ()) -> None:
-        zones = {name: getattr(config, name) for name in config.polygons}
-        used = {name: zone for name, zone in zones.items() if zone.enabled}
-        self.zones: dict[str, Zone] = {name: ZONES.make(zone) for name, zone in used.items()}
-        self._least = {name: zone.least for name, zone in used.items()}
+        used = {n: one for n in config.polygons if (one := getattr(config, n)).enabled}
+        self.zones: dict[str, Zone] = {name: ZONES.make(one) for name, one in used.items()}
         self._heeded = {
-            name: np.isin(np.array(sources, dtype=object), zone.sources_names)
-            for name, zone in used.items()
-            if zone.sources_names
+            name: np.isin(np.array(sources, dtype=object), one.sources_names)
+            for name, one in used.items()
+            if one.sources_names
         }
 
-    def judge(
-        self,
-        velocity: Velocity,
-        points: NDArray[np.float64],
-        footprint: Footprint,
-        motions: NDArray[np.float64] | None = None,
-        speeds: NDArray[np.float64] | None = None,
-        seen_by: NDArray[np.int64] | None = None,
-    ) -> Verdict:
-        """Return what may be driven.
-
-        Args:
-            velocity: What is asked for.
-            points: What is seen, `(N, 2) float64` in the base frame [m].
-            footprint: The robot.
-            motions: Velocities of the points over ground, `(N, 2)` in the base frame [m/s].
-            speeds: At which each may turn to the robot, `(N,)` [m/s]; its motion's if None.
-            seen_by: Number of the source of each point, `(N,)`; None where zones heed all.
-        """
+    def judge(self, velocity: Velocity, sight: Sight, footprint: Footprint) -> Verdict:
+        """Return what may be driven of a velocity by a robot that has a footprint."""
         verdict, least = Verdict(velocity), 1.0
         for name, zone in self.zones.items():
-            mine = self._heeded_of(name, seen_by)
-            ratio = zone.allowed(
-                velocity,
-                points[mine],
-                footprint,
-                None if motions is None else motions[mine],
-                None if speeds is None else speeds[mine],
-            )
+            ratio = zone.allowed(velocity, self._heeded_by(name, sight), footprint)
             if zone.action is Action.STOP and ratio == 0.0:
                 return Verdict(STILL, Action.STOP, name)
             if ratio < least:
                 least = ratio
-                left = Velocity(velocity.x * ratio, yaw_rate=velocity.yaw_rate * ratio)
-                verdict = Verdict(left, zone.action, name)
+                slower = Velocity(velocity.x * ratio, yaw_rate=velocity.yaw_rate * ratio)
+                verdict = Verdict(slower, zone.action, name)
         return verdict
 
-    def holding(
-        self,
-        velocity: Velocity,
-        points: NDArray[np.float64],
-        footprint: Footprint,
-        seen_by: NDArray[np.int64] | None = None,
-    ) -> dict[str, bool]:
+    def holding(self, velocity: Velocity, sight: Sight, footprint: Footprint) -> dict[str, bool]:
         """Return of each zone whether it holds as many points as count, by name.
 
-        Args:
-            velocity: By which the shape is chosen.
-            points: What is seen, `(N, 2) float64` in the base frame [m].
-            footprint: The robot.
-            seen_by: Number of the source of each point, `(N,)`; None where zones heed all.
+        The velocity chooses the shape of those that have several.
         """
         return {
-            name: inside(zone.outline(velocity, footprint), points[self._heeded_of(name, seen_by)])
-            >= self._least[name]
+            name: zone.counts(velocity, self._heeded_by(name, sight), footprint)
             for name, zone in self.zones.items()
         }
 
-    def _heeded_of(self, name: str, seen_by: NDArray[np.int64] | None) -> Any:
-        """Return which points a zone heeds, as an index."""
-        if seen_by is None or name not in self._heeded:
-            return slice(None)
-        return self._heeded[name][seen_by]
+    def _heeded_by(self, name: str, sight: Sight) -> Sight:
+        """Return what a zone heeds."""
+        return sight.at(self._heeded[name][sight.sources]) if name in self._heeded else sight

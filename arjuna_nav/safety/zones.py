@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
+import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
-
-import numpy as np
-from numpy.typing import NDArray
 
 from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ConfigError
 from arjuna_core.plugins import PluginTypes, shaped
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.safety.approach import Approach, ApproachConfig
-from arjuna_nav.safety.base import ACTIONS, Action, inside, parts
+from arjuna_nav.safety.approach import Approach, ApproachConfig, inside
+from arjuna_nav.safety.sight import Sight
+
+
+class Action(enum.IntEnum):
+    """What a zone does to a velocity; the values are nav2_msgs/msg/CollisionMonitorState's."""
+
+    DO_NOTHING = 0
+    STOP = 1
+    SLOWDOWN = 2
+    APPROACH = 3
+    LIMIT = 4
+
+
+ACTIONS = {
+    "stop": Action.STOP,
+    "slowdown": Action.SLOWDOWN,
+    "limit": Action.LIMIT,
+    "approach": Action.APPROACH,
+    "none": Action.DO_NOTHING,
+}
+"""By Nav2's `action_type`."""
 
 
 @dataclass(frozen=True)
@@ -100,11 +118,11 @@ class CircleConfig(ZoneConfig):
         return Footprint.circle(self.radius) if self.radius > 0.0 else None
 
 
-class PolygonZone:
-    """A zone of one shape: a polygon, a circle, or the robot's outline.
+class Zone:
+    """A zone of one shape: a polygon, or the robot's outline.
 
     Args:
-        config: Its parameters.
+        config: Its parameters, of `ZoneConfig`.
 
     Attributes:
         action: What it does.
@@ -129,34 +147,35 @@ class PolygonZone:
         own = self.action is Action.APPROACH and not getattr(self._config, "footprint_topic", "")
         return footprint if own else None
 
-    def allowed(
-        self,
-        velocity: Velocity,
-        points: NDArray[np.float64],
-        footprint: Footprint,
-        motions: NDArray[np.float64] | None = None,
-        speeds: NDArray[np.float64] | None = None,
-    ) -> float:
-        """Return the part of a velocity that is allowed."""
+    def counts(self, velocity: Velocity, sight: Sight, footprint: Footprint) -> bool:
+        """Return whether it holds as many points as count."""
+        outline = self.outline(velocity, footprint)
+        return inside(outline, sight.points) >= int(self._config.least)
+
+    def allowed(self, velocity: Velocity, sight: Sight, footprint: Footprint) -> float:
+        """Return the part of a velocity that it allows, 0 to 1."""
         outline = self.outline(velocity, footprint)
         if outline is None or self.action is Action.DO_NOTHING:
             return 1.0
         if self.action is Action.APPROACH:
-            return self._approach.allowed(velocity, points, outline, motions, speeds)
-        return self._left(velocity) if inside(outline, points) >= self._config.least else 1.0
+            return self._approach.allowed(velocity, sight, outline)
+        if inside(outline, sight.points) < self._config.least:
+            return 1.0
+        return self._limited_part(velocity)
 
-    def _left(self, velocity: Velocity) -> float:
-        """Return the part that is left once it counts."""
-        config, (vx, vy, w) = self._config, parts(velocity)
+    def _limited_part(self, velocity: Velocity) -> float:
         if self.action is Action.STOP:
             return 0.0
         if self.action is Action.SLOWDOWN:
-            return float(config.slowdown_ratio)
-        linear, angular = math.hypot(vx, vy), abs(w)
-        return min(_ratio(config.linear_limit, linear), _ratio(config.angular_limit, angular))
+            return float(self._config.slowdown_ratio)
+        limits = (
+            (self._config.linear_limit, math.hypot(velocity.x, velocity.y)),
+            (self._config.angular_limit, abs(velocity.yaw_rate)),
+        )
+        return min(limit / value if value > limit else 1.0 for limit, value in limits)
 
 
-class CircleZone(PolygonZone):
+class CircleZone(Zone):
     """A circle round the robot."""
 
     Config: ClassVar[type[Any]] = CircleConfig
@@ -181,12 +200,16 @@ class VelocityPartConfig:
 
         Source: nav2_collision_monitor, VelocityPolygon::isInRange.
         """
-        vx, vy, w = parts(velocity)
+        vx, vy, w = velocity.x, velocity.y, velocity.yaw_rate
         fits = self.linear_min <= vx <= self.linear_max and self.theta_min <= w <= self.theta_max
         if not (fits and holonomic):
             return fits
-        way, start, end = math.atan2(vy, vx), self.direction_start_angle, self.direction_end_angle
-        return start <= way <= end if start <= end else way >= start or way <= end
+        course, start, end = (
+            math.atan2(vy, vx),
+            self.direction_start_angle,
+            self.direction_end_angle,
+        )
+        return start <= course <= end if start <= end else course >= start or course <= end
 
 
 class VelocityPart:
@@ -228,7 +251,7 @@ class VelocityPolygonConfig(ZoneConfig):
         return ""
 
 
-class VelocityPolygonZone(PolygonZone):
+class VelocityPolygonZone(Zone):
     """A zone whose shape is chosen by the velocity; the last one stays where none holds it.
 
     Args:
@@ -268,7 +291,7 @@ class VelocityPolygonZone(PolygonZone):
 ZONES = PluginTypes(
     "zone",
     {
-        "polygon": f"{__name__}:PolygonZone",
+        "polygon": f"{__name__}:Zone",
         "circle": f"{__name__}:CircleZone",
         "velocity_polygon": f"{__name__}:VelocityPolygonZone",
     },
@@ -276,7 +299,3 @@ ZONES = PluginTypes(
     key="type",
 )
 """Zones by their shape, Nav2's `type`."""
-
-
-def _ratio(limit: float, value: float) -> float:
-    return limit / value if value > limit else 1.0

@@ -1,8 +1,9 @@
-"""The layer that holds layers: they are combined among themselves first."""
+"""Groups of layers: a costmap's own, and the layer that combines its layers first."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -30,87 +31,120 @@ class ContainerConfig:
     )
 
 
-class PluginContainerLayer(Layer):
-    """Composes layers of its own as a costmap does, then combines the result with those before it.
+class LayerGroup(Layer):
+    """Layers that are composed in order.
 
-    Source: nav2_costmap_2d, plug-in container layer.
+    Args:
+        config: Which has the parameters of each layer under its name.
+        name: Of the group; empty for that of a costmap.
+        master: What the layers share.
+        names: Of the layers, in order.
+
+    Attributes:
+        layers: By name.
     """
 
     Config: ClassVar[type[Any]] = ContainerConfig
 
-    def __init__(self, config: Any, name: str, master: Master) -> None:
+    def __init__(self, config: Any, name: str, master: Master, names: Sequence[str]) -> None:
         super().__init__(config, name, master)
-        self._layers: dict[str, Layer] = {
-            one: LAYERS.make(getattr(config, one), f"{name}.{one}", master)
-            for one in config.plugins
+        prefix = f"{name}." if name else ""
+        self.layers: dict[str, Layer] = {
+            one: LAYERS.make(getattr(config, one), f"{prefix}{one}", master) for one in names
         }
 
+    def reconfigure(self, config: Any) -> None:
+        """Take other parameters of the same layers."""
+        super().reconfigure(config)
+        for name, layer in self.layers.items():
+            layer.reconfigure(getattr(config, name))
+
     @property
-    def _enabled(self) -> list[Layer]:
-        return [layer for layer in self._layers.values() if layer.enabled]
+    def in_use(self) -> list[Layer]:
+        """The layers that are enabled."""
+        return [layer for layer in self.layers.values() if layer.enabled]
 
     @property
     def reach(self) -> int:
         """How far a changed cell changes others [cells]."""
-        return sum(layer.reach for layer in self._enabled)
+        return sum(layer.reach for layer in self.in_use)
 
     @property
     def frame(self) -> GridFrame | None:
         """Where the costmap has to lie for the last of its layers that needs that."""
-        frames = [layer.frame for layer in self._layers.values() if layer.frame is not None]
+        frames = [layer.frame for layer in self.layers.values() if layer.frame is not None]
         return frames[-1] if frames else None
 
     def inputs(self) -> tuple[Input, ...]:
         """Return what its layers listen to, the sources by `layer.source`."""
         return tuple(
-            Input(f"{name}.{i.source}", i.topic, i.data_type, i.sensor_frame, i.latched)
-            for name, layer in self._layers.items()
-            for i in layer.inputs()
+            replace(one, source=f"{name}.{one.source}")
+            for name, layer in self.layers.items()
+            for one in layer.inputs()
         )
 
     def receive(self, source: str, value: Any) -> None:
-        """Hand what has come to the layer it is for."""
+        """Hand what has come to the layer that it is for."""
         name, _, rest = source.partition(".")
-        self._layers[name].receive(rest, value)
+        self.layers[name].receive(rest, value)
 
     def start(self, now: float) -> None:
         """Begin at a time [s]."""
-        for layer in self._layers.values():
+        for layer in self.layers.values():
             layer.start(now)
 
     def missing(self) -> str:
         """Return what has not come to the first layer that lacks something."""
-        return next(filter(None, (layer.missing() for layer in self._enabled)), "")
+        return next(filter(None, (layer.missing() for layer in self.in_use)), "")
 
     def problem(self, now: float) -> str:
         """Return why the first layer that is not current is not."""
-        return next(filter(None, (layer.problem(now) for layer in self._enabled)), "")
+        return next(filter(None, (layer.problem(now) for layer in self.in_use)), "")
+
+    def warning(self) -> str:
+        """Return what is odd about its layers, a line each."""
+        odd = ((layer.name, layer.warning()) for layer in self.in_use)
+        return "\n".join(f"{name}: {warning}" for name, warning in odd if warning)
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
         """Update its layers."""
         changed = None
-        for layer in self._enabled:
+        for layer in self.in_use:
             changed = joined(changed, layer.update(T_global_base, now))
         return changed
 
     def write(self, costs: NDArray[np.uint8], window: Window) -> None:
-        """Compose its layers, and combine the result with the costs of those before it."""
-        own = np.full(costs.shape, self.master.untouched, dtype=np.uint8)
-        for layer in self._enabled:
-            layer.write(own, window)
-        combine(costs, own, self.config.combination_method)
+        """Compose its layers over the costs."""
+        for layer in self.in_use:
+            layer.write(costs, window)
 
     def move(self, frame: GridFrame) -> None:
-        """Go on in another grid."""
-        for layer in self._layers.values():
+        """Continue in another grid."""
+        for layer in self.layers.values():
             layer.move(frame)
 
     def on_footprint(self) -> None:
         """Take another outline of the robot."""
-        for layer in self._layers.values():
+        for layer in self.layers.values():
             layer.on_footprint()
 
     def clear(self, window: Window | None = None, outside: bool = False) -> None:
         """Forget what sensors have seen."""
-        for layer in self._layers.values():
+        for layer in self.layers.values():
             layer.clear(window, outside)
+
+
+class PluginContainerLayer(LayerGroup):
+    """Composes layers of its own as a costmap does, then combines the result with those before it.
+
+    Source: nav2_costmap_2d, plug-in container layer.
+    """
+
+    def __init__(self, config: Any, name: str, master: Master) -> None:
+        super().__init__(config, name, master, config.plugins)
+
+    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+        """Compose its layers, and combine the result with the costs of those before it."""
+        own = np.full(costs.shape, self.master.untouched, dtype=np.uint8)
+        super().write(own, window)
+        combine(costs, own, self.config.combination_method)

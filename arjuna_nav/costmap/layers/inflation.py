@@ -44,6 +44,11 @@ class InflationLayer(Layer):
         super().__init__(config, name, master)
         self._inflation = self._make(master.frame.resolution)
 
+    def reconfigure(self, config: Any) -> None:
+        """Take other parameters."""
+        super().reconfigure(config)
+        self.on_footprint()
+
     @property
     def reach(self) -> int:
         """How far cost spreads [cells]."""

@@ -13,7 +13,7 @@ from arjuna_core.config import param, plugin_names
 from arjuna_core.plugins import names_in
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL
-from arjuna_nav.costmap.layers.base import Input, Master, absolute, combine
+from arjuna_nav.costmap.layers.base import Input, Master, SensedLayer, absolute, combine
 from arjuna_nav.costmap.layers.observations import (
     SOURCES,
     Observation,
@@ -24,7 +24,6 @@ from arjuna_nav.costmap.layers.observations import (
     ranges_of,
     used_points,
 )
-from arjuna_nav.costmap.layers.sensed import SensedLayer
 from arjuna_nav.costmap.moving.tracker import Moving, Tracker
 from arjuna_nav.costmap.moving.ways import free_trails
 from arjuna_nav.costmap.raytrace import enter_points, enter_scan, fill_polygon
@@ -75,14 +74,18 @@ class ObstacleLayer(SensedLayer):
     Config: ClassVar[type[Any]] = ObstacleConfig
 
     def __init__(self, config: Any, name: str, master: Master) -> None:
-        names = names_in(config.observation_sources, "")
-        self.sources: dict[str, SourceConfig] = {one: getattr(config, one) for one in names}
+        self.sources = _sources_of(config)
         super().__init__(config, name, master, master.untouched)
-        self._kept: dict[str, list[Observation]] = {one: [] for one in names}
+        self._kept: dict[str, list[Observation]] = {one: [] for one in self.sources}
         self._trackers: dict[str, Tracker] = {}
         self._freed: dict[str, Moving] = {}  # by whose trails cells were freed
         self._left: Window | None = None  # by what moves, in this update
         self._outside: dict[str, float] = {}  # sources whose scans lie too high or too low [m]
+
+    def reconfigure(self, config: Any) -> None:
+        """Take other parameters; what was seen is kept."""
+        super().reconfigure(config)
+        self.sources = _sources_of(config)
 
     def inputs(self) -> tuple[Input, ...]:
         """Return its sources."""
@@ -294,3 +297,7 @@ class ObstacleLayer(SensedLayer):
         heights = self.config.min_obstacle_height, self.config.max_obstacle_height
         levels = [(height - bottom) / edge for height in heights]
         return np.array([*(one / self.master.frame.resolution for one in ranges), *levels])
+
+
+def _sources_of(config: Any) -> dict[str, SourceConfig]:
+    return {one: getattr(config, one) for one in names_in(config.observation_sources, "")}

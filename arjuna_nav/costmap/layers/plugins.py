@@ -22,9 +22,9 @@ LAYERS = PluginTypes(
         _DENOISE: f"{_HERE}.denoise:DenoiseLayer",
         _INFLATION: f"{_HERE}.inflation:InflationLayer",
         "nav2_costmap_2d::PluginContainerLayer": f"{_HERE}.container:PluginContainerLayer",
-        "nav2_costmap_2d::KeepoutFilter": f"{_HERE}.filters.keepout:KeepoutFilter",
-        "nav2_costmap_2d::SpeedFilter": f"{_HERE}.filters.speed:SpeedFilter",
-        "nav2_costmap_2d::BinaryFilter": f"{_HERE}.filters.binary:BinaryFilter",
+        "nav2_costmap_2d::KeepoutFilter": f"{_HERE}.filters:KeepoutFilter",
+        "nav2_costmap_2d::SpeedFilter": f"{_HERE}.filters:SpeedFilter",
+        "nav2_costmap_2d::BinaryFilter": f"{_HERE}.filters:BinaryFilter",
     },
     "",
     {

@@ -14,8 +14,7 @@ from arjuna_core.config import param
 from arjuna_core.readings import RangeReading
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
-from arjuna_nav.costmap.layers.base import Input, Master, absolute
-from arjuna_nav.costmap.layers.sensed import SensedLayer
+from arjuna_nav.costmap.layers.base import Input, Master, SensedLayer, absolute
 from arjuna_nav.costmap.window import Window, within
 
 _EVEN = LETHAL // 2  # neither marked nor free

@@ -59,12 +59,19 @@ class VoxelLayer(ObstacleLayer):
         super().__init__(config, name, master)
         self.voxels: NDArray[np.uint32] = np.zeros(master.frame.shape, np.uint32)
         self.known: NDArray[np.uint32] = np.zeros(master.frame.shape, np.uint32)
-        unknown = config.unknown_threshold
-        self._column = (
-            config.z_voxels,
-            config.mark_threshold,
-            config.z_voxels if unknown >= _ALL else unknown,
-        )
+
+    @property
+    def _column(self) -> tuple[int, int, int]:
+        """Voxels above a cell, and how many may be marked or unknown in a free one."""
+        count, unknown = self.config.z_voxels, self.config.unknown_threshold
+        return count, self.config.mark_threshold, count if unknown >= _ALL else unknown
+
+    def reconfigure(self, config: Any) -> None:
+        """Take other parameters; what was seen is kept where the voxels stay the same."""
+        edges, count = self._edges, self.config.z_voxels
+        super().reconfigure(config)
+        if (edges, count) != (self._edges, config.z_voxels):
+            self.clear()
 
     def move(self, frame: GridFrame) -> None:
         """Go on in another grid of the same resolution; what both cover is kept."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from map_msgs.msg import OccupancyGridUpdate
@@ -22,17 +22,11 @@ from arjuna_core.ros.scan_queue import BaseFrames, PosedQueue, RangeQueue, ScanQ
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LayeredCostmap, PlacedCloud, PlacedRange, PlacedScan
 from arjuna_nav.costmap.layers.base import Input, absolute
-from arjuna_nav.costmap.layers.filters.base import FilterInfo
+from arjuna_nav.costmap.layers.filters import FilterInfo
 from arjuna_nav.costmap.layers.placement import MapUpdate, PlacedMap
 
 _QUEUE = 50  # as the message filter of nav2_costmap_2d's obstacle layer
 _LEVEL = 0.9998  # cosine of one degree: a lidar that leans less is level
-
-
-class Served(Protocol):
-    """Who has the layers, and builds them again when parameters change."""
-
-    layered: LayeredCostmap
 
 
 class _Queue(PosedQueue[Any]):
@@ -44,10 +38,7 @@ class _Queue(PosedQueue[Any]):
 
     def placed(self) -> list[Any]:
         """Return those whose transforms are known."""
-        return [self._place(seen, T_fixed_base) for seen, T_fixed_base in self.ready()]
-
-    def _place(self, seen: Any, T_fixed_base: SE2) -> Any:
-        return replace(seen, T_global_base=T_fixed_base)
+        return [replace(seen, T_global_base=T_fixed_base) for seen, T_fixed_base in self.ready()]
 
     def _mount(self, frame: str) -> Pose3:
         """Return the pose of a frame from the ground below the robot's base."""
@@ -57,7 +48,7 @@ class _Queue(PosedQueue[Any]):
 
 
 class _Scans(_Queue, ScanQueue):
-    """Scans; those of a sensor that is not level keep how it hangs."""
+    """Scans; those of a sensor that is not level keep its pose."""
 
     _WHAT = "scans"
 
@@ -126,43 +117,43 @@ class CostmapInputs:
 
     Args:
         node: The node of the costmap; in its `configure`.
-        served: Who has the layers.
+        layered: The costmap.
 
     Raises:
         ConfigError: A layer listens to a type of messages that costmaps do not read.
     """
 
-    def __init__(self, node: ManagedNode, served: Served) -> None:
-        self._node, self._served = node, served
+    def __init__(self, node: ManagedNode, layered: LayeredCostmap) -> None:
+        self._node, self._layered = node, layered
         pose = node.config.global_frame, node.config.robot_base_frame
         self._frames = BaseFrames(node, *pose, parameter="robot_base_frame")
         self._queues: dict[tuple[str, str], _Queue] = {}
         self._last: dict[tuple[str, str], PlacedMap | FilterInfo] = {}
-        self._heard: set[tuple[str, Input]] = set()
-        for name in served.layered.layers:
+        self._subscribed: set[tuple[str, Input]] = set()
+        for name in layered.layers:
             self._listen(name)
 
     def hand_over(self) -> None:
-        """Hand on what sensors have seen and whose place is known by now."""
+        """Hand over what sensors have seen from poses that are known by now."""
         for key, queue in self._queues.items():
             for seen in queue.placed():
-                self._served.layered.receive(*key, seen)
+                self._layered.receive(*key, seen)
 
     def hand_over_again(self) -> None:
-        """Hand on the last maps again: the layers are new."""
+        """Hand over the last maps again: their layers read them by other parameters."""
         for key, value in self._last.items():
-            self._served.layered.receive(*key, value)
+            self._layered.receive(*key, value)
 
     def clear(self) -> None:
-        """Forget what waits for its place."""
+        """Forget what waits for its pose."""
         for queue in self._queues.values():
             queue.clear()
 
     def _listen(self, layer: str) -> None:
         """Subscribe to what a layer listens to, and to what it has come to listen to since."""
-        for one in self._served.layered.layers[layer].inputs():
-            if (layer, one) not in self._heard:
-                self._heard.add((layer, one))
+        for one in self._layered.layers[layer].inputs():
+            if (layer, one) not in self._subscribed:
+                self._subscribed.add((layer, one))
                 self._subscribe(layer, one)
 
     def _subscribe(self, layer: str, one: Input) -> None:
@@ -181,7 +172,7 @@ class CostmapInputs:
             raise ConfigError(f"layer '{layer}': no data_type '{one.data_type}'; valid: {valid}")
 
     def _on_other(self, key: tuple[str, str], read: Callable[[Any], Any], message: Any) -> None:
-        """Hand on what needs no place, and keep it for layers that are built again."""
+        """Hand over what needs no pose, and keep it for layers that read it again."""
         try:
             value = read(message)
         except ValueError as error:
@@ -189,5 +180,5 @@ class CostmapInputs:
             return
         if not isinstance(value, MapUpdate):
             self._last[key] = value
-        self._served.layered.receive(*key, value)
+        self._layered.receive(*key, value)
         self._listen(key[0])

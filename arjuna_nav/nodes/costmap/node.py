@@ -15,10 +15,9 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.layers.base import absolute
-from arjuna_nav.nodes.costmap.filters import FilterOutput
 from arjuna_nav.nodes.costmap.inputs import CostmapInputs
 from arjuna_nav.nodes.costmap.messages import points_from_polygon
-from arjuna_nav.nodes.costmap.output import CostmapOutput
+from arjuna_nav.nodes.costmap.output import CostmapOutput, FilterOutput
 from arjuna_nav.nodes.costmap.services import CostmapServices
 from arjuna_nav.nodes.frames import robot_pose
 
@@ -41,18 +40,16 @@ class CostmapNode(ManagedNode):
         self.layered = LayeredCostmap(config, self.transforms.lookup)
         self._updated_at = -np.inf
         self._problem = "it is not active"
-        self._inputs = CostmapInputs(self, self)
+        self._inputs = CostmapInputs(self, self.layered)
         self._output = CostmapOutput(self, self.layered)
-        self._filters = FilterOutput(self, self)
+        self._filters = FilterOutput(self, self.layered)
         self._warned: set[str] = set()
         self.subscribe(Polygon, "footprint", self._on_footprint, qos.DEFAULT)
-        CostmapServices(self, self)
+        CostmapServices(self, self.layered, self.robot_pose)
         self.every(1.0 / config.update_frequency, self._update)
         if config.publish_frequency > 0.0:
-            self.every(
-                1.0 / config.publish_frequency,
-                lambda: self._output.publish(self.layered, self._updated_at),
-            )
+            period = 1.0 / config.publish_frequency
+            self.every(period, lambda: self._output.publish(self._updated_at))
 
     @property
     def scan_topic(self) -> str:
@@ -105,10 +102,9 @@ class CostmapNode(ManagedNode):
             self.layered.clear_entirely()
 
     def on_config(self, config: CostmapConfig) -> None:
-        """Build the layers anew by the new parameters; the obstacles seen are forgotten."""
+        """Take other parameters; what sensors have seen is kept."""
         if hasattr(self, "layered"):
-            self.layered = LayeredCostmap(config, self.transforms.lookup)
-            self.layered.start(self.now)
+            self.layered.reconfigure(config)
             self._inputs.hand_over_again()
 
     def _on_footprint(self, message: Any) -> None:
@@ -132,7 +128,7 @@ class CostmapNode(ManagedNode):
             self.layered.start(self.now)  # what has come is lost
             return
         self.layered.update(pose, self.now)
-        self._filters.publish(self.layered)
+        self._filters.publish()
         self._warn()
         self._problem = self.layered.problem(self.now)
         if not self._problem:

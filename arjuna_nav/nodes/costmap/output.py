@@ -1,19 +1,27 @@
-"""What a costmap publishes: whole grids, and what changes in them."""
+"""What a costmap publishes: whole grids, what changes in them, and what its filters say."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PolygonStamped
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs.msg import Costmap as CostmapMsg
-from nav2_msgs.msg import CostmapUpdate, VoxelGrid
+from nav2_msgs.msg import CostmapUpdate, SpeedLimit, VoxelGrid
 from nav_msgs.msg import OccupancyGrid
+from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 
 from arjuna_core.grid import GridFrame
 from arjuna_core.ros import qos
+from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.costmap import Costmap, LayeredCostmap
-from arjuna_nav.costmap.layers.sensed import SensedLayer
+from arjuna_nav.costmap.layers.base import SensedLayer, absolute
+from arjuna_nav.costmap.layers.filters import BinaryFilter, CostmapFilter, SpeedFilter
 from arjuna_nav.costmap.layers.static import StaticLayer
 from arjuna_nav.costmap.layers.voxel import VoxelLayer
 from arjuna_nav.nodes.costmap.messages import (
@@ -35,7 +43,7 @@ class CostmapOutput:
     """
 
     def __init__(self, node: ManagedNode, layered: LayeredCostmap) -> None:
-        self._node = node
+        self._node, self._layered = node, layered
         self._grid = node.publisher(OccupancyGrid, "costmap", qos.LATCHED)
         self._raw = node.publisher(CostmapMsg, "costmap_raw", qos.LATCHED)
         self._grid_update = node.publisher(OccupancyGridUpdate, "costmap_updates", qos.LATCHED)
@@ -62,18 +70,13 @@ class CostmapOutput:
         """Publish the whole next."""
         self._published_at, self._frame = -np.inf, None
 
-    def publish(self, layered: LayeredCostmap, updated_at: float) -> None:
-        """Publish what was updated since the last time, for those too who join later.
-
-        Args:
-            layered: The costmap.
-            updated_at: When it was updated [s].
-        """
+    def publish(self, updated_at: float) -> None:
+        """Publish what was updated since the last time, last at a time [s]."""
         if updated_at <= self._published_at:
             return
         self._published_at = self._node.now
-        costmap, frame_id, now = layered.costmap, self._node.config.global_frame, self._node.now
-        changed = layered.take_changed()
+        layered, frame_id, now = self._layered, self._node.config.global_frame, self._node.now
+        costmap, changed = layered.costmap, layered.take_changed()
         if self._wants_all(costmap):
             height = self._node.config.map_vis_z
             self._grid.publish(costmap_grid_msg(costmap, frame_id, now, height))
@@ -81,13 +84,14 @@ class CostmapOutput:
         if changed is not None:
             self._grid_update.publish(costmap_grid_update_msg(costmap, changed, frame_id, now))
             self._raw_update.publish(costmap_raw_update_msg(costmap, changed, frame_id, now))
-        self._publish_layers(layered, frame_id, now)
+        self._publish_layers(frame_id, now)
         pose = self._node.transforms.try_lookup(frame_id, self._node.config.robot_base_frame)
         if pose is not None and self._footprint.get_subscription_count() > 0:
             self._footprint.publish(polygon_msg(layered.footprint.at(pose), frame_id, now))
 
-    def _publish_layers(self, layered: LayeredCostmap, frame_id: str, now: float) -> None:
+    def _publish_layers(self, frame_id: str, now: float) -> None:
         """Publish what single layers hold, to those who listen."""
+        layered = self._layered
         for name, (grid, raw) in self._layers.items():
             own = layered.layers[name].own_costs()
             if own is None or own.shape != layered.costmap.frame.shape:
@@ -104,8 +108,50 @@ class CostmapOutput:
                 publisher.publish(voxel_grid_msg(layer, frame_id, now))
 
     def _wants_all(self, costmap: Costmap) -> bool:
-        """Whether the whole is due: always, or for a new place or a new reader."""
+        """Return whether the whole is due: always, or for a new frame or a new reader."""
         readers = self._grid.get_subscription_count() + self._raw.get_subscription_count()
         news = costmap.frame != self._frame or readers > self._readers
         self._frame, self._readers = costmap.frame, readers
         return news or bool(self._node.config.always_send_full_costmap)
+
+
+class FilterOutput:
+    """Publishes speed limits and states, and serves `<filter>/toggle_filter`.
+
+    Args:
+        node: The node of the costmap; in its `configure`.
+        layered: The costmap.
+    """
+
+    def __init__(self, node: ManagedNode, layered: LayeredCostmap) -> None:
+        self._node, self._layered = node, layered
+        self._publishers: dict[str, Any] = {}
+        for name, layer in layered.layers.items():
+            if isinstance(layer, SpeedFilter):
+                topic = absolute(layer.config.speed_limit_topic)
+                self._publishers[name] = node.publisher(SpeedLimit, topic, qos.DEFAULT)
+            elif isinstance(layer, BinaryFilter):
+                topic = absolute(layer.config.binary_state_topic)
+                self._publishers[name] = node.publisher(Bool, topic, qos.DEFAULT)
+            if isinstance(layer, CostmapFilter):
+                node.serve(SetBool, f"{name}/toggle_filter", partial(self._on_toggle, name))
+
+    def publish(self) -> None:
+        """Publish what has changed since the last time."""
+        for name, publisher in self._publishers.items():
+            layer = self._layered.layers[name]
+            if isinstance(layer, SpeedFilter) and (limit := layer.take_change()) is not None:
+                stamp = header(self._node.config.global_frame, self._node.now)
+                publisher.publish(
+                    SpeedLimit(header=stamp, percentage=limit.percentage, speed_limit=limit.limit)
+                )
+            elif isinstance(layer, BinaryFilter) and (state := layer.take_change()) is not None:
+                publisher.publish(Bool(data=state))
+
+    def _on_toggle(self, name: str, request: Any, response: Any) -> Any:
+        """Switch a filter on or off until its parameters change."""
+        layer = self._layered.layers[name]
+        layer.config = replace(layer.config, enabled=request.data)
+        self._layered.compose_again()
+        response.success, response.message = True, "Enabled" if request.data else "Disabled"
+        return response

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from nav2_msgs.srv import (
     ClearCostmapAroundPose,
@@ -26,27 +26,19 @@ from arjuna_nav.nodes.frames import pose_in
 _OUTSIDE = -1.0  # what Nav2 answers where there is no cost
 
 
-class RobotCostmap(Protocol):
-    """The costmap that is served, and where the robot is on it."""
-
-    layered: LayeredCostmap
-
-    def robot_pose(self) -> SE2:
-        """Return the robot's pose in the costmap's frame."""
-        ...
-
-
 class CostmapServices:
     """Offers Nav2's services, and those that nav2_simple_commander calls by other names.
 
     Args:
         node: The node that serves; in its `configure`.
-        costmap: What is served.
+        layered: The costmap that is served.
+        robot_pose: Returns the robot's pose in the costmap's frame.
     """
 
-    def __init__(self, node: ManagedNode, costmap: RobotCostmap) -> None:
-        self._node = node
-        self._costmap = costmap
+    def __init__(
+        self, node: ManagedNode, layered: LayeredCostmap, robot_pose: Callable[[], SE2]
+    ) -> None:
+        self._node, self._layered, self._robot_pose = node, layered, robot_pose
         name = node.get_name()
         node.serve(ClearEntireCostmap, f"clear_entirely_{name}", self._on_clear_entirely)
         for alias in (f"clear_except_{name}", "clear_costmap_except_region"):
@@ -59,22 +51,22 @@ class CostmapServices:
         node.serve(GetCost, f"get_cost_{name}", self._on_get_cost)
 
     def _on_clear_entirely(self, request: Any, response: Any) -> Any:
-        self._costmap.layered.clear_entirely()
+        self._layered.clear_entirely()
         return response
 
     def _on_clear_except(self, request: Any, response: Any) -> Any:
-        self._clear(self._costmap.layered.clear_except, request, self._costmap.robot_pose)
+        self._clear(self._layered.clear_except, request, self._robot_pose)
         return response
 
     def _on_clear_around(self, request: Any, response: Any) -> Any:
-        self._clear(self._costmap.layered.clear_around, request, self._costmap.robot_pose)
+        self._clear(self._layered.clear_around, request, self._robot_pose)
         return response
 
     def _on_clear_around_pose(self, request: Any, response: Any) -> Any:
         def pose() -> SE2:
             return pose_in(self._node, self._node.config.global_frame, request.pose)
 
-        self._clear(self._costmap.layered.clear_around, request, pose)
+        self._clear(self._layered.clear_around, request, pose)
         return response
 
     def _clear(
@@ -90,13 +82,13 @@ class CostmapServices:
             self._node.get_logger().error(f"nothing cleared: {error}")
 
     def _on_get_costmap(self, request: Any, response: Any) -> Any:
-        costmap, frame_id = self._costmap.layered.costmap, self._node.config.global_frame
+        costmap, frame_id = self._layered.costmap, self._node.config.global_frame
         response.map = costmap_raw_msg(costmap, frame_id, self._node.now)
         return response
 
     def _on_get_cost(self, request: Any, response: Any) -> Any:
         """Answer with the cost at a point, or of the whole footprint there."""
-        layered, pose = self._costmap.layered, SE2(request.x, request.y, request.theta)
+        layered, pose = self._layered, SE2(request.x, request.y, request.theta)
         response.cost = _OUTSIDE
         if not all(map(math.isfinite, (pose.x, pose.y, pose.theta))):
             return response

@@ -24,11 +24,10 @@ from arjuna_nav.docking.docking import (
     DockingPhase,
     DockingState,
     DockingStep,
+    Undocking,
 )
-from arjuna_nav.docking.undocking import Undocking
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.nodes.docking.book import DockBook, RefusedError
-from arjuna_nav.nodes.docking.orders import DockingServerConfig, Order
+from arjuna_nav.nodes.docking.book import DockBook, DockingServerConfig, Order, RefusedError
 from arjuna_nav.nodes.docking.senses import DockSensors
 from arjuna_nav.nodes.frames import robot_pose
 from arjuna_nav.nodes.velocity import VelocityOutput
@@ -78,7 +77,7 @@ class DockingServerNode(GoalNode):
         return server
 
     def on_config(self, config: DockingServerConfig) -> None:
-        """Judge docks by the new parameters from the next order on."""
+        """Use new parameters of dock types from the next order on."""
         if hasattr(self, "_book"):
             self._book.judge_by(config)
 
@@ -138,7 +137,7 @@ class DockingServerNode(GoalNode):
         return Order(server, UndockRobot, kind, name, core, self.now)
 
     def _is_still_docked(self) -> bool:
-        """Whether the robot has not moved since it docked."""
+        """Return whether the robot has not moved since it docked."""
         pose = self.transforms.try_lookup(self.config.fixed_frame, self.config.base_frame)
         docked = self._docked_at
         return pose is not None and docked is not None and pose.distance(docked) < _MOVED

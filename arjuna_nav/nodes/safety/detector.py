@@ -13,6 +13,7 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.process import MissingNodeError
 from arjuna_core.twist import STILL
 from arjuna_nav.nodes.safety.watch import Watch, WatchConfig
+from arjuna_nav.safety.sight import Sight
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,8 @@ class CollisionDetectorNode(ManagedNode):
 
     def _publish(self) -> None:
         watch = self._watch
-        seen = watch.look_by_others()
-        found = watch.monitor.holding(STILL, seen.sight.points, watch.footprint(), seen.seen_by)
+        sight, _ = watch.look(wait_for_all=False) or (Sight.joined([]), 0.0)
+        found = watch.monitor.holding(STILL, sight, watch.footprint())
         state = CollisionDetectorState(
             polygons=list(found), detections=[bool(each) for each in found.values()]
         )

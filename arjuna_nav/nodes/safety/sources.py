@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -13,17 +14,170 @@ from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
 from arjuna_core.config import param
 from arjuna_core.plugins import PluginTypes
-from arjuna_core.ros.convert import scan_from_msg, seconds
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import cloud_from_msg, scan_from_msg, seconds
+from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.tf import TransformError
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
-from arjuna_nav.nodes.safety.clouds import cloud_points
-from arjuna_nav.nodes.safety.source import Sight, Source, SourceConfig
-from arjuna_nav.safety.points import along_edges, on_arc
+from arjuna_nav.safety.sight import Sight, along_edges, on_arc
+
+_INTERVALS = 5  # between messages of which the shortest is the sensor's period
+_UNKNOWN_INTERVAL = 0.4  # [s] before two messages have come
+_PERIODS = 2.5  # of the sensor, that a message may be old
+_SLOWS = 0.4  # of that time, in which the robot slows down to a stop
+_MOST_POINTS = 1_000_000  # of a cloud; of more every second, third, ... is taken
+_FORMATS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+"""By sensor_msgs/PointField's `datatype`."""
+
+
+@dataclass(frozen=True)
+class WatchFrames:
+    """The frames in which sources are read.
+
+    Attributes:
+        node: The node that reads.
+        base: The robot's.
+        odom: That in which what is seen stays put.
+        correction: Whether what was seen is moved to where the robot is now.
+        tolerance: By how much a transform may be older than what was seen [s].
+    """
+
+    node: ManagedNode
+    base: str
+    odom: str
+    correction: bool
+    tolerance: float
+
+    def then(self, stamp: float) -> SE2:
+        """Return `T_odom_base` at a time [s], or the newest where that is hardly older.
+
+        Raises:
+            TransformError: It is not known, or older than the tolerance.
+        """
+        transforms = self.node.transforms
+        newest = transforms.latest_common(self.odom, self.base)
+        if newest and stamp - newest > self.tolerance:
+            late = f"{stamp - newest:.2f} s, over transform_tolerance of {self.tolerance:g} s"
+            raise TransformError(f"{self.odom} -> {self.base} is behind what was seen by {late}")
+        return transforms.lookup(self.odom, self.base, min(stamp, newest))
+
+    def since(self, stamp: float) -> SE2:
+        """Return `T_base_then`, which maps what the base saw at a time [s] to what it sees now."""
+        if not self.correction:
+            return IDENTITY
+        return self.node.transforms.lookup(self.base, self.odom) @ self.then(stamp)
+
+
+@dataclass(frozen=True)
+class SourceConfig:
+    """One source, by Nav2's names."""
+
+    topic: str = param("scan", "Its topic; empty: the robot's scan.", read_only=True)
+    enabled: bool = param(True, "Whether it counts.")
+    source_timeout: float = param(
+        -1.0, "How old a message may be; 0: any age; below 0: the node's.", unit="s", minimum=-1.0
+    )
+
+
+class Source:
+    """A topic and what its newest message says.
+
+    Args:
+        config: Its parameters.
+        frames: Where it is read.
+        timeout: How old a message may be [s]; 0 for any age.
+        brakes: Whether the robot slows down before that time is over, and a slow sensor has longer.
+
+    Attributes:
+        config: Its parameters.
+        message: The newest; None before the first.
+        tracks: Whether what moves is to be distinguished from what stands.
+    """
+
+    Config: ClassVar[type[Any]] = SourceConfig
+    message_type: ClassVar[Any]
+
+    def __init__(self, config: Any, frames: WatchFrames, timeout: float, brakes: bool) -> None:
+        self.config = config
+        self.tracks = False
+        self._frames, self._timeout, self._brakes = frames, timeout, brakes
+        self.reset()
+
+    def subscribe(self, topic: str) -> None:
+        """Listen; in the node's `configure`."""
+        self._frames.node.subscribe(self.message_type, topic, self.take, qos.SENSOR_SUBSCRIPTION)
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self.message: Any | None = None
+        self._intervals: deque[float] = deque(maxlen=_INTERVALS)
+        self._received_at = 0.0
+
+    def take(self, message: Any) -> None:
+        """Take the newest message."""
+        stamp, before = seconds(message.header.stamp), -math.inf
+        if self.message is not None:
+            before = seconds(self.message.header.stamp)
+            self._intervals.append(stamp - before)
+        if stamp > before:
+            self._received_at = self._frames.node.now
+        self.message = message
+
+    @property
+    def timeout(self) -> float:
+        """How old a message may be [s], 0 for any age; a slow sensor has longer if it brakes."""
+        own = float(self.config.source_timeout)
+        timeout = self._timeout if own < 0.0 else own
+        if not self._brakes or timeout == 0.0:
+            return timeout
+        return max(timeout, _PERIODS * min(self._intervals, default=_UNKNOWN_INTERVAL))
+
+    def age(self) -> float:
+        """Return how old the newest message is [s], inf where there is none."""
+        if self.message is None:
+            return math.inf
+        return self._frames.node.now - seconds(self.message.header.stamp)
+
+    def trust(self) -> float:
+        """Return which share of its speed the robot may keep: 0 where the source is silent.
+
+        Where it brakes, by when the last new message came, not by its stamp: that is of a scan's
+        first ray, a period before the scan is whole.
+        """
+        timeout = self.timeout
+        if timeout == 0.0:
+            return 1.0
+        if self.age() > timeout:
+            return 0.0
+        if not self._brakes:
+            return 1.0
+        silent = self._frames.node.now - self._received_at
+        return min((timeout - silent) / max(_SLOWS * timeout, 1e-3), 1.0)
+
+    def sight(self) -> Sight | None:
+        """Return what it sees, None where its message says nothing valid.
+
+        Raises:
+            TransformError: Where the sensor or the robot is, is not known.
+        """
+        points = None if self.message is None else self._points(self.message)
+        if self.message is None or points is None:
+            return None
+        return Sight.of(self._frames.since(seconds(self.message.header.stamp)).apply(points))
+
+    def _points(self, message: Any) -> NDArray[np.float64] | None:
+        """Return what a message says, `(N, 2) float64` in the base frame at its stamp [m]."""
+        raise NotImplementedError
+
+    def _mount(self, message: Any) -> SE2:
+        frames, frame = self._frames, message.header.frame_id.lstrip("/")
+        return frames.node.transforms.lookup(frames.base, frame)
 
 
 class ScanSource(Source):
-    """Laser scans; what moves in them is told from what stands where a zone asks for it."""
+    """Laser scans; what moves in them is tracked where a zone asks for it."""
 
     message_type = LaserScan
 
@@ -33,11 +187,7 @@ class ScanSource(Source):
         self._tracker, self._moving = Tracker(REACH), Moving.nothing()
 
     def sight(self) -> Sight | None:
-        """Return what it sees; what moves has moved on since.
-
-        Raises:
-            TransformError: Where the sensor or the robot is, is not known.
-        """
+        """Return what it sees; what moves has moved on since."""
         if not self.tracks or self.message is None:
             return super().sight()
         stamp, frames = seconds(self.message.header.stamp), self._frames
@@ -47,7 +197,8 @@ class ScanSource(Source):
             self._moving = self._tracker.update(scan, T_odom_then)
         moving, turn = self._moving, SE2(0.0, 0.0, T_now_odom.theta)
         points = moving.points + (frames.node.now - stamp) * moving.velocities
-        return Sight(T_now_odom.apply(points), turn.apply(moving.velocities), moving.speeds)
+        motions = turn.apply(moving.velocities)
+        return Sight.of(T_now_odom.apply(points), motions, moving.speeds)
 
     def _scan(self, message: Any) -> Scan:
         scan = scan_from_msg(message, self._mount(message))
@@ -78,9 +229,30 @@ class PointCloudSource(Source):
     message_type = PointCloud2
 
     def _points(self, message: Any) -> NDArray[np.float64] | None:
-        frame = message.header.frame_id.lstrip("/")
+        config, frame = self.config, message.header.frame_id.lstrip("/")
         mount = self._frames.node.transforms.mount(self._frames.base, frame)
-        return cloud_points(message, mount, self.config)
+        cloud = cloud_from_msg(message, mount, _MOST_POINTS)
+        heights = _field(message, "height") if config.use_global_height else cloud.points[:, 2]
+        if heights is None:
+            return None
+        far = np.linalg.norm(cloud.points - np.array(mount.position), axis=1) >= config.min_range
+        kept = far & (heights >= config.min_height) & (heights <= config.max_height)
+        points: NDArray[np.float64] = cloud.points[kept, :2]
+        return points
+
+
+def _field(message: Any, name: str) -> NDArray[np.float64] | None:
+    """Return a field of those of a cloud's points that are finite, None where it has none."""
+    fields = {each.name: each for each in message.fields}
+    if name not in fields:
+        return None
+    shape, strides = (message.height, message.width), (message.row_step, message.point_step)
+    order, columns = ">" if message.is_bigendian else "<", []
+    for field in (fields[key] for key in ("x", "y", "z", name)):
+        kind = order + _FORMATS[field.datatype]
+        column: NDArray[Any] = np.ndarray(shape, kind, message.data, field.offset, strides)
+        columns.append(column.ravel().astype(np.float64))
+    return columns[3][np.isfinite(columns[:3]).all(axis=0)]
 
 
 @dataclass(frozen=True)
@@ -138,11 +310,7 @@ class PolygonSource(Source):
         self._instances[message.polygon.id] = message
 
     def sight(self) -> Sight | None:
-        """Return the edges of all polygons that are not too old; None where there is none.
-
-        Raises:
-            TransformError: Where their frame or the robot is, is not known.
-        """
+        """Return the edges of all polygons that are not too old; None where there is none."""
         now, timeout = self._frames.node.now, self.timeout
         stamps = {k: seconds(m.header.stamp) for k, m in self._instances.items()}
         fresh = [k for k in self._instances if timeout == 0.0 or now - stamps[k] <= timeout]
@@ -152,7 +320,7 @@ class PolygonSource(Source):
         each = [
             self._frames.since(stamps[k]).apply(self._points(self._instances[k])) for k in fresh
         ]
-        return Sight.still(np.vstack(each))
+        return Sight.of(np.vstack(each))
 
     def _points(self, message: Any) -> NDArray[np.float64]:
         corners = np.array([(p.x, p.y) for p in message.polygon.polygon.points], dtype=np.float64)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PolygonStamped
-from numpy.typing import NDArray
 from std_msgs.msg import Float32
 
 from arjuna_core.config import param, plugin_names
@@ -21,10 +20,9 @@ from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.messages import points_from_polygon, polygon_msg
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.nodes.safety.frames import WatchFrames
-from arjuna_nav.nodes.safety.source import Sight, Source
-from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource
+from arjuna_nav.nodes.safety.sources import SOURCES, ScanSource, Source, WatchFrames
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
+from arjuna_nav.safety.sight import Sight
 from arjuna_nav.safety.zones import CircleConfig, PolygonConfig
 
 
@@ -69,20 +67,6 @@ class WatchConfig(MonitorConfig):
             if missing:
                 hint = nearest(missing[0], self.observation_sources)
                 raise ConfigError(f"'{name}.sources_names': no source '{missing[0]}'; {hint}")
-
-
-class Seen(NamedTuple):
-    """All that is seen from where the robot is now.
-
-    Attributes:
-        sight: Of all sources.
-        seen_by: Number of the source of each point, `(N,) int64`.
-        trust: Which share of its speed the robot may keep: less as a source falls silent.
-    """
-
-    sight: Sight
-    seen_by: NDArray[np.int64]
-    trust: float
 
 
 class Watch:
@@ -145,7 +129,7 @@ class Watch:
             node.subscribe(kind, topic, take, qos.LATCHED if latched else qos.DEFAULT)
 
     def reconfigure(self, config: WatchConfig) -> None:
-        """Judge by new parameters from now on."""
+        """Use new parameters from now on."""
         self.monitor = CollisionMonitor(config, tuple(self.sources))
         approach = (getattr(config, name) for name in config.polygons)
         tracks = any(z.action_type == "approach" and z.moving_time > 0.0 for z in approach)
@@ -181,35 +165,26 @@ class Watch:
         near = self._near.scan_topic if self._near else "scan"
         return str(getattr(config, name).topic or config.scan_topic or near)
 
-    def look(self) -> Seen | None:
-        """Return what is seen now, None where a source that counts is silent or of no use."""
-        seen, blind = self._look()
-        return None if blind else seen
+    def look(self, wait_for_all: bool = True) -> tuple[Sight, float] | None:
+        """Return what is seen now, and which share of its speed the robot may keep.
 
-    def look_by_others(self) -> Seen:
-        """Return what is seen now by the sources that are not silent."""
-        return self._look()[0]
-
-    def _look(self) -> tuple[Seen, bool]:
-        """Return what is seen now, and whether a source that counts is silent."""
+        Args:
+            wait_for_all: Whether to return None where a source that counts is silent or useless;
+                else it is left out.
+        """
         self._update_shapes()
-        blind = False
-        sights, numbers, trust = [], [], 1.0
+        sights, trust, blind = [], 1.0, False
         for number, source in enumerate(self.sources.values()):
             if not source.config.enabled:
                 continue
             share = source.trust()
             sight = self._sight(source) if share > 0.0 else None
-            if sight is None:
+            if sight is not None:
+                trust = min(trust, share)
+                sights.append(sight._replace(sources=np.full(len(sight.points), number)))
+            else:
                 blind = blind or source.timeout != 0.0
-                continue
-            trust = min(trust, share)
-            sights.append(sight)
-            numbers.append(np.full(len(sight.points), number, np.int64))
-        if not sights:
-            return Seen(Sight.still(np.zeros((0, 2))), np.zeros(0, np.int64), trust), blind
-        joined = Sight(*(np.concatenate(each) for each in zip(*sights, strict=True)))
-        return Seen(joined, np.concatenate(numbers), trust), blind
+        return None if blind and wait_for_all else (Sight.joined(sights), trust)
 
     def _sight(self, source: Source) -> Sight | None:
         try:
@@ -219,7 +194,7 @@ class Watch:
             return None
 
     def _update_shapes(self) -> None:
-        """Place the shapes that topics say in the robot's frame."""
+        """Transform the shapes that topics say into the robot's frame."""
         for name, message in self._messages.items():
             zone = self.monitor.zones.get(name)
             if zone is None:

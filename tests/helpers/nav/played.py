@@ -24,6 +24,7 @@ from arjuna_nav.planners.base import PlanStatus
 from arjuna_nav.planners.navfn import NavFn, NavFnConfig
 from arjuna_nav.planners.through import plan_through
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig
+from arjuna_nav.safety.sight import Sight
 from tests.helpers.nav.bodies import Body, whole_map, window
 from tests.helpers.nav.layers import see
 from tests.helpers.nav.meetings import AWAY, PUSHED, Meetings
@@ -151,8 +152,8 @@ class Play:
         points = T_base_odom.apply(moving.points + since * moving.velocities)
         turn = SE2(0.0, 0.0, T_base_odom.theta)
         body = self._near.footprint.without(self._body.padding)
-        motions = turn.apply(moving.velocities)
-        return self._monitor.judge(command, points, body, motions, moving.speeds).velocity
+        sight = Sight.of(points, turn.apply(moving.velocities), moving.speeds)
+        return self._monitor.judge(command, sight, body).velocity
 
     def _err(self) -> None:
         errors, spread = self._errors, math.sqrt(1.0 - _KEPT**2)

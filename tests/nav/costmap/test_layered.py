@@ -13,7 +13,7 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedScan
-from arjuna_nav.costmap.costmap import occupancy_of
+from arjuna_nav.costmap.costmap import LETHAL, occupancy_of
 from arjuna_nav.costmap.inflation import Inflation, cost_at_distance
 from arjuna_nav.costmap.layers.static import interpret_map
 from tests.helpers.nav.layers import costmap_config, scans, see
@@ -277,3 +277,26 @@ def test_a_scan_that_says_nothing_new_changes_nothing() -> None:
     see(layered, SE2(), 0.2, [PlacedScan(one_beam(1.07), SE2())])
     rows, columns = layered.take_changed() or (slice(0), slice(0))
     assert (rows.stop - rows.start, columns.stop - columns.start) == (23, 24)
+
+
+@pytest.mark.parametrize("layers", [("obstacle_layer",), ("voxel_layer",)])
+def test_other_parameters_count_at_once_and_what_was_seen_is_kept(layers: tuple[str]) -> None:
+    def config(radius: float, **values: object) -> CostmapConfig:
+        return costmap_config(
+            rolling_window=True,
+            resolution=0.05,
+            width=3,
+            height=3,
+            plugins=(*layers, "inflation_layer"),
+            inflation_layer={"inflation_radius": radius},
+            **{layers[0]: scans(values)},
+        )
+
+    layered = LayeredCostmap(config(0.2))
+    see(layered, SE2(), 0.0, [PlacedScan(one_beam(0.99), SE2(), 0.2)])
+    near = layered.costmap.cost_at(0.99, 0.3)
+    layered.reconfigure(config(0.5, obstacle_max_range=0.5))
+    assert layered.costmap.cost_at(0.99, 0.01) == LETHAL
+    assert near == 0 < (layered.costmap.cost_at(0.99, 0.3) or 0)
+    see(layered, SE2(), 0.1, [PlacedScan(one_beam(0.79, math.pi / 2), SE2(), 0.2)])
+    assert layered.costmap.cost_at(0.01, 0.79) != LETHAL, "farther than what marks now"

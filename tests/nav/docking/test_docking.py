@@ -17,18 +17,18 @@ from arjuna_core.se2 import IDENTITY, SE2, wrap
 from arjuna_core.twist import STILL
 from arjuna_nav.costmap.costmap import LETHAL, Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.docking.config import ApproachConfig, DockingConfig
-from arjuna_nav.docking.control_law import ControlLawConfig, foreseen, steer
+from arjuna_nav.docking.approach import ApproachConfig, foreseen, steer
 from arjuna_nav.docking.database import DOCKS, read_docks, unknown_types
 from arjuna_nav.docking.dock_types import DOCK_TYPES, DockSenses, DockType
 from arjuna_nav.docking.docking import (
     Docking,
+    DockingConfig,
     DockingError,
     DockingPhase,
     DockingState,
+    Undocking,
     docked_pose,
 )
-from arjuna_nav.docking.undocking import Undocking
 
 DT = 0.02
 DOCK = SE2(2.0, 1.0, 0.6)
@@ -225,7 +225,7 @@ def test_who_is_in_no_dock_need_not_undock() -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_law_keeps_its_limits_and_is_the_same_mirrored(seed: int) -> None:
-    config = ControlLawConfig()
+    config = ApproachConfig()
     rng = np.random.default_rng(seed)
     for x, y, theta in rng.uniform(-2.0, 2.0, (200, 3)):
         target = SE2(float(x), float(y), float(theta))
@@ -239,10 +239,10 @@ def test_the_law_keeps_its_limits_and_is_the_same_mirrored(seed: int) -> None:
 
 
 def test_what_is_foreseen_ends_at_the_pose() -> None:
-    poses = foreseen(ControlLawConfig(), IDENTITY, SE2(1.0, 0.2, 0.0), False, 30.0, 0.1)
+    poses = foreseen(ApproachConfig(projection_time=30.0), IDENTITY, SE2(1.0, 0.2, 0.0), False)
     assert poses[0] == pytest.approx([0.0, 0.0, 0.0])
     assert math.hypot(poses[-1, 0] - 1.0, poses[-1, 1] - 0.2) < 0.03
-    assert steer(ControlLawConfig(), IDENTITY) != STILL  # the pose itself is no division by zero
+    assert steer(ApproachConfig(), IDENTITY) != STILL  # the pose itself is no division by zero
 
 
 def test_docks_are_read_from_a_file(tmp_path: Path) -> None:

@@ -12,12 +12,11 @@ from arjuna_core.config import load
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.docking.approach import at_the_end
-from arjuna_nav.docking.config import ApproachConfig, DockingConfig
-from arjuna_nav.docking.control_law import ControlLawConfig, foreseen, steer
+from arjuna_nav.docking.approach import ApproachConfig, at_the_end, foreseen, steer
 from arjuna_nav.docking.dock_types import DOCK_TYPES, DockSenses, DockType
 from arjuna_nav.docking.docking import (
     Docking,
+    DockingConfig,
     DockingError,
     DockingPhase,
     DockingState,
@@ -113,19 +112,21 @@ def test_so_near_the_end_it_goes_straight_on_until_it_is_level(
 
 
 def test_the_law_slows_down_near_the_pose_and_what_is_foreseen_is_what_it_drives() -> None:
-    config = ControlLawConfig(v_linear_min=0.02, v_linear_max=0.25, slowdown_radius=0.5)
+    config = ApproachConfig(
+        v_linear_min=0.02, v_linear_max=0.25, slowdown_radius=0.5, projection_time=1.0
+    )
     for distance, v in ((0.6, 0.25), (0.5, 0.25), (0.2, 0.1), (0.01, 0.02)):
         assert steer(config, SE2(distance)) == Velocity(pytest.approx(v))  # type: ignore[arg-type]
         assert steer(config, SE2(-distance), backward=True).x == pytest.approx(-v)
-    poses = foreseen(config, DOCK, DOCK @ SE2(1.0, 0.3, 0.2), False, 1.0, 0.1)
+    poses = foreseen(config, DOCK, DOCK @ SE2(1.0, 0.3, 0.2), False)
     assert len(poses) == 11
     pose = DOCK
     for expected in poses:
         assert pose.array() == pytest.approx(expected)
         velocity = steer(config, pose.inverse() @ DOCK @ SE2(1.0, 0.3, 0.2))
         pose = pose @ SE2.exp((0.1 * velocity.x, 0.0, 0.1 * velocity.yaw_rate))
-    assert len(foreseen(config, IDENTITY, SE2(0.024), False, 1.0, 0.1)) == 1, "it is there"
-    assert len(foreseen(config, IDENTITY, SE2(0.026), False, 1.0, 0.1)) == 2
+    assert len(foreseen(config, IDENTITY, SE2(0.024), False)) == 1, "it is there"
+    assert len(foreseen(config, IDENTITY, SE2(0.026), False)) == 2
 
 
 class Ordered:

@@ -13,6 +13,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.safety.approach import Approach, ApproachConfig
+from arjuna_nav.safety.sight import Sight
 
 CONFIG = ApproachConfig(
     leave_obstacles=True,
@@ -54,16 +55,22 @@ def test_as_long_as_nothing_that_stands_is_met(outline: Footprint, seed: int) ->
         if inside(seen_after(velocity, points, 0.1 * k), outline).sum() >= 2:
             free = 0.1 * (k - 1)
             break
-    allowed = Approach(CONFIG, LEAST).allowed(velocity, points, outline)
+    allowed = Approach(CONFIG, LEAST).allowed(velocity, Sight.of(points), outline)
     assert allowed == pytest.approx(free)
 
 
 @pytest.mark.parametrize(("x", "allowed"), [(0.39, 0.0), (0.41, 0.1), (1.19, 0.8), (1.21, 1.0)])
 def test_the_last_step_looked_at_is_before_the_time_is_over(x: float, allowed: float) -> None:
     ahead = np.array([[x, 0.0], [x, 0.001]])
-    assert Approach(CONFIG, LEAST).allowed(Velocity(1.0), ahead, CIRCLE) == pytest.approx(allowed)
-    assert Approach(CONFIG, LEAST).allowed(Velocity(1.0), ahead[:1], CIRCLE) == 1.0, "noise"
-    assert Approach(CONFIG, LEAST).allowed(Velocity(), 0.0 * ahead, CIRCLE) == 1.0, "it stands"
+    assert Approach(CONFIG, LEAST).allowed(Velocity(1.0), Sight.of(ahead), CIRCLE) == pytest.approx(
+        allowed
+    )
+    assert Approach(CONFIG, LEAST).allowed(Velocity(1.0), Sight.of(ahead[:1]), CIRCLE) == 1.0, (
+        "noise"
+    )
+    assert Approach(CONFIG, LEAST).allowed(Velocity(), Sight.of(0.0 * ahead), CIRCLE) == 1.0, (
+        "it stands"
+    )
 
 
 @pytest.mark.parametrize(
@@ -82,7 +89,9 @@ def test_what_touches_the_robot_does_not_hold_it_for_ever(
     points = np.array(
         [[side * touching, 0.0], [side * touching, 0.001], [ahead, 0.0], [ahead, 0.001]]
     )
-    assert Approach(CONFIG, LEAST).allowed(Velocity(1.0), points, CIRCLE) == pytest.approx(allowed)
+    assert Approach(CONFIG, LEAST).allowed(
+        Velocity(1.0), Sight.of(points), CIRCLE
+    ) == pytest.approx(allowed)
 
 
 BRAKES_ALONE = replace(CONFIG, simulation_time_step=10.0)  # by the one time looked at, all are far
@@ -97,7 +106,7 @@ def moving(
 ) -> float:
     """Return what is allowed before one point that moves."""
     zone = Approach(config, LEAST)
-    return zone.allowed(velocity, np.array([place]), outline, np.array([motion]))
+    return zone.allowed(velocity, Sight.of(np.array([place]), np.array([motion])), outline)
 
 
 @pytest.mark.parametrize("speed", [0.3, 0.9])

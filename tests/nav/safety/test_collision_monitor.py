@@ -13,8 +13,9 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.safety.approach import ApproachConfig
-from arjuna_nav.safety.base import Action
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig, Verdict
+from arjuna_nav.safety.sight import Sight
+from arjuna_nav.safety.zones import Action
 from tests.helpers.nav.played import shipped_zones
 
 ROBOT = Footprint.circle(0.25)
@@ -42,7 +43,7 @@ def made(parameters: dict[str, Any]) -> CollisionMonitor:
 
 
 def judge(velocity: Velocity, points: Any, **parameters: Any) -> Verdict:
-    return made(parameters).judge(velocity, points, ROBOT)
+    return made(parameters).judge(velocity, Sight.of(points), ROBOT)
 
 
 def test_free_space_leaves_a_velocity_as_it_is() -> None:
@@ -72,9 +73,11 @@ def test_a_turn_is_slowed_where_a_corner_would_hit() -> None:
     long = Footprint.polygon(np.array([[0.4, 0.1], [0.4, -0.1], [-0.4, -0.1], [-0.4, 0.1]]))
     monitor = made(LATER)
     beside = cluster(0.25, 0.25)
-    assert monitor.judge(Velocity(yaw_rate=1.0), beside, long).action is Action.APPROACH
-    assert monitor.judge(Velocity(yaw_rate=-0.1), beside, long).action is Action.DO_NOTHING
-    slowed = monitor.judge(Velocity(0.2, yaw_rate=1.0), beside, long).velocity
+    assert monitor.judge(Velocity(yaw_rate=1.0), Sight.of(beside), long).action is Action.APPROACH
+    assert (
+        monitor.judge(Velocity(yaw_rate=-0.1), Sight.of(beside), long).action is Action.DO_NOTHING
+    )
+    slowed = monitor.judge(Velocity(0.2, yaw_rate=1.0), Sight.of(beside), long).velocity
     assert slowed.yaw_rate / slowed.x == pytest.approx(5.0)  # the arc stays
 
 
@@ -90,11 +93,11 @@ def test_a_robot_that_touches_something_may_go_where_it_gets_no_nearer(
 ) -> None:
     monitor = made({})
     touched = cluster(0.23, 0.0)
-    assert monitor.judge(FORWARD, touched, footprint).velocity == Velocity()
+    assert monitor.judge(FORWARD, Sight.of(touched), footprint).velocity == Velocity()
     back = Velocity(-0.3)
-    assert monitor.judge(back, touched, footprint) == Verdict(back)
+    assert monitor.judge(back, Sight.of(touched), footprint) == Verdict(back)
     wall = np.array([(x, 0.195) for x in np.arange(-1.0, 1.0, 0.01)])
-    assert monitor.judge(FORWARD, wall, footprint) == Verdict(FORWARD)
+    assert monitor.judge(FORWARD, Sight.of(wall), footprint) == Verdict(FORWARD)
 
 
 def test_the_robots_own_parts_do_not_hold_it() -> None:
@@ -196,7 +199,7 @@ CROSSING = np.full((8, 2), (0.0, 0.8))  # velocities of what comes from the righ
 
 
 def judge_moving(velocity: Velocity, points: Any, motions: Any, **parameters: Any) -> Verdict:
-    return made(parameters).judge(velocity, points, ROBOT, motions)
+    return made(parameters).judge(velocity, Sight.of(points, motions), ROBOT)
 
 
 def test_it_slows_down_for_what_will_cross_its_way() -> None:
@@ -223,8 +226,8 @@ def test_a_long_nose_turns_away_from_who_comes_and_not_to_him(v: float, x: float
     nose = Footprint.polygon(np.array([[0.6, 0.1], [0.6, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
     monitor, coming = made({}), np.full((8, 2), (0.0, -0.3))
     to_him, away = Velocity(v, yaw_rate=0.8), Velocity(v, yaw_rate=-0.8)
-    assert monitor.judge(to_him, cluster(x, y), nose, coming).velocity == Velocity()
-    assert monitor.judge(away, cluster(x, y), nose, coming) == Verdict(away)
+    assert monitor.judge(to_him, Sight.of(cluster(x, y), coming), nose).velocity == Velocity()
+    assert monitor.judge(away, Sight.of(cluster(x, y), coming), nose) == Verdict(away)
 
 
 @pytest.mark.parametrize("w", [1.2, -1.2])
@@ -233,8 +236,8 @@ def test_a_long_nose_is_not_swung_into_who_strolls_beside_it(w: float) -> None:
     beside = cluster(0.6, 0.7 if w > 0.0 else -0.7)
     strolling = np.full((8, 2), (0.2, 0.0))
     monitor, turning = made({}), Velocity(yaw_rate=w)
-    assert abs(monitor.judge(turning, beside, nose, strolling).velocity.yaw_rate) < abs(w)
-    assert monitor.judge(turning, 2.0 * beside, nose, strolling) == Verdict(turning)
+    assert abs(monitor.judge(turning, Sight.of(beside, strolling), nose).velocity.yaw_rate) < abs(w)
+    assert monitor.judge(turning, Sight.of(2.0 * beside, strolling), nose) == Verdict(turning)
 
 
 def test_what_moves_counts_as_standing_where_it_is_not_to_be_looked_ahead() -> None:
@@ -260,7 +263,7 @@ def test_who_turns_about_is_reckoned_with_as_fast_as_before() -> None:
     monitor, turning = made({}), Velocity(yaw_rate=1.0)
     points, slow = cluster(0.0, 0.55), np.full((8, 2), (0.0, 0.1))
     allowed = [
-        monitor.judge(turning, points, ROBOT, slow, np.full(8, speed)).velocity.yaw_rate
+        monitor.judge(turning, Sight.of(points, slow, np.full(8, speed)), ROBOT).velocity.yaw_rate
         for speed in (0.1, 1.2)
     ]
     assert allowed[0] == 1.0
@@ -304,7 +307,7 @@ def test_it_turns_slowly_beside_what_has_come_though_its_motion_is_not_known(
     turning, someone = Velocity(yaw_rate=1.6), cluster(0.0, 0.6)
     monitor = made({})
     unknown = np.zeros((8, 2))
-    verdict = monitor.judge(turning, someone, ROBOT, unknown, np.full(8, speed))
+    verdict = monitor.judge(turning, Sight.of(someone, unknown, np.full(8, speed)), ROBOT)
     assert (verdict.velocity.yaw_rate < 0.8) is held
 
 

@@ -13,9 +13,9 @@ from arjuna_core.config import load
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.safety.base import Action
 from arjuna_nav.safety.collision_monitor import CollisionMonitor, MonitorConfig, Verdict
-from arjuna_nav.safety.points import along_edges, on_arc
+from arjuna_nav.safety.sight import Sight, along_edges, on_arc
+from arjuna_nav.safety.zones import Action
 
 ROBOT = Footprint.polygon(np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]))
 SQUARE = "[[0.5, 0.5], [0.5, -0.5], [-0.5, -0.5], [-0.5, 0.5]]"
@@ -23,11 +23,15 @@ APPROACH = {"action_type": "approach", "footprint_topic": "", "min_points": 1}
 
 
 def judge(
-    velocity: Velocity, points: Any, zones: dict[str, dict[str, Any]], **extra: Any
+    velocity: Velocity,
+    points: Any,
+    zones: dict[str, dict[str, Any]],
+    sources: tuple[str, ...] = (),
+    source: int = 0,
 ) -> Verdict:
     config = load(MonitorConfig, {"polygons": list(zones), **zones})
-    monitor = CollisionMonitor(config, extra.pop("sources", ()))
-    return monitor.judge(velocity, np.array(points, dtype=np.float64), ROBOT, **extra)
+    sight = Sight.of(np.array(points, dtype=np.float64), source=source)
+    return CollisionMonitor(config, sources).judge(velocity, sight, ROBOT)
 
 
 def four(x: float, y: float) -> NDArray[np.float64]:
@@ -128,7 +132,7 @@ def test_a_velocity_polygon_is_chosen_by_the_velocity(velocity: Velocity, stops:
 
 def test_a_velocity_that_no_shape_holds_keeps_the_last() -> None:
     config = load(MonitorConfig, {"polygons": ["It"], "It": MOVING})
-    monitor, ahead = CollisionMonitor(config), np.array([(0.9, 0.0)])
+    monitor, ahead = CollisionMonitor(config), Sight.of(np.array([(0.9, 0.0)]))
     assert monitor.judge(Velocity(2.0), ahead, ROBOT).action is Action.DO_NOTHING
     assert monitor.judge(Velocity(0.5), ahead, ROBOT).action is Action.STOP
     assert monitor.judge(Velocity(2.0), ahead, ROBOT).action is Action.STOP
@@ -154,9 +158,7 @@ def test_of_a_holonomic_robot_the_direction_counts(
 def test_a_zone_heeds_the_sources_that_it_names() -> None:
     zone = {"Near": {"points": SQUARE, "min_points": 1, "sources_names": ["rear"]}}
     for number, stops in ((0, False), (1, True)):
-        verdict = judge(
-            Velocity(0.5), [(0.4, 0.0)], zone, sources=("front", "rear"), seen_by=np.array([number])
-        )
+        verdict = judge(Velocity(0.5), [(0.4, 0.0)], zone, ("front", "rear"), number)
         assert (verdict.action is Action.STOP) is stops
 
 

@@ -10,8 +10,7 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LayeredCostmap
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
-from arjuna_nav.costmap.layers.base import combine, moved
-from arjuna_nav.costmap.layers.sensed import SensedLayer
+from arjuna_nav.costmap.layers.base import SensedLayer, combine, moved
 from tests.helpers.nav.layers import costmap_config
 
 OLD = GridFrame(0.5, 6, 4, SE2(1.0, 2.0, 0.3))

@@ -11,9 +11,7 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_core.transforms import TransformError
 from arjuna_nav.costmap import LETHAL, UNKNOWN, LayeredCostmap
-from arjuna_nav.costmap.layers.filters.base import FilterInfo
-from arjuna_nav.costmap.layers.filters.binary import BinaryFilter
-from arjuna_nav.costmap.layers.filters.speed import SpeedFilter, SpeedLimit
+from arjuna_nav.costmap.layers.filters import BinaryFilter, FilterInfo, SpeedFilter, SpeedLimit
 from arjuna_nav.costmap.layers.placement import PlacedMap
 from tests.helpers.nav.layers import costmap_config
 

@@ -1,0 +1,295 @@
+"""Layers by masks: zones to keep out of, to drive slowly in, and to switch something in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2
+from arjuna_core.transforms import TransformError
+from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, UNKNOWN
+from arjuna_nav.costmap.layers.base import Input, Layer, Master, absolute, combine
+from arjuna_nav.costmap.layers.placement import PlacedMap, Placement
+from arjuna_nav.costmap.window import Window, whole
+
+UNKNOWN_MASK = -1
+
+
+@dataclass(frozen=True)
+class FilterConfig:
+    """Parameters of every filter."""
+
+    enabled: bool = param(True, "Whether the filter takes part.")
+    filter_info_topic: str = param(
+        "", "Topic of the message that says where its mask is.", read_only=True
+    )
+    transform_tolerance: float = param(
+        0.1, "Unused: the latest transform is taken, and nothing waits for it.", unit="s"
+    )
+
+
+@dataclass(frozen=True)
+class FilterInfo:
+    """What a mask means: `base + multiplier * value`.
+
+    Attributes:
+        type: Of the filter: 0 keeps out, 1 limits the speed in per cent, 2 in m/s, 3 switches.
+        mask_topic: Where the mask is.
+        base: What is added.
+        multiplier: Of a value of the mask.
+    """
+
+    type: int
+    mask_topic: str
+    base: float = 0.0
+    multiplier: float = 1.0
+
+
+class CostmapFilter(Layer):
+    """A layer that has a mask.
+
+    Attributes:
+        TYPES: Of info messages that it understands.
+
+    Source: nav2_costmap_2d, costmap filters.
+    """
+
+    TYPES: ClassVar[tuple[int, ...]] = ()
+
+    def __init__(self, config: Any, name: str, master: Master) -> None:
+        super().__init__(config, name, master)
+        self._info: FilterInfo | None = None
+        self._mask: PlacedMap | None = None
+        self._wrong_type: int | None = None
+        self._problem = ""
+
+    def inputs(self) -> tuple[Input, ...]:
+        """Return the info and, once that has come, the mask by its topic."""
+        topic = self.config.filter_info_topic
+        info = (Input("info", topic, "CostmapFilterInfo", latched=True),) if topic else ()
+        if self._info is None:
+            return info
+        mask = self._info.mask_topic
+        return (*info, Input(mask, mask, "OccupancyGrid", latched=True))
+
+    def receive(self, source: str, value: FilterInfo | PlacedMap) -> None:
+        """Take an info, or the mask that the last one names."""
+        if isinstance(value, PlacedMap):
+            if self._info is not None and source == self._info.mask_topic:
+                self._mask = value
+        elif value.type not in self.TYPES:
+            self._wrong_type = value.type
+        elif value != self._info:
+            self._info, self._mask, self._wrong_type = value, None, None
+
+    def warning(self) -> str:
+        """Return why it has no effect; empty where it has."""
+        topic = self.config.filter_info_topic
+        if not topic:
+            return "filter_info_topic is empty: the filter has no mask"
+        if self._wrong_type is not None:
+            valid = " or ".join(map(str, self.TYPES))
+            return f"{absolute(topic)} says type {self._wrong_type}; this filter takes {valid}"
+        if self._info is None:
+            return f"no CostmapFilterInfo has come on {absolute(topic)}"
+        return "" if self._mask else f"no mask has come on {absolute(self._info.mask_topic)}"
+
+    def problem(self, now: float) -> str:
+        """Return why the mask cannot be placed."""
+        return self._problem
+
+    def _locate(self) -> SE2 | None:
+        """Return where the mask's frame lies in the costmap's; None where that is not known."""
+        assert self._mask is not None
+        try:
+            T_global_mask, self._problem = self.master.locate(self._mask.frame_id), ""
+        except TransformError as error:
+            self._problem = str(error)
+            return None
+        return T_global_mask
+
+    def _value_at(self, T_global_base: SE2) -> int | None:
+        """Return the mask's value where the robot is, -1 for unknown; None outside it."""
+        if self._mask is None or (T_global_mask := self._locate()) is None:
+            return None
+        at = T_global_mask.inverse() @ T_global_base
+        grid = self._mask.grid
+        row, column = grid.frame.to_cell(at.x, at.y)
+        return int(np.int8(grid.data[row, column])) if grid.frame.contains(row, column) else None
+
+
+@dataclass(frozen=True)
+class KeepoutConfig(FilterConfig):
+    """Parameters of the keepout filter."""
+
+    override_lethal_cost: bool = param(
+        False, "Whether a robot that stands in a zone may drive out of it."
+    )
+    lethal_override_cost: int = param(
+        MAX_NON_OBSTACLE, "What a zone costs then.", minimum=0, maximum=MAX_NON_OBSTACLE
+    )
+
+
+class KeepoutFilter(CostmapFilter):
+    """Raises costs to those of a mask: 100 is lethal, what is less costs as much of it.
+
+    Source: nav2_costmap_2d, keepout filter.
+    """
+
+    Config: ClassVar[type[Any]] = KeepoutConfig
+    TYPES = (0,)
+
+    def __init__(self, config: KeepoutConfig, name: str, master: Master) -> None:
+        super().__init__(config, name, master)
+        self._costs: NDArray[np.uint8] = np.zeros((0, 0), np.uint8)  # of the mask's cells
+        self._made_of: tuple[PlacedMap, bool] | None = None  # the mask, and if overridden
+        self._placement: Placement | None = None
+        self._shown = self._costs  # of the costmap's cells
+
+    def reconfigure(self, config: Any) -> None:
+        """Take other parameters."""
+        super().reconfigure(config)
+        self._made_of = None
+
+    def update(self, T_global_base: SE2, now: float) -> Window | None:
+        """Place the mask by the latest transform."""
+        before = self._placement
+        T_global_mask = self._locate() if self._mask is not None else None
+        if self._mask is None or T_global_mask is None:
+            self._placement = None
+        else:
+            self._weigh(self._mask, T_global_base)
+            if self._placement is None or self._placement.T_global_map != T_global_mask:
+                self._place(T_global_mask)
+        return whole(self.master.frame.shape) if self._placement is not before else None
+
+    def write(self, costs: NDArray[np.uint8], window: Window) -> None:
+        """Take the mask's costs where they are greater."""
+        if self._placement is not None:
+            if self._placement.frame != self.master.frame:
+                self._place(self._placement.T_global_map)
+            combine(costs, self._shown[window], 1)
+
+    def _weigh(self, mask: PlacedMap, T_global_base: SE2) -> None:
+        """Take the costs of the mask's cells, where the mask is new or the robot stands in it."""
+        value = self._value_at(T_global_base) if self.config.override_lethal_cost else None
+        overridden = value is not None and bool(_is_zone(_costs_of(np.array([value])))[0])
+        if self._made_of is None or self._made_of[0] is not mask or self._made_of[1] != overridden:
+            costs = _costs_of(mask.grid.data)
+            if overridden:
+                costs[_is_zone(costs)] = self.config.lethal_override_cost
+            self._costs, self._made_of, self._placement = costs, (mask, overridden), None
+
+    def _place(self, T_global_mask: SE2) -> None:
+        """Read the mask's costs at the costmap's cells."""
+        assert self._mask is not None
+        self._placement = Placement(self.master.frame, T_global_mask, self._mask.grid.frame)
+        self._shown = self._placement.read(self._costs, UNKNOWN)
+
+
+def _is_zone(costs: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Return which costs keep a robot out."""
+    zone: NDArray[np.bool_] = (costs == INSCRIBED) | (costs == LETHAL)
+    return zone
+
+
+def _costs_of(data: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return what a mask's values cost, `uint8`."""
+    costs = np.round(data.astype(np.float64) * LETHAL / 100.0)
+    return np.where(data == UNKNOWN_MASK, UNKNOWN, costs).astype(np.uint8)
+
+
+@dataclass(frozen=True)
+class SpeedConfig(FilterConfig):
+    """Parameters of the speed filter."""
+
+    speed_limit_topic: str = param("speed_limit", "Topic of the limits.", read_only=True)
+
+
+@dataclass(frozen=True)
+class SpeedLimit:
+    """A limit of the speed.
+
+    Attributes:
+        percentage: Whether it is in per cent of the greatest speed; else in m/s.
+        limit: The limit; 0 lifts it.
+    """
+
+    percentage: bool
+    limit: float
+
+
+class SpeedFilter(CostmapFilter):
+    """Limits the speed by the mask's value where the robot is; 0 lifts the limit.
+
+    Outside the mask, where it is unknown and where its frame is not known, the last limit holds.
+
+    Source: nav2_costmap_2d, speed filter.
+    """
+
+    Config: ClassVar[type[Any]] = SpeedConfig
+    TYPES = (1, 2)
+
+    def __init__(self, config: SpeedConfig, name: str, master: Master) -> None:
+        super().__init__(config, name, master)
+        self._limit = self._taken = SpeedLimit(False, 0.0)
+
+    def update(self, T_global_base: SE2, now: float) -> Window | None:
+        """Look up the limit where the robot is."""
+        value = self._value_at(T_global_base)
+        if value is not None and value != UNKNOWN_MASK and self._info is not None:
+            percentage = self._info.type == 1
+            limit = self._info.base + self._info.multiplier * value if value else 0.0
+            valid = 0.0 <= limit <= (100.0 if percentage else float("inf"))
+            self._limit = SpeedLimit(percentage, limit if valid else 0.0)
+        return None
+
+    def take_change(self) -> SpeedLimit | None:
+        """Return the limit if it is another than at the last call."""
+        changed = self._limit.limit != self._taken.limit
+        self._taken = self._limit
+        return self._limit if changed else None
+
+
+@dataclass(frozen=True)
+class BinaryConfig(FilterConfig):
+    """Parameters of the binary filter."""
+
+    default_state: bool = param(False, "State outside the zones.")
+    binary_state_topic: str = param("binary_state", "Topic of the state.", read_only=True)
+    flip_threshold: float = param(50.0, "Value from beyond which on the state is the other.")
+
+
+class BinaryFilter(CostmapFilter):
+    """Says whether the robot is where the mask's value is over a threshold.
+
+    Source: nav2_costmap_2d, binary filter.
+    """
+
+    Config: ClassVar[type[Any]] = BinaryConfig
+    TYPES = (3,)
+
+    def __init__(self, config: BinaryConfig, name: str, master: Master) -> None:
+        super().__init__(config, name, master)
+        self._state = config.default_state
+        self._taken: bool | None = None
+
+    def update(self, T_global_base: SE2, now: float) -> Window | None:
+        """Look up the state where the robot is."""
+        value = self._value_at(T_global_base)
+        if self._mask is None or self._info is None or self._problem or value == UNKNOWN_MASK:
+            return None
+        info, threshold = self._info, self.config.flip_threshold
+        over = value is not None and info.base + info.multiplier * value > threshold
+        self._state = self.config.default_state != over
+        return None
+
+    def take_change(self) -> bool | None:
+        """Return the state if it is another than at the last call, or the first."""
+        changed = self._state != self._taken
+        self._taken = self._state
+        return self._state if changed else None

@@ -1,0 +1,70 @@
+"""Points that sensors see round the robot: of any source, of a cone's arc, of a polygon's edges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Sight(NamedTuple):
+    """What is seen from where the robot is now.
+
+    Attributes:
+        points: `(N, 2) float64` in the base frame [m].
+        motions: Their velocities over ground, `(N, 2)` in the base frame [m/s].
+        speeds: At which each may turn to the robot, `(N,)` [m/s].
+        sources: Number of the source of each point, `(N,) int64`.
+    """
+
+    points: NDArray[np.float64]
+    motions: NDArray[np.float64]
+    speeds: NDArray[np.float64]
+    sources: NDArray[np.int64]
+
+    @staticmethod
+    def of(
+        points: NDArray[np.float64],
+        motions: NDArray[np.float64] | None = None,
+        speeds: NDArray[np.float64] | None = None,
+        source: int = 0,
+    ) -> Sight:
+        """Return points of one source, which stand unless motions are given."""
+        motions = np.zeros((len(points), 2)) if motions is None else motions
+        speeds = np.hypot(*motions.T) if speeds is None else speeds
+        return Sight(points, motions, speeds, np.full(len(points), source, np.int64))
+
+    def at(self, index: Any) -> Sight:
+        """Return the points of an index or a mask."""
+        return Sight(*(each[index] for each in self))
+
+    @staticmethod
+    def joined(sights: Sequence[Sight]) -> Sight:
+        """Return the points of all."""
+        parts = zip(Sight.of(np.zeros((0, 2))), *sights, strict=True)
+        return Sight(*(np.concatenate(each) for each in parts))
+
+
+def on_arc(distance: float, field_of_view: float, step: float) -> NDArray[np.float64]:
+    """Return points at a distance [m] all over a field of view [rad], `(N, 2) float64` [m].
+
+    Source: nav2_collision_monitor, Range::getData.
+    """
+    half = 0.5 * field_of_view
+    angles = np.append(np.arange(-half, half, step), half)
+    return distance * np.column_stack((np.cos(angles), np.sin(angles)))
+
+
+def along_edges(corners: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
+    """Return points along a closed polygon of corners `(K, 2)`, a spacing apart at most [m].
+
+    Source: nav2_collision_monitor, PolygonSource::convertPolygonStampedToPoints.
+    """
+    edges = [np.zeros((0, 2))]
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        count = max(math.ceil(math.hypot(*(b - a)) / spacing), 1)
+        edges.append(a + np.arange(count + 1)[:, None] / count * (b - a))
+    return np.vstack(edges)
