@@ -31,9 +31,7 @@ def test_doctor_names_the_range_that_keeps_it_alone(capfd: pytest.CaptureFixture
     assert document["snapshot"]["nodes"] == []
 
 
-def test_tf_says_that_no_frame_came(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_tf_says_that_no_frame_came(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     picture = tmp_path / "tree.png"
     assert cli.run(parse(["tf", "--duration", "0.1", "--picture", str(picture)])) == 1
     assert "no frame on /tf" in capfd.readouterr().out
