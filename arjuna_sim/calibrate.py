@@ -9,9 +9,8 @@ import numpy as np
 
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.calibration import Calibration, CalibrationError, calibrate
+from arjuna_sim.devices.calibration import Calibration, CalibrationError, Measurement, calibrate
 from arjuna_sim.devices.drive import Kinematics
-from arjuna_sim.devices.driving_pattern import Measurement
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import RobotModel

@@ -17,12 +17,11 @@ from arjuna_core.files.whole_file import read_bytes
 from arjuna_core.pose3 import ORIGIN
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.files.map_world import MAP_SUFFIXES
 from arjuna_sim.files.robots.guess import save_guess
 from arjuna_sim.files.robots.robot_file import load_robot, names_drive
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.xacro_file import parse_arguments
-from arjuna_sim.files.world_file import load_world
+from arjuna_sim.files.world_file import MAP_SUFFIXES, load_world
 from arjuna_sim.files.xml_file import BYTES_MAX
 from arjuna_sim.model.footprint import footprint
 from arjuna_sim.model.geometry.shapes import Part

@@ -15,16 +15,14 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.camera import Camera, CameraError, Shot
 from arjuna_sim.devices.device import mounted
 from arjuna_sim.devices.driving.bases import WheelSpeeds, base_of
-from arjuna_sim.devices.driving.controller import Drive
-from arjuna_sim.devices.driving.limits import Limits, limited
+from arjuna_sim.devices.driving.controller import Drive, Limits, limited
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry, OdometryEstimate
 from arjuna_sim.devices.sensor_suite import SensorSuite
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.model.footprint import inscribed_radius
-from arjuna_sim.model.geometry.enclosure import enclosure_of
-from arjuna_sim.model.geometry.surfaces import surfaces
+from arjuna_sim.model.geometry.walls import enclosure_of, surfaces
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.physics.placing import Placer
@@ -37,7 +35,6 @@ class Observation(NamedTuple):
 
     Attributes:
         time: At the tick's end [s].
-        odometry: Dead reckoning.
         joints: All joints that move.
         imu: The last reading, where one was due.
         scan: A sweep, where one was due.
@@ -68,7 +65,6 @@ class DrivenRobot:
         wanted: Where it starts.
 
     Attributes:
-        name: Its name.
         model: The robot as its file has it.
         spawn: Its start: where that was wanted, or the nearest free pose.
         is_imu_faster: Whether its IMU reads more often than once a tick.

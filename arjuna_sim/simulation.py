@@ -45,7 +45,6 @@ class Simulation:
 
     Attributes:
         robots: The robots by name.
-        stage: Holds the world.
 
     Raises:
         RobotError: A robot cannot be simulated.
@@ -129,7 +128,6 @@ class Simulation:
         self.stage.clear_spawned()
 
     def _keep(self, robots: dict[str, DrivenRobot]) -> None:
-        """Remove all other robots."""
         if robots == self.robots:
             return
         for robot in self.robots.values():

@@ -83,9 +83,6 @@ class Camera:
     """Draws what the robot's camera sees, and follows the simulation from model to model.
 
     All calls must come from one thread, which OpenGL wants.
-
-    Args:
-        settings: The camera.
     """
 
     def __init__(self, settings: CameraSettings) -> None:
@@ -131,7 +128,6 @@ class Camera:
         )
 
     def _open(self, model: Any) -> None:
-        """Make ready to draw a model."""
         self.close()
         settings = self._settings
         model.vis.map.znear = settings.near / model.stat.extent
@@ -168,11 +164,7 @@ class Camera:
 
 
 class CameraThread:
-    """Draws one picture at a time in a thread of its own; what it is too slow for is left out.
-
-    Args:
-        settings: The camera.
-    """
+    """Draws one picture at a time in a thread of its own; what it is too slow for is left out."""
 
     def __init__(self, settings: CameraSettings) -> None:
         self._camera = Camera(settings)

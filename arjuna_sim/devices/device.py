@@ -18,7 +18,6 @@ class Mount(NamedTuple):
     """All that a device may need beside its settings.
 
     Attributes:
-        model: The compiled `mujoco.MjModel`.
         T_base_sensor: The sensor's pose in the robot's root, all joints at 0.
         earth: Position of the world on Earth, and its magnetic field.
         config: The `SimulatorConfig`, with the parameters of kinds that have some.

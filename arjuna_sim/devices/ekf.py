@@ -88,9 +88,6 @@ class FusedOdometry:
 
     Source: Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 3.3; considered states:
     Schmidt, Application of state-space methods to navigation problems, 1966.
-
-    Args:
-        config: Noises.
     """
 
     def __init__(self, config: FusedOdometryConfig) -> None:

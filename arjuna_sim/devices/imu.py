@@ -21,6 +21,8 @@ _SITE = mujoco.mjtObj.mjOBJ_SITE
 _DRAWS = 14  # for biases and white noise of six channels, and for roll and pitch
 _AT_ONCE = 50  # readings, for which draws are made in one go
 _GAP = 1.5  # periods after which it has forgotten its last velocity
+_wrap = njit(cache=True)(wrap)
+_product = njit(cache=True)(quaternion_product)
 
 
 class ImuReading(NamedTuple):
@@ -177,10 +179,6 @@ def _feel(
             felt[i] += rotation[3 * j + i] * motion[j]
             felt[3 + i] += rotation[3 * j + i] * along
     return up
-
-
-_wrap = njit(cache=True)(wrap)
-_product = njit(cache=True)(quaternion_product)
 
 
 @njit(cache=True)

@@ -16,6 +16,7 @@ from arjuna_core.se2 import IDENTITY, SE2, wrap
 
 _NONE = np.zeros(0)
 _STRAIGHT = 1e-9  # an arc that turns less is a line [rad]
+_wrap = njit(cache=True)(wrap)
 
 
 @dataclass(frozen=True)
@@ -144,9 +145,6 @@ class Odometry:
         )
         self._pose, self._covariance = SE2(*moved), grown
         return variance_path, variance_turn
-
-
-_wrap = njit(cache=True)(wrap)
 
 
 @njit(cache=True)

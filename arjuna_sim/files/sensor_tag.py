@@ -22,8 +22,6 @@ class SensorTag:
     """A `<sensor>` and its mounting; also a `<plugin>` that is a sensor by itself.
 
     Attributes:
-        xml: The file.
-        element: The tag.
         link: The link that carries it.
         pose: Its pose in the link; None where the tag's own `<pose>` is that.
     """

@@ -17,7 +17,6 @@ from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.xacro_file import Expanded
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.actors import person
 from arjuna_sim.model.entities import (
     Category,
     Entity,
@@ -28,7 +27,7 @@ from arjuna_sim.model.entities import (
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.model.world import GROUND, World
+from arjuna_sim.model.world import GROUND, World, person
 
 FORMATS = ("sdf", "urdf")
 PRIMITIVES = ("box:X,Y,Z", "cylinder:RADIUS,LENGTH", "sphere:RADIUS", "person")

@@ -1,17 +1,83 @@
-"""The files that a world can come from: SDF, or the map of a place."""
+"""Files of worlds: SDF, or a map whose walls are built up from the floor."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from arjuna_core.errors import RobotError, WorldError
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.errors import MapError, RobotError, WorldError
+from arjuna_core.files.maps import load_map
 from arjuna_core.files.whole_file import read_bytes
-from arjuna_sim.files.map_world import MAP_SUFFIXES, load_map_world
+from arjuna_core.grid import OccupancyGrid
+from arjuna_core.pose3 import Pose3
+from arjuna_core.se2 import SE2
 from arjuna_sim.files.sdf.world import read_world
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.urdf.xacro_file import expand, has_macros
 from arjuna_sim.files.xml_file import BYTES_MAX, XmlFile
-from arjuna_sim.model.world import World
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.world import Body, World, ground
+
+MAP_SUFFIXES = (".yaml", ".yml")
+WALLS = "walls"
+_HEIGHT = 1.0  # [m]
+_COLOUR = (0.75, 0.7, 0.6, 1.0)
+_BOXES_MAX = 20_000
+_OCCUPIED = 65  # as map_server's occupied_thresh
+
+
+def load_map_world(path: str | Path) -> World:
+    """Read a map's YAML as a world of walls 1 m high on a floor; unknown cells are floor.
+
+    Raises:
+        WorldError: The map cannot be read, or its walls are too many to be simulated.
+    """
+    path = Path(path)
+    try:
+        grid = load_map(path)
+    except MapError as error:
+        raise WorldError(error.path, error.problem, error.place) from error
+    boxes = rectangles(grid.data >= _OCCUPIED)
+    if len(boxes) > _BOXES_MAX:
+        raise WorldError(path, f"has walls of {len(boxes)} boxes; valid: up to {_BOXES_MAX}")
+    walls = [_wall(grid, box) for box in boxes.tolist()]
+    bodies = [Body(WALLS, part, collides) for part in walls for collides in (True, False)]
+    return World(path, path.stem, (*ground(), *bodies), ())
+
+
+def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Cover the occupied cells with few rectangles that do not overlap.
+
+    Runs of cells in a row grow upward as long as the next row has the same run.
+
+    Args:
+        occupied: `(R, C) bool`.
+
+    Returns:
+        `(N, 4) int64` of first row, first column, rows, columns.
+    """
+    found: list[tuple[int, int, int, int]] = []
+    open_runs: dict[tuple[int, int], int] = {}
+    padded = np.pad(occupied, ((0, 1), (1, 1))).astype(np.int8)
+    for row, edges in enumerate(np.diff(padded, axis=1)):
+        starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+        runs = set(zip(starts.tolist(), ends.tolist(), strict=True))
+        for run in sorted(open_runs.keys() - runs):
+            first = open_runs.pop(run)
+            found.append((first, run[0], row - first, run[1] - run[0]))
+        for run in runs - open_runs.keys():
+            open_runs[run] = row
+    return np.array(sorted(found), np.int64).reshape(-1, 4)
+
+
+def _wall(grid: OccupancyGrid, box: list[int]) -> Part:
+    row, column, rows, columns = box
+    cell = grid.frame.resolution
+    center = SE2((column + columns / 2) * cell, (row + rows / 2) * cell, 0.0)
+    pose = Pose3.from_se2(grid.frame.origin @ center, _HEIGHT / 2)
+    return Part(Shape(Kind.BOX, (columns * cell, rows * cell, _HEIGHT)), pose, _COLOUR)
 
 
 def load_world(path: str | Path, search: SearchPath | None = None) -> World:

@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.model.actors import Actor, Trajectory
 from arjuna_sim.model.geometry.convex_pieces import CUBE
 from arjuna_sim.model.geometry.shapes import Part, corners
-from arjuna_sim.model.joints import Hinge
-from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.model.world import World
+from arjuna_sim.model.urdf import Hinge, Urdf
+from arjuna_sim.model.world import Actor, Trajectory, World
 
 _PREFIX = "entity:"
 
@@ -105,7 +103,6 @@ class EntityMotion:
     """Where an entity is and how it moves, in the world.
 
     Attributes:
-        pose: Its pose.
         linear: Velocity of its origin [m/s].
         angular: Turn rates [rad/s].
     """

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.settings import SensorSettings
-from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.urdf import Joint, Urdf
 
 T_BODY_OPTICAL = Pose3.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))
 """An optical frame in a frame with x ahead and z up."""
@@ -27,7 +26,6 @@ class SensorFrame:
     """The frame that a sensor's messages name.
 
     Attributes:
-        name: Its name.
         parent: The link that it is fixed to; None where it is a link of the robot itself.
         T_parent: Its pose in that link.
     """
@@ -42,10 +40,6 @@ def sensor_frame(urdf: Urdf, sensor: SensorSettings) -> SensorFrame:
 
     A sensor that its file puts off its link has a frame of its own, unless the file names a link
     that stands just there.
-
-    Args:
-        urdf: The robot.
-        sensor: The sensor.
     """
     if sensor.IS_OPTICAL:
         return optical_frame(urdf, sensor)

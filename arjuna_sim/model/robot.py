@@ -22,7 +22,6 @@ class RobotModel:
     Attributes:
         urdf: Links, joints and their fixed transforms.
         settings: Sensors and friction from the Gazebo tags.
-        drive: The wheels.
         notes: What its files say and the simulation leaves out.
     """
 

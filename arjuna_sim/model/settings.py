@@ -14,6 +14,7 @@ OUTPUTS = (
     *("odometry_frame", "base_frame", "from_world", "stamped", "publishes"),
 )
 """Fields of a drive that do not depend on its wheels."""
+S = TypeVar("S", bound="SensorSettings")
 
 
 class DriveKind(Enum):
@@ -47,9 +48,6 @@ class DriveSettings:
         max_turn_acceleration: Greatest change of the turn rate, 0 for none [rad/s^2].
         command_timeout: A command holds so long, 0 for ever; None where the file says none [s].
         rate: Rate of the odometry, 0 for each tick [Hz].
-        command_topic: Topic of commands.
-        odometry_topic: Topic of odometry.
-        odometry_frame: Its frame.
         base_frame: Its child frame; "" for the root link.
         from_world: Whether odometry is the truth rather than the encoders' sum.
         stamped: Whether commands are TwistStamped.
@@ -106,9 +104,6 @@ class DriveSettings:
         return 2.0 * self.radius
 
 
-S = TypeVar("S", bound="SensorSettings")
-
-
 @dataclass(frozen=True, kw_only=True)
 class SensorSettings:
     """Settings that all sensors have; each kind in `devices/sensors` adds its own.
@@ -121,7 +116,6 @@ class SensorSettings:
         link: The link that carries it.
         frame: The frame that its messages name.
         rate: [Hz].
-        topic: Its messages' topic.
         name: Its name in the file.
         pose: Its pose in the link.
     """

@@ -2,13 +2,88 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.geometry.inertia import Inertial
-from arjuna_sim.model.geometry.shapes import Part
-from arjuna_sim.model.joints import Joint
+from arjuna_sim.model.geometry.shapes import Inertial, Part
+
+JOINT_KINDS = ("fixed", "continuous", "revolute", "prismatic", "floating", "planar")
+_LOOSE = ("floating", "planar")
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: its position is `multiplier * other + offset`."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A connection of two links.
+
+    Attributes:
+        kind: One of `JOINT_KINDS`.
+        parent: The link it hangs on.
+        child: The link it carries.
+        T_parent_child: The child's pose in the parent's frame at joint position 0.
+        axis: Axis in the child's frame, a unit vector; of a planar joint the plane's normal.
+        limits: Least and greatest position [rad or m], None where unlimited.
+        mimic: What it follows, if anything.
+        damping: Per speed [N m s/rad or N s/m].
+        friction: Dry friction [N m or N].
+        max_speed: Greatest speed, 0 for none [rad/s or m/s].
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    T_parent_child: Pose3
+    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    limits: tuple[float, float] | None = None
+    mimic: Mimic | None = None
+    damping: float = 0.0
+    friction: float = 0.0
+    max_speed: float = 0.0
+
+    @property
+    def has_position(self) -> bool:
+        """Whether one number says where it is."""
+        return self.kind not in ("fixed", *_LOOSE)
+
+    def at(self, position: float) -> Pose3:
+        """Return the child's pose in the parent's frame at a joint position [rad or m]."""
+        x, y, z = self.axis
+        if self.kind == "prismatic":
+            return self.T_parent_child @ Pose3((x * position, y * position, z * position))
+        c, s = math.cos(position / 2), math.sin(position / 2)
+        return self.T_parent_child @ Pose3(quaternion=(c, s * x, s * y, s * z))
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """One degree of freedom between an entity and the world.
+
+    Attributes:
+        slides: Whether it slides along the axis rather than turns about it.
+        axis: In the entity's frame, a unit vector.
+        anchor: A point of the axis in the entity's frame [m].
+        limits: Least and greatest position [rad or m], None where unlimited.
+        damping: Per speed [N m s/rad or N s/m].
+        friction: Dry friction [N m or N].
+    """
+
+    slides: bool
+    axis: tuple[float, float, float]
+    anchor: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    limits: tuple[float, float] | None = None
+    damping: float = 0.0
+    friction: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -26,8 +101,6 @@ class Urdf:
     """A robot description as it was read.
 
     Attributes:
-        path: The file.
-        name: The robot's name.
         text: The URDF itself, for `/robot_description`.
         root: Name of the link that no joint carries.
         links: By name, in the file's order.

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.errors import RobotError
 from arjuna_sim.model.geometry.shapes import Kind, corners
-from arjuna_sim.model.joints import Joint
-from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.urdf import Joint, Urdf
 
 _ROUND = 0.05  # how far the middle of a wheel's shapes may be off its axis, by its radius
 _ACROSS = 0.5  # least part of a wheel's axis along y: within 60 degrees of it

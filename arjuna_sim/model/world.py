@@ -1,7 +1,9 @@
-"""A world: its bodies, its actors, what can be pushed, and its place on Earth."""
+"""A world: its bodies, its actors, and its place on Earth."""
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,13 +12,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.errors import ConfigError
 from arjuna_core.geodesy import GeoPoint, MapOnEarth
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.model.actors import Actor
+from arjuna_core.se2 import SE2, wrap
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.joints import Hinge
 from arjuna_sim.model.notes import Note
+from arjuna_sim.model.urdf import Hinge
 
+PERSON = (0.25, 1.7)
+"""Radius and height of the cylinder that stands for a person [m]."""
+_CLOTH = 0.3
+"""Friction of clothes on plastic, 0.2 to 0.4: legs slide along a robot and do not lift it."""
+_STEP = 1e-3  # over which a velocity is measured [s]
 _NULL_ISLAND = GeoPoint(0.0, 0.0)
 GROUND = "ground_plane"
 """Name of the model that is the ground."""
@@ -24,11 +32,99 @@ GROUND_COLOUR = (0.6, 0.6, 0.6, 1.0)
 
 
 @dataclass(frozen=True)
+class Trajectory:
+    """Poses at times, and straight lines between them.
+
+    Attributes:
+        times: When each waypoint is reached, from the start, never falling [s].
+        poses: The waypoints in the world.
+        loop: Whether it starts again at its end.
+        delay: Time to stand at the first waypoint before each round [s].
+    """
+
+    times: tuple[float, ...]
+    poses: tuple[SE2, ...]
+    loop: bool = True
+    delay: float = 0.0
+
+    @staticmethod
+    def along(points: NDArray[np.float64], speed: float, loop: bool = True) -> Trajectory:
+        """Build a trajectory that follows points at a constant speed, facing ahead.
+
+        Args:
+            points: Where to go `(N, 2) float64` [m]; a loop goes back to the first.
+            speed: On the way [m/s].
+            loop: Whether it starts again at its end.
+
+        Raises:
+            ConfigError: There are fewer than two points, or a value is no path or speed.
+        """
+        if len(points) < 2 or not np.isfinite(points).all():
+            raise ConfigError(f"a path needs two or more finite points, got {len(points)}")
+        if not 0.0 < speed < math.inf:
+            raise ConfigError(f"speed is {speed} m/s; valid: above 0")
+        path = np.vstack((points, points[:1])) if loop else points
+        times, poses, now = [], [], 0.0
+        for (x0, y0), (x1, y1) in zip(path[:-1].tolist(), path[1:].tolist(), strict=True):
+            heading = math.atan2(y1 - y0, x1 - x0)
+            end = now + math.hypot(x1 - x0, y1 - y0) / speed
+            times += [now, end]
+            poses += [SE2(x0, y0, heading), SE2(x1, y1, heading)]
+            now = end
+        return Trajectory(tuple(times), tuple(poses), loop)
+
+    def pose(self, elapsed: float) -> SE2:
+        """Return the pose at a time from the start [s]."""
+        whole = self.delay + self.times[-1]
+        if self.loop and whole > 0.0:
+            elapsed = math.fmod(elapsed, whole)
+        t = elapsed - self.delay
+        i = bisect_right(self.times, t)
+        if i == 0 or i == len(self.times):
+            return self.poses[min(i, len(self.times) - 1)]
+        a, b = self.poses[i - 1], self.poses[i]
+        ratio = (t - self.times[i - 1]) / (self.times[i] - self.times[i - 1])
+        return SE2(
+            a.x + ratio * (b.x - a.x),
+            a.y + ratio * (b.y - a.y),
+            wrap(a.theta + ratio * wrap(b.theta - a.theta)),
+        )
+
+    def velocity(self, elapsed: float) -> tuple[float, float, float]:
+        """Return `(vx, vy, w)` in the world at a time from the start [m/s, m/s, rad/s]."""
+        a, b = self.pose(elapsed), self.pose(elapsed + _STEP)
+        turn = wrap(b.theta - a.theta)
+        return (b.x - a.x) / _STEP, (b.y - a.y) / _STEP, turn / _STEP
+
+
+@dataclass(frozen=True)
+class Actor:
+    """One actor of a world file.
+
+    Attributes:
+        parts: What it is made of, in its own frame, which stands on the ground.
+        start: Where it is before it moves.
+        trajectory: How it moves; None for one that stands.
+    """
+
+    name: str
+    parts: tuple[Part, ...]
+    start: SE2
+    trajectory: Trajectory | None
+
+
+def person() -> tuple[Part, ...]:
+    """Return the shape that stands for a person: an upright cylinder."""
+    height = PERSON[1]
+    middle = Pose3((0.0, 0.0, height / 2))
+    return (Part(Shape(Kind.CYLINDER, PERSON), middle, (0.3, 0.4, 0.8, 1.0), _CLOTH),)
+
+
+@dataclass(frozen=True)
 class Earth:
     """Where a world's origin is on Earth.
 
     Attributes:
-        origin: The world's origin.
         heading: From east to the world's x axis, counter-clockwise [rad].
         magnetic_field: In the world's frame [T].
     """
@@ -68,8 +164,6 @@ class World:
     """A world as it was read.
 
     Attributes:
-        path: The file.
-        name: The world's name.
         bodies: Its parts; the ground is one with the model `ground_plane`.
         notes: What the file says and the simulation leaves out.
         actors: What moves by itself.

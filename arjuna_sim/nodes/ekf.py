@@ -70,7 +70,6 @@ class EkfNode(ManagedNode):
         self.every(_PATIENCE / 2, self._check_wheels)
 
     def _resolved(self, topic: str) -> str:
-        """Return a topic with its namespace and remappings."""
         return str(self.resolve_topic_name(self.process.absolute(topic)))
 
     def _check_inputs(self) -> None:

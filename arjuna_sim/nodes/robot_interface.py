@@ -12,8 +12,7 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.driven_robot import DrivenRobot, Observation
 from arjuna_sim.nodes.camera import CameraTopics
-from arjuna_sim.nodes.contacts import ContactTopic
-from arjuna_sim.nodes.robot_topics import RobotTopics
+from arjuna_sim.nodes.robot_topics import ContactTopic, RobotTopics
 from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.stage import Stage
@@ -24,12 +23,6 @@ _TYPES = {False: "geometry_msgs/msg/Twist", True: "geometry_msgs/msg/TwistStampe
 
 class RobotInterface:
     """Publishes what a simulated robot senses and takes its commands.
-
-    Args:
-        node: The node, being configured.
-        robot: The robot.
-        stage: What it stands on.
-        config: The simulator's parameters.
 
     Attributes:
         contacts: Counts what the robot touches.

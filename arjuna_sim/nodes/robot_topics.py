@@ -1,4 +1,4 @@
-"""The robot's topics: what its drive and sensors bring, where and as often as its file says."""
+"""The robot's topics: readings of its drive and sensors, and its contacts."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from nav_msgs.msg import Odometry
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.validate_topic_name import validate_topic_name
@@ -14,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.errors import RobotError
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import scan_msg, transform_msg
+from arjuna_core.ros.convert import header, scan_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
@@ -29,10 +30,50 @@ from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.nodes.ekf import WHEEL_ODOMETRY
 from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.sim_config import SimConfig
+from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.physics.robot_motion import Truth
 
+TOPIC = "ground_truth/contacts"
+_PERIOD = 1.0  # [s] of simulated time, where nothing changes
 _TOLERANCE = 1e-9
 _TOPICS = (LidarSettings.TOPIC, CameraSettings.TOPIC, ImuSettings.TOPIC)
+
+
+class ContactTopic:
+    """Publishes a DiagnosticArray with one status when contacts change, and once a second.
+
+    Its level is WARN while the robot touches something beside the ground, else OK; its message
+    names what; its values are `count`, the contacts that began since the start, and the count of
+    each thing by its name.
+    """
+
+    def __init__(self, node: ManagedNode, robot: str) -> None:
+        self._robot = robot
+        self._out = node.publisher(DiagnosticArray, TOPIC, qos.LATCHED)
+        self._due = Periodic(_PERIOD, phase=_PERIOD)
+        self.log = ContactLog()
+
+    def update(self, touched: tuple[str, ...], now: float) -> None:
+        """Count what the robot touches at a time [s], and publish what is due."""
+        changed = self.log.update(touched)
+        if self._due.due(now) or changed:
+            self._out.publish(contacts_msg(self.log, self._robot, now))
+
+
+def contacts_msg(log: ContactLog, robot: str, now: float) -> DiagnosticArray:
+    """Return counted contacts at a time [s] as a DiagnosticArray message."""
+    level = DiagnosticStatus.WARN if log.touched else DiagnosticStatus.OK
+    status = DiagnosticStatus(
+        level=level,
+        name=f"{robot}: contacts",
+        message=", ".join(log.touched),
+        hardware_id=robot,
+        values=[
+            KeyValue(key="count", value=str(log.total)),
+            *(KeyValue(key=name, value=str(log.counts[name])) for name in sorted(log.counts)),
+        ],
+    )
+    return DiagnosticArray(header=header(WORLD, now), status=[status])
 
 
 def standard(settings: GazeboSettings) -> GazeboSettings:
@@ -78,11 +119,6 @@ def _with_frames(settings: GazeboSettings, robot: RobotModel) -> GazeboSettings:
 
 class RobotTopics:
     """Publishes an observation: transforms before the sensors that need them.
-
-    Args:
-        node: The node, being configured.
-        robot: The robot.
-        config: The simulator's parameters.
 
     Attributes:
         settings: The sensors, with their topics.

@@ -19,14 +19,13 @@ from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.inputs import named_robot, named_world
 from arjuna_sim.model.robot import SOLO
-from arjuna_sim.nodes.contacts import ContactTopic
 from arjuna_sim.nodes.fleet import Fleet, starts_of
 from arjuna_sim.nodes.robot_interface import RobotInterface
+from arjuna_sim.nodes.robot_topics import ContactTopic
 from arjuna_sim.nodes.services.entities import EntityServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
-from arjuna_sim.nodes.services.simulation import SimulationServices
+from arjuna_sim.nodes.services.simulation import SimulationServices, StepAction
 from arjuna_sim.nodes.services.spawning import SpawnServices
-from arjuna_sim.nodes.services.stepping import StepAction
 from arjuna_sim.nodes.services.worlds import WorldServices
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.pacing import PaceMeter, Pacer
@@ -41,7 +40,6 @@ class SimNode(ManagedNode):
     `realtime_due` says so.
 
     Attributes:
-        simulator: The core.
         last: What the last tick brought the simulator's own robot; None where it has none.
         fleet: The robots that have nodes and namespaces of their own.
         state: A SimulationState constant: whether simulated time runs.
@@ -72,7 +70,6 @@ class SimNode(ManagedNode):
         self._create_services()
 
     def _simulation(self, config: SimConfig) -> Simulation:
-        """Load robots and world."""
         rng, world = np.random.default_rng(config.seed), named_world(config.world)
         if config.namespaces:
             return Simulation(starts_of(config), world, config, rng)
@@ -81,7 +78,6 @@ class SimNode(ManagedNode):
         return Simulation(solo(robot, SE2(start.x, start.y, start.yaw)), world, config, rng)
 
     def _create_topics(self) -> None:
-        """Create publishers in the order of publication."""
         self._clock_out = self.publisher(Clock, "/clock", qos.LATEST)
         own = self.simulator.robots.get(SOLO)
         stage, config = self.simulator.stage, self.config
@@ -90,7 +86,6 @@ class SimNode(ManagedNode):
         self.fleet = Fleet(self, self.simulator)
 
     def _create_services(self) -> None:
-        """Create the services and the action of simulation_interfaces."""
         known = KnownEntities(self.simulator)
         self._steps = StepAction(self, lambda: self.state)
         SimulationServices(self, self._steps, known.infos.clear)
@@ -125,7 +120,6 @@ class SimNode(ManagedNode):
 
     @property
     def _is_stepping(self) -> bool:
-        """Whether the action simulate_steps wants the next tick."""
         return self._steps.goal is not None
 
     def cleanup(self) -> None:

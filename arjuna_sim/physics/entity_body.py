@@ -12,7 +12,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import Entity, EntityMotion
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
 from arjuna_sim.model.geometry.shapes import Group
-from arjuna_sim.model.joints import Hinge
+from arjuna_sim.model.urdf import Hinge
 from arjuna_sim.physics.geoms import add_part
 
 _THIN = 1e-3  # least extent that inertia is computed with [m]
@@ -24,10 +24,6 @@ def add_entity(spec: Any, entity: Entity) -> int:
 
     One that is held or follows a path is a mocap body: nothing moves it but `Stage`. One with a
     mass is a free body, with the inertia of its bounding box.
-
-    Args:
-        spec: The `mujoco.MjSpec`.
-        entity: What to add.
 
     Returns:
         How many geoms it has.

@@ -1,8 +1,9 @@
-"""Shapes as MuJoCo geoms."""
+"""Shapes and worlds as MuJoCo geoms, and their friction."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -12,9 +13,37 @@ from numpy.typing import NDArray
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX
 from arjuna_sim.model.geometry.shapes import Group, Kind, Part
-from arjuna_sim.physics.wheels.grip import name_friction
+from arjuna_sim.model.world import World, is_ground
 
 _LEVEL, _BASE = 1e-3, 1.0  # least height of a terrain, and how deep it is below its lowest [m]
+_SKY, _HORIZON = [0.4, 0.6, 0.9], [0.9, 0.9, 0.9]
+
+
+def name_friction(geom: Any, friction: float) -> None:
+    """Give a spec's geom the friction that its file names, which `rank_friction` heeds."""
+    geom.friction[0], geom.priority = friction, 1
+
+
+def rank_friction(model: Any, wheels: Sequence[int]) -> None:
+    """Let the lower friction hold wherever two named ones meet, and a named one over none.
+
+    MuJoCo takes friction, stiffness and damping of the geom of the higher priority. So the ground
+    that is more slippery than a tyre takes the tyre's stiffness and damping.
+
+    Args:
+        model: The compiled `mujoco.MjModel`, which is changed.
+        wheels: The geoms of the tyres.
+    """
+    named = np.flatnonzero(model.geom_priority > 0)
+    friction = model.geom_friction[named, 0]
+    levels = np.unique(friction)
+    model.geom_priority[named] = len(levels) - np.searchsorted(levels, friction)
+    if not wheels:
+        return
+    grounds = named[model.geom_bodyid[named] == 0]
+    grounds = grounds[model.geom_priority[grounds] > model.geom_priority[list(wheels)].min()]
+    model.geom_solref[grounds] = model.geom_solref[wheels[0]]
+    model.geom_solimp[grounds] = model.geom_solimp[wheels[0]]
 
 
 def add_part(spec: Any, body: Any, part: Part, group: Group, most: int = PIECES_MAX) -> list[Any]:
@@ -130,3 +159,31 @@ def _new_mesh_geom(body: Any, part: Part, group: Group, name: str) -> Any:
     geom = _new_geom(body, part, group)
     geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, name
     return geom
+
+
+def add_world(spec: Any, world: World) -> list[str]:
+    """Add a world's parts to MuJoCo's, lit by the sun.
+
+    Returns:
+        For each geom added, in order, the model it belongs to; "" for the ground.
+    """
+    spec.worldbody.add_light(
+        pos=[0.0, 0.0, 10.0],
+        dir=[-0.5, 0.1, -0.9],
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        castshadow=False,
+    )
+    spec.add_texture(
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=_SKY,
+        rgb2=_HORIZON,
+        width=64,
+        height=384,
+    )
+    names = []
+    for body in world.bodies:
+        group = Group.WORLD_COLLISION if body.collides else Group.WORLD_VISUAL
+        added = add_part(spec, spec.worldbody, body.part, group)
+        names.extend(["" if is_ground(body.model, body.part) else body.model] * len(added))
+    return names

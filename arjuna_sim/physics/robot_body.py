@@ -12,11 +12,16 @@ from numpy.typing import NDArray
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.shapes import Group, Part
-from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.urdf import Joint
 from arjuna_sim.physics.geoms import add_part
-from arjuna_sim.physics.wheels.rollers import add_rollers
-from arjuna_sim.physics.wheels.servo import ServoConfig, add_servo, add_steering, armature
+from arjuna_sim.physics.wheels.servo import (
+    ServoConfig,
+    add_rollers,
+    add_servo,
+    add_steering,
+    armature,
+)
 from arjuna_sim.physics.wheels.tyres import add_tyre
 
 _PASSIVE_DAMPING = 1e-3  # at most, lets casters come to rest [N m s/rad]
@@ -199,7 +204,6 @@ def _add_loose(child: Any, joint: Joint) -> None:
 
 
 def _add_mimic(spec: Any, joint: Joint) -> None:
-    """Make a joint follow another."""
     if joint.mimic is None:
         return
     equality = spec.add_equality(

@@ -12,6 +12,8 @@ from arjuna_core.pose3 import Pose3, rpy_of
 from arjuna_core.se2 import SE2
 from arjuna_sim.physics.stage import Stage
 
+_rpy_of = njit(cache=True)(rpy_of)
+
 
 class JointStates(NamedTuple):
     """Positions [rad or m] and velocities of the moving joints, in the URDF's order."""
@@ -103,9 +105,6 @@ class RobotMotion:
         """Return where the robot is and how it moves."""
         x, y, yaw, *rest = _truth(self._qpos, self._qvel, *self._found.base)
         return Truth(SE2(x, y, yaw), *rest)
-
-
-_rpy_of = njit(cache=True)(rpy_of)
 
 
 @njit(cache=True)

@@ -18,13 +18,11 @@ from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity
+from arjuna_sim.physics.geoms import add_world, rank_friction
 from arjuna_sim.physics.robot_body import add_mounts, add_robot, free_joint, let_meet
-from arjuna_sim.physics.sleeping import let_sleep
-from arjuna_sim.physics.wheels.grip import rank_friction
-from arjuna_sim.physics.wheels.rollers import roller_addresses
-from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, tune_servos
+from arjuna_sim.physics.running import let_sleep
+from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, roller_addresses, tune_servos
 from arjuna_sim.physics.wheels.tyres import STICTION, Standing, sag_of, tune_tyres
-from arjuna_sim.physics.world_geoms import add_world
 
 _SOLVER_TOLERANCE = 1e-6  # MuJoCo takes 1e-8, and more iterations a step
 _ARENA = (64_000_000, 1_000_000_000)  # least and most memory for contacts [bytes]
@@ -70,7 +68,6 @@ class Scene:
     """A compiled model.
 
     Attributes:
-        model: The `mujoco.MjModel`.
         robots: Its robots by name.
         names: For each geom the model, or the one of several robots, that it belongs to; "" for the
             ground.
@@ -137,7 +134,6 @@ def _compiled(spec: Any, robots: Mapping[str, RobotModel], world: World) -> Any:
 def _tuned(
     model: Any, robots: Mapping[str, RobotModel], servo: ServoConfig, timestep: float
 ) -> dict[str, RobotInScene]:
-    """Set robots' contacts and motors, and find the robots."""
     standing = {
         name: tune_tyres(model, robot, sag_of(robot, timestep)) for name, robot in robots.items()
     }
@@ -194,7 +190,6 @@ def _root(model: Any, robot: RobotModel) -> int:
 def _found(
     model: Any, name: str, robot: RobotModel, servos: Servos, standing: Standing
 ) -> RobotInScene:
-    """Find a robot's parts."""
 
     def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
         return np.array([model.joint(name).qposadr[0] for name in names], np.int64)

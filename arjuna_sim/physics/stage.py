@@ -22,11 +22,10 @@ from arjuna_sim.model.entities import (
 )
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.carrying import carry_over
 from arjuna_sim.physics.contacts import touched
 from arjuna_sim.physics.entity_body import addresses_of, motion_of
+from arjuna_sim.physics.running import Stepper, carry_over
 from arjuna_sim.physics.scene import Scene, build_scene
-from arjuna_sim.physics.sleeping import Stepper
 from arjuna_sim.physics.walkers import Manners, Walkers
 from arjuna_sim.physics.wheels.servo import ServoConfig
 
@@ -47,7 +46,6 @@ class Stage:
         world: The world as it was read.
         robots: The robots by name.
         scene: The compiled model and where to find things in it.
-        data: The `mujoco.MjData`.
         on_rebuild: Called when `scene` and `data` were replaced.
 
     Raises:

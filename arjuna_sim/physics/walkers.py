@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_sim.model.actors import Trajectory
+from arjuna_sim.model.world import Trajectory
 
 _PUSH = 50.0  # of a walker, by the mass of what it meets: twice what tyres hold [m/s^2]
 _HASTE = 0.05  # over which a push is averaged [s]: to set something moving takes more

@@ -18,7 +18,7 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.calibration import calibrate
 from arjuna_sim.devices.drive import Kinematics
 from arjuna_sim.devices.driving.bases import base_of
-from arjuna_sim.devices.driving.limits import limited
+from arjuna_sim.devices.driving.controller import limited
 from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.driven_robot import Observation

@@ -14,7 +14,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.driving.bases import base_of
-from arjuna_sim.devices.driving.limits import limited
+from arjuna_sim.devices.driving.controller import limited
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.model.geometry.shapes import corners

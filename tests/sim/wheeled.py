@@ -9,10 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.geometry.inertia import Inertial
-from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.joints import Joint
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
+from arjuna_sim.model.urdf import Joint, Link, Urdf
 
 ALONG_Y = Pose3.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, 0.0))  # of what lies along z
 TYRE = Part(Shape(Kind.CYLINDER, (0.1, 0.04)), ALONG_Y)

@@ -1,16 +1,175 @@
-"""The base's controller: it holds commands within limits, and ramps towards them."""
+"""The base's controller: it holds commands for a time, keeps them within limits, and ramps."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
+from dataclasses import dataclass
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.twist import Velocity
-from arjuna_sim.devices.driving.hold import CommandHold
-from arjuna_sim.devices.driving.limits import Bound, Limits
+from arjuna_sim.devices.drive import DriveConfig
+from arjuna_sim.model.settings import DriveSettings
 
+ASSUMED = 1.0
+"""Period of a sender of whom one command is known: `ros2 topic pub`'s default [s]."""
+_LATE = 1.5  # of its period: a command ends where the next one is so late
+_EARLY = 1.2  # of its period: no sooner is the next one taken not to come
+_KEPT, _RANK = 9, 3  # gaps: of three senders that take turns a third are long
+_BRAKES = 0.4  # of the time-out, at most, by which braking begins before it is out
+_TIMEOUT = 0.5  # of commands, where neither parameters nor the robot's file name one [s]
+_SOUND = 50.0  # [m/s, rad/s] beyond which the physics' time step would not follow
 _TOLERANCE = 1e-9
 _STILL = Velocity()
+
+
+@dataclass(frozen=True)
+class HoldLimits:
+    """Bounds of a command's hold.
+
+    Attributes:
+        least: A command holds so long at least; for ever if 0 [s].
+        longest: And so long at most, unless `least` is longer [s].
+        is_fixed: Whether each holds just `least`, and braking begins when that is out.
+    """
+
+    least: float = 0.5
+    longest: float = 3.0
+    is_fixed: bool = False
+
+
+class CommandHold:
+    """When the last command ends.
+
+    A command holds for one and a half periods of its sender, within the limits: a quick sender that
+    falls silent ends after the least time, a slow one never between two commands. The period is the
+    third longest of the last nine gaps between commands, so that two late ones do not make a quick
+    sender slow, and three slow senders that take turns are not taken for a quick one. It is unknown
+    of the first command, and of one after more than one and a half seconds of silence in which the
+    last one ended: then it is that silence, or a second where the limits do not allow for it.
+
+    Only the times of commands count, so that it is the same whoever sends them, and in each run.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all commands."""
+        self._gaps: deque[float] = deque(maxlen=_KEPT)
+        self._last = self._ends = -math.inf
+        self._room, self._assumed = 0.0, ASSUMED
+
+    def take(self, now: float, limits: HoldLimits) -> None:
+        """Take a command at a time [s]."""
+        gap = now - self._last
+        if (now >= self._ends and gap >= _LATE * ASSUMED) or gap < 0.0:
+            self._gaps.clear()
+            self._assumed = gap if 0.0 < gap <= limits.longest else ASSUMED
+        else:
+            self._gaps.append(gap)
+        period = sorted(self._gaps or [self._assumed])[-_RANK:][0]
+        hold = max(limits.least, min(_LATE * period, limits.longest))
+        if limits.is_fixed or not limits.least:
+            hold = limits.least or math.inf
+        self._last, self._ends = now, now + hold
+        room = min(_BRAKES * limits.least, hold - _EARLY * period)
+        self._room = 0.0 if limits.is_fixed else max(0.0, room)
+
+    def ends(self, braking: float) -> float:
+        """Return when the last command ends for a robot that takes some time to stand [s].
+
+        It stands when the command is out where it can, without braking before the next is due.
+        """
+        return self._ends - min(braking, self._room)
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A greatest speed either way.
+
+    Attributes:
+        value: [m/s or rad/s].
+        source: Who says so.
+    """
+
+    value: float
+    unit: str
+    source: str
+
+    def text(self, speed: float) -> str:
+        """Return what becomes of a speed beyond it."""
+        return (
+            f"a command of {speed:.4g} {self.unit} is cut to"
+            f" {math.copysign(self.value, speed):.4g} {self.unit}, by {self.source}"
+        )
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a robot's commands are cut to, and how long they hold.
+
+    Attributes:
+        forward: Greatest speed forward, and to the sides [m/s].
+        reverse: Greatest speed backwards [m/s].
+        turn: Greatest turn rate [rad/s].
+        linear_acceleration: Greatest change of speed, infinity for none [m/s^2].
+        angular_acceleration: Greatest change of turn rate, infinity for none [rad/s^2].
+        hold: How long commands hold.
+    """
+
+    forward: Bound
+    reverse: Bound
+    turn: Bound
+    linear_acceleration: float
+    angular_acceleration: float
+    hold: HoldLimits
+
+
+def limited(config: DriveConfig, settings: DriveSettings, steady: float = math.inf) -> Limits:
+    """Return the limits: what parameters name, else the robot's file, else none.
+
+    What the wheels can do at the ground bounds the accelerations: turning by twice that over the
+    track.
+
+    Args:
+        config: The parameters.
+        settings: What the robot's file says.
+        steady: Greatest acceleration at which the robot neither slips nor tips [m/s^2].
+    """
+    turn = 2.0 / settings.separation if settings.separation > 0.0 else math.inf
+    linear, angular = config.max_linear_acceleration, config.max_angular_acceleration
+    linear = min(linear or settings.max_acceleration or math.inf, steady)
+    own = f"plugin '{settings.plugin}' of the robot's file"
+    speed, rate = config.max_linear_velocity, config.max_angular_velocity
+    backwards = settings.max_reverse or settings.max_velocity
+    return Limits(
+        _bound("m/s", speed, "linear", settings.max_velocity, own),
+        _bound("m/s", speed, "linear", backwards, own),
+        _bound("rad/s", rate, "angular", settings.max_turn, own),
+        linear,
+        min(angular or settings.max_turn_acceleration or math.inf, linear * turn),
+        _hold(config, settings),
+    )
+
+
+def _bound(unit: str, parameter: float | None, kind: str, in_file: float, plugin: str) -> Bound:
+    """Return a bound; 0 in the file is none."""
+    bound = Bound(_SOUND, unit, "what the physics can step")
+    if parameter is not None and parameter < bound.value:
+        return Bound(parameter, unit, f"the parameter drive.max_{kind}_velocity")
+    if parameter is None and 0.0 < in_file < bound.value:
+        return Bound(in_file, unit, plugin)
+    return bound
+
+
+def _hold(config: DriveConfig, settings: DriveSettings) -> HoldLimits:
+    """Return how long commands hold: by the parameter, else the robot's controllers."""
+    if config.command_timeout is not None:
+        return HoldLimits(config.command_timeout, config.command_timeout_max)
+    if settings.command_timeout is not None:
+        return HoldLimits(settings.command_timeout, is_fixed=True)
+    return HoldLimits(_TIMEOUT, config.command_timeout_max)
 
 
 class CommandError(ArjunaError, ValueError):
@@ -89,5 +248,4 @@ class Drive:
 
 
 def _ramp(current: float, target: float, step: float) -> float:
-    """Move towards a target by at most a step."""
     return current + max(-step, min(step, target - current))

@@ -179,7 +179,6 @@ def surroundings(sensors: Sequence[SensorSettings]) -> LidarSettings | None:
 
 
 def _beams_of(tag: SensorTag) -> dict[str, Any]:
-    """Return angles, ranges and noise."""
     ray = tag.first("ray", "lidar")
     across = None if ray is None else ray.find("scan/horizontal")
     xml, place = tag.xml, tag.place

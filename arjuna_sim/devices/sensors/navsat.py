@@ -36,7 +36,6 @@ class Fix(NamedTuple):
     """A reading of a GPS.
 
     Attributes:
-        position: On Earth.
         variance: Of the position to the east, to the north and upward [m^2].
     """
 

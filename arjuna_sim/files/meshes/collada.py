@@ -17,7 +17,7 @@ from defusedxml import DefusedXmlException
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from arjuna_sim.files.xml_text import parse_xml
+from arjuna_sim.files.xml_file import parse_xml
 
 _BYTES_MAX = 20_000_000
 _DEPTH_MAX = 64

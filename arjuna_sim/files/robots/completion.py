@@ -7,13 +7,14 @@ import dataclasses
 import numpy as np
 
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.geometry.inertia import (
+from arjuna_sim.model.geometry.shapes import (
     Inertial,
+    Kind,
+    corners,
     estimated_inertial,
     inertial_of_parts,
     volume_of,
 )
-from arjuna_sim.model.geometry.shapes import Kind, corners
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center, radius_of

@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement  # nothing is parsed here
 
 from arjuna_core.errors import InputFileError, RobotError
 from arjuna_core.files.yaml_file import read_yaml
-from arjuna_sim.files.robots.plugin_types import controller_kind
+from arjuna_sim.files.robots.plugins import controller_kind
 from arjuna_sim.files.tag_text import texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
@@ -241,13 +241,11 @@ def _number(values: dict[str, Any], key: str, sign: float = 1.0) -> float | None
 
 
 def _product(values: dict[str, Any], key: str) -> float | None:
-    """Return a length times its calibrated multiplier."""
     length = _number(values, key)
     return None if length is None else length * (_number(values, f"{key}_multiplier") or 1.0)
 
 
 def _remapped(plugin: Element, topic: str) -> str:
-    """Return a topic after the plugin's remappings."""
     for text in (*texts(plugin, "remapping"), *texts(plugin, "argument")):
         source, _, target = text.partition(":=")
         if source.strip().lstrip("/~").removeprefix("/") == topic.lstrip("/") and target.strip():

@@ -1,22 +1,195 @@
-"""Which kind of drive a robot has: by its plugin, by names, and by how its wheels stand."""
+"""The kind of a drive, by its plugin, by names, and by its wheels: sides, rollers or steering."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
+import re
 from collections.abc import Mapping
 
-from arjuna_sim.files.robots.rollers import axes_spread, with_mecanum, with_omni
-from arjuna_sim.files.robots.steering import steering_joints, with_steering
+import numpy as np
+
+from arjuna_sim.files.robots.plugins import torque_of
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import OUTPUTS, DriveKind, DriveSettings
-from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.urdf import Joint, Urdf
+from arjuna_sim.model.wheels import (
+    axis,
+    center,
+    radius_of,
+    rolling_direction,
+    span,
+    steered_by,
+    wheel_radius,
+)
 
+_LEVEL = 0.3  # greatest part of a wheel's axis along z
+_PARALLEL = 0.97  # cosine from which axes have the same direction
+_APART = 0.02  # of a front wheel and a rear one [m]
+_HALF = math.sqrt(0.5)
+_SPREAD = 0.1  # least singular value of the grips, by the largest: how well all ways are driven
+_STEERS = re.compile(r"steer|kingpin|knuckle|turn|swivel|hinge", re.I)
+_PASSIVE = re.compile(r"cast[eo]r", re.I)
+_UPRIGHT, _ACROSS = 0.7, 0.5  # least part of a steering axis along z, and of a wheel's along y
+_LIMITS = (0.05, 1.4)  # of what steering can do [rad]
+_TRAIL = 0.1  # least of a caster's wheel behind its hinge, by its radius
+_STANDS = 0.02  # how far a wheel's lowest point may be off the others' [m]
 _OTHERWISE = {
     DriveKind.MECANUM: "it has no four mecanum wheels at four corners",
     DriveKind.OMNI: "its wheels' axes are parallel",
     DriveKind.PLANAR: "its wheels are no mecanum or omni ones",
     DriveKind.STEERED: "no joint steers a wheel",
 }
+
+
+def omni_drive(urdf: Urdf, names: tuple[str, ...]) -> DriveSettings | None:
+    """Return the drive of omni wheels; None where axes are parallel, or of less than three."""
+    level = tuple(name for name in names if abs(axis(urdf, name)[2]) < _LEVEL)
+    if len(level) < 3 or not axes_spread(urdf, level):
+        return None
+    radius, width = wheel_radius(urdf, level), span(urdf, level)
+    torque = torque_of(urdf, radius, len(level))
+    return with_omni(DriveSettings(level, (), width, radius, torque, width, radius), urdf)
+
+
+def axes_spread(urdf: Urdf, names: tuple[str, ...]) -> bool:
+    """Tell whether wheels' axes point different ways, seen from above."""
+    ways = [rolling_direction(urdf, name) for name in names]
+    return any(abs(float(ways[0] @ way)) < _PARALLEL for way in ways)
+
+
+def with_omni(drive: DriveSettings, urdf: Urdf) -> DriveSettings:
+    """Return a drive whose wheels grip as they roll, and roll across."""
+    ways = [rolling_direction(urdf, name).tolist() for name in drive.wheels]
+    grips = tuple((float(x), float(y)) for x, y in ways)
+    return dataclasses.replace(drive, kind=DriveKind.OMNI, grips=grips)
+
+
+def with_mecanum(
+    xml: XmlFile, urdf: Urdf, drive: DriveSettings, told: Mapping[str, tuple[float, float]]
+) -> DriveSettings | None:
+    """Return a drive by four mecanum wheels; None where there are no four at four corners.
+
+    Their lowest rollers' axes, along which they grip, point at the middle of the robot's front and
+    rear: the arrangement that ros2_controllers and Gazebo drive, called X from above.
+
+    Args:
+        xml: Keeps the notes.
+        urdf: The robot.
+        drive: Its wheels, by sides.
+        told: By link, the directions of friction that the file names.
+    """
+    if len(drive.left) != 2 or len(drive.right) != 2:
+        return None
+    grips: dict[str, tuple[float, float]] = {}
+    for side, sign in ((drive.left, 1.0), (drive.right, -1.0)):
+        rear, front = sorted(side, key=lambda name: float(center(urdf, name)[0]))
+        if float(center(urdf, front)[0] - center(urdf, rear)[0]) < _APART:
+            return None
+        grips |= {front: (_HALF, -sign * _HALF), rear: (_HALF, sign * _HALF)}
+    own = {n: told.get(urdf.joints[n].child) for n in grips}
+    named = {n: grip for n, grip in own.items() if grip is not None}
+    if len(named) == 4 and _drives_all_ways(urdf, named):
+        grips = named
+    elif named:
+        xml.note("its <fdir1> do not let mecanum wheels drive: their rollers are those of an X")
+    ordered = tuple(grips[name] for name in drive.wheels)
+    return dataclasses.replace(drive, kind=DriveKind.MECANUM, grips=ordered)
+
+
+def _drives_all_ways(urdf: Urdf, grips: Mapping[str, tuple[float, float]]) -> bool:
+    rows = []
+    for name, (gx, gy) in grips.items():
+        x, y = center(urdf, name)[:2].tolist()
+        rows.append((gx, gy, (x * gy - y * gx) / max(math.hypot(x, y), 1e-3)))
+        if abs(float(rolling_direction(urdf, name) @ (gx, gy))) < _SPREAD:
+            return False
+    values = np.linalg.svd(np.array(rows), compute_uv=False)
+    return bool(values[-1] > _SPREAD * values[0])
+
+
+def steering_joints(urdf: Urdf) -> tuple[str, ...]:
+    """Return the joints that turn a wheel about the vertical, but for casters.
+
+    Those without limits steer where their wheel stands below them: a caster's trails.
+    One that follows another to the same side is one, too: each steers its own wheel.
+    """
+    carriers = {joint.parent for joint in urdf.joints.values() if joint.kind == "continuous"}
+    return tuple(
+        joint.name
+        for joint in urdf.joints.values()
+        if joint.child in carriers
+        and (joint.kind == "revolute" or (joint.kind == "continuous" and _is_above(urdf, joint)))
+        and (joint.mimic is None or joint.mimic.multiplier > 0.0)
+        and _STEERS.search(f"{joint.name} {joint.child}") is not None
+        and _PASSIVE.search(f"{joint.name} {joint.child}") is None
+        and _is_upright(urdf, joint)
+    )
+
+
+def _is_upright(urdf: Urdf, joint: Joint) -> bool:
+    return abs(float(axis(urdf, joint.name)[2])) > _UPRIGHT
+
+
+def _is_above(urdf: Urdf, joint: Joint) -> bool:
+    """Tell whether a joint stands above the wheel that it carries, or beside it on its axle."""
+    place = np.array(urdf.T_root(joint.child).position)
+    for name, wheel in urdf.joints.items():
+        if wheel.parent == joint.child and wheel.kind == "continuous":
+            ahead = np.cross(axis(urdf, name), (0.0, 0.0, 1.0))
+            if abs(float((center(urdf, name) - place) @ ahead)) > _TRAIL * radius_of(urdf, name):
+                return False
+    return True
+
+
+def with_steering(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> DriveSettings | None:
+    """Return a drive that steers; None where no joint does, or no wheel drives.
+
+    Where no plugin names the driven wheels, those drive that are not steered, if there are any.
+    """
+    named = tuple(n for n in drive.steering if _is_upright(urdf, urdf.joints[n]))
+    steering = named or steering_joints(urdf)
+    if not steering or not drive.wheels:
+        return None
+    for name in steering:
+        if urdf.joints[name].mimic is not None:
+            xml.note(f"joint '{name}': steers its own wheel, so that none slides, and mimics none")
+    wheels = tuple(n for n in drive.wheels if abs(float(axis(urdf, n)[1])) > _ACROSS)
+    fixed = tuple(n for n in wheels if steered_by(urdf, n, steering) < 0)
+    driven = wheels if drive.plugin else fixed or wheels
+    limit = min([_limit(urdf, name) for name in steering])
+    limit = min(limit, drive.steering_limit or limit)
+    sides = [tuple(n for n in driven if n in side) for side in (drive.left, drive.right)]
+    return dataclasses.replace(
+        drive,
+        left=sides[0],
+        right=sides[1],
+        kind=DriveKind.STEERED,
+        steering=steering,
+        steering_limit=float(np.clip(limit, *_LIMITS)),
+        free=_free(urdf, driven),
+    )
+
+
+def _limit(urdf: Urdf, name: str) -> float:
+    limits = urdf.joints[name].limits
+    return _LIMITS[1] if limits is None else min(abs(limits[0]), abs(limits[1]))
+
+
+def _free(urdf: Urdf, driven: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the wheels that stand on the ground beside the driven ones."""
+    ground = min(float(center(urdf, name)[2]) - radius_of(urdf, name) for name in driven)
+    return tuple(
+        name
+        for name, joint in urdf.joints.items()
+        if joint.kind == "continuous"
+        and name not in driven
+        and joint.mimic is None
+        and radius_of(urdf, name) > 0.0
+        and abs(float(axis(urdf, name)[1])) > _ACROSS
+        and abs(float(center(urdf, name)[2]) - radius_of(urdf, name) - ground) < _STANDS
+        and _PASSIVE.search(f"{name} {joint.child}") is None
+    )
 
 
 def arranged(

@@ -7,8 +7,13 @@ from collections.abc import Iterator, Sequence
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.robots.controllers import drive_of_controllers
-from arjuna_sim.files.robots.plugin_types import drive_kind, is_control, sensor_type
-from arjuna_sim.files.robots.plugins import read_drive, read_wheelless
+from arjuna_sim.files.robots.plugins import (
+    drive_kind,
+    is_control,
+    read_drive,
+    read_wheelless,
+    sensor_type,
+)
 from arjuna_sim.files.robots.tags import PluginTag, Tags
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import plain, text_of

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.errors import InputFileError
+from arjuna_sim.files.robots.drive_kinds import omni_drive
 from arjuna_sim.files.robots.plugins import TORQUE, Sides, torque_of
-from arjuna_sim.files.robots.rollers import omni_drive
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveSettings
 from arjuna_sim.model.urdf import Urdf
@@ -143,12 +143,6 @@ def _partners(urdf: Urdf, name: str, other: str, left: NDArray[np.float64]) -> b
 
 def save_guess(path: Path, source: Path, name: str, drive: DriveSettings) -> None:
     """Write a xacro file that adds a guessed drive to the robot it was guessed for.
-
-    Args:
-        path: The file to write.
-        source: The robot's file.
-        name: The robot's name.
-        drive: The guess.
 
     Raises:
         InputFileError: The file cannot be written.

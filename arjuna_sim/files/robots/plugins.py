@@ -1,8 +1,9 @@
-"""Reading the drive plugins of Gazebo: ROS 1, ROS 2 and gz-sim, differential and skid-steer."""
+"""Reading drive plugins of Gazebo and ROS, in all their spellings."""
 
 from __future__ import annotations
 
 import dataclasses
+import re
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
@@ -13,6 +14,38 @@ from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center, effective_track, span, wheel_radius, wheel_separation
 
+_FILE = re.compile(
+    r"(lib)?((gz|ignition)[-_](sim|gazebo)\d*[-_])?(gazebo[-_]ros[-_])?(?P<type>.+?)"
+    r"([-_]system)?(\.so)?"
+)
+_DRIVES: dict[str, DriveKind] = {
+    **dict.fromkeys(("diffdrive", "skidsteerdrive", "skidsteer"), DriveKind.SIDES),
+    "diffdrivecontroller": DriveKind.SIDES,
+    **dict.fromkeys(("mecanumdrive", "mecanumdrivecontroller"), DriveKind.MECANUM),
+    **dict.fromkeys(("omnidrive", "omniwheeldrivecontroller"), DriveKind.OMNI),
+    **dict.fromkeys(("planarmove", "velocitycontrol", "forcebasedmove"), DriveKind.PLANAR),
+    **dict.fromkeys(("ackermanndrive", "ackermansteering", "ackerman"), DriveKind.STEERED),
+    **dict.fromkeys(("ackermannsteering", "ackermann", "tricycledrive"), DriveKind.STEERED),
+    **dict.fromkeys(("tricyclecontroller", "steeringcontrollerslibrary"), DriveKind.STEERED),
+    **dict.fromkeys(("ackermannsteeringcontroller", "ackermanncontroller"), DriveKind.STEERED),
+    **dict.fromkeys(("bicyclesteeringcontroller", "bicycledrive"), DriveKind.STEERED),
+    **dict.fromkeys(("tricyclesteeringcontroller", "steeringdrive"), DriveKind.STEERED),
+    "fourwheelsteeringcontroller": DriveKind.STEERED,
+}
+_SENSORS = {
+    **dict.fromkeys(("raysensor", "laser", "blocklaser", "velodynelaser", "range"), "ray"),
+    **dict.fromkeys(("gpulaser", "velodynegpulaser"), "gpu_ray"),
+    **dict.fromkeys(("camera", "prosilica"), "camera"),
+    **dict.fromkeys(("depthcamera", "opennikinect"), "depth"),
+    "multicamera": "multicamera",
+    "imusensor": "imu",
+    "gpssensor": "gps",
+    "bumper": "contact",
+}
+_CONTROLS = ("control", "ros2control", "gzros2control", "ignros2control", "gazeboros2control")
+_CONTROL_CLASSES = (
+    *("gazebosimros2controlplugin", "ignitionros2controlplugin", "gazeboros2controlplugin"),
+)
 TORQUE = 5.0
 """Least torque of a wheel whose file names none, as in Gazebo [N m]."""
 _PULL = 2.0 * 9.81  # of all such wheels together, by the robot's mass [m/s^2]
@@ -52,9 +85,41 @@ _READ = {
     # what changes nothing here
     *("stamped", "alwayson", "legacymode", "rosdebuglevel", "tftopic"),
 }
-
 Sides = tuple[tuple[str, ...], tuple[str, ...]]
 """Names of the joints of the left and of the right wheels."""
+
+
+def _plain(text: str) -> str:
+    return re.sub(r"[-_]", "", text).lower()
+
+
+def _types(plugin: Element) -> tuple[str, str]:
+    """Return a plugin's type by its file's name, and by its class if its name is one."""
+    file = _FILE.fullmatch(plugin.get("filename", "").rpartition("/")[2].strip())
+    _, is_class, name = plugin.get("name", "").rpartition("::")
+    return _plain(file["type"]) if file else "", _plain(name) if is_class else ""
+
+
+def drive_kind(plugin: Element) -> DriveKind | None:
+    """Return the kind of drive that a plugin is; None for no drive, or one of unknown type."""
+    found = (_DRIVES.get(name) for name in _types(plugin))
+    return next((kind for kind in found if kind is not None), None)
+
+
+def sensor_type(plugin: Element) -> str:
+    """Return the type of the `<sensor>` that a plugin belongs into; "" for another plugin."""
+    return _SENSORS.get(_types(plugin)[0], "")
+
+
+def is_control(plugin: Element) -> bool:
+    """Return whether a plugin runs ros2_control's or ros_control's controllers."""
+    file, name = _types(plugin)
+    return file in _CONTROLS or name in _CONTROL_CLASSES
+
+
+def controller_kind(kind: str) -> DriveKind | None:
+    """Return the drive of a controller's type, as `diff_drive_controller/DiffDriveController`."""
+    return _DRIVES.get(_plain(re.split(r"/|::", kind)[-1]))
 
 
 def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | None:

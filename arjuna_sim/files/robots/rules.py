@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 from arjuna_core.errors import RobotError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.geometry.inertia import MASS_MIN, Inertial, inertial_of_parts
-from arjuna_sim.model.geometry.shapes import Part
-from arjuna_sim.model.joints import Joint
+from arjuna_sim.model.geometry.shapes import MASS_MIN, Inertial, Part, inertial_of_parts
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.urdf import Link
+from arjuna_sim.model.urdf import Joint, Link
 
 _MASS_MAX = 1e7  # [kg]
 _LEAST = 1e-13  # below this MuJoCo takes an inertia for none [kg m^2]

@@ -16,8 +16,7 @@ from arjuna_sim.files.robots.tags import Tags
 from arjuna_sim.files.tag_text import texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, corners
-from arjuna_sim.model.joints import Joint
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.urdf import Joint, Link, Urdf
 from arjuna_sim.model.wheels import axis, center, radius_of
 
 _PARALLEL = 0.9  # least cosine between a wheel's axis and the line to the other side

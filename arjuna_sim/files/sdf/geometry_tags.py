@@ -1,4 +1,4 @@
-"""Reading SDF's geometries and materials."""
+"""Reading SDF's geometries, materials and surfaces."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.files.material_colours import gazebo_colour
 from arjuna_sim.files.meshes.mesh_tag import mesh_shape
-from arjuna_sim.files.meshes.solids import cone, prism
-from arjuna_sim.files.meshes.terrain_image import read_heights
+from arjuna_sim.files.meshes.solids import cone, prism, read_heights
+from arjuna_sim.files.sdf.includes import leaving_out
+from arjuna_sim.files.tag_text import gazebo_colour
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import GREY, Kind, Mesh, Shape, Terrain
 from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.world import World
 
 _SHAPES = {
     "box": ("size",),
@@ -32,6 +33,9 @@ _IGNORED = ("image", "empty")
 
 Placed = tuple[Shape, Pose3]
 """A shape, and its pose in the frame of its `<collision>` or `<visual>`."""
+_FRICTION = "surface/friction"
+_ODE = f"{_FRICTION}/ode"
+_PULL_MAX = 100.0  # [m/s^2]
 
 
 def read_shape(xml: XmlFile, geometry: Element, place: str) -> Placed | None:
@@ -132,3 +136,37 @@ def read_colour(xml: XmlFile, element: Element, place: str) -> tuple[float, ...]
             words = " ".join([*text.split(), "1"][:4])
             return xml.numbers(words, 4, f"{place} <{key}>")
     return gazebo_colour(element.findtext("material/script/name") or "") or GREY
+
+
+def read_friction(xml: XmlFile, element: Element, place: str) -> float | None:
+    """Return the friction of a `<collision>`; None where it names none.
+
+    Rubber is the same all around here: what the file says of a second direction, of slip or of
+    twisting becomes a note.
+    """
+    mu = element.findtext(f"{_ODE}/mu") or element.findtext(f"{_FRICTION}/bullet/friction")
+    if mu is None:
+        return None
+    with leaving_out(xml, f"{place} <friction>"):
+        value = max(0.0, xml.numbers(mu, 1, f"{place} <mu>")[0])
+        second = xml.number(element, f"{_ODE}/mu2", value, place)
+        if second != value:
+            xml.note(f"{place}: <mu2> is taken to be <mu>, {value:g}")
+        for tag in ("slip1", "slip2"):
+            if xml.number(element, f"{_ODE}/{tag}", 0.0, place) != 0.0:
+                xml.note(f"{place}: <{tag}>: not simulated", NoteKind.IGNORED)
+        return value
+    return None
+
+
+def read_gravity(xml: XmlFile, world: Element) -> tuple[float, float, float]:
+    """Return which way a `<world>` pulls and how strongly [m/s^2]."""
+    text = world.findtext("gravity") or world.findtext("physics/gravity")
+    if not text or not text.strip():
+        return World.gravity
+    with leaving_out(xml, "world <gravity>"):
+        x, y, z = xml.numbers(text, 3, "world <gravity>")
+        if max(abs(x), abs(y), abs(z)) > _PULL_MAX:
+            raise xml.fail("world <gravity>", f"is {text.strip()}; valid: up to {_PULL_MAX:g}")
+        return x, y, z
+    return World.gravity

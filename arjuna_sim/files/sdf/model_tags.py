@@ -9,9 +9,8 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.sdf.frames import MERGE, Scope
-from arjuna_sim.files.sdf.geometry_tags import read_colour, read_shape
+from arjuna_sim.files.sdf.geometry_tags import read_colour, read_friction, read_shape
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
-from arjuna_sim.files.sdf.surface_tags import read_friction
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.notes import NoteKind
@@ -35,10 +34,7 @@ class SdfLink:
     """A link of a model, or of one that is nested in it.
 
     Attributes:
-        element: The tag.
-        file: The file.
         name: Path from the model of the world, such as `lamp::shade`.
-        T_world: Its pose.
         static: Whether the model that it is of stands fast.
         floats: Whether gravity leaves it alone.
         mass: What the file says; None where it says nothing [kg].
@@ -64,10 +60,7 @@ class SdfJoint:
     """A joint of a model.
 
     Attributes:
-        element: The tag.
-        file: The file.
         prefix: Path of its model, before the names of links and joints.
-        kind: Its type.
         parent: Path of a link, or `world`.
         child: Path of a link, or `world`.
         T_world: Where it is.

@@ -23,16 +23,14 @@ from arjuna_sim.files.robots.rules import (
 )
 from arjuna_sim.files.robots.tags import PluginTag, Tags
 from arjuna_sim.files.sdf.frames import raw_pose
+from arjuna_sim.files.sdf.geometry_tags import read_friction
 from arjuna_sim.files.sdf.includes import Includes
 from arjuna_sim.files.sdf.model_tags import WORLD, ModelReader, SdfJoint, SdfLink
-from arjuna_sim.files.sdf.surface_tags import read_friction
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.geometry.inertia import Inertial
-from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.joints import Joint, Mimic
+from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 
 _MOVING = ("revolute", "continuous", "prismatic")
 _UNLIMITED = 1e6  # SDF's own bound of a joint without limits is 1e16 [rad or m]

@@ -1,35 +1,167 @@
-"""Reading an SDF world: its models, actors and what can be pushed."""
+"""Reading an SDF world: its models, actors, joints and position on Earth."""
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
+import math
+from collections.abc import Sequence
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import WorldError
-from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.sdf.actor_tags import read_actor
-from arjuna_sim.files.sdf.earth_tags import read_earth
+from arjuna_core.geodesy import GeoPoint
+from arjuna_core.pose3 import ORIGIN, Pose3
+from arjuna_core.se2 import SE2
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
+from arjuna_sim.files.sdf.geometry_tags import read_gravity
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
-from arjuna_sim.files.sdf.model_tags import PARTS_MAX, ModelReader, SdfJoint, parts_of
+from arjuna_sim.files.sdf.model_tags import (
+    PARTS_MAX,
+    WORLD,
+    ModelReader,
+    SdfJoint,
+    is_static,
+    parts_of,
+    read_joint,
+)
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
-from arjuna_sim.files.sdf.surface_tags import read_gravity
-from arjuna_sim.files.sdf.world_joints import world_joints
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.actors import Actor
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
-from arjuna_sim.model.geometry.inertia import estimated_inertial
-from arjuna_sim.model.geometry.shapes import Kind
-from arjuna_sim.model.joints import Hinge
+from arjuna_sim.model.geometry.shapes import Kind, estimated_inertial
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.world import Body, World, ground
+from arjuna_sim.model.urdf import Hinge
+from arjuna_sim.model.world import Actor, Body, Earth, Trajectory, World, ground, person
 
+_WAYPOINTS_MAX = 10_000
+_ANGLES = {"latitude_deg": 90.0, "longitude_deg": 360.0, "heading_deg": 360.0}
 _UNLIT = (
     *("light", "gui", "physics", "gravity", "scene", "plugin", "state", "magnetic_field"),
     *("frame", "joint", "atmosphere", "wind", "spherical_coordinates", "audio"),
 )
 _MASS = 1.0  # SDF's default [kg]
 _MASS_MAX = 1e7  # [kg]
+
+
+def read_actor(xml: XmlFile, element: Element, T_world: Pose3) -> Actor:
+    """Read an SDF `<actor>`: its name, pose and scripted trajectories.
+
+    Its skin and animations are not drawn: a cylinder stands for it.
+
+    Args:
+        xml: The file.
+        element: The actor.
+        T_world: Its own pose in the world.
+
+    Raises:
+        InputFileError: A waypoint lacks its time or pose, or they are no numbers.
+    """
+    name = xml.attribute(element, "name", "an actor")
+    xml.note(f"actor '{name}': an upright cylinder stands for its skin")
+    script = element.find("script")
+    trajectory = None if script is None else _read_script(xml, script, f"actor '{name}'")
+    start = T_world.planar() if trajectory is None else trajectory.poses[0]
+    return Actor(name, person(), start, trajectory)
+
+
+def _read_script(xml: XmlFile, script: Element, place: str) -> Trajectory | None:
+    """Join a script's trajectories by their ids, as Gazebo plays them."""
+    if not _flag(script.findtext("auto_start"), True):
+        xml.note(f"{place}: <auto_start> is false, so it stands still")
+        return None
+    waypoints = [w for t in script.findall("trajectory") for w in t.findall("waypoint")]
+    if not waypoints:
+        return None
+    if len(waypoints) > _WAYPOINTS_MAX:
+        raise xml.fail(place, f"has {len(waypoints)} waypoints; at most {_WAYPOINTS_MAX} are read")
+    read = [_read_waypoint(xml, waypoint, place) for waypoint in waypoints]
+    read.sort(key=lambda item: item[0])
+    delay = xml.number(script, "delay_start", 0.0, place)
+    if delay < 0.0:
+        raise xml.fail(place, f"<delay_start> is {delay}; valid: 0 or more")
+    loop = _flag(script.findtext("loop"), True)
+    return Trajectory(tuple(t for t, _ in read), tuple(p for _, p in read), loop, delay)
+
+
+def _read_waypoint(xml: XmlFile, waypoint: Element, place: str) -> tuple[float, SE2]:
+    place = f"{place} waypoint"
+    (time,) = xml.numbers(xml.child(waypoint, "time", place).text or "", 1, f"{place} <time>")
+    if time < 0.0:
+        raise xml.fail(place, f"<time> is {time}; valid: 0 or more")
+    text = xml.child(waypoint, "pose", place).text or ""
+    values: Sequence[float] = xml.numbers(text, 6, f"{place} <pose>")
+    return time, SE2(values[0], values[1], values[5])
+
+
+def _flag(text: str | None, default: bool) -> bool:
+    return default if text is None else text.strip().lower() in ("true", "1")
+
+
+def read_earth(xml: XmlFile, world: Element) -> Earth:
+    """Read `<spherical_coordinates>` and `<magnetic_field>`; what is broken is left out."""
+    nowhere = Earth()
+    origin, heading, field = nowhere.origin, nowhere.heading, nowhere.magnetic_field
+    with leaving_out(xml, "<spherical_coordinates>"):
+        tag, place = world.find("spherical_coordinates"), "<spherical_coordinates>"
+        latitude, longitude, turn = (_angle(xml, tag, key, place) for key in _ANGLES)
+        altitude = xml.number(tag, "elevation", 0.0, place)
+        origin = GeoPoint(latitude, math.remainder(longitude, 360.0), altitude)
+        heading = math.radians(turn)
+    with leaving_out(xml, "<magnetic_field>"):
+        text = world.findtext("magnetic_field")
+        if text is not None and text.strip():
+            x, y, z = xml.numbers(text, 3, "<magnetic_field>")
+            field = (x, y, z)
+    return Earth(origin, heading, field)
+
+
+def _angle(xml: XmlFile, tag: Element | None, key: str, place: str) -> float:
+    value = xml.number(tag, key, 0.0, place)
+    if abs(value) > _ANGLES[key]:
+        raise xml.fail(place, f"<{key}> is {value:g}; valid: up to {_ANGLES[key]:g}")
+    return value
+
+
+def world_joints(xml: XmlFile, world: Element, scope: Scope) -> dict[str, list[SdfJoint]]:
+    """Return a world's own joints by the model that each holds, as if they were that model's.
+
+    What connects two models that both move is left out, with a note.
+
+    Args:
+        xml: The world's file.
+        world: The `<world>`, its includes replaced.
+        scope: Its frames.
+    """
+    models = {model.get("name", "").strip(): model for model in world.findall("model")}
+    found: dict[str, list[SdfJoint]] = {}
+    for element in world.findall("joint"):
+        place = f"joint '{element.get('name', '?')}'"
+        with leaving_out(xml, place):
+            joint = read_joint(xml, element, scope, ORIGIN, "")
+            ends = [_end(models, name) for name in (joint.parent, joint.child)]
+            held = sorted({model for model, _ in ends if model != WORLD})
+            if len(held) != 1:
+                problem = "connects no model to what stands fast: not simulated"
+                xml.note(f"{place}: {problem}", NoteKind.IGNORED)
+                continue
+            parent, child = (WORLD if model == WORLD else link for model, link in ends)
+            found.setdefault(held[0], []).append(
+                dataclasses.replace(joint, parent=parent, child=child)
+            )
+    return found
+
+
+def _end(models: dict[str, Element], name: str) -> tuple[str, str]:
+    """Return the model and the path of the link that a joint's end names; `WORLD` for what stands.
+
+    A model's name alone stands for its canonical link, its first unless it says otherwise.
+    """
+    first, _, rest = name.partition("::")
+    model = models.get(first)
+    if model is None or is_static(model):
+        return WORLD, ""
+    link = model.find("link")
+    canonical = "" if link is None else link.get("name", "")
+    return first, rest or model.get("canonical_link", canonical)
 
 
 def read_world(xml: XmlFile) -> World:

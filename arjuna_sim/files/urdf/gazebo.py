@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
-from arjuna_sim.files.material_colours import gazebo_colour
 from arjuna_sim.files.robots.gazebo import remedy
 from arjuna_sim.files.robots.tags import PluginTag, Tags
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.tag_text import plain, texts
+from arjuna_sim.files.tag_text import gazebo_colour, plain, texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Urdf
@@ -60,7 +59,6 @@ def read_tags(xml: XmlFile, urdf: Urdf) -> Tags:
 
 
 def _read_surface(xml: XmlFile, gazebo: Element, link: str, tags: Tags) -> None:
-    """Read friction, stiffness and colour of a link."""
     values = {}
     for child in gazebo:
         if plain(child.tag) in ("mu1", "mu", "mu2", *_CONTACT):

@@ -22,11 +22,9 @@ from arjuna_sim.files.robots.rules import (
     speed_of,
 )
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.geometry.inertia import Inertial
-from arjuna_sim.model.geometry.shapes import GREY, Kind, Part, Shape
-from arjuna_sim.model.joints import JOINT_KINDS, Joint, Mimic
+from arjuna_sim.model.geometry.shapes import GREY, Inertial, Kind, Part, Shape
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.urdf import JOINT_KINDS, Joint, Link, Mimic, Urdf
 
 _READ = ("link", "joint", "material", "gazebo", "transmission", "ros2_control")
 _READ_OF_JOINT = ("origin", "parent", "child", "axis", "limit", "mimic", "dynamics")

@@ -9,8 +9,7 @@ import numpy as np
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.tags import PluginTag, Tags
 from arjuna_sim.model.geometry.shapes import Kind, Part
-from arjuna_sim.model.joints import Joint
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.urdf import Joint, Link, Urdf
 
 _SIZES = {
     Kind.BOX: ("size",),

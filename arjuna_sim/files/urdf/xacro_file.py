@@ -28,7 +28,6 @@ class Expanded:
     """A robot's file after its macros.
 
     Attributes:
-        text: The URDF.
         notes: What was missing, and what stands for it.
         files: The files that it includes.
     """

@@ -1,8 +1,9 @@
-"""Shapes of bodies, as URDF and SDF have them."""
+"""Shapes of bodies, as URDF and SDF have them, and their mass properties."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.model.geometry.convex_pieces import CUBE, Pieces, hull, pieces
@@ -17,6 +19,11 @@ from arjuna_sim.model.geometry.convex_pieces import CUBE, Pieces, hull, pieces
 _ROUND = 64  # corners that stand for a circle
 _TILTS = (math.pi / 8, math.pi / 4, 3 * math.pi / 8, math.pi / 2)  # rings of a capsule's ends
 GREY = (0.7, 0.7, 0.7, 1.0)
+DENSITY = 500.0
+"""Of parts whose file gives no mass: half of water's, as robots are hollow [kg/m^3]."""
+MASS_MIN = 1e-6
+"""Least mass of a link [kg]."""
+_INERTIA_MIN = 1e-10  # [kg m^2]
 
 
 class Kind(Enum):
@@ -80,7 +87,6 @@ class Terrain:
     """Heights of a ground that is not level.
 
     Attributes:
-        path: The file.
         heights: From 0 to 1, `(rows, columns) float64`, rows along y and columns along x.
     """
 
@@ -107,7 +113,6 @@ class Shape:
     """A shape in its own frame.
 
     Attributes:
-        kind: What it is.
         size: Box: edges (x, y, z). Cylinder, capsule (without its ends): radius, length. Sphere:
             radius. Ellipsoid: radii. Plane: nothing. Mesh: scale (x, y, z). Terrain: extent along
             x and y, and how high white is. All [m].
@@ -132,9 +137,7 @@ class Part:
     """A shape at a place.
 
     Attributes:
-        shape: The shape.
         pose: Its pose in its link or world.
-        rgba: Its colour, 0..1.
         friction: Coefficient of dry friction; None where its file names none.
     """
 
@@ -180,3 +183,94 @@ def circle(radius: float) -> NDArray[np.float64]:
     angles = np.arange(_ROUND) * 2.0 * math.pi / _ROUND
     ring: NDArray[np.float64] = radius * np.column_stack((np.cos(angles), np.sin(angles)))
     return ring
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """Mass properties of a link.
+
+    Attributes:
+        mass: [kg].
+        center: Centre of mass in the link's frame [m].
+        inertia: About the centre, along the link's axes, `(3, 3) float64` [kg m^2].
+    """
+
+    mass: float
+    center: tuple[float, float, float]
+    inertia: NDArray[np.float64]
+
+
+def estimated_inertial(parts: Sequence[Part]) -> Inertial | None:
+    """Return mass properties of a link that has none, by its shapes; None without shapes."""
+    volume = sum(_volume(part.shape) for part in parts)
+    return inertial_of_parts(parts, max(volume * DENSITY, MASS_MIN)) if volume > 0.0 else None
+
+
+def volume_of(parts: Sequence[Part]) -> float:
+    """Return the volume of shapes, overlaps counted twice [m^3]."""
+    return sum(_volume(part.shape) for part in parts)
+
+
+def inertial_of_parts(parts: Sequence[Part], mass: float) -> Inertial:
+    """Return the mass properties of shapes of one density; without shapes a ball of 5 cm.
+
+    Args:
+        parts: The shapes; a mesh counts as a box around it.
+        mass: Of all of them [kg].
+    """
+    volumes = np.array([_volume(part.shape) for part in parts])
+    if not volumes.sum() > 0.0:
+        return Inertial(mass, (0.0, 0.0, 0.0), np.eye(3) * max(0.4 * mass * 0.05**2, _INERTIA_MIN))
+    masses = mass * volumes / volumes.sum()
+    places = np.array([_middle(part) for part in parts])
+    center = masses @ places / mass
+    inertia = np.eye(3) * _INERTIA_MIN
+    for part, own, place in zip(parts, masses, places, strict=True):
+        rotation, arm = part.pose.rotation(), place - center
+        inertia += rotation @ np.diag(own * _unit(part.shape)) @ rotation.T
+        inertia += own * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return Inertial(mass, (float(center[0]), float(center[1]), float(center[2])), inertia)
+
+
+def _middle(part: Part) -> NDArray[np.float64]:
+    """Return a shape's centre in its link's frame [m]."""
+    low, high = _box(part.shape)
+    middle: NDArray[np.float64] = part.pose.apply(((low + high) / 2)[None])[0]
+    return middle
+
+
+def _box(shape: Shape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    points = corners(shape)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _volume(shape: Shape) -> float:
+    """Return a shape's volume; of a mesh that of its hull [m^3]."""
+    if shape.kind is Kind.BOX:
+        return math.prod(shape.size)
+    if shape.kind is Kind.CYLINDER:
+        return math.pi * shape.size[0] ** 2 * shape.size[1]
+    if shape.kind in (Kind.SPHERE, Kind.ELLIPSOID):
+        return 4.0 / 3.0 * math.pi * math.prod((*shape.size, *shape.size[:1] * 2)[:3])
+    if shape.kind is Kind.CAPSULE:
+        radius, length = shape.size
+        return math.pi * radius**2 * (length + 4.0 / 3.0 * radius)
+    if shape.kind is Kind.MESH:
+        return float(ConvexHull(corners(shape)).volume)  # never flat: see `hull`
+    return 0.0
+
+
+def _unit(shape: Shape) -> NDArray[np.float64]:
+    """Return a shape's principal inertias per mass about its centre [m^2]."""
+    if shape.kind is Kind.CYLINDER:
+        radius, length = shape.size
+        across = (3.0 * radius**2 + length**2) / 12.0
+        return np.array([across, across, radius**2 / 2.0])
+    if shape.kind is Kind.SPHERE:
+        return np.full(3, 0.4 * shape.size[0] ** 2)
+    if shape.kind is Kind.ELLIPSOID:
+        x, y, z = (radius**2 for radius in shape.size)
+        return np.array([y + z, x + z, x + y]) / 5.0
+    low, high = _box(shape)
+    x, y, z = ((high - low) ** 2).tolist()
+    return np.array([y + z, x + z, x + y]) / 12.0

@@ -12,10 +12,8 @@ from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import Entity, PlaceTakenError
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.messages import box_msg
-from arjuna_sim.nodes.services.entity_filters import matching
-from arjuna_sim.nodes.services.host import Host
-from arjuna_sim.nodes.services.known_entities import KnownEntities
-from arjuna_sim.nodes.services.results import RequestError, answering
+from arjuna_sim.nodes.services.host import Host, RequestError, answering
+from arjuna_sim.nodes.services.known_entities import KnownEntities, matching
 
 
 def in_world(host: Host, answer: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
@@ -31,12 +29,7 @@ def in_world(host: Host, answer: Callable[[Any, Any], None]) -> Callable[[Any, A
 
 
 class EntityServices:
-    """Serves what concerns entities that are there.
-
-    Args:
-        host: The simulator's node, being configured.
-        known: The entities.
-    """
+    """Serves what concerns entities that are there."""
 
     def __init__(self, host: Host, known: KnownEntities) -> None:
         self._host = host

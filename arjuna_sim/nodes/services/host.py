@@ -1,20 +1,66 @@
-"""What the services of simulation_interfaces need of the simulator's node."""
+"""Requests to the simulator's node: what services need of it, and how a request ends."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from arjuna_sim.files.library import Library
+from simulation_interfaces.msg import Result
+
+from arjuna_core.errors import ArjunaError
+from arjuna_sim.files.library import Library, ResourceError
 from arjuna_sim.nodes.fleet import Fleet
 from arjuna_sim.simulation import Simulation
+
+OK = Result(result=Result.RESULT_OK)
+
+
+class RequestError(ArjunaError):
+    """A request that is refused.
+
+    Args:
+        code: The result's code.
+        problem: What is wrong and what is valid.
+
+    Attributes:
+        result: What the client gets.
+    """
+
+    def __init__(self, code: int, problem: str) -> None:
+        self.result = Result(result=code, error_message=problem)
+        super().__init__(problem)
+
+
+def resource_error(response_type: Any, error: ResourceError) -> RequestError:
+    """Return the refusal of a resource that cannot be used, by a service's own codes.
+
+    Args:
+        response_type: The service's response, which has the codes.
+        error: What is wrong with the resource.
+    """
+    name = error.fault.value
+    holder = Result if name.startswith("RESULT_") else response_type
+    return RequestError(getattr(holder, name), str(error))
+
+
+def answering(answer: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
+    """Return a service's callback: what the answer raises becomes the response's result."""
+
+    def callback(request: Any, response: Any) -> Any:
+        response.result = OK
+        try:
+            answer(request, response)
+        except RequestError as error:
+            response.result = error.result
+        return response
+
+    return callback
 
 
 class Host(Protocol):
     """A running simulation that clients control.
 
     Attributes:
-        simulator: The core.
         fleet: The robots that have nodes of their own.
         library: What clients may name.
         state: A SimulationState constant: whether simulated time runs.

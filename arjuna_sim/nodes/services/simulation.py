@@ -1,4 +1,4 @@
-"""simulation_interfaces: state, time and steps of the simulation, and what it can do."""
+"""simulation_interfaces: state, time and steps of the simulation, and its features."""
 
 from __future__ import annotations
 
@@ -6,14 +6,16 @@ from collections.abc import Callable
 from typing import Any
 
 from simulation_interfaces import srv
+from simulation_interfaces.action import SimulateSteps
 from simulation_interfaces.msg import Result, SimulationState, SimulatorFeatures
 
+from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.files.spawned import FORMATS
-from arjuna_sim.nodes.services.host import Host
-from arjuna_sim.nodes.services.results import RequestError, answering
-from arjuna_sim.nodes.services.stepping import StepAction, check_steps
+from arjuna_sim.nodes.services.host import OK, Host, RequestError, answering
 
-_STEPS_MAX = 1000  # of the service, which answers after the last; the action takes more
+_SERVICE_STEPS_MAX = 1000  # of the service, which answers after the last; the action takes more
+_ACTION_STEPS_MAX = 1_000_000  # five hours of simulated time; more is a slip of the client's
 _FEATURES = (
     *("SPAWNING", "DELETING", "ENTITY_TAGS", "ENTITY_BOUNDS", "ENTITY_BOUNDS_BOX"),
     *("ENTITY_CATEGORIES", "SPAWNING_RESOURCE_STRING", "ENTITY_STATE_GETTING"),
@@ -30,6 +32,67 @@ _STATES = {
     SimulationState.STATE_PAUSED: "paused",
     SimulationState.STATE_QUITTING: "quitting",
 }
+
+
+def check_steps(state: int, steps: int, most: int) -> None:
+    """Refuse a number of steps that cannot be simulated in a SimulationState.
+
+    Raises:
+        RequestError: The simulation is not paused, or there are none or too many.
+    """
+    if state != SimulationState.STATE_PAUSED:
+        problem = "steps are for a paused simulation; pause it first"
+        raise RequestError(Result.RESULT_INCORRECT_STATE, problem)
+    if not 1 <= steps <= most:
+        problem = f"steps is {steps}; valid: 1 to {most}"
+        raise RequestError(Result.RESULT_OPERATION_FAILED, problem)
+
+
+class StepAction(GoalServer):
+    """The action simulate_steps: a tick at a time, with progress.
+
+    Args:
+        node: The node, being configured.
+        state: Returns the present SimulationState constant.
+    """
+
+    def __init__(self, node: ManagedNode, state: Callable[[], int]) -> None:
+        name, on_cancel = "simulate_steps", self._on_cancel_steps
+        super().__init__(node, SimulateSteps, name, self._begin, on_cancel=on_cancel)
+        self._state = state
+        self._done = 0
+        node.keep(self)
+
+    def explained(self, reason: str) -> Any:
+        """Return a result that says why a goal failed."""
+        error = RequestError(Result.RESULT_OPERATION_FAILED, reason)
+        return SimulateSteps.Result(result=error.result)
+
+    def _begin(self) -> None:
+        if self.preempt_requested:
+            self.abort_pending(self.explained("other steps are being simulated"))
+            return
+        self._done = 0
+        goal: Any = self.goal
+        try:
+            check_steps(self._state(), goal.steps, _ACTION_STEPS_MAX)
+        except RequestError as error:
+            self.abort(SimulateSteps.Result(result=error.result))
+
+    def count(self) -> None:
+        """Take note of a tick."""
+        goal = self.goal
+        if goal is None:
+            return
+        self._done += 1
+        left = goal.steps - self._done
+        self.feedback(SimulateSteps.Feedback(completed_steps=self._done, remaining_steps=left))
+        if left == 0:
+            self.succeed(SimulateSteps.Result(result=OK))
+
+    def _on_cancel_steps(self) -> None:
+        if self.cancel_requested:
+            self.cancel(self.explained(f"cancelled after {self._done} steps"))
 
 
 class SimulationServices:
@@ -108,6 +171,6 @@ class SimulationServices:
         self._host.state = state
 
     def _step(self, request: Any, response: Any) -> None:
-        check_steps(self._host.state, request.steps, _STEPS_MAX)
+        check_steps(self._host.state, request.steps, _SERVICE_STEPS_MAX)
         for _ in range(request.steps):
             self._host.advance()

@@ -14,13 +14,12 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.library import ResourceError
 from arjuna_sim.files.spawned import read_driven, read_entity
-from arjuna_sim.model.actors import Trajectory
 from arjuna_sim.model.entities import Entity, PlaceTakenError
+from arjuna_sim.model.world import Trajectory
 from arjuna_sim.nodes.fleet import NamespaceError
 from arjuna_sim.nodes.services.entities import in_world
-from arjuna_sim.nodes.services.host import Host
+from arjuna_sim.nodes.services.host import OK, Host, RequestError, resource_error
 from arjuna_sim.nodes.services.known_entities import ALIAS, KnownEntities
-from arjuna_sim.nodes.services.results import OK, RequestError, resource_error
 from arjuna_sim.nodes.sim_config import NAMESPACE
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./:-]{0,127}")

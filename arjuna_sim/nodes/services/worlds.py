@@ -17,8 +17,7 @@ from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import World
-from arjuna_sim.nodes.services.host import Host
-from arjuna_sim.nodes.services.results import RequestError, answering, resource_error
+from arjuna_sim.nodes.services.host import Host, RequestError, answering, resource_error
 
 _SUFFIXES = (".world", ".sdf", ".yaml")
 _NO_WORLD = b"<sdf version='1.7'><world name='none'/></sdf>"

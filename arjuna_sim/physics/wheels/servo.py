@@ -1,4 +1,4 @@
-"""Wheel servos: the motors that make the wheels follow the speeds they are told."""
+"""Motors of wheels and steering, and the rollers of mecanum and omni wheels."""
 
 from __future__ import annotations
 
@@ -12,8 +12,36 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.wheels import center
 
 _STEERING_TIME = 0.02  # in which steering comes to where it is told, critically damped [s]
+
+
+def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
+    """Add the freedom of a wheel's rollers to its body, where it has any, before its own joint.
+
+    Args:
+        body: The spec's body; its frame is the wheel's link's.
+        robot: The robot.
+        joint: The wheel's joint.
+    """
+    drive, urdf = robot.drive, robot.urdf
+    if not drive.grips:
+        return
+    T_link_root = urdf.T_root(urdf.joints[joint].child).inverse()
+    along = np.array([*drive.grips[drive.wheels.index(joint)], 0.0])
+    place = T_link_root.apply(center(urdf, joint)[None])[0]
+    body.add_joint(name=_name(joint), axis=T_link_root.rotation() @ along, pos=place)
+
+
+def roller_addresses(model: Any, robot: RobotModel) -> NDArray[np.int64]:
+    """Return the addresses in qpos of what rollers have turned, `(R,) int64`."""
+    names = robot.wheel_joints if robot.drive.grips else ()
+    return np.array([model.joint(_name(name)).qposadr[0] for name in names], np.int64)
+
+
+def _name(joint: str) -> str:
+    return f"{joint}//rollers"
 
 
 @dataclass(frozen=True)

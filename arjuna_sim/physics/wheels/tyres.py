@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center, radius_of, width_of
+from arjuna_sim.physics.geoms import name_friction
 from arjuna_sim.physics.wheels.footing import (
     Feet,
     Weight,
@@ -32,7 +33,6 @@ from arjuna_sim.physics.wheels.footing import (
     sill_notes,
     steady_acceleration,
 )
-from arjuna_sim.physics.wheels.grip import name_friction
 
 STICTION = 1e6
 """Damping along the ground, by the normal damping (MuJoCo's `impratio`)."""

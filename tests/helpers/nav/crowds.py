@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
-from arjuna_sim.model.actors import PERSON, Trajectory
+from arjuna_sim.model.world import PERSON, Trajectory
 from tests.nav.worlds import block, empty_grid
 
 _LENGTH, _WIDTH = 12.0, 9.0  # of the room [m]

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from arjuna_core.grid import OCCUPIED, OccupancyGrid
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.model.actors import PERSON, Trajectory, person
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.world import PERSON, Trajectory, person
 from tests.helpers.nav.drives import Ground
 
 _EDGE, _HEIGHT = 0.5, 1.0  # of a box [m]

@@ -10,14 +10,17 @@ import pytest
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.calibration import (
+    PATTERN,
     CalibrationError,
+    DriveLog,
+    Measurement,
     calibrate,
     compare,
     dead_reckon,
+    drive,
     identify,
 )
 from arjuna_sim.devices.drive import Kinematics
-from arjuna_sim.devices.driving_pattern import PATTERN, DriveLog, Measurement, drive
 from arjuna_sim.devices.odometry import OdometryConfig
 
 TRUE, NOMINAL = Kinematics(0.5, 0.08), Kinematics(0.3, 0.1)

@@ -8,7 +8,7 @@ import pytest
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from arjuna_sim.devices.driving_pattern import Measurement, drive
+from arjuna_sim.devices.calibration import Measurement, drive
 
 # Worked out by hand: a straight goes on by its speed times its time; a spin turns on the spot; an
 # arc of half a turn ends beside its start by twice its radius v / w, facing back.

@@ -13,8 +13,8 @@ from arjuna_core.files.map_image import MapOptions
 from arjuna_core.files.maps import save_map
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_sim.files import map_world
-from arjuna_sim.files.map_world import WALLS, load_map_world, rectangles
+from arjuna_sim.files import world_file
+from arjuna_sim.files.world_file import WALLS, load_map_world, rectangles
 
 
 def occupied(*rows: str) -> NDArray[np.bool_]:
@@ -74,9 +74,9 @@ def test_a_map_of_too_many_walls_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = saved(tmp_path, [[100, 0, 100, 0, 100]])
-    monkeypatch.setattr(map_world, "_BOXES_MAX", 3)
+    monkeypatch.setattr(world_file, "_BOXES_MAX", 3)
     load_map_world(path)
-    monkeypatch.setattr(map_world, "_BOXES_MAX", 2)
+    monkeypatch.setattr(world_file, "_BOXES_MAX", 2)
     with pytest.raises(WorldError, match="has walls of 3 boxes; valid: up to 2"):
         load_map_world(str(path))
 

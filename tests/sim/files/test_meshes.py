@@ -18,7 +18,7 @@ from arjuna_sim.files.meshes.triangles import MeshError, read_mesh
 from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.geometry.convex_pieces import hull, pieces
-from arjuna_sim.model.geometry.surfaces import surfaces
+from arjuna_sim.model.geometry.walls import surfaces
 from tests.sim.builders import run, simulator
 
 _RING = ((-1, -1), (1, -1), (1, 1), (-1, 1))

@@ -11,7 +11,7 @@ from arjuna_core.files.maps import load_map
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import SE2
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.geometry.surfaces import surfaces
+from arjuna_sim.model.geometry.walls import surfaces
 from tests.sim.builders import simulator
 
 _WORLD = shipped_file("worlds/pillar_arena.world")

@@ -13,9 +13,8 @@ from arjuna_core.files.maps import save_map
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from arjuna_sim.files.map_world import rectangles
-from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.geometry.surfaces import surfaces
+from arjuna_sim.files.world_file import load_world, rectangles
+from arjuna_sim.model.geometry.walls import surfaces
 from arjuna_sim.model.notes import NoteKind
 from tests.sim.builders import ROOM, ROOT, edited, run, simulator, texts
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from arjuna_sim.files.xml_text import _DEPTH_MAX, parse_xml
+from arjuna_sim.files.xml_file import _DEPTH_MAX, parse_xml
 
 
 def nested(depth: int) -> bytes:

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.actors import PERSON, Trajectory
 from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.world import PERSON, Trajectory
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
 ACTOR = """<sdf version="1.7"><world name="w"><actor name="walker">{pose}

@@ -14,7 +14,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.meshes.solids import prism
 from arjuna_sim.model.geometry.convex_pieces import CUBE, hull, pieces, surface
 from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape, Terrain, circle, corners
-from arjuna_sim.model.geometry.surfaces import surfaces
+from arjuna_sim.model.geometry.walls import surfaces
 from arjuna_sim.model.world import Body, World
 
 FACE = np.array([[[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [0.0, 3.0, 1.0]]])  # looks up

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_sim.model.geometry.enclosure import enclosure_of
+from arjuna_sim.model.geometry.walls import enclosure_of
 
 
 def _ring(

@@ -10,7 +10,6 @@ import pytest
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
-from arjuna_sim.model.actors import PERSON, Actor, Trajectory, person
 from arjuna_sim.model.entities import (
     Category,
     Entity,
@@ -21,8 +20,8 @@ from arjuna_sim.model.entities import (
     moving_entities,
 )
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.joints import Hinge
-from arjuna_sim.model.world import Body, World, ground, is_ground
+from arjuna_sim.model.urdf import Hinge
+from arjuna_sim.model.world import PERSON, Actor, Body, Trajectory, World, ground, is_ground, person
 from tests.sim.wheeled import weight, wheeled
 
 BOX = Shape(Kind.BOX, (2.0, 4.0, 6.0))

@@ -11,14 +11,19 @@ from numpy.typing import NDArray
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import Entity
-from arjuna_sim.model.geometry.inertia import (
+from arjuna_sim.model.geometry.shapes import (
     DENSITY,
+    Group,
+    Kind,
+    Mesh,
+    Part,
+    Shape,
+    Terrain,
     estimated_inertial,
     inertial_of_parts,
     volume_of,
 )
-from arjuna_sim.model.geometry.shapes import Group, Kind, Mesh, Part, Shape, Terrain
-from arjuna_sim.model.geometry.surfaces import surfaces
+from arjuna_sim.model.geometry.walls import surfaces
 from arjuna_sim.model.world import Body, World
 
 ASKEW = Pose3.from_rpy((1.0, -2.0, 0.4), (0.4, -0.3, 1.1))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.model.joints import Hinge, Joint, Mimic
+from arjuna_sim.model.urdf import Hinge, Joint, Mimic
 
 AT = Pose3.from_rpy((1.0, 2.0, 3.0), (0.3, -0.2, 0.9))
 AXIS = (0.36, 0.48, 0.8)

@@ -9,10 +9,9 @@ import pytest
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.devices.sensors.camera import CameraSettings
-from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.optical import T_BODY_OPTICAL, SensorFrame, sensor_frame
 from arjuna_sim.model.settings import SensorSettings
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.urdf import Joint, Link, Urdf
 
 ASIDE = Pose3((0.0, 0.02, 0.0), T_BODY_OPTICAL.quaternion)
 

@@ -14,8 +14,7 @@ from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model import wheels
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.joints import Joint
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.urdf import Joint, Link, Urdf
 from tests.sim.wheeled import ALONG_Y, NAMES, TYRE, weight, wheeled
 
 

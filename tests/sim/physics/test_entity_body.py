@@ -11,7 +11,7 @@ import pytest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.joints import Hinge
+from arjuna_sim.model.urdf import Hinge
 from tests.sim.builders import simulator
 
 AT = Pose3((0.5, 0.0, 1.0))

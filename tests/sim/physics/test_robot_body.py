@@ -12,12 +12,10 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.geometry.inertia import Inertial
-from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.joints import Joint, Mimic
+from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 from arjuna_sim.physics.robot_body import ROBOTS_MAX, add_robot, let_meet
 from arjuna_sim.physics.wheels.servo import ServoConfig
 

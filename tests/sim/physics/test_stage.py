@@ -17,9 +17,9 @@ from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.spawned import read_entity
-from arjuna_sim.model.actors import Trajectory
 from arjuna_sim.model.entities import Entity, PlaceTakenError, UnknownEntityError
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.world import Trajectory
 from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.simulation import Simulation
 from tests.sim.builders import EMPTY, ROOM, ROOT, run, simulator

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.geometry.inertia import Inertial
-from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape, corners
+from arjuna_sim.model.geometry.shapes import Inertial, Kind, Mesh, Part, Shape, corners
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Link

@@ -12,9 +12,9 @@ import pytest
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from arjuna_sim.model.actors import Trajectory, person
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.world import Trajectory, person
 from arjuna_sim.physics.walkers import Walkers
 from tests.sim.builders import run, simulator
 

@@ -8,8 +8,7 @@ import pytest
 
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import DriveConfig
-from arjuna_sim.devices.driving.controller import Drive
-from arjuna_sim.devices.driving.limits import limited
+from arjuna_sim.devices.driving.controller import Drive, limited
 from arjuna_sim.model.settings import DriveSettings
 
 _WHEELS = DriveSettings(("l",), ("r",), 0.0, 0.05, 1.0, 0.5, 0.05, plugin="p")

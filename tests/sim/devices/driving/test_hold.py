@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from arjuna_sim.devices.driving.hold import CommandHold, HoldLimits
+from arjuna_sim.devices.driving.controller import CommandHold, HoldLimits
 
 _TICK = 0.02
 _LIMITS = HoldLimits()

@@ -8,8 +8,7 @@ from dataclasses import replace
 import pytest
 
 from arjuna_sim.devices.drive import DriveConfig
-from arjuna_sim.devices.driving.hold import HoldLimits
-from arjuna_sim.devices.driving.limits import limited
+from arjuna_sim.devices.driving.controller import HoldLimits, limited
 from arjuna_sim.model.settings import DriveSettings
 
 _WHEELS = DriveSettings(("l",), ("r",), 0.5, 0.05, 1.0, 0.5, 0.05, plugin="p")

@@ -18,11 +18,9 @@ from arjuna_sim.files.robots.completion import (
     rigid_groups,
 )
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.geometry.inertia import Inertial
-from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.joints import Joint
+from arjuna_sim.model.geometry.shapes import Inertial, Kind, Part, Shape
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.urdf import Joint, Link, Urdf
 from tests.sim.builders import texts
 from tests.sim.wheeled import ALONG_Y
 

@@ -14,8 +14,7 @@ from arjuna_sim.files.robots.guess import guess_drive, guess_sides
 from arjuna_sim.files.urdf.gazebo import read_tags
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.joints import Mimic
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.urdf import Link, Mimic, Urdf
 from tests.sim.wheeled import ALONG_Y, wheeled
 
 CORNERS = ((0.2, 0.15, 0.0), (0.2, -0.15, 0.0), (-0.2, 0.15, 0.0), (-0.2, -0.15, 0.0))

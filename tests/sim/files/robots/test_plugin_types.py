@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element  # built here, not parsed
 
 import pytest
 
-from arjuna_sim.files.robots.plugin_types import controller_kind, drive_kind, is_control
+from arjuna_sim.files.robots.plugins import controller_kind, drive_kind, is_control
 from arjuna_sim.model.settings import DriveKind
 
 _GZ = {

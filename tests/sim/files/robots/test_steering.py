@@ -12,12 +12,15 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.robots.rollers import omni_drive, with_mecanum
-from arjuna_sim.files.robots.steering import steering_joints, with_steering
+from arjuna_sim.files.robots.drive_kinds import (
+    omni_drive,
+    steering_joints,
+    with_mecanum,
+    with_steering,
+)
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.joints import Joint, Mimic
 from arjuna_sim.model.settings import DriveKind, DriveSettings
-from arjuna_sim.model.urdf import Link, Urdf
+from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 from tests.sim.wheeled import NAMES, wheeled
 
 UP = (0.0, 0.0, 1.0)

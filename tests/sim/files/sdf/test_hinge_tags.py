@@ -9,10 +9,10 @@ import pytest
 
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.files.sdf.hinge_tags import read_hinge
 from arjuna_sim.files.sdf.model_tags import SdfJoint, SdfLink
+from arjuna_sim.files.sdf.rigid_groups import read_hinge
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.joints import Hinge
+from arjuna_sim.model.urdf import Hinge
 
 QUARTER = math.pi / 2
 LEAF = Pose3.from_rpy((1.0, 0.0, 0.0), (0.0, 0.0, QUARTER))

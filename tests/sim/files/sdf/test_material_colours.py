@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from arjuna_sim.files.material_colours import gazebo_colour
+from arjuna_sim.files.tag_text import gazebo_colour
 
 NAMES = (
     *("Red", "Green", "Blue", "Yellow", "Orange", "Purple", "Turquoise", "Indigo", "Gold"),

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arjuna_core.errors import WorldError
-from arjuna_sim.files.sdf.population import populate
+from arjuna_sim.files.sdf.includes import populate
 from arjuna_sim.files.xml_file import XmlFile
 
 MODEL = "<model name='tree'/>"

@@ -18,9 +18,8 @@ from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.urdf.written import urdf_text
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import GREY, Kind
-from arjuna_sim.model.joints import Joint
 from arjuna_sim.model.notes import NoteKind
-from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.urdf import Joint, Urdf
 from tests.sim.builders import texts
 
 BALL = "<geometry><sphere><radius>0.1</radius></sphere></geometry>"

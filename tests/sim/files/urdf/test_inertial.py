@@ -9,7 +9,7 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_sim.files.robots.robot_file import load_robot
-from arjuna_sim.model.geometry.inertia import Inertial
+from arjuna_sim.model.geometry.shapes import Inertial
 from tests.sim.builders import texts
 
 LINK = """<robot name="r"><link name="base_link"><inertial>{inside}</inertial><collision>

@@ -9,8 +9,8 @@ import pytest
 from arjuna_core.errors import RobotError
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.xml_file import XmlFile
-from arjuna_sim.model.joints import Joint, Mimic
 from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.urdf import Joint, Mimic
 
 
 def read(*joints: tuple[str, str, str]) -> tuple[dict[str, Joint], XmlFile]:
