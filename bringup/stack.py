@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -51,59 +51,52 @@ class Group:
     Attributes:
         name: Name of the process.
         nodes: The nodes.
-        manager: Name of their lifecycle manager.
-        commandable: Whether clients may command that manager. Not the simulator's: a client that
-            shuts every manager down, as nav2_simple_commander can, means the robot, not the world.
         cores: The modules of their algorithms, which import no ROS.
+        commandable: Whether clients may command their lifecycle manager. Not the simulator's: one
+            that shuts all down, as nav2_simple_commander can, means the robot, not the world.
+        managed_as: What their manager has in its name, if not the group's.
     """
 
     name: str
     nodes: tuple[NodeSpec, ...]
-    manager: str = field(default="")
-    commandable: bool = True
     cores: tuple[str, ...] = ()
+    commandable: bool = True
+    managed_as: str = ""
+
+    @property
+    def manager(self) -> str:
+        """Name of their lifecycle manager."""
+        return f"lifecycle_manager_{self.managed_as or self.name}"
 
 
-SIM = NodeSpec("sim", "arjuna_sim.nodes.sim", "SimNode")
-ROBOT_STATE_PUBLISHER = NodeSpec(
-    "robot_state_publisher",
-    "arjuna_sim.nodes.robot_state_publisher",
-    "RobotStatePublisherNode",
+def _node(package: str, name: str, module: str = "", cls: str = "") -> NodeSpec:
+    """Return a node whose module and class have its name, unless they are given."""
+    camel = "".join(word.capitalize() for word in name.split("_"))
+    return NodeSpec(name, f"{package}.nodes.{module or name}", cls or f"{camel}Node")
+
+
+SIM = _node("arjuna_sim", "sim")
+ROBOT_STATE_PUBLISHER = _node("arjuna_sim", "robot_state_publisher")
+EKF = _node("arjuna_sim", "ekf_filter_node", "ekf", "EkfNode")
+SLAM_TOOLBOX = _node("arjuna_slam", "slam_toolbox")
+MAP_SAVER = _node("arjuna_slam", "map_saver", "map_server")
+MAP_SERVER = _node("arjuna_slam", "map_server")
+AMCL = _node("arjuna_slam", "amcl")
+LOCAL_COSTMAP, GLOBAL_COSTMAP = (
+    _node("arjuna_nav", f"{name}/{name}", "costmap.node", "CostmapNode")
+    for name in ("local_costmap", "global_costmap")
 )
-EKF = NodeSpec("ekf_filter_node", "arjuna_sim.nodes.ekf", "EkfNode")
-SLAM_TOOLBOX = NodeSpec("slam_toolbox", "arjuna_slam.nodes.slam_toolbox", "SlamToolboxNode")
-MAP_SAVER = NodeSpec("map_saver", "arjuna_slam.nodes.map_server", "MapSaverNode")
-MAP_SERVER = NodeSpec("map_server", "arjuna_slam.nodes.map_server", "MapServerNode")
-AMCL = NodeSpec("amcl", "arjuna_slam.nodes.amcl", "AmclNode")
-LOCAL_COSTMAP = NodeSpec(
-    "local_costmap/local_costmap", "arjuna_nav.nodes.costmap.node", "CostmapNode"
-)
-GLOBAL_COSTMAP = NodeSpec(
-    "global_costmap/global_costmap", "arjuna_nav.nodes.costmap.node", "CostmapNode"
-)
-CONTROLLER_SERVER = NodeSpec(
-    "controller_server", "arjuna_nav.nodes.controller_server", "ControllerServerNode"
-)
-SMOOTHER_SERVER = NodeSpec(
-    "smoother_server", "arjuna_nav.nodes.smoother_server", "SmootherServerNode"
-)
-PLANNER_SERVER = NodeSpec("planner_server", "arjuna_nav.nodes.planner_server", "PlannerServerNode")
-BEHAVIOR_SERVER = NodeSpec(
-    "behavior_server", "arjuna_nav.nodes.behavior_server", "BehaviorServerNode"
-)
-BT_NAVIGATOR = NodeSpec("bt_navigator", "arjuna_nav.nodes.bt_navigator", "BtNavigatorNode")
-VELOCITY_SMOOTHER = NodeSpec(
-    "velocity_smoother", "arjuna_nav.nodes.velocity_smoother", "VelocitySmootherNode"
-)
-COLLISION_MONITOR = NodeSpec(
-    "collision_monitor", "arjuna_nav.nodes.collision_monitor", "CollisionMonitorNode"
-)
-WAYPOINT_FOLLOWER = NodeSpec(
-    "waypoint_follower", "arjuna_nav.nodes.waypoint_follower", "WaypointFollowerNode"
-)
-DOCKING_SERVER = NodeSpec("docking_server", "arjuna_nav.nodes.docking.server", "DockingServerNode")
-ROUTE_SERVER = NodeSpec("route_server", "arjuna_nav.nodes.route_server", "RouteServerNode")
-EXPLORER = NodeSpec("explorer", "arjuna_nav.nodes.explorer", "ExplorerNode")
+CONTROLLER_SERVER = _node("arjuna_nav", "controller_server")
+SMOOTHER_SERVER = _node("arjuna_nav", "smoother_server")
+PLANNER_SERVER = _node("arjuna_nav", "planner_server")
+BEHAVIOR_SERVER = _node("arjuna_nav", "behavior_server")
+BT_NAVIGATOR = _node("arjuna_nav", "bt_navigator")
+VELOCITY_SMOOTHER = _node("arjuna_nav", "velocity_smoother")
+COLLISION_MONITOR = _node("arjuna_nav", "collision_monitor")
+WAYPOINT_FOLLOWER = _node("arjuna_nav", "waypoint_follower")
+DOCKING_SERVER = _node("arjuna_nav", "docking_server", "docking.server")
+ROUTE_SERVER = _node("arjuna_nav", "route_server")
+EXPLORER = _node("arjuna_nav", "explorer")
 
 MESSAGES = (
     *("geometry_msgs.msg", "nav_msgs.msg", "nav_msgs.srv", "sensor_msgs.msg", "tf2_msgs.msg"),
@@ -112,70 +105,39 @@ MESSAGES = (
 )
 """The modules of the messages that every process needs."""
 
-SIM_GROUP = Group(
-    "sim",
-    (SIM, EKF, ROBOT_STATE_PUBLISHER),
-    "lifecycle_manager_sim",
-    commandable=False,
-    cores=("arjuna_sim.simulation", "arjuna_sim.devices.ekf", "simulation_interfaces.srv"),
-)
-WORLD_GROUP = Group("world", (SIM,), SIM_GROUP.manager, False, SIM_GROUP.cores)
+_SIM_CORES = "arjuna_sim.simulation", "arjuna_sim.devices.ekf", "simulation_interfaces.srv"
+SIM_GROUP = Group("sim", (SIM, EKF, ROBOT_STATE_PUBLISHER), _SIM_CORES, commandable=False)
+WORLD_GROUP = Group("world", (SIM,), _SIM_CORES, commandable=False, managed_as="sim")
 """The simulator of several robots, which makes what else each of them needs itself."""
 SLAM_GROUP = Group(
-    "slam",
-    (SLAM_TOOLBOX, MAP_SAVER),
-    "lifecycle_manager_slam",
-    cores=("arjuna_slam.slam", "arjuna_slam.localization"),
+    "slam", (SLAM_TOOLBOX, MAP_SAVER), ("arjuna_slam.slam", "arjuna_slam.localization")
 )
-LOCALIZATION_GROUP = Group(
-    "localization",
-    (MAP_SERVER, AMCL),
-    "lifecycle_manager_localization",
-    cores=("arjuna_slam.amcl.filter",),
-)
+LOCALIZATION_GROUP = Group("localization", (MAP_SERVER, AMCL), ("arjuna_slam.amcl.filter",))
 NAVIGATION_GROUP = Group(
     "navigation",
     (
-        LOCAL_COSTMAP,
-        CONTROLLER_SERVER,
-        GLOBAL_COSTMAP,
-        SMOOTHER_SERVER,
-        PLANNER_SERVER,
-        ROUTE_SERVER,
-        BEHAVIOR_SERVER,
-        VELOCITY_SMOOTHER,
-        COLLISION_MONITOR,
-        BT_NAVIGATOR,
-        WAYPOINT_FOLLOWER,
-        DOCKING_SERVER,
+        *(LOCAL_COSTMAP, CONTROLLER_SERVER, GLOBAL_COSTMAP, SMOOTHER_SERVER, PLANNER_SERVER),
+        *(ROUTE_SERVER, BEHAVIOR_SERVER, VELOCITY_SMOOTHER, COLLISION_MONITOR, BT_NAVIGATOR),
+        *(WAYPOINT_FOLLOWER, DOCKING_SERVER),
     ),
-    "lifecycle_manager_navigation",
-    cores=(
+    (
         *("arjuna_nav.navigator", "arjuna_nav.trees.xml_file", "arjuna_nav.docking.docking"),
         *("arjuna_nav.safety.collision_monitor", "nav2_msgs.action", "nav2_msgs.srv"),
     ),
 )
-VELOCITY_CHAIN = tuple(
-    spec.name
-    for spec in (
-        CONTROLLER_SERVER,
-        BEHAVIOR_SERVER,
-        VELOCITY_SMOOTHER,
-        COLLISION_MONITOR,
-        DOCKING_SERVER,
-    )
+EXPLORER_GROUP = Group("explorer", (EXPLORER,))
+DESCRIPTION_GROUP = Group("description", (ROBOT_STATE_PUBLISHER,), ("arjuna_sim.inputs",))
+ODOMETRY_GROUP = Group("odometry", (EKF,), ("arjuna_sim.devices.ekf",))
+
+_COMMANDING = (
+    CONTROLLER_SERVER,
+    BEHAVIOR_SERVER,
+    VELOCITY_SMOOTHER,
+    COLLISION_MONITOR,
+    DOCKING_SERVER,
 )
+VELOCITY_CHAIN = tuple(spec.name for spec in _COMMANDING)
 """The nodes that a velocity passes, or comes from, to the wheels."""
-EXPLORER_GROUP = Group("explorer", (EXPLORER,), "lifecycle_manager_explorer")
-DESCRIPTION_GROUP = Group(
-    "description",
-    (ROBOT_STATE_PUBLISHER,),
-    "lifecycle_manager_description",
-    cores=("arjuna_sim.inputs",),
-)
-ODOMETRY_GROUP = Group(
-    "odometry", (EKF,), "lifecycle_manager_odometry", cores=("arjuna_sim.devices.ekf",)
-)
 
 STACKS: dict[str, tuple[Group, ...]] = {
     "sim": (SIM_GROUP,),
