@@ -1,43 +1,23 @@
-"""Claims: parameters of the command line are read as ROS reads them, and checked."""
+"""Sources over the shipped parameters: what is merged, what is refused, and where it stands."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.errors import ConfigError
-from bringup.parameters.checking import checked, merged_sources
+from bringup.parameters.checking import check_file, checked, merged_sources, over_shipped
 from bringup.parameters.files import sim_time_of
 from bringup.parameters.sources import of_words
+from bringup.stack import VELOCITY_CHAIN
 
 pytestmark = pytest.mark.ros
 
 
-@pytest.mark.parametrize(
-    ("word", "expected"),
-    [
-        ("a:=1", {"/**": {"a": 1}}),
-        ("a.b:=0.5", {"/**": {"a.b": 0.5}}),
-        ("a:=[1.0, 2.0]", {"/**": {"a": [1.0, 2.0]}}),
-        ("a:=x y", {"/**": {"a": "x y"}}),
-        ("a:=", {"/**": {"a": ""}}),
-        ("/slam_toolbox:a:=true", {"slam_toolbox": {"a": True}}),
-        ("/**:a:=b:c", {"/**": {"a": "b:c"}}),
-        ("local_costmap/local_costmap:a:=1", {"local_costmap/local_costmap": {"a": 1}}),
-    ],
-)
-def test_words_are_parameters(word: str, expected: object) -> None:
-    assert of_words([word]).values == expected
-
-
-@pytest.mark.parametrize("word", ["a", "a=1", ":=1", "a:=[1", "node::=1"])
-def test_words_that_are_none_are_refused(word: str) -> None:
-    with pytest.raises(ConfigError, match=r"is none; valid: NAME:=VALUE|is no YAML value"):
-        of_words([word])
-
-
-def test_they_come_over_files_and_reach_the_nodes_that_have_them() -> None:
+def test_words_come_over_files_and_reach_the_nodes_that_have_them() -> None:
     below = {"slam_toolbox": {"mode": "mapping", "resolution": 0.1}}
     words = ["slam_toolbox:mode:=localization", "maps_folder:=/tmp", "use_sim_time:=false"]
     found = checked(of_words(words), below).parameters
@@ -60,3 +40,30 @@ def test_they_come_over_files_and_reach_the_nodes_that_have_them() -> None:
 def test_what_no_node_takes_is_refused(word: str, problem: str) -> None:
     with pytest.raises(ConfigError, match=f"--param: .*{problem}"):
         merged_sources([], [word])
+
+
+@pytest.mark.parametrize("said", ["controller_server", "velocity_smoother", "/**"])
+def test_a_chain_of_velocities_is_of_one_type(said: str, tmp_path: Path) -> None:
+    file = tmp_path / "params.yaml"
+    file.write_text(f'"{said}": {{ros__parameters: {{enable_stamped_cmd_vel: true}}}}')
+    parameters = over_shipped([file])
+    for name in VELOCITY_CHAIN:
+        assert parameters[name]["enable_stamped_cmd_vel"] is True
+    plain = over_shipped([])
+    assert not any("enable_stamped_cmd_vel" in plain.get(name, {}) for name in VELOCITY_CHAIN)
+
+
+def test_a_file_s_mistakes_are_all_named(tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(
+        "amcl: {ros__parameters: {alpha1: -3.0, alpah2: 0.2}}\n"
+        "amlc: {ros__parameters: {x: 1}}\n"
+        f"map_server: {{ros__parameters: {{yaml_filename: {path}}}}}\n"
+    )
+    bound, of_map = check_file(path).problems
+    assert bound == f"{path}:1: amcl: 'alpha1' is -3.0; the least valid is 0.0"
+    assert of_map.startswith(f"{path}: map_server: {path}")
+    assert check_file(path).refused_by(strict=True)[2:] == [
+        f"{path}:2: unknown: amlc: no node has this name; the nearest is 'amcl'",
+        f"{path}:1: unknown: amcl: alpah2: no such parameter; the nearest is 'alpha2'",
+    ]

@@ -48,6 +48,19 @@ except ArjunaError as error:
     print("refused:", error)
 in_fork(err)
 """
+WARM_UP = """
+import os, sys
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+from bringup.stack import ALL_GROUPS
+from bringup.processes.fork import can_fork, warm_up
+from bringup.stack import MESSAGES
+
+warm_up(ALL_GROUPS)
+cores = [core for group in ALL_GROUPS for core in group.cores]
+print("missing:", [name for name in (*MESSAGES, *cores) if name not in sys.modules])
+print("rclpy:", "rclpy" in sys.modules, "can fork:", can_fork())
+print("groups without:", [group.name for group in ALL_GROUPS if not group.cores])
+"""
 WAIT = "threading.Event().wait()"
 
 
@@ -105,3 +118,15 @@ def test_work_done_in_a_fork_answers_refuses_or_errs(told: str) -> None:
     with Lines("-c", IN_FORK) as lines:
         assert lines.read_to_end() == 1
         assert lines.matching(told)
+
+
+@pytest.mark.ros
+def test_every_group_is_warmed_up_without_rclpy_and_its_threads() -> None:
+    pytest.importorskip("rclpy", reason="no ROS here")
+    with Lines("-c", WARM_UP) as lines:
+        assert lines.read_to_end() == 0
+        assert lines.seen == [
+            "missing: []",
+            "rclpy: False can fork: True",
+            "groups without: ['explorer']",  # which runs in its command's own process
+        ]

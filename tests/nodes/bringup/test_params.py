@@ -27,22 +27,6 @@ def test_all_parameters_dumped_load_again_and_change_nothing(
     assert cli.run(parse(["params", "diff", str(path)])) == 0
 
 
-def test_a_file_s_mistakes_are_all_named(tmp_path: Path) -> None:
-    path = tmp_path / "bad.yaml"
-    path.write_text(
-        "amcl: {ros__parameters: {alpha1: -3.0, alpah2: 0.2}}\n"
-        "amlc: {ros__parameters: {x: 1}}\n"
-        f"map_server: {{ros__parameters: {{yaml_filename: {path}}}}}\n"
-    )
-    bound, of_map = check_file(path).problems
-    assert bound == f"{path}:1: amcl: 'alpha1' is -3.0; the least valid is 0.0"
-    assert of_map.startswith(f"{path}: map_server: {path}")
-    assert check_file(path).refused_by(strict=True)[2:] == [
-        f"{path}:2: unknown: amlc: no node has this name; the nearest is 'amcl'",
-        f"{path}:1: unknown: amcl: alpah2: no such parameter; the nearest is 'alpha2'",
-    ]
-
-
 def test_a_difference_is_shown_with_both_values(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,4 +1,4 @@
-"""What a robot's names reach, and which processes `robot` starts."""
+"""The groups that a command runs, and their parameters from all sources."""
 
 from __future__ import annotations
 
@@ -12,40 +12,12 @@ pytest.importorskip("rclpy", reason="no ROS here")
 from arjuna_core.config import flatten, load
 from arjuna_core.files.shipped import shipped_file
 from bringup.cli_parser import parse
-from bringup.parameters.checking import over_shipped, problems_of
-from bringup.parameters.files import for_node, merged, shipped_parameters
+from bringup.parameters.files import for_node
 from bringup.parameters.inputs import gather, groups_of
-from bringup.parameters.sources import ROBOT_NAMES, of_names
-from bringup.stack import DEMO_GROUPS, REAL_STACKS, VELOCITY_CHAIN
+from bringup.parameters.sources import ROBOT_NAMES
+from bringup.stack import DEMO_GROUPS, REAL_STACKS
 
 pytestmark = pytest.mark.ros
-OPTIONS = {name: f"--{name.replace('_', '-')}" for name in ROBOT_NAMES}
-
-
-@pytest.mark.parametrize("where", [["--slam"], ["--map", "maps/office.yaml"]])
-def test_every_option_is_a_parameter_of_the_nodes_that_run(where: list[str]) -> None:
-    given = [word for option in OPTIONS.values() for word in (option, "other")]
-    arguments = parse(["robot", *where, *given, "--robot", "urdf/arjuna.urdf"])
-    groups = groups_of(arguments)
-    shipped = shipped_parameters()
-    found = of_names(vars(arguments), groups, shipped)
-    specs = [spec for group in groups for spec in group.nodes]
-    assert problems_of(merged(shipped, found), specs) == []
-    assert set(found) <= {spec.name for group in groups for spec in group.nodes}
-    assert found["collision_monitor"]["base_frame_id"] == "other"
-    assert found["collision_monitor"]["cmd_vel_out_topic"] == "other"
-    assert "cmd_vel_topic" not in found.get("controller_server", {})
-
-
-@pytest.mark.parametrize("said", ["controller_server", "velocity_smoother", "/**"])
-def test_a_chain_of_velocities_is_of_one_type(said: str, tmp_path: Path) -> None:
-    file = tmp_path / "params.yaml"
-    file.write_text(f'"{said}": {{ros__parameters: {{enable_stamped_cmd_vel: true}}}}')
-    parameters = over_shipped([file])
-    for name in VELOCITY_CHAIN:
-        assert parameters[name]["enable_stamped_cmd_vel"] is True
-    plain = over_shipped([])
-    assert not any("enable_stamped_cmd_vel" in plain.get(name, {}) for name in VELOCITY_CHAIN)
 
 
 @pytest.mark.parametrize("command", [["slam"], ["nav", "--slam"], ["explore"], ["robot", "--slam"]])

@@ -1,0 +1,55 @@
+"""Sources beside files: the words of the command line as ROS reads them, a robot's names."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS here")
+
+from arjuna_core.errors import ConfigError
+from bringup.cli_parser import parse
+from bringup.parameters.checking import problems_of
+from bringup.parameters.files import merged, shipped_parameters
+from bringup.parameters.inputs import groups_of
+from bringup.parameters.sources import ROBOT_NAMES, of_names, of_words
+
+pytestmark = pytest.mark.ros
+OPTIONS = {name: f"--{name.replace('_', '-')}" for name in ROBOT_NAMES}
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [
+        ("a:=1", {"/**": {"a": 1}}),
+        ("a.b:=0.5", {"/**": {"a.b": 0.5}}),
+        ("a:=[1.0, 2.0]", {"/**": {"a": [1.0, 2.0]}}),
+        ("a:=x y", {"/**": {"a": "x y"}}),
+        ("a:=", {"/**": {"a": ""}}),
+        ("/slam_toolbox:a:=true", {"slam_toolbox": {"a": True}}),
+        ("/**:a:=b:c", {"/**": {"a": "b:c"}}),
+        ("local_costmap/local_costmap:a:=1", {"local_costmap/local_costmap": {"a": 1}}),
+    ],
+)
+def test_words_are_parameters(word: str, expected: object) -> None:
+    assert of_words([word]).values == expected
+
+
+@pytest.mark.parametrize("word", ["a", "a=1", ":=1", "a:=[1", "node::=1"])
+def test_words_that_are_none_are_refused(word: str) -> None:
+    with pytest.raises(ConfigError, match=r"is none; valid: NAME:=VALUE|is no YAML value"):
+        of_words([word])
+
+
+@pytest.mark.parametrize("where", [["--slam"], ["--map", "maps/office.yaml"]])
+def test_every_option_is_a_parameter_of_the_nodes_that_run(where: list[str]) -> None:
+    given = [word for option in OPTIONS.values() for word in (option, "other")]
+    arguments = parse(["robot", *where, *given, "--robot", "urdf/arjuna.urdf"])
+    groups = groups_of(arguments)
+    shipped = shipped_parameters()
+    found = of_names(vars(arguments), groups, shipped)
+    specs = [spec for group in groups for spec in group.nodes]
+    assert problems_of(merged(shipped, found), specs) == []
+    assert set(found) <= {spec.name for group in groups for spec in group.nodes}
+    assert found["collision_monitor"]["base_frame_id"] == "other"
+    assert found["collision_monitor"]["cmd_vel_out_topic"] == "other"
+    assert "cmd_vel_topic" not in found.get("controller_server", {})
