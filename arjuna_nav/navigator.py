@@ -33,10 +33,10 @@ class NavigatorConfig:
     backup_dist: float = param(0.30, "Distance of the recovery backup.", unit="m", minimum=0.0)
     backup_speed: float = param(0.15, "Speed of the recovery backup.", unit="m/s", minimum=0.0)
     passed_goal_radius: float = param(
-        0.7, "Distance at which a pose on the way counts as passed.", unit="m", minimum=0.0
+        0.7, "Distance at which a pose before the last counts as passed.", unit="m", minimum=0.0
     )
     same_way_deviation: float = param(
-        0.5, "How far apart two paths may be and be the same way.", unit="m", minimum=0.0
+        0.5, "Greatest distance between two paths that count as the same.", unit="m", minimum=0.0
     )
     shorter_ratio: float = param(
         0.9, "Length of a path against the old that is clearly shorter.", minimum=0.0, maximum=1.0
@@ -50,7 +50,7 @@ class NavigatorConfig:
 
 
 class Ending(enum.Enum):
-    """How navigation ended."""
+    """The ends of navigation."""
 
     SUCCEEDED = enum.auto()
     ABORTED = enum.auto()
@@ -72,7 +72,7 @@ class Feedback:
 
     Attributes:
         navigation_time: Since the goal came [s].
-        estimated_time_remaining: At the present speed [s]; 0 where that says nothing.
+        estimated_time_remaining: At the present speed [s]; 0 where it stands.
         number_of_recoveries: So far.
         distance_remaining: Along the path [m].
         number_of_poses_remaining: Goals not yet passed.
@@ -128,7 +128,7 @@ class Navigator:
 
         Args:
             state: The robot's state now.
-            goals: New goals that take the place of the old.
+            goals: New goals that replace the old.
             cancel: Whether to stop for good.
         """
         if cancel:

@@ -113,7 +113,7 @@ class TimedBehavior(abc.ABC):
 
     @abc.abstractmethod
     def _drive(self, pose: SE2, costmap: Costmap, now: float) -> BehaviorResult:
-        """Return what to drive, or what is in the way."""
+        """Return the velocity, or the collision ahead."""
 
     def _result(
         self, status: BehaviorStatus, message: str = "", velocity: Velocity = STILL

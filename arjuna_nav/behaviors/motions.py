@@ -89,7 +89,7 @@ class DriveOnHeading(TimedBehavior):
 
 
 class AssistedTeleop(TimedBehavior):
-    """Drives as somebody commands, slower the nearer a collision, until they are done.
+    """Drives as a person commands, slower the nearer a collision, until they are done.
 
     A command that ceases holds no longer than the time looked ahead.
     """

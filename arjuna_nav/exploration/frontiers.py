@@ -36,10 +36,13 @@ class ExplorationConfig:
         unit="m",
         minimum=0.0,
     )
-    max_cost: int = param(120, "Greatest cost of a place to stand.", minimum=0, maximum=252)
-    size_gain: float = param(1.0, "Worth of a metre of frontier in metres of way.", minimum=0.0)
+    max_cost: int = param(120, "Greatest cost of a cell to stand on.", minimum=0, maximum=252)
+    size_gain: float = param(1.0, "Gain of a metre of frontier, in metres of path.", minimum=0.0)
     blacklist_radius: float = param(
-        0.5, "Distance to a goal tried before that rules a place out.", unit="m", minimum=0.0
+        0.5,
+        "Distance to a goal tried before within which a cell is ruled out.",
+        unit="m",
+        minimum=0.0,
     )
 
 
@@ -130,7 +133,7 @@ def _viewpoint(
     grid: OccupancyGrid,
     config: ExplorationConfig,
 ) -> tuple[float, float, float, float] | None:
-    """Return `(price, x, y, yaw)` of the best place to see a frontier's middle cell from."""
+    """Return `(cost, x, y, yaw)` of the best pose to see a frontier's middle cell from."""
     centre = cells.mean(axis=0)
     middle = cells[np.argmin(np.square(cells - centre).sum(axis=1))]
     reach = math.ceil(config.view_distance / grid.frame.resolution)
@@ -146,5 +149,5 @@ def _viewpoint(
     x, y = grid.frame.to_point(int(row + row0), int(column + column0))
     at_x, at_y = grid.frame.to_point(int(middle[0]), int(middle[1]))
     size = len(cells) * grid.frame.resolution
-    price = float(score[row, column]) - config.size_gain * size
-    return price, x, y, math.atan2(at_y - y, at_x - x)
+    cost = float(score[row, column]) - config.size_gain * size
+    return cost, x, y, math.atan2(at_y - y, at_x - x)

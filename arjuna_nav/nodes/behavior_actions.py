@@ -1,4 +1,4 @@
-"""How each behaviour is asked for and answered as nav2_msgs' action."""
+"""The behaviours as nav2_msgs' actions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class BehaviorAction:
     unknown: int = 0
 
     def error_code(self, status: BehaviorStatus) -> int:
-        """Return the action's code for how it ended; what it does not name is unknown."""
+        """Return the action's code for how it ended; one that it does not name is unknown."""
         if status is BehaviorStatus.SUCCEEDED:
             return 0
         codes = self.type.Result

@@ -23,6 +23,7 @@ from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_node import result_timeout
 from arjuna_core.ros.goal_server import GoalServer
 from arjuna_core.se2 import SE2
+from arjuna_core.timing import Periodic
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.navigator import Ending, Finish, Navigator, NavigatorConfig
 from arjuna_nav.nodes.goals.admission import Admission, RefusedGoalError, error_code
@@ -31,8 +32,6 @@ from arjuna_nav.nodes.trees.clients import TreeClients
 from arjuna_nav.nodes.trees.loading import TreeChoice, log_msg
 from arjuna_nav.trees.exchange import TreeState
 
-_FEEDBACK_PERIOD = 0.1  # ten a second are enough for a client; Nav2 sends one each tick [s]
-_ROUNDING = 1e-6  # of sums of ticks
 _INVALID = ComputePathToPose.Result.TF_ERROR
 """The planner's code of a goal that cannot be used; navigation's actions name none."""
 _ACTIONS = {"navigate_to_pose": NavigateToPose, "navigate_through_poses": NavigateThroughPoses}
@@ -53,6 +52,9 @@ class BtNavigatorConfig(NavigatorConfig):
         10.0, "How long a new goal waits for the robot's pose.", unit="s", minimum=0.0
     )
     bt_loop_duration: int = param(10, "Time between two ticks.", unit="ms", minimum=1)
+    feedback_rate: float = param(
+        10.0, "Most feedbacks a second.", unit="Hz", minimum=0.1, read_only=True
+    )
     wait_for_service_timeout: int = param(
         1000, "How long to wait for a server, and for a service's answer.", unit="ms", minimum=0
     )
@@ -85,7 +87,7 @@ class BtNavigatorNode(ResumingNode):
         self._kind = ""
         self._velocity, self._measured_at, self._begun = STILL, 0.0, 0.0
         self._new_goals: tuple[SE2, ...] | None = None
-        self._feedback_at = 0.0
+        self._feedback_due = Periodic(1.0 / config.feedback_rate)
         self._requests = TreeClients(self, config)
         self._log_out = self.publisher(BehaviorTreeLog, "behavior_tree_log", qos.DEFAULT)
         defaults = config.default_nav_to_pose_bt_xml, config.default_nav_through_poses_bt_xml
@@ -113,7 +115,6 @@ class BtNavigatorNode(ResumingNode):
     def resume_goal(self) -> None:
         """Begin again with the goal under way."""
         self.halt()
-        self._feedback_at = 0.0
         self._admission.begin(self.config.outage_patience)
 
     def halt(self) -> None:
@@ -212,9 +213,8 @@ class BtNavigatorNode(ResumingNode):
         self._give_feedback(state)
 
     def _give_feedback(self, state: TreeState) -> None:
-        if self._navigator is None or self.now - self._feedback_at < _FEEDBACK_PERIOD - _ROUNDING:
+        if self._navigator is None or not self._feedback_due.due(self.now):
             return
-        self._feedback_at = self.now
         progress = self._navigator.feedback(state)
         message = _ACTIONS[self._kind].Feedback(
             navigation_time=duration_msg(progress.navigation_time),

@@ -96,7 +96,7 @@ class CollisionMonitorNode(ManagedNode):
         return verdict
 
     def trouble(self) -> str:
-        """Say since when nothing is seen."""
+        """Return since when nothing is seen."""
         silent = self._watch.silent() if self.active and self._enabled else ""
         return f"the robot is held: {silent}" if silent else ""
 

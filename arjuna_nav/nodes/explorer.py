@@ -36,7 +36,7 @@ class ExplorerConfig:
 
 
 class ExplorerNode(ManagedNode):
-    """Sends `navigate_to_pose` goals; says `exploring: ...` or `done: ...` on explorer/status.
+    """Sends `navigate_to_pose` goals; publishes `exploring: ...`, `done: ...` on explorer/status.
 
     Attributes:
         done: Whether nothing is left to explore.
@@ -79,7 +79,7 @@ class ExplorerNode(ManagedNode):
 
     @property
     def waits_for(self) -> str:
-        """What is not there yet without which it cannot explore, and the cure; else empty."""
+        """The missing server, map or frame with its remedy; empty where it can explore."""
         config = self.config
         if not self._client.ready:
             return "nobody serves 'navigate_to_pose': is 'python -m bringup nav --slam' running?"
@@ -96,14 +96,14 @@ class ExplorerNode(ManagedNode):
             self.get_logger().error(f"map ignored: {error}")
 
     def _look(self) -> None:
-        """Go on, turn to a better goal, or be done."""
+        """Continue, turn to a better goal, or be done."""
         T_map_base = self.transforms.try_lookup(self.config.map_frame, self.config.robot_base_frame)
         if not self._client.ready:
-            self._goal = None  # whoever had it has gone, and will not say how it ended
+            self._goal = None  # its server has gone, and sends no result
             return
         if self.done or self._turning or self._grid is None or T_map_base is None:
             return
-        if self._goal is not None and self._worthwhile(self._goal):
+        if self._goal is not None and self._is_useful(self._goal):
             return
         self._costmap.set_map(self._grid)
         goal = next_goal(
@@ -111,32 +111,32 @@ class ExplorerNode(ManagedNode):
         )
         if goal is not None:
             self._go(goal)
-        elif self._goal is None and self._stands_in_the_unknown(T_map_base):
+        elif self._goal is None and self._is_in_unknown(T_map_base):
             self._look_round()
         elif self._goal is None:
             self._finish_if_patient()
 
-    def _stands_in_the_unknown(self, T_map_base: SE2) -> bool:
-        """Tell whether the map does not say what is where the robot is."""
+    def _is_in_unknown(self, T_map_base: SE2) -> bool:
+        """Return whether the map is unknown at the robot's cell."""
         assert self._grid is not None
         cell = self._grid.frame.to_cell(T_map_base.x, T_map_base.y)
         return not (self._grid.frame.contains(*cell) and self._grid.free()[cell])
 
     def _look_round(self) -> None:
-        """Turn once on the spot, where somebody serves that: a lidar may look ahead only."""
+        """Turn once on the spot, where a server offers that: a lidar may look ahead only."""
         if self._turned or not self._spinner.ready:
             self._finish_if_patient()
             return
         self._turned = self._turning = True
         self._spinner.send(Spin.Goal(target_yaw=2.0 * math.pi), self._on_turned)
-        self._say("exploring: looking round")
+        self._publish("exploring: looking round")
 
     def _on_turned(self, outcome: GoalOutcome) -> None:
         """Look at the map again, however the turn ended."""
         self._turning = False
 
-    def _worthwhile(self, goal: SE2) -> bool:
-        """Tell whether the frontier that a goal is for is still unseen."""
+    def _is_useful(self, goal: SE2) -> bool:
+        """Return whether the frontier of a goal is still there."""
         assert self._grid is not None
         config = self.config.exploration
         reach = config.view_distance + config.frontier_shift
@@ -150,10 +150,10 @@ class ExplorerNode(ManagedNode):
         self._goal, self._idle_since = goal, None
         request = NavigateToPose.Goal(pose=pose_stamped(goal, self.config.map_frame, self.now))
         self._client.send(request, self._on_outcome)
-        self._say(f"exploring: to ({goal.x:.1f}, {goal.y:.1f})")
+        self._publish(f"exploring: to ({goal.x:.1f}, {goal.y:.1f})")
 
     def _on_outcome(self, outcome: GoalOutcome) -> None:
-        """A place that was seen from or could not be reached is not gone to again."""
+        """Note the goal, reached or not, so that it is not tried again."""
         if self._goal is not None and outcome.accepted:
             self._tried.append(self._goal)
         self._goal = None
@@ -163,8 +163,8 @@ class ExplorerNode(ManagedNode):
             self._idle_since = self.now
         elif self.now - self._idle_since >= self.config.patience:
             self.done = True
-            self._say(f"done: looked from {len(self._tried)} places")
+            self._publish(f"done: looked from {len(self._tried)} places")
 
-    def _say(self, text: str) -> None:
+    def _publish(self, text: str) -> None:
         self._status.publish(String(data=text))
         self.get_logger().info(text)

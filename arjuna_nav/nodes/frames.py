@@ -1,4 +1,4 @@
-"""Where the robot is, and where poses of other frames lie."""
+"""The robot's pose, and poses of other frames."""
 
 from __future__ import annotations
 
@@ -28,8 +28,7 @@ def robot_pose(node: ManagedNode, frame: str, base: str, tolerance: float) -> SE
         raise TransformError(missing or str(error)) from error
     age = node.now - stamp
     if stamp and age > tolerance:
-        cure = other_clock(age)
-        why = cure if cure else f"over the tolerance of {tolerance:g} s"
+        why = other_clock(age) or f"over the tolerance of {tolerance:g} s"
         raise TransformError(f"{frame} -> {base} is {age:.2f} s old, {why}")
     return node.transforms.lookup(frame, base)
 

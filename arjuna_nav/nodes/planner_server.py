@@ -31,8 +31,7 @@ _ACTIONS: dict[str, Any] = {
     "compute_path_to_pose": ComputePathToPose,
     "compute_path_through_poses": ComputePathThroughPoses,
 }
-_RETRY_PERIOD = 0.1  # twice in a costmap's period by its default update_frequency [s]
-_THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
+_THROUGH = ComputePathThroughPoses.Result.UNKNOWN - ComputePathToPose.Result.UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -42,6 +41,13 @@ class PlannerServerConfig:
     planner_plugins: tuple[str, ...] = plugin_names(("GridBased",), "The planners.", PLANNERS)
     action_server_result_timeout: float = result_timeout(10.0)
     costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
+    retry_period: float = param(
+        0.1,
+        "Time between two looks for a current costmap.",
+        unit="s",
+        minimum=0.001,
+        read_only=True,
+    )
 
 
 class PlannerServerNode(GoalNode):
@@ -67,7 +73,7 @@ class PlannerServerNode(GoalNode):
             for name, action in _ACTIONS.items()
         }
         self.serve(IsPathValid, "is_path_valid", self._on_is_path_valid)
-        self.every(_RETRY_PERIOD, self._attempt_plans)
+        self.every(self.config.retry_period, self._attempt_plans)
 
     def on_config(self, config: PlannerServerConfig) -> None:
         """Plan by the new parameters from now on."""

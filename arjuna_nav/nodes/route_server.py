@@ -28,7 +28,6 @@ from arjuna_nav.routes.route import CLOSED, Route, find_route, path_along, prune
 from arjuna_nav.routes.tracking import Tracker
 
 _Codes = ComputeRoute.Result
-_TOLERANCE = 1.0  # age of the robot's pose [s]
 
 
 @dataclass(frozen=True)
@@ -39,6 +38,9 @@ class RouteServerConfig:
     graphs_folder: str = param(".", "Folder that set_route_graph may read from.")
     route_frame: str = param("map", "Frame of the graph.", read_only=True)
     base_frame: str = param("base_footprint", "The robot's frame.", read_only=True)
+    transform_tolerance: float = param(
+        1.0, "How old the robot's pose may be.", unit="s", minimum=0.0
+    )
     path_density: float = param(0.05, "Between poses of a path.", unit="m", minimum=0.001)
     tracker_update_rate: float = param(
         50.0, "How often progress is looked at.", unit="Hz", minimum=0.1, read_only=True
@@ -170,7 +172,7 @@ class RouteServerNode(GoalNode):
                 here = (
                     pose_in(self, frame, goal.start)
                     if goal.use_start
-                    else robot_pose(self, frame, config.base_frame, _TOLERANCE)
+                    else robot_pose(self, frame, config.base_frame, self.config.transform_tolerance)
                 )
                 there = pose_in(self, frame, goal.goal)
             except TransformError as error:
@@ -228,7 +230,7 @@ class RouteServerNode(GoalNode):
             return
         frame, base = self.config.route_frame, self.config.base_frame
         try:
-            pose = robot_pose(self, frame, base, _TOLERANCE)
+            pose = robot_pose(self, frame, base, self.config.transform_tolerance)
         except TransformError as error:
             self.halt()
             self._refuse(server, RouteError(_Codes.TF_ERROR, str(error)))

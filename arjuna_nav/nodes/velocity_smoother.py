@@ -26,7 +26,7 @@ class VelocitySmootherConfig(SmoothingConfig):
 
 
 class VelocitySmootherNode(ManagedNode):
-    """Says nothing until a command comes, and again once the robot stands.
+    """Publishes nothing until a command comes, and again once the robot stands.
 
     A command is passed on as it comes, so that the chain costs no time; between commands the last
     one is followed on.
@@ -75,7 +75,7 @@ class VelocitySmootherNode(ManagedNode):
         self._measured = Velocity(twist.linear.x, yaw_rate=twist.angular.z)
 
     def _carry_on(self) -> None:
-        """Go on with the last command, unless one comes just now."""
+        """Continue the last command, unless one comes just now."""
         self.process.later(self._smoothing)
 
     def _smooth_if_due(self) -> None:

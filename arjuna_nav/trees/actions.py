@@ -17,23 +17,22 @@ from arjuna_nav.trees.exchange import Topic, TopicKind
 from arjuna_nav.trees.node import Status, TreeNode
 from arjuna_nav.trees.ports import ANY, NUMBER, PATH, POSE, POSES, SCRIPT, TEXT, WHOLE, Port
 
-_FRAMES = {"global_frame": Port(TEXT, ""), "robot_base_frame": Port(TEXT, "")}
-
 
 class SetBlackboard(TreeNode):
     """Writes an entry."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"value": Port(ANY), "output_key": Port(ANY)}
+    value = Port(ANY)
+    output_key = Port(ANY)
 
     def _tick(self) -> Status:
-        self.named_entry("output_key").set(self.get("value"))
+        self.named_entry("output_key").set(self.value)
         return Status.SUCCESS
 
 
 class UnsetBlackboard(TreeNode):
     """Removes an entry."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"key": Port(ANY)}
+    key = Port(ANY)
 
     def _tick(self) -> Status:
         self.named_entry("key").set(None)
@@ -43,44 +42,43 @@ class UnsetBlackboard(TreeNode):
 class Script(TreeNode):
     """Runs a script."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"code": Port(SCRIPT)}
+    code = Port(SCRIPT)
 
     def _tick(self) -> Status:
-        self.get("code").run(self.board)
+        self.code.run(self.board)
         return Status.SUCCESS
 
 
 class Sleep(TreeNode):
     """Runs for a while, then succeeds."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"msec": Port(NUMBER)}
+    msec = Port(NUMBER)
     _since = 0.0
 
     def _tick(self) -> Status:
         now = self.running.state.now
         if self.status is not Status.RUNNING:
             self._since = now
-        over = (now - self._since) * 1000.0 >= self.get("msec")
+        over = (now - self._since) * 1000.0 >= self.msec
         return Status.SUCCESS if over else Status.RUNNING
 
 
 class RemovePassedGoals(TreeNode):
     """Removes goals from the first on while the robot is near them; the last one stays."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "input_goals": Port(POSES),
-        "output_goals": Port(POSES, None, output=True),
-        "radius": Port(NUMBER, 0.5),
-        **_FRAMES,
-    }
+    input_goals = Port(POSES)
+    output_goals = Port(POSES, None, output=True)
+    radius = Port(NUMBER, 0.5)
+    global_frame = Port(TEXT, "")
+    robot_base_frame = Port(TEXT, "")
 
     def _tick(self) -> Status:
-        goals, pose = self.get("input_goals"), self.running.state.pose
+        goals, pose = self.input_goals, self.running.state.pose
         if pose is None:
             return Status.FAILURE
-        while len(goals) > 1 and pose.distance(goals[0]) <= self.get("radius"):
+        while len(goals) > 1 and pose.distance(goals[0]) <= self.radius:
             goals = goals[1:]
-        self.put("output_goals", goals)
+        self.output_goals = goals
         return Status.SUCCESS
 
 
@@ -108,7 +106,7 @@ def _selector(name: str, selected: str) -> type[TreeNode]:
         f"default_{selected}": Port(TEXT, None),
         f"selected_{selected}": Port(TEXT, "", output=True),
     }
-    return type(name, (_Selector,), {"SELECTED": selected, "PORTS": ports})
+    return type(name, (_Selector,), {"SELECTED": selected, **ports})
 
 
 SELECTORS: dict[str, type[TreeNode]] = {
@@ -134,23 +132,21 @@ class _OfPaths(TreeNode):
         if not same or not np.array_equal(made, self._made):
             self._made = made
         self._sources = sources
-        self.put("output_path", self._made)
+        self.output_path = self._made
         return Status.SUCCESS
 
 
 class TruncatePath(_OfPaths):
     """Leaves the end of a path out; a path that is shorter keeps its first pose."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "distance": Port(NUMBER, 1.0),
-        "input_path": Port(PATH),
-        "output_path": Port(PATH, None, output=True),
-    }
+    distance = Port(NUMBER, 1.0)
+    input_path = Port(PATH)
+    output_path = Port(PATH, None, output=True)
 
     def _tick(self) -> Status:
-        path = self.get("input_path")
+        path = self.input_path
         left = paths.along(path[::-1])
-        kept = int(np.count_nonzero(left >= self.get("distance")))
+        kept = int(np.count_nonzero(left >= self.distance))
         return self._write(path[: max(kept, 1)], path)
 
 
@@ -160,47 +156,43 @@ class TruncatePathLocal(_OfPaths):
     On the same path the search begins at the index found last.
     """
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "input_path": Port(PATH),
-        "output_path": Port(PATH, None, output=True),
-        "distance_forward": Port(NUMBER, 8.0),
-        "distance_backward": Port(NUMBER, 4.0),
-        "robot_frame": Port(TEXT, ""),
-        "transform_tolerance": Port(NUMBER, 0.2),
-        "pose": Port(POSE, None),
-        "angular_distance_weight": Port(NUMBER, 0.0),
-        "max_robot_pose_search_dist": Port(NUMBER, math.inf),
-    }
+    input_path = Port(PATH)
+    output_path = Port(PATH, None, output=True)
+    distance_forward = Port(NUMBER, 8.0)
+    distance_backward = Port(NUMBER, 4.0)
+    robot_frame = Port(TEXT, "")
+    transform_tolerance = Port(NUMBER, 0.2)
+    pose = Port(POSE, None)
+    angular_distance_weight = Port(NUMBER, 0.0)
+    max_robot_pose_search_dist = Port(NUMBER, math.inf)
     _path: Any = None
     _at = 0
 
     def _tick(self) -> Status:
-        path, pose = self.get("input_path"), self.get("pose") or self.running.state.pose
+        path, pose = self.input_path, self.pose or self.running.state.pose
         if not len(path):
             return self._write(path, path)
         if pose is None:
             return Status.FAILURE
         if path is not self._path:
             self._path, self._at = path, 0
-        reach, turning = self.get("max_robot_pose_search_dist"), self.get("angular_distance_weight")
+        reach, turning = self.max_robot_pose_search_dist, self.angular_distance_weight
         self._at = paths.nearest(path, pose, self._at, max(reach, 0.0), turning)
         lengths = paths.along(path)
         ahead = lengths - lengths[self._at]
-        kept = (ahead <= self.get("distance_forward")) & (-ahead <= self.get("distance_backward"))
+        kept = (ahead <= self.distance_forward) & (-ahead <= self.distance_backward)
         return self._write(path[kept], path)
 
 
 class ConcatenatePaths(_OfPaths):
     """Joins two paths; one alone stays as it is."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "input_path1": Port(PATH, None),
-        "input_path2": Port(PATH, None),
-        "output_path": Port(PATH, None, output=True),
-    }
+    input_path1 = Port(PATH, None)
+    input_path2 = Port(PATH, None)
+    output_path = Port(PATH, None, output=True)
 
     def _tick(self) -> Status:
-        both = (self.get("input_path1"), self.get("input_path2"))
+        both = (self.input_path1, self.input_path2)
         parts = [path for path in both if path is not None and len(path)]
         if not parts:
             return Status.FAILURE
@@ -210,29 +202,26 @@ class ConcatenatePaths(_OfPaths):
 class GetPoseFromPath(TreeNode):
     """Takes one pose of a path, -1 for the last; fails where the path has none there."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "path": Port(PATH),
-        "index": Port(WHOLE, 0),
-        "pose": Port(POSE, None, output=True),
-    }
+    path = Port(PATH)
+    index = Port(WHOLE, 0)
+    pose = Port(POSE, None, output=True)
 
     def _tick(self) -> Status:
-        path, index = self.get("path"), self.get("index")
+        path, index = self.path, self.index
         if not -len(path) <= index < len(path):
             return Status.FAILURE
-        self.put("pose", SE2(*path[index].tolist()))
+        self.pose = SE2(*path[index].tolist())
         return Status.SUCCESS
 
 
 class GetCurrentPose(TreeNode):
     """Writes the robot's pose; fails where it is not known."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        **_FRAMES,
-        "current_pose": Port(POSE, None, output=True),
-    }
+    global_frame = Port(TEXT, "")
+    robot_base_frame = Port(TEXT, "")
+    current_pose = Port(POSE, None, output=True)
 
     def _tick(self) -> Status:
         pose = self.running.state.pose
-        self.put("current_pose", pose)
+        self.current_pose = pose
         return Status.FAILURE if pose is None else Status.SUCCESS

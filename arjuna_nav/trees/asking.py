@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from arjuna_nav.trees.exchange import Answer, Withdraw
 from arjuna_nav.trees.node import Maker, Status, TreeNode
-from arjuna_nav.trees.ports import PATH
+from arjuna_nav.trees.ports import NUMBER, PATH, TEXT, WHOLE, Port
 
 RECOVERIES = "number_recoveries"
 """Entry of the blackboard that counts recoveries, as Nav2's."""
@@ -25,11 +25,11 @@ class Asking(TreeNode):
 
     KIND: ClassVar[str]
     SERVER: ClassVar[str] = ""
-    IS_RECOVERY: ClassVar[bool] = False
     FEEDBACK: ClassVar[bool] = False
-    """Whether feedback is written to ports while it runs."""
+    """Feedback is written to ports while it runs."""
     RENEWS: ClassVar[tuple[str, ...]] = ()
     """Fields of the request whose change has the server asked again."""
+    server_timeout = Port(NUMBER, 0.0)
     _key: int | None = None
     _cancelled = False
     _asked: Mapping[str, Any] = {}
@@ -58,9 +58,13 @@ class Asking(TreeNode):
     def _ask(self) -> Status:
         """Ask the server, in place of what was asked before."""
         self._asked = self._request()
-        server = self.get("server_name" if "server_name" in self.PORTS else "service_name")
-        self._key = self.running.ask(self.KIND, server or self.SERVER, self._asked, self.FEEDBACK)
+        server = self._server_name() or self.SERVER
+        self._key = self.running.ask(self.KIND, server, self._asked, self.FEEDBACK)
         return Status.RUNNING
+
+    def _server_name(self) -> str:
+        """Return the server's name in the XML, empty where it has none."""
+        raise NotImplementedError
 
     def _request(self) -> dict[str, Any]:
         """Return what is asked, by the names of the message's fields."""
@@ -86,7 +90,7 @@ class Asking(TreeNode):
 
     def _count(self) -> None:
         """Count a recovery for feedback, unless the XML denies that it is one."""
-        if self.IS_RECOVERY and self.get("is_recovery"):
+        if "is_recovery" in self.PORTS and self.get("is_recovery"):
             board = self.running.root
             board.set(RECOVERIES, (board.get(RECOVERIES) or 0) + 1)
 
@@ -98,9 +102,6 @@ class Asking(TreeNode):
 
     def _take(self, answer: Answer) -> Status:
         """Write the answer, and end."""
-        if "error_code_id" in self.PORTS:
-            self.put("error_code_id", 0 if answer.succeeded else answer.code)
-            self.put("error_msg", "" if answer.succeeded else answer.message)
         self._write(answer.values, answer.succeeded)
         return Status.SUCCESS if answer.succeeded else Status.FAILURE
 
@@ -114,3 +115,28 @@ class Asking(TreeNode):
     def _on_halt(self) -> None:
         self.cancel()
         self._key, self._cancelled = None, False
+
+
+class Action(Asking):
+    """Asks an action's server."""
+
+    server_name = Port(TEXT, "")
+    error_code_id = Port(WHOLE, 0, output=True)
+    error_msg = Port(TEXT, "", output=True)
+
+    def _server_name(self) -> str:
+        return str(self.server_name)
+
+    def _take(self, answer: Answer) -> Status:
+        self.error_code_id = 0 if answer.succeeded else answer.code
+        self.error_msg = "" if answer.succeeded else answer.message
+        return super()._take(answer)
+
+
+class Service(Asking):
+    """Asks a service."""
+
+    service_name = Port(TEXT, "")
+
+    def _server_name(self) -> str:
+        return str(self.service_name)

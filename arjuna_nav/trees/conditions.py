@@ -29,24 +29,24 @@ _BRAKES = 10.0  # harder than a robot brakes by itself: it was stopped, as in Na
 _FRAMES = {"global_frame": Port(TEXT, ""), "robot_base_frame": Port(TEXT, "")}
 
 
-def _is_at_goal(node: TreeNode) -> bool:
+def _is_at_goal(node: Any) -> bool:
     pose = node.running.state.pose
-    return pose is not None and pose.distance(node.get("goal")) <= node.get("goal_reached_tol")
+    return pose is not None and pose.distance(node.goal) <= node.goal_reached_tol
 
 
-def _are_near(node: TreeNode) -> bool:
-    gap = node.get("ref_pose").distance(node.get("target_pose"))
-    return bool(gap <= node.get("tolerance"))
+def _are_near(node: Any) -> bool:
+    gap = node.ref_pose.distance(node.target_pose)
+    return bool(gap <= node.tolerance)
 
 
-def _has_code(node: TreeNode) -> bool:
-    return node.get("error_code") in node.get("error_codes_to_check")
+def _has_code(node: Any) -> bool:
+    return node.error_code in node.error_codes_to_check
 
 
-_SIMPLE: dict[str, tuple[Callable[[TreeNode], bool], dict[str, Port]]] = {
+_SIMPLE: dict[str, tuple[Callable[[Any], bool], dict[str, Port]]] = {
     "AlwaysSuccess": (lambda node: True, {}),
     "AlwaysFailure": (lambda node: False, {}),
-    "ScriptCondition": (lambda node: node.get("code").holds(node.board), {"code": Port(SCRIPT)}),
+    "ScriptCondition": (lambda node: node.code.holds(node.board), {"code": Port(SCRIPT)}),
     "GoalReached": (
         _is_at_goal,
         {"goal": Port(POSE), "goal_reached_tol": Port(NUMBER, 0.25), **_FRAMES},
@@ -91,18 +91,18 @@ class _Simple(Condition):
 
 
 class _RecoveryHelps(Condition):
-    """Whether an error is one that clearing or moving may mend."""
+    """Succeeds where an error is one that clearing or moving may mend."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"error_code": Port(WHOLE, 0)}
+    error_code = Port(WHOLE, 0)
     CODES: ClassVar[frozenset[int]]
 
     def _holds(self) -> bool:
-        return self.get("error_code") in self.CODES
+        return self.error_code in self.CODES
 
 
 CONDITIONS: dict[str, type[Condition]] = {
     **{
-        name: type(name, (_Simple,), {"ANSWER": staticmethod(answer), "PORTS": ports})
+        name: type(name, (_Simple,), {"ANSWER": staticmethod(answer), **ports})
         for name, (answer, ports) in _SIMPLE.items()
     },
     **{name: type(name, (_RecoveryHelps,), {"CODES": codes}) for name, codes in _HELPS.items()},
@@ -111,9 +111,9 @@ CONDITIONS: dict[str, type[Condition]] = {
 
 
 class WasEntryUpdated(Condition):
-    """Whether an entry was written since it was asked before."""
+    """Succeeds where an entry was written since the last tick of the node."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"entry": Port(ANY)}
+    entry = Port(ANY)
     _written = 0
 
     def _holds(self) -> bool:
@@ -122,14 +122,15 @@ class WasEntryUpdated(Condition):
 
 
 class GoalUpdated(Condition):
-    """Whether the goal has changed since it was asked before, in this branch of the tree."""
+    """Succeeds where the goal has changed since the last tick, in this branch of the tree."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"goal": Port(POSE, None), "goals": Port(POSES, None)}
+    goal = Port(POSE, None)
+    goals = Port(POSES, None)
     _seen: Any = None
 
     def _holds(self) -> bool:
         board = self.running.root
-        goal, goals = self.get("goal"), self.get("goals")
+        goal, goals = self.goal, self.goals
         now = (goal or board.get("goal"), goals or board.get("goals"))
         before, self._seen = self._seen, now
         return self._remembers() and self._seen != before
@@ -140,19 +141,16 @@ class GoalUpdated(Condition):
 
 
 class GlobalUpdatedGoal(GoalUpdated):
-    """Whether the goal has changed since it was asked before, wherever the tree was since.
-
-    The first time it is new.
-    """
+    """Succeeds where the goal has changed since the last tick in any branch, or is the first."""
 
     def _remembers(self) -> bool:
         return True
 
 
 class TimeExpired(Condition):
-    """Whether so much time has passed since it was so before, from the first tick on."""
+    """Succeeds each time that a period has passed, from the first tick on."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"seconds": Port(NUMBER, 1.0)}
+    seconds = Port(NUMBER, 1.0)
     _since = 0.0
 
     def _holds(self) -> bool:
@@ -160,33 +158,36 @@ class TimeExpired(Condition):
         if self.status is Status.IDLE:
             self._since = now
             return False
-        if now - self._since < self.get("seconds"):
+        if now - self._since < self.seconds:
             return False
         self._since = now
         return True
 
 
 class PathExpiringTimer(Condition):
-    """Whether so much time has passed since it was so before; a new path restarts it."""
+    """Succeeds each time that a period has passed; a new path restarts it."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"seconds": Port(NUMBER, 1.0), "path": Port(PATH, None)}
+    seconds = Port(NUMBER, 1.0)
+    path = Port(PATH, None)
     _since: float | None = None
     _path: Any = None
 
     def _holds(self) -> bool:
-        path, now = self.get("path"), self.running.state.now
+        path, now = self.path, self.running.state.now
         if self._since is None or path is not self._path:
             self._path, self._since = path, now
-        if now - self._since < self.get("seconds"):
+        if now - self._since < self.seconds:
             return False
         self._since = now
         return True
 
 
 class DistanceTraveled(Condition):
-    """Whether the robot has gone so far since it was so before, from the first tick on."""
+    """Succeeds each time that the robot has covered a distance, from the first tick on."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"distance": Port(NUMBER, 1.0), **_FRAMES}
+    distance = Port(NUMBER, 1.0)
+    global_frame = Port(TEXT, "")
+    robot_base_frame = Port(TEXT, "")
     _start: Any = None
 
     def _holds(self) -> bool:
@@ -194,14 +195,14 @@ class DistanceTraveled(Condition):
         if self.status is Status.IDLE or self._start is None:
             self._start = pose
             return False
-        if pose is None or pose.distance(self._start) < self.get("distance"):
+        if pose is None or pose.distance(self._start) < self.distance:
             return False
         self._start = pose
         return True
 
 
 class IsStuck(Condition):
-    """Whether the robot was stopped at once, as by a wall, between its last two odometries."""
+    """Succeeds where the robot was stopped at once, as by a wall, between two odometries."""
 
     _last: tuple[float, float] | None = None
     _stuck = False
@@ -216,42 +217,41 @@ class IsStuck(Condition):
 
 
 class IsStopped(TreeNode):
-    """Whether the robot has stood for a while; it runs while it stands not long enough."""
+    """Succeeds once the robot has stood for a while; fails while it moves."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "velocity_threshold": Port(NUMBER, 0.01),
-        "duration_stopped": Port(NUMBER, 1000.0),  # [ms]
-    }
+    velocity_threshold = Port(NUMBER, 0.01)
+    duration_stopped = Port(NUMBER, 1000.0)
     _since = math.inf
 
     def _tick(self) -> Status:
         now, velocity = self.running.state.now, self.running.state.velocity
-        if max(abs(velocity.x), abs(velocity.yaw_rate)) >= self.get("velocity_threshold"):
+        if max(abs(velocity.x), abs(velocity.yaw_rate)) >= self.velocity_threshold:
             self._since = math.inf
             return Status.FAILURE
         self._since = min(self._since, now)
-        if now - self._since <= self.get("duration_stopped") / 1000.0:
+        if now - self._since <= self.duration_stopped / 1000.0:
             return Status.RUNNING
         self._since = math.inf
         return Status.SUCCESS
 
 
 class TransformAvailable(Condition):
-    """Whether a transform is known; where it once was, it is."""
+    """Succeeds where a transform is known, and from then on."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"child": Port(TEXT), "parent": Port(TEXT)}
+    child = Port(TEXT)
+    parent = Port(TEXT)
     _known = False
 
     def _holds(self) -> bool:
         connected = self.running.state.connected
-        self._known = self._known or connected(self.get("parent"), self.get("child"))
+        self._known = self._known or connected(self.parent, self.child)
         return self._known
 
 
 class IsBatteryCharging(Condition):
-    """Whether a battery is being charged; not while nothing is known of it."""
+    """Succeeds where a battery is being charged; fails while nothing is known of it."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"battery_topic": Port(TEXT, "/battery_status")}
+    battery_topic = Port(TEXT, "/battery_status")
 
     def topics(self) -> set[Topic]:
         """Return the topics that the node listens to."""
@@ -266,14 +266,11 @@ class IsBatteryCharging(Condition):
 
 
 class IsBatteryLow(IsBatteryCharging):
-    """Whether a battery has no more than some share (0..1), or voltage, left."""
+    """Succeeds where a battery has no more than some share (0..1), or voltage, left."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        **IsBatteryCharging.PORTS,
-        "min_battery": Port(NUMBER),
-        "is_voltage": Port(TRUTH, False),
-    }
+    min_battery = Port(NUMBER)
+    is_voltage = Port(TRUTH, False)
 
     def _judge(self, battery: Battery) -> bool:
-        left = battery.voltage if self.get("is_voltage") else battery.share
-        return bool(left <= self.get("min_battery"))
+        left = battery.voltage if self.is_voltage else battery.share
+        return bool(left <= self.min_battery)

@@ -105,10 +105,8 @@ class ReactiveFallback(_Reactive):
 class Parallel(Control):
     """Ticks all children; ends when enough have succeeded or failed; -1 means all."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "success_count": Port(WHOLE, -1),
-        "failure_count": Port(WHOLE, 1),
-    }
+    success_count = Port(WHOLE, -1)
+    failure_count = Port(WHOLE, 1)
 
     def _tick(self) -> Status:
         for child in self.children:
@@ -133,7 +131,7 @@ class Parallel(Control):
 class ParallelAll(Control):
     """Ticks all children to their ends; fails where too many have failed; -1 means all."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"max_failures": Port(WHOLE, 1)}
+    max_failures = Port(WHOLE, 1)
 
     def _tick(self) -> Status:
         for child in self.children:
@@ -143,7 +141,7 @@ class ParallelAll(Control):
         if Status.RUNNING in statuses:
             return Status.RUNNING
         self.reset_children()
-        most = self.get("max_failures")
+        most = self.max_failures
         most = most if most >= 0 else len(statuses) + most + 1
         if statuses.count(Status.SKIPPED) == len(statuses):
             return Status.SKIPPED
@@ -200,8 +198,10 @@ class WhileDoElse(_Choosing):
 class _Switch(_Choosing):
     """Runs the child of the case that a variable has now, or else the last."""
 
+    variable = Port(TEXT, "")
+
     def _tick(self) -> Status:
-        variable = self.get("variable")
+        variable = self.variable
         cases = [self.get(name) for name in self.PORTS if name != "variable"]
         return self._run(cases.index(variable) if variable in cases else len(cases))
 
@@ -211,10 +211,7 @@ SWITCHES: dict[str, type[Control]] = {
         f"Switch{count}",
         (_Switch,),
         {
-            "PORTS": {
-                "variable": Port(TEXT, ""),
-                **{f"case_{k}": Port(TEXT) for k in range(1, count + 1)},
-            },
+            **{f"case_{k}": Port(TEXT) for k in range(1, count + 1)},
             "CHILDREN": (count + 1, count + 1),
         },
     )
@@ -250,7 +247,7 @@ class PipelineSequence(Control):
 class RecoveryNode(Control):
     """Runs the second child where the first fails, then the first again, a number of times."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"number_of_retries": Port(WHOLE, 1)}
+    number_of_retries = Port(WHOLE, 1)
     CHILDREN = (2, 2)
     _retries = 0
     _recovering = False
@@ -264,7 +261,7 @@ class RecoveryNode(Control):
                 if status is not Status.SUCCESS:
                     return self._end(Status.FAILURE)
                 self._retries += 1
-            elif status is not Status.FAILURE or self._retries >= self.get("number_of_retries"):
+            elif status is not Status.FAILURE or self._retries >= self.number_of_retries:
                 return self._end(status)
             self.children[self._recovering].reset()
             self._recovering = not self._recovering

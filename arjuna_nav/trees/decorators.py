@@ -19,6 +19,7 @@ from arjuna_nav.trees.ports import (
     PATH,
     POSE,
     SCRIPT,
+    STATUS,
     TEXT,
     TRUTH,
     WHOLE,
@@ -32,42 +33,33 @@ GOAL_UPDATE = "goal_update"
 _SAME_GOAL = 0.05  # [m]
 
 
-class Inverter(Decorator):
-    """Turns success into failure and failure into success."""
+class _Mapped(Decorator):
+    """Answers something else than its child."""
+
+    ANSWERS: ClassVar[dict[Status, Status]]
 
     def _tick(self) -> Status:
         status = self.child.execute()
-        turned = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}
-        return turned.get(status, status)
+        return self.ANSWERS.get(status, status)
 
 
-class ForceSuccess(Decorator):
-    """Succeeds when the child ends."""
-
-    ANSWER: ClassVar[Status] = Status.SUCCESS
-
-    def _tick(self) -> Status:
-        status = self.child.execute()
-        return self.ANSWER if status in ENDED else status
-
-
-class ForceFailure(ForceSuccess):
-    """Fails when the child ends."""
-
-    ANSWER = Status.FAILURE
-
-
-class KeepRunningUntilFailure(Decorator):
-    """Runs until the child fails."""
-
-    def _tick(self) -> Status:
-        return Status.FAILURE if self.child.execute() is Status.FAILURE else Status.RUNNING
+_S, _F = ENDED
+MAPPED: dict[str, type[Decorator]] = {
+    name: type(name, (_Mapped,), {"ANSWERS": answers})
+    for name, answers in {
+        "Inverter": {_S: _F, _F: _S},
+        "ForceSuccess": {_F: _S},
+        "ForceFailure": {_S: _F},
+        "KeepRunningUntilFailure": {_S: Status.RUNNING},
+    }.items()
+}
+"""The decorators that turn one status into another."""
 
 
 class _Counted(Decorator):
-    """Runs the child again, once a tick, while it ends in one way; -1 times means for ever."""
+    """Runs the child again, once a tick, while it ends in one way; -1 times is without end."""
 
-    PORT: ClassVar[str]
+    limit: Port
     AGAIN: ClassVar[Status]
     _count = 0
 
@@ -75,7 +67,7 @@ class _Counted(Decorator):
         status = self.child.execute()
         if status not in ENDED:
             return status
-        limit = self.get(self.PORT)
+        limit: int = self.limit
         self._count += 1
         if status is self.AGAIN and (limit < 0 or self._count < limit):
             return Status.RUNNING
@@ -86,18 +78,15 @@ class _Counted(Decorator):
         self._count = 0
 
 
-class Repeat(_Counted):
-    """Runs the child again while it succeeds."""
-
-    PORTS: ClassVar[dict[str, Port]] = {"num_cycles": Port(WHOLE)}
-    PORT, AGAIN = "num_cycles", Status.SUCCESS
-
-
-class RetryUntilSuccessful(_Counted):
-    """Runs the child again while it fails."""
-
-    PORTS: ClassVar[dict[str, Port]] = {"num_attempts": Port(WHOLE)}
-    PORT, AGAIN = "num_attempts", Status.FAILURE
+COUNTED: dict[str, type[Decorator]] = {
+    "Repeat": type("Repeat", (_Counted,), {"limit": Port(WHOLE, name="num_cycles"), "AGAIN": _S}),
+    "RetryUntilSuccessful": type(
+        "RetryUntilSuccessful",
+        (_Counted,),
+        {"limit": Port(WHOLE, name="num_attempts"), "AGAIN": _F},
+    ),
+}
+"""The decorators that run their child again while it succeeds, or fails."""
 
 
 class RunOnce(Decorator):
@@ -133,10 +122,10 @@ class _Timed(Decorator):
 class Timeout(_Timed):
     """Fails where the child runs for too long."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"msec": Port(NUMBER)}
+    msec = Port(NUMBER)
 
     def _timed(self, elapsed: float) -> Status:
-        if elapsed < self.get("msec"):
+        if elapsed < self.msec:
             return self.child.execute()
         self.child.reset()
         return Status.FAILURE
@@ -145,45 +134,43 @@ class Timeout(_Timed):
 class Delay(_Timed):
     """Ticks the child after a while."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"delay_msec": Port(NUMBER)}
+    delay_msec = Port(NUMBER)
 
     def _timed(self, elapsed: float) -> Status:
-        return Status.RUNNING if elapsed < self.get("delay_msec") else self.child.execute()
+        return Status.RUNNING if elapsed < self.delay_msec else self.child.execute()
 
 
 class Precondition(Decorator):
     """Runs the child where a script holds as it begins, else answers `else`."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"if": Port(SCRIPT), "else": Port(TEXT, "FAILURE")}
+    condition = Port(SCRIPT, name="if")
+    otherwise = Port(STATUS, "FAILURE", name="else")
 
     def _tick(self) -> Status:
-        if self.child.status is Status.RUNNING or self.get("if").holds(self.board):
+        if self.child.status is Status.RUNNING or self.condition.holds(self.board):
             return self.child.execute()
-        otherwise = {status.name: status for status in (*ENDED, Status.SKIPPED)}
-        return otherwise.get(self.get("else"), Status.FAILURE)
+        return Status[self.otherwise]
 
 
 class _Loop(Decorator):
     """Runs the child for each value of a list, as '1;2;3', until it fails."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "queue": Port(ANY),
-        "if_empty": Port(TEXT, "SUCCESS"),
-        "value": Port(ANY, None, output=True),
-    }
+    queue = Port(ANY)
+    if_empty = Port(STATUS, "SUCCESS")
+    value = Port(ANY, None, output=True)
     KIND: ClassVar[Kind]
     _left: tuple[Any, ...] = ()
 
     def _tick(self) -> Status:
         if self._before is not Status.RUNNING:
-            queue = self.get("queue")
+            queue = self.queue
             parts = queue.split(";") if isinstance(queue, str) else queue
             self._left = tuple(part for part in parts if str(part).strip())
             if not self._left:
-                return Status[self.get("if_empty")]
+                return Status[self.if_empty]
         if self.child.status is not Status.RUNNING:
             value = Port(self.KIND), f"{self.name}: port 'queue'"
-            self.put("value", literal(str(self._left[0]).strip(), *value))
+            self.value = literal(str(self._left[0]).strip(), *value)
             self._left = self._left[1:]
         status = self.child.execute()
         ended = status is Status.FAILURE or (status is not Status.RUNNING and not self._left)
@@ -203,7 +190,7 @@ LOOPS: dict[str, type[Decorator]] = {
 class SkipUnlessUpdated(Decorator):
     """Runs the child where an entry was written since it last began, else answers SKIPPED."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"entry": Port(ANY)}
+    entry = Port(ANY)
     OTHERWISE: ClassVar[Status] = Status.SKIPPED
     _written = 0
 
@@ -247,7 +234,7 @@ class _Gate(Decorator):
 class RateController(_Gate):
     """Ticks the child at most so often."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"hz": Port(NUMBER, 10.0)}
+    hz = Port(NUMBER, 10.0)
     _since = 0.0
 
     def _restart(self) -> None:
@@ -258,30 +245,28 @@ class RateController(_Gate):
 
     def _rate(self) -> float:
         """Return the greatest rate [Hz]."""
-        return float(self.get("hz"))
+        return float(self.hz)
 
 
 class SpeedController(RateController):
     """Ticks the child the more often the faster the robot drives."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "min_rate": Port(NUMBER, 0.1),
-        "max_rate": Port(NUMBER, 1.0),
-        "min_speed": Port(NUMBER, 0.0),
-        "max_speed": Port(NUMBER, 0.5),
-    }
+    min_rate = Port(NUMBER, 0.1)
+    max_rate = Port(NUMBER, 1.0)
+    min_speed = Port(NUMBER, 0.0)
+    max_speed = Port(NUMBER, 0.5)
 
     def _rate(self) -> float:
-        low, high = self.get("min_speed"), self.get("max_speed")
+        low, high = self.min_speed, self.max_speed
         share = (abs(self.running.state.velocity.x) - low) / max(high - low, 1e-9)
-        slow, fast = self.get("min_rate"), self.get("max_rate")
+        slow, fast = self.min_rate, self.max_rate
         return float(slow + min(max(share, 0.0), 1.0) * (fast - slow))
 
 
 class DistanceController(_Gate):
     """Ticks the child each time the robot has gone so far."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"distance": Port(NUMBER, 1.0)}
+    distance = Port(NUMBER, 1.0)
     _start: SE2 | None = None
 
     def _restart(self) -> None:
@@ -289,9 +274,7 @@ class DistanceController(_Gate):
 
     def _is_due(self) -> bool:
         pose, start = self.running.state.pose, self._start
-        return pose is not None and (
-            start is None or pose.distance(start) >= float(self.get("distance"))
-        )
+        return pose is not None and (start is None or pose.distance(start) >= float(self.distance))
 
 
 class SingleTrigger(Decorator):
@@ -327,10 +310,8 @@ class GoalUpdatedController(Decorator):
 class GoalUpdater(Decorator):
     """Writes the goal that the topic goal_update moved it to, or the goal itself."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "input_goal": Port(POSE),
-        "output_goal": Port(POSE, None, output=True),
-    }
+    input_goal = Port(POSE)
+    output_goal = Port(POSE, None, output=True)
 
     def topics(self) -> set[Topic]:
         """Return the topics that the node and those below it listen to."""
@@ -338,22 +319,20 @@ class GoalUpdater(Decorator):
 
     def _tick(self) -> Status:
         moved = self.running.state.moved_goal
-        self.put("output_goal", self.get("input_goal") if moved is None else moved)
+        self.output_goal = self.input_goal if moved is None else moved
         return self.child.execute()
 
 
 class PathLongerOnApproach(Decorator):
     """Runs the child where a new path to the same goal is much longer, near the goal."""
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "path": Port(PATH),
-        "prox_len": Port(NUMBER, 3.0),
-        "length_factor": Port(NUMBER, 2.0),
-    }
+    path = Port(PATH)
+    prox_len = Port(NUMBER, 3.0)
+    length_factor = Port(NUMBER, 2.0)
     _path: Any = None
 
     def _tick(self) -> Status:
-        path, before = self.get("path"), self._path
+        path, before = self.path, self._path
         if self.child.status is not Status.RUNNING:
             self._path = path
             if before is None or path is before or not self._is_detour(path, before):
@@ -363,5 +342,5 @@ class PathLongerOnApproach(Decorator):
     def _is_detour(self, path: Any, before: Any) -> bool:
         same_goal = bool(np.hypot(*(path[-1, :2] - before[-1, :2])) < _SAME_GOAL)
         length, old = paths.length(path), paths.length(before)
-        near = old < self.get("prox_len")
-        return bool(same_goal and near and length > self.get("length_factor") * old)
+        near = old < self.prox_len
+        return bool(same_goal and near and length > self.length_factor * old)

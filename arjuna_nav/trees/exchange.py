@@ -13,15 +13,10 @@ from arjuna_core.twist import STILL, Velocity
 
 @dataclass(frozen=True, eq=False)
 class Ask:
-    """Ask a server; its answer comes under the same key.
+    """A request to a server of an action or service `kind`; its answer comes under the same key.
 
-    Attributes:
-        key: Unlike that of any other question of the tree.
-        kind: The action or service type, by nav2_msgs' name.
-        server: Its name.
-        fields: The request in plain values, by nav2_msgs' names: poses as SE2, paths
-            `(N, 3) float64`, durations [s].
-        feedback: Whether its feedback is wanted.
+    The fields are plain values by nav2_msgs' names: poses as SE2, paths `(N, 3) float64`,
+    durations [s].
     """
 
     key: int
@@ -40,14 +35,7 @@ class Withdraw:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """A server's answer.
-
-    Attributes:
-        succeeded: Whether it reached its goal.
-        code: Its error code, 0 for none.
-        message: What went wrong.
-        values: Its result, by nav2_msgs' names.
-    """
+    """A server's answer, its result in plain values as in `Ask`; code 0 is no error."""
 
     succeeded: bool
     code: int = 0
@@ -80,7 +68,7 @@ class Battery(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TreeState:
-    """What is known at a tick of a tree.
+    """The state of the robot and of the requests at a tick of a tree.
 
     Attributes:
         now: Time [s].
@@ -92,7 +80,7 @@ class TreeState:
         selected: What was chosen on the selectors' topics.
         moved_goal: The newest pose on the topic goal_update since the goal came.
         batteries: By their topics.
-        connected: Says whether a transform is known from the second frame to the first.
+        connected: Returns whether a transform is known from the second frame to the first.
     """
 
     now: float
@@ -109,14 +97,9 @@ class TreeState:
 
 @dataclass(frozen=True)
 class StatusChange:
-    """One node of a tree that changed its status, as nav2_msgs/BehaviorTreeStatusChange.
+    """A change of a node's status at a time [s], as nav2_msgs/BehaviorTreeStatusChange.
 
-    Attributes:
-        now: When [s].
-        node: The node's name.
-        uid: Its number in the tree, in the order of the file.
-        before: Its status before.
-        after: Its status now.
+    `uid` is the node's number in the tree, in the order of the file.
     """
 
     now: float

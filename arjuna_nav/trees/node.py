@@ -42,14 +42,9 @@ SCRIPTED = (*_DECIDING, "_while", *_AFTER, "_onHalted")
 
 @dataclass
 class Running:
-    """The nodes of a tree share this while it runs.
+    """The nodes of a tree share this: the state in this tick, its requests, and changes of status.
 
-    Attributes:
-        root: The blackboard of the whole tree.
-        state: The robot's state in this tick.
-        commands: Requests of this tick.
-        changes: Changes of status since they were last taken.
-        asking: The nodes that ask servers.
+    `root` is the blackboard of the whole tree, `asking` are the nodes that ask servers.
     """
 
     root: Blackboard = field(default_factory=Blackboard)
@@ -68,17 +63,7 @@ class Running:
 
 @dataclass
 class Maker:
-    """The parts of a node.
-
-    Attributes:
-        name: Its name.
-        uid: Its number.
-        texts: Its ports as the XML has them.
-        children: Its children.
-        board: The blackboard of its tree.
-        running: Shared by all nodes.
-        scripts: Its conditions and what is run after it, by the names in `SCRIPTED`.
-    """
+    """The parts of a node: `texts` are its ports as the XML has them, `scripts` by `SCRIPTED`."""
 
     name: str
     uid: int
@@ -100,10 +85,15 @@ class TreeNode:
     """
 
     PORTS: ClassVar[dict[str, Port]] = {}
+    """The ports by their names: each attribute of the class that is a Port."""
     CHILDREN: ClassVar[tuple[int, float]] = (0, 0)
     """Least and greatest number of children."""
     _before = Status.IDLE
     """The status of a node with children before this tick."""
+
+    def __init_subclass__(cls) -> None:
+        own = {port.name: port for port in vars(cls).values() if isinstance(port, Port)}
+        cls.PORTS = {**cls.PORTS, **own}
 
     def __init__(self, maker: Maker) -> None:
         self.name = maker.name

@@ -70,6 +70,10 @@ WHOLE = Kind("a whole number", _whole)
 TRUTH = Kind("true or false", _truth)
 TEXT = Kind("a text", str)
 CODES = Kind("error codes, as '100;102'", _codes)
+STATUS = Kind(
+    "SUCCESS, FAILURE or SKIPPED",
+    {status: status for status in ("SUCCESS", "FAILURE", "SKIPPED")}.__getitem__,
+)
 SCRIPT = Kind("a script", lambda value: value if isinstance(value, Script) else Script(str(value)))
 POSE = Kind("a pose on the blackboard, as {goal}", _only(SE2), literal=False)
 POSES = Kind("poses on the blackboard, as {goals}", _poses, literal=False)
@@ -80,9 +84,9 @@ REQUIRED = object()
 """The default of a port that must be given."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Port:
-    """One port of a kind of nodes.
+    """One port of a kind of nodes: an attribute of its class that is read from the node's XML.
 
     Attributes:
         kind: Of its values.
@@ -90,12 +94,23 @@ class Port:
         field: The field of the server's request that it fills, or of the result that it takes;
             empty: none in a request, the port's own name in a result.
         output: Whether the node writes it; then it must be an entry of the blackboard.
+        name: In the XML; that of the attribute where it is empty.
     """
 
     kind: Kind
     default: Any = REQUIRED
     field: str = ""
     output: bool = False
+    name: str = ""
+
+    def __set_name__(self, owner: type[Any], name: str) -> None:
+        self.name = self.name or name
+
+    def __get__(self, node: Any, owner: type[Any]) -> Any:
+        return self if node is None else node.get(self.name)
+
+    def __set__(self, node: Any, value: Any) -> None:
+        node.put(self.name, value)
 
 
 def entry(text: str) -> str | None:

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
 
 from arjuna_core.se2 import SE2
 from arjuna_nav.planners import path as paths
@@ -20,7 +19,7 @@ class ReplanningController(Decorator):
     A period begins with the child; RateController's begins with the child's success.
     """
 
-    PORTS: ClassVar[dict[str, Port]] = {"hz": Port(NUMBER, 1.0)}
+    hz = Port(NUMBER, 1.0)
     _began = -math.inf
     _period = 0.0
     _goal_written = 0
@@ -36,34 +35,32 @@ class ReplanningController(Decorator):
             if not is_new and now - self._began < self._period:
                 return Status.RUNNING
             self._began, self._goal_written = now, written
-            self._period = 1.0 / self.get("hz")
+            self._period = 1.0 / self.hz
         return self.child.execute()
 
 
 class IsPathPreferred(Condition):
-    """Whether the robot stays on its path although there is a new one, so that it does not waver.
+    """Succeeds where the robot stays on its path although there is a new one, so as not to waver.
 
-    It does not where the new path is nearly the same or clearly shorter, where the robot has left
+    It fails where the new path is nearly the same or clearly shorter, where the robot has left
     the old one, and where the old one leads to another goal.
     """
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "path": Port(PATH, None),
-        "new_path": Port(PATH),
-        "same_way_deviation": Port(NUMBER, 0.5),
-        "shorter_ratio": Port(NUMBER, 0.9),
-    }
+    path = Port(PATH, None)
+    new_path = Port(PATH)
+    same_way_deviation = Port(NUMBER, 0.5)
+    shorter_ratio = Port(NUMBER, 0.9)
 
     def _holds(self) -> bool:
-        old, new, pose = self.get("path"), self.get("new_path"), self.running.state.pose
+        old, new, pose = self.path, self.new_path, self.running.state.pose
         goal_came = self.running.root.entry("goal").written
         if old is None or pose is None or goal_came > self.named_entry("path").written:
             return False
-        rest, most = paths.ahead(old, pose), self.get("same_way_deviation")
+        rest, most = paths.ahead(old, pose), self.same_way_deviation
         beside = pose.distance(SE2.from_array(rest[0]))
         if beside > most or paths.deviation(new, rest) <= most:
             return False
-        longest = self.get("shorter_ratio") * (beside + paths.length(rest))
+        longest = self.shorter_ratio * (beside + paths.length(rest))
         return bool(paths.length(new) > longest)
 
 
@@ -75,15 +72,13 @@ class WaitOutOutage(Decorator):
     than `patience` [s] the node fails as its child did.
     """
 
-    PORTS: ClassVar[dict[str, Port]] = {
-        "error_code": Port(WHOLE, 0),
-        "error_msg": Port(TEXT, ""),
-        # TF_ERROR, CONTROLLER_TIMED_OUT; TF_ERROR, TIMEOUT of planning, to a pose and through poses
-        "error_codes": Port(CODES, frozenset({102, 107, 202, 207, 302, 307})),
-        "patience": Port(NUMBER, 30.0),
-        "hz": Port(NUMBER, 1.0),
-        "problem": Port(TEXT, None, output=True),
-    }
+    error_code = Port(WHOLE, 0)
+    error_msg = Port(TEXT, "")
+    # TF_ERROR, CONTROLLER_TIMED_OUT; TF_ERROR, TIMEOUT of planning, to a pose and through poses
+    error_codes = Port(CODES, frozenset({102, 107, 202, 207, 302, 307}))
+    patience = Port(NUMBER, 30.0)
+    hz = Port(NUMBER, 1.0)
+    problem = Port(TEXT, None, output=True)
     _since = _last = -math.inf
     _period = 0.0
     _reported = False
@@ -94,14 +89,14 @@ class WaitOutOutage(Decorator):
             if now - self._last < self._period:
                 return Status.RUNNING
             if now - self._last >= 2.0 * self._period:
-                self.put("problem", None)
+                self.problem = None
                 self._reported = False
         status = self.child.execute()
-        if status is not Status.FAILURE or self.get("error_code") not in self.get("error_codes"):
+        if status is not Status.FAILURE or self.error_code not in self.error_codes:
             return status
-        self._period = 1.0 / self.get("hz")
+        self._period = 1.0 / self.hz
         if now - self._last > 3.0 * self._period:
             self._since = now
         self._last, self._reported = now, True
-        self.put("problem", self.get("error_msg"))
-        return Status.RUNNING if now - self._since < self.get("patience") else status
+        self.problem = self.error_msg
+        return Status.RUNNING if now - self._since < self.patience else status

@@ -1,4 +1,4 @@
-"""Nav2's actions and services: to plan, follow, smooth, dock, the behaviors, and to clear costmaps.
+"""The nodes of Nav2's servers: planning, following, smoothing, docking, behaviors, clearing.
 
 Source: nav2_behavior_tree, plugins/action; BtCancelActionNode.
 """
@@ -8,22 +8,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from arjuna_nav.trees.asking import Asking
+from arjuna_nav.trees.asking import Action, Asking, Service
 from arjuna_nav.trees.node import Status, TreeNode
-from arjuna_nav.trees.ports import NUMBER, PATH, POSE, POSES, REQUIRED, TEXT, TRUTH, WHOLE, Port
-
-_TIMEOUT = {"server_timeout": Port(NUMBER, 0.0)}
-_SERVER = {
-    "server_name": Port(TEXT, ""),
-    **_TIMEOUT,
-    "error_code_id": Port(WHOLE, 0, output=True),
-    "error_msg": Port(TEXT, "", output=True),
-}
-_IS_RECOVERY = {"is_recovery": Port(TRUTH, True)}
+from arjuna_nav.trees.ports import NUMBER, PATH, POSE, POSES, TEXT, TRUTH, WHOLE, Port
 
 
-class _Planning(Asking):
+class _Planning(Action):
     """Plans; a goal that changes is planned to at once, and a path to the older one is dropped."""
+
+    start = Port(POSE, None, "start")
+    use_start = Port(TRUTH, True)
+    planner_id = Port(TEXT, "", "planner_id")
+    path = Port(PATH, None, output=True)
 
     def _tick(self) -> Status:
         if self._key is not None and not self._cancelled and self._is_outdated():
@@ -31,60 +27,46 @@ class _Planning(Asking):
         return super()._tick()
 
     def _request(self) -> dict[str, Any]:
-        """Plan from a start where one is given, else from where the robot is."""
+        """Return a request from a start where one is given, else from the robot's pose."""
         fields = super()._request()
-        if not self.get("use_start"):
+        if not self.use_start:
             fields.pop("start", None)
         return {**fields, "use_start": "start" in fields}
-
-
-_PLANNING = {
-    **_SERVER,
-    "start": Port(POSE, None, "start"),
-    "use_start": Port(TRUTH, True),
-    "planner_id": Port(TEXT, "", "planner_id"),
-    "path": Port(PATH, None, output=True),
-}
 
 
 class ComputePathToPose(_Planning):
     """Plans to a pose."""
 
     KIND, SERVER, RENEWS = "ComputePathToPose", "compute_path_to_pose", ("goal",)
-    PORTS: ClassVar[dict[str, Port]] = {**_PLANNING, "goal": Port(POSE, field="goal")}
+    goal = Port(POSE, field="goal")
 
 
 class ComputePathThroughPoses(_Planning):
     """Plans through poses."""
 
     KIND, SERVER, RENEWS = "ComputePathThroughPoses", "compute_path_through_poses", ("goals",)
-    PORTS: ClassVar[dict[str, Port]] = {**_PLANNING, "goals": Port(POSES, field="goals")}
+    goals = Port(POSES, field="goals")
 
 
-class FollowPath(Asking):
-    """Follows a path; a new path, controller or checker on the blackboard is taken on the way."""
+class FollowPath(Action):
+    """Follows a path; a new path, controller or checker on the blackboard is taken at once."""
 
     KIND, SERVER = "FollowPath", "follow_path"
     RENEWS = ("path", "controller_id", "goal_checker_id", "progress_checker_id")
-    PORTS: ClassVar[dict[str, Port]] = {
-        **_SERVER,
-        "path": Port(PATH, field="path"),
-        **{name: Port(TEXT, "", name) for name in RENEWS[1:]},
-    }
+    path = Port(PATH, field="path")
+    controller_id = Port(TEXT, "", "controller_id")
+    goal_checker_id = Port(TEXT, "", "goal_checker_id")
+    progress_checker_id = Port(TEXT, "", "progress_checker_id")
 
 
-class IsPathValid(Asking):
-    """Whether a path is free; where there is no path yet, none is."""
+class IsPathValid(Service):
+    """Succeeds where a path is free; fails where there is no path yet."""
 
     KIND, SERVER = "IsPathValid", "is_path_valid"
-    PORTS: ClassVar[dict[str, Port]] = {
-        "service_name": Port(TEXT, ""),
-        "path": Port(PATH, None, "path"),
-        **_TIMEOUT,
-    }
+    path = Port(PATH, None, "path")
 
     def _tick(self) -> Status:
-        return Status.FAILURE if self.get("path") is None else super()._tick()
+        return Status.FAILURE if self.path is None else super()._tick()
 
 
 _ALLOWANCE = {"time_allowance": Port(NUMBER, 10.0, "time_allowance")}
@@ -175,20 +157,19 @@ _ROUTES = ("ComputeRoute", "ComputeAndTrackRoute")
 
 
 def _action(name: str, server: str, ports: Mapping[str, Port]) -> type[Asking]:
-    recovers = name in _RECOVERING
+    recovers = {"is_recovery": Port(TRUTH, True)} if name in _RECOVERING else {}
+    renews = tuple(port.field for port in _ROUTE.values() if port.field)
     parts = {
         "KIND": name,
         "SERVER": server,
-        "PORTS": {**_SERVER, **(_IS_RECOVERY if recovers else {}), **ports},
-        "IS_RECOVERY": recovers,
         "FEEDBACK": name == "ComputeAndTrackRoute",
-        "RENEWS": tuple(p.field for p in _ROUTE.values() if p.field) if name in _ROUTES else (),
+        "RENEWS": renews if name in _ROUTES else (),
     }
-    return type(name, (Asking,), parts)
+    return type(name, (Action,), {**parts, **recovers, **ports})
 
 
 _REGION = {"reset_distance": Port(NUMBER, 1.0, "reset_distance")}
-_SERVICES: dict[str, dict[str, Port]] = {
+_CLEARING: dict[str, dict[str, Port]] = {
     "ClearEntireCostmap": {},
     "ClearCostmapExceptRegion": _REGION,
     "ClearCostmapAroundRobot": _REGION,
@@ -196,18 +177,23 @@ _SERVICES: dict[str, dict[str, Port]] = {
 }
 
 
-def _service(
-    name: str, ports: Mapping[str, Port], kind: str, server: str, default: Any
-) -> type[Asking]:
-    every = {"service_name": Port(TEXT, default), **_TIMEOUT, **_IS_RECOVERY}
-    parts = {"KIND": kind, "SERVER": server, "PORTS": {**every, **ports}, "IS_RECOVERY": True}
-    return type(name, (Asking,), parts)
+class _Recovering(Service):
+    """A service that is a recovery."""
+
+    is_recovery = Port(TRUTH, True)
+
+
+class ReinitializeGlobalLocalization(_Recovering):
+    """Spreads the localization over the whole map."""
+
+    KIND, SERVER = "Empty", "reinitialize_global_localization"
 
 
 class _Cancel(TreeNode):
     """Cancels what the tree asked of one action; the node that asked succeeds, as Nav2's do."""
 
-    PORTS: ClassVar[dict[str, Port]] = {"server_name": Port(TEXT, ""), **_TIMEOUT}
+    server_name = Port(TEXT, "")
+    server_timeout = Port(NUMBER, 0.0)
     KIND: ClassVar[str]
 
     def _tick(self) -> Status:
@@ -223,10 +209,10 @@ _CANCELS = {
 }
 SERVERS: dict[str, type[TreeNode]] = {
     **{name: _action(name, server, ports) for name, (server, ports) in _ACTIONS.items()},
-    **{name: _service(name, ports, name, "", REQUIRED) for name, ports in _SERVICES.items()},
-    "ReinitializeGlobalLocalization": _service(
-        "ReinitializeGlobalLocalization", {}, "Empty", "reinitialize_global_localization", ""
-    ),
+    **{
+        name: type(name, (_Recovering,), {"KIND": name, "service_name": Port(TEXT), **ports})
+        for name, ports in _CLEARING.items()
+    },
     **{name: type(name, (_Cancel,), {"KIND": kind}) for name, kind in _CANCELS.items()},
 }
 """The nodes that only fill a request, and those that cancel one."""

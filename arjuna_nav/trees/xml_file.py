@@ -30,6 +30,8 @@ NODES: dict[str, type[TreeNode]] = {
         if not name.startswith("_")
     },
     **controls.SWITCHES,
+    **decorators.MAPPED,
+    **decorators.COUNTED,
     **decorators.LOOPS,
     **conditions.CONDITIONS,
     **actions.SELECTORS,

@@ -17,7 +17,7 @@ from arjuna_nav.nodes.trees.loading import TreeChoice
 from arjuna_nav.planners import PlanStatus
 from arjuna_nav.trees.exchange import Answer
 
-_THROUGH = 100  # ComputePathThroughPoses' codes are those of ComputePathToPose plus this
+_THROUGH = ComputePathThroughPoses.Result.UNKNOWN - PlanStatus.UNKNOWN
 _MAY_CHANGE = {
     PlanStatus.UNKNOWN,
     PlanStatus.NO_VALID_PATH,

@@ -13,8 +13,6 @@ from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_node import GoalNode
 from arjuna_core.ros.node import ManagedNode
 
-_CURRENT = 1.0  # age of a costmap that can be planned on [s]
-
 
 class GoalMemory:
     """The goal that runs, sent again once the node may take it.
@@ -23,9 +21,13 @@ class GoalMemory:
         node: The node whose goals they are; made in its `configure`.
         file: Keeps the goal; empty: none is kept.
         actions: The node's actions by name.
+        max_age: Greatest age of a costmap that can be planned on [s].
     """
 
-    def __init__(self, node: ManagedNode, file: str, actions: Mapping[str, Any]) -> None:
+    def __init__(
+        self, node: ManagedNode, file: str, actions: Mapping[str, Any], max_age: float = 1.0
+    ) -> None:
+        self._max_age = max_age
         self._node = node
         self._file = Path(file) if file else None
         self._actions = dict(actions)
@@ -63,7 +65,7 @@ class GoalMemory:
         if self._left is None:
             return
         costmap = self._node.process.find("global_costmap/global_costmap")
-        if costmap.current(_CURRENT) is None:
+        if costmap.current(self._max_age) is None:
             return
         (name, goal), self._left = self._left, None
         self._node.get_logger().info(f"{name}: resumes the goal that was under way")

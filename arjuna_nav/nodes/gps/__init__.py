@@ -1,1 +1,1 @@
-"""Where the map lies on the earth, from a satellite receiver or a parameter."""
+"""The map's datum on the earth, from a satellite receiver or a parameter."""

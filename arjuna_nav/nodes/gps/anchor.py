@@ -17,12 +17,12 @@ from arjuna_core.se2 import SE2
 
 
 class GpsError(ArjunaError):
-    """A place on the earth has no pose in the map."""
+    """A point on the earth has no pose in the map."""
 
 
 @dataclass(frozen=True)
 class GpsConfig:
-    """How the map lies on the earth; `datum` is as robot_localization's navsat_transform has it."""
+    """The map's datum on the earth; `datum` is as robot_localization's navsat_transform has it."""
 
     datum: tuple[float, ...] = param(
         (),
@@ -69,22 +69,22 @@ class GpsAnchor:
         """Return the pose in the map of a GeoPose.
 
         Raises:
-            GpsError: It is no place on the earth, or where the map lies is not known.
+            GpsError: It is no point on the earth, or where the map lies is not known.
         """
         if self._map is None:
             raise GpsError(
                 f"no fix has come on '{self._config.fix_topic}' and no 'gps.datum' is set: "
                 f"where '{self._frame}' lies on the earth is not known"
             )
-        place = message.position
+        point = message.position
         try:
-            point = GeoPoint(place.latitude, place.longitude)
-            return self._map.to_map(point, yaw(message.orientation))
+            at = GeoPoint(point.latitude, point.longitude)
+            return self._map.to_map(at, yaw(message.orientation))
         except ValueError as error:
             raise GpsError(str(error)) from error
 
     def _on_fix(self, message: Any) -> None:
-        """Take the first fix that is one, where the receiver's place in the map is known."""
+        """Take the first fix that is one, where the receiver's pose in the map is known."""
         if self._map is not None or message.status.status < NavSatStatus.STATUS_FIX:
             return
         receiver = message.header.frame_id.lstrip("/") or "base_link"
@@ -92,13 +92,13 @@ class GpsAnchor:
         if T_map_receiver is None:
             return
         try:
-            place = GeoPoint(message.latitude, message.longitude)
+            point = GeoPoint(message.latitude, message.longitude)
         except ValueError as error:
             self._node.get_logger().warning(f"{self._config.fix_topic} ignored: {error}")
             return
         x, y = T_map_receiver.x, T_map_receiver.y
-        self._map = MapOnEarth(place, x, y, self._config.heading)
+        self._map = MapOnEarth(point, x, y, self._config.heading)
         self._node.get_logger().info(
             f"({x:.2f}, {y:.2f}) in '{self._frame}' lies at "
-            f"{place.latitude_deg:.7f}, {place.longitude_deg:.7f}"
+            f"{point.latitude_deg:.7f}, {point.longitude_deg:.7f}"
         )

@@ -30,8 +30,6 @@ from arjuna_nav.nodes.trees.messages import (
 from arjuna_nav.trees.decorators import GOAL_UPDATE
 from arjuna_nav.trees.exchange import Answer, Ask, Battery, Topic, TopicKind, TreeState, Withdraw
 
-_LOOK = 0.2  # [s] from one look for the servers to the next: 0.3 ms each, it searches the graph
-
 
 @dataclass
 class _Request:
@@ -58,9 +56,10 @@ class TreeClients:
     Args:
         node: bt_navigator; made in its `configure`.
         config: Its parameters.
+        look_period: From one look for servers to the next [s]; one searches the graph, 0.3 ms.
     """
 
-    def __init__(self, node: ManagedNode, config: Any) -> None:
+    def __init__(self, node: ManagedNode, config: Any, look_period: float = 0.2) -> None:
         self._node = node
         self._config = config
         self._clients: dict[tuple[str, str, bool], Any] = {}
@@ -71,7 +70,7 @@ class TreeClients:
         self._selected: dict[str, str] = {}
         self._batteries: dict[str, Battery] = {}
         self._moved_goal: SE2 | None = None
-        self._look = Periodic(_LOOK)
+        self._look = Periodic(look_period)
         self._trials = 0
 
     def listen(self, topics: set[Topic]) -> None:

@@ -32,7 +32,7 @@ _FORMATS = {
 
 @dataclass(frozen=True)
 class PhotoConfig:
-    """Which camera's picture, and where to."""
+    """Parameters of a picture."""
 
     enabled: bool = param(True, "Whether to take one.")
     image_topic: str = param("/camera/color/image_raw", "The camera's topic.", read_only=True)

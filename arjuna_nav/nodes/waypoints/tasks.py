@@ -1,4 +1,4 @@
-"""What is done at each waypoint: to wait, to take a picture, to wait for somebody's word."""
+"""Tasks at waypoints: waiting for a time or a message, taking a picture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from arjuna_core.ros.node import ManagedNode
 
 
 class WaypointTask(Protocol):
-    """What is done at a waypoint; made of `(config, node)` in the node's `configure`.
+    """A task at a waypoint; made of `(config, node)` in the node's `configure`.
 
     A class has `Config`, the frozen dataclass of its parameters.
 
@@ -29,13 +29,13 @@ class WaypointTask(Protocol):
         ...
 
     def tick(self, now: float) -> bool | None:
-        """Return whether it succeeded, None while it goes on; it must not block."""
+        """Return whether it succeeded, None while it runs; it must not block."""
         ...
 
 
 @dataclass(frozen=True)
 class WaitConfig:
-    """How long to wait."""
+    """Parameters of a wait."""
 
     enabled: bool = param(True, "Whether to wait.")
     waypoint_pause_duration: int = param(0, "How long to wait.", unit="ms", minimum=0)
@@ -70,12 +70,12 @@ class WaitAtWaypoint:
 
 @dataclass(frozen=True)
 class InputConfig:
-    """Whose word to wait for."""
+    """Parameters of a wait for a message."""
 
     enabled: bool = param(True, "Whether to wait.")
     timeout: float = param(10.0, "How long to wait.", unit="s", minimum=0.0)
     input_topic: str = param(
-        "input_at_waypoint/input", "Topic of the word, a std_msgs/Empty.", read_only=True
+        "input_at_waypoint/input", "Topic of the message, a std_msgs/Empty.", read_only=True
     )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.se2 import SE2
 from arjuna_nav.trees.blackboard import TreeError
 from arjuna_nav.trees.exchange import TreeState
 from arjuna_nav.trees.node import Status
@@ -125,3 +126,21 @@ def test_included_files_are_bounded(tmp_path: Path) -> None:
         (tmp_path / f"{k}.xml").write_text(text, encoding="utf-8")
     with pytest.raises(TreeError, match="over 20 files are included"):
         read_tree(tmp_path / "0.xml")
+
+
+def test_a_subtree_has_entries_of_its_own() -> None:
+    text = (
+        '<root BTCPP_format="4" main_tree_to_execute="Main">'
+        '<BehaviorTree ID="Main"><Sequence><SubTree ID="Sub" goal="{aim}" speed="0.2"/>'
+        '<SubTree ID="Share" _autoremap="true"/></Sequence></BehaviorTree>'
+        '<BehaviorTree ID="Sub"><Sequence><GoalReached goal="{goal}"/>'
+        '<SetBlackboard value="{speed}" output_key="hidden"/>'
+        '<SetBlackboard value="{speed}" output_key="@told"/></Sequence></BehaviorTree>'
+        '<BehaviorTree ID="Share"><SetBlackboard value="1" output_key="shared"/></BehaviorTree>'
+        "</root>"
+    )
+    tree = build_tree(text, "test.xml")
+    tree.blackboard.set("aim", SE2())
+    assert tree.tick(TreeState(0.0, SE2()))[0] is Status.SUCCESS
+    board = tree.blackboard
+    assert [board.get(name) for name in ("hidden", "told", "shared")] == [None, "0.2", "1"]

@@ -1,4 +1,4 @@
-"""bt_navigator driven by behavior trees: Nav2's default ones, a user's own, and broken ones."""
+"""bt_navigator with other trees than its own: Nav2's, a user's, and broken ones."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def through(robot: PlayedRobot, *poses: SE2) -> Goal:
     return robot.send(NavigateThroughPoses, "navigate_through_poses", request)
 
 
-def test_the_default_tree_drives_to_a_goal_and_tells_of_it(robot: PlayedRobot) -> None:
+def test_nav2s_default_tree_drives_to_a_goal_and_its_nodes_are_logged(robot: PlayedRobot) -> None:
     log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
     goal = go(robot, GOAL, f"/opt/ros/jazzy/share/{TO_POSE}")
     robot.run_until_done(goal, 30.0)
@@ -68,7 +68,7 @@ def test_the_default_tree_drives_to_a_goal_and_tells_of_it(robot: PlayedRobot) -
     assert goal.feedback[-1].distance_remaining < 0.4 < goal.feedback[10].distance_remaining
 
 
-def test_the_default_tree_replans_once_a_second(robot: PlayedRobot) -> None:
+def test_nav2s_default_tree_replans_once_a_second(robot: PlayedRobot) -> None:
     log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
     go(robot, SE2(3.0, 1.0), TO_POSE)
     robot.run(4.05)
@@ -88,7 +88,7 @@ def plan_uid(log: list[Any]) -> int:
     return int(max(named))
 
 
-def test_poses_are_passed_by_the_default_tree(robot: PlayedRobot) -> None:
+def test_poses_are_passed_by_nav2s_default_tree(robot: PlayedRobot) -> None:
     goal = through(robot, SE2(1.5, 1.0), SE2(0.0, 1.8), SE2(-1.2, 0.5))
     robot.run_until_done(goal, 60.0)
     assert goal.status == SUCCEEDED
@@ -107,27 +107,6 @@ def test_a_goal_that_cannot_be_reached_is_recovered_from_and_given_up(robot: Pla
     assert robot.command == STILL
 
 
-def test_a_goal_outside_the_map_is_given_up_at_once(robot: PlayedRobot) -> None:
-    goal = go(robot, SE2(40.0, 0.0), TO_POSE)
-    robot.run_until_done(goal, 5.0)
-    assert_failed(goal, 204)
-    assert "outside the costmap" in goal.result.error_msg
-
-
-@pytest.mark.parametrize("after", [0.0, 0.02, 3.0])
-def test_cancellation_stops_the_robot_at_once_and_for_good(
-    robot: PlayedRobot, after: float
-) -> None:
-    goal = go(robot, SE2(3.0, 1.0), TO_POSE)
-    robot.run(after)
-    goal.cancel()
-    assert goal.status == CANCELED
-    assert_stopped_for_good(robot)
-    again = go(robot, SE2(0.5, 0.0), TO_POSE)
-    robot.run_until_done(again, 30.0)
-    assert again.status == SUCCEEDED
-
-
 def test_a_newer_goal_replaces_the_running_one_of_the_same_tree(robot: PlayedRobot) -> None:
     older = go(robot, SE2(3.0, 1.0), TO_POSE)
     drive(robot)
@@ -136,7 +115,7 @@ def test_a_newer_goal_replaces_the_running_one_of_the_same_tree(robot: PlayedRob
     robot.run(1.2)
     assert_failed(older, 0)
     assert min(command.x for command in robot.commands) > 0.1
-    other = go(robot, GOAL)  # by the navigator's own rules
+    other = go(robot, GOAL)  # by the default tree
     assert_failed(other, 0)
     assert TO_POSE in other.result.error_msg
     robot.run_until_done(newer, 30.0)
@@ -274,9 +253,11 @@ def test_a_default_tree_that_is_none_is_refused(capfd: pytest.CaptureFixture[str
     assert "there is no behavior tree 'nothing.xml'" in capfd.readouterr().err
 
 
-def test_the_end_of_activity_stops_the_robot(robot: PlayedRobot) -> None:
-    goal = go(robot, SE2(3.0, 1.0), TO_POSE)
-    drive(robot)
-    robot.transition("bt_navigator", "deactivate")
-    assert_failed(goal, 0)
-    assert robot.command == STILL
+@pytest.mark.parametrize("name", ["", "navigate_to_pose.xml"])
+def test_goals_that_name_no_tree_are_driven_by_the_shipped_one(name: str) -> None:
+    robot = made(default_nav_to_pose_bt_xml=name)
+    log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")
+    go(robot, GOAL)
+    robot.run(0.5)
+    assert "WaitOutOutage" in {each.node_name for each in log[0].event_log}
+    robot.close()

@@ -1,4 +1,4 @@
-"""Claims: tree nodes cut, join and read paths as Nav2's do."""
+"""Actions on the blackboard, goals, paths and choices of plug-ins."""
 
 from __future__ import annotations
 
@@ -8,15 +8,66 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
+from arjuna_nav.trees.exchange import Topic, TopicKind
 from arjuna_nav.trees.node import Status
 from tests.helpers.nav.tree_play import Play
 
-SUCCESS, FAILURE = Status.SUCCESS, Status.FAILURE
+RUNNING, SUCCESS, FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
+PATH = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
 STRAIGHT = np.column_stack((np.arange(11.0), np.zeros(11), np.zeros(11)))
 EMPTY = np.empty((0, 3))
-# there along y = 0, back along y = 1 with the other heading
-BACK = STRAIGHT[::-1] + np.array([0.0, 1.0, math.pi])
-HAIRPIN = np.concatenate((STRAIGHT, BACK))
+HAIRPIN = np.concatenate((STRAIGHT, STRAIGHT[::-1] + np.array([0.0, 1.0, math.pi])))
+
+
+def test_goals_paths_and_choices_on_the_blackboard() -> None:
+    goals = (SE2(0.3), SE2(1.0), SE2(3.0))
+    play = Play(
+        '<Sequence><RemovePassedGoals input_goals="{goals}" output_goals="{left}" radius="0.5"/>'
+        '<TruncatePath distance="0.5" input_path="{path}" output_path="{short}"/>'
+        '<SetBlackboard value="42" output_key="answer"/>'
+        '<PlannerSelector selected_planner="{planner}" default_planner="GridBased"/>'
+        '<UnsetBlackboard key="path"/></Sequence>',
+        goals=goals,
+        path=PATH,
+    )
+    assert play.tick() is SUCCESS
+    assert play.get("left") == goals[1:]
+    assert play.get("short") == pytest.approx(PATH[:2])
+    assert (play.get("answer"), play.get("planner"), play.get("path")) == ("42", "GridBased", None)
+    assert play.tree.topics == {Topic(TopicKind.CHOICE, "planner_selector")}
+
+
+@pytest.mark.parametrize(
+    ("place", "radius", "left"),
+    [
+        (SE2(0.0, 0.3), "", 2),
+        (SE2(0.0, 0.6), "", 3),
+        (SE2(0.0, 0.6), 'radius="0.7"', 2),
+        (SE2(0.5, 0.0), 'radius="0.6"', 1),
+        (SE2(2.0, 0.0), 'radius="5"', 1),
+    ],
+)
+def test_goals_that_were_passed_go_but_for_the_last(place: SE2, radius: str, left: int) -> None:
+    goals = (SE2(), SE2(1.0), SE2(2.0))
+    node = f'<RemovePassedGoals input_goals="{{goals}}" output_goals="{{goals}}" {radius}/>'
+    play = Play(node, goals=goals)
+    play.pose = place
+    assert play.tick() is SUCCESS
+    assert play.get("goals") == goals[3 - left :]
+
+
+@pytest.mark.parametrize(
+    ("given", "last"),
+    [("", 1.5), ('distance="0.9"', 1.5), ('distance="0.1"', 2.0), ('distance="7"', 0.0)],
+)
+def test_the_end_of_a_path_is_left_out(given: str, last: float) -> None:
+    path = np.array([[0.5 * i, 0.0, 0.0] for i in range(6)])
+    play = Play(f'<TruncatePath input_path="{{path}}" output_path="{{short}}" {given}/>', path=path)
+    assert play.tick() is SUCCESS
+    short = play.get("short")
+    assert isinstance(short, np.ndarray)
+    assert short[-1, 0] == last
+    np.testing.assert_array_equal(short, path[: len(short)])
 
 
 def cut(ports: str, path: object = STRAIGHT, **entries: object) -> Play:
@@ -94,7 +145,7 @@ def test_nothing_is_cut_of_no_path_or_by_a_robot_that_is_nowhere() -> None:
         '<ConcatenatePaths input_path1="{path}" input_path2="{path}"',
     ],
 )
-def test_what_stays_as_it_is_is_not_followed_anew(node: str) -> None:
+def test_a_path_that_stays_the_same_is_not_followed_again(node: str) -> None:
     follow = '<FollowPath path="{out}"/>'
     play = Play(f'<ReactiveSequence>{node} output_path="{{out}}"/>{follow}</ReactiveSequence>')
     play.tree.blackboard.set("path", STRAIGHT)
@@ -107,7 +158,7 @@ def test_what_stays_as_it_is_is_not_followed_anew(node: str) -> None:
     assert play.open["FollowPath"] != following, "another plan, if an equal one"
 
 
-def test_what_is_cut_elsewhere_is_followed_anew() -> None:
+def test_a_path_that_is_cut_elsewhere_is_followed_again() -> None:
     play = Play(
         '<ReactiveSequence><TruncatePathLocal input_path="{path}" output_path="{near}"/>'
         '<FollowPath path="{near}"/></ReactiveSequence>',
@@ -156,3 +207,14 @@ def test_where_the_robot_is() -> None:
     assert play.get("here") == play.pose
     play.pose = None
     assert play.tick() is FAILURE
+
+
+def test_a_script_changes_entries() -> None:
+    play = Play('<Script code="b := a * 2; a += 1"/>', a=1)
+    assert play.tick() is SUCCESS
+    assert (play.get("a"), play.get("b")) == (2, 2)
+
+
+def test_sleep_lasts() -> None:
+    play = Play('<Sleep msec="150"/>')
+    assert [play.tick() for _ in range(6)] == [RUNNING, RUNNING, SUCCESS] * 2

@@ -1,0 +1,119 @@
+"""Statuses, ports, the log, and conditions in attributes, of any node of a tree."""
+
+from __future__ import annotations
+
+import pytest
+
+from arjuna_core.se2 import SE2
+from arjuna_nav.trees.blackboard import TreeError
+from arjuna_nav.trees.node import Status
+from arjuna_nav.trees.ports import entry
+from tests.helpers.nav.tree_play import Play
+
+RUNNING, SUCCESS, FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
+SKIPPED = Status.SKIPPED
+OK, NO = "<AlwaysSuccess/>", "<AlwaysFailure/>"
+
+
+def test_the_log_says_what_changed() -> None:
+    play = Play(f'<Sequence name="all">{OK}{NO}</Sequence>')
+    play.tick()
+    told = [(c.node, c.uid, c.before, c.after) for c in play.tree.take_changes()]
+    assert told[:3] == [
+        ("all", 1, "IDLE", "RUNNING"),
+        ("AlwaysSuccess", 2, "IDLE", "SUCCESS"),
+        ("AlwaysFailure", 3, "IDLE", "FAILURE"),
+    ]
+    assert ("all", 1, "RUNNING", "FAILURE") in told
+    assert play.tree.take_changes() == ()
+
+
+@pytest.mark.parametrize(
+    ("xml", "entries", "says"),
+    [
+        ('<ComputePathToPose goal="{goal}"/>', {}, "{goal} is not on the blackboard"),
+        ('<ComputePathToPose goal="{goal}"/>', {"goal": "there"}, "valid: a pose on"),
+        ("<ComputePathToPose/>", {}, "port 'goal': it is not given"),
+        ('<Spin spin_dist="{far}"/>', {"far": "much"}, "'much'; valid: a number"),
+    ],
+)
+def test_what_a_node_must_be_given_is_said(xml: str, entries: dict[str, object], says: str) -> None:
+    play = Play(xml, **entries)
+    with pytest.raises(TreeError, match="port") as error:
+        play.tick()
+    assert says in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"), [("{goal}", "goal"), (" {a_b} ", "a_b"), ("{goal", None), ("goal}", None)]
+)
+def test_braces_on_both_sides_name_an_entry(text: str, name: str | None) -> None:
+    assert entry(text) == name
+
+
+@pytest.mark.parametrize(
+    ("node", "entries", "says"),
+    [
+        ('<TruncatePath input_path="{path}" output_path="{o}"/>', {"path": "text"}, "a path"),
+        ('<GoalReached goal="{goal}"/>', {"goal": (1, 2)}, "a pose"),
+        ('<GoalReached goal="{g}" goal_reached_tol="{t}"/>', {"g": SE2(), "t": "nan"}, "a number"),
+        ('<Repeat num_cycles="{n}"><AlwaysSuccess/></Repeat>', {"n": 1.5}, "a whole number"),
+    ],
+)
+def test_an_entry_of_another_kind_is_refused(
+    node: str, entries: dict[str, object], says: str
+) -> None:
+    play = Play(node, **entries)
+    with pytest.raises(TreeError, match=says):
+        play.tick()
+
+
+@pytest.mark.parametrize(
+    ("attributes", "status"),
+    [
+        ("_skipIf='a == 1'", SKIPPED),
+        ("_skipIf='a == 2'", RUNNING),
+        ("_successIf='a == 1'", SUCCESS),
+        ("_failureIf='a == 1'", FAILURE),
+        ("_failureIf='a == 1' _successIf='a == 1' _skipIf='a == 1'", FAILURE),
+        ("_successIf='a == 1' _skipIf='a == 1'", SUCCESS),
+        ("_while='a == 2'", SKIPPED),
+        ("_while='a == 1'", RUNNING),
+    ],
+)
+def test_conditions_decide_before_a_node_begins(attributes: str, status: Status) -> None:
+    play = Play(f"<Spin {attributes}/>", a=1)
+    assert play.tick() is status
+    assert ("Spin" in play.open) is (status is RUNNING)
+
+
+def test_a_running_node_is_stopped_by_while_alone() -> None:
+    for attribute, status in (("_while='a == 1'", SKIPPED), ("_skipIf='a == 2'", RUNNING)):
+        play = Play(f"<Spin {attribute}/>", a=1)
+        play.tick()
+        play.tree.blackboard.set("a", 2)
+        assert play.tick() is status
+        assert bool(play.withdrawn) is (status is SKIPPED)
+
+
+@pytest.mark.parametrize(
+    ("succeeds", "ran"), [(True, ["success", "post"]), (False, ["failure", "post"])]
+)
+def test_scripts_run_after_a_node_ended(succeeds: bool, ran: list[str]) -> None:
+    play = Play(
+        "<Spin _onSuccess=\"log := log .. ' success'\" _onFailure=\"log := log .. ' failure'\" "
+        "_post=\"log := log .. ' post'\" _onHalted=\"log := log .. ' halted'\"/>",
+        log="",
+    )
+    play.tick()
+    play.tick(Spin=succeeds)
+    assert str(play.get("log")).split() == ran
+
+
+def test_a_script_runs_where_a_running_node_is_halted() -> None:
+    play = Play(
+        '<Timeout msec="150"><Spin _onHalted="halted += 1" _post="ended := 1"/></Timeout>', halted=0
+    )
+    while play.tick() is RUNNING:
+        pass
+    assert (play.get("halted"), play.get("ended")) == (1, None)
