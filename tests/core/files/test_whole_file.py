@@ -17,6 +17,8 @@ from arjuna_core.se2 import SE2
 
 _CHILD = """
 import os, signal, sys
+from pathlib import Path
+from arjuna_core.files.maps import load_map, save_map
 
 new, target, point, number = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
 grid = load_map(new)
