@@ -1,7 +1,8 @@
-"""Fixtures: a whole robot in lock-step; and what may run beside what."""
+"""Fixtures: a whole robot in lock-step; and the order in which files run on several cores."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,36 @@ if TYPE_CHECKING:
     from bringup.lockstep import LockStep
     from bringup.stack import Group
 
-_REAL_TIME = ("tests/system/", "tests/nodes/bringup/ros2/")
+_REAL_TIME = {
+    **dict.fromkeys(
+        (
+            f"tests/system/test_{name}.py"
+            for name in (
+                "interactive",
+                "real_robot",
+                "recording",
+                "playback",
+                "simulator_commands",
+                "view",
+            )
+        ),
+        "real processes",
+    ),
+    "tests/nodes/bringup/ros2/": "ros2",
+}
+"""Files and folders whose tests start processes in real time, and the unit they are run in."""
+_LONG = (
+    *("tests/system/test_kernels.py", "tests/system/test_wheel.py", "tests/fuzz/test_messages.py"),
+    *("tests/nodes/bringup/test_lifecycle_matrix.py", "tests/system/test_parameter_extremes.py"),
+    *("tests/foreign/nav2/test_system.py", "tests/slam/amcl/test_filter.py"),
+)
+"""Files of many seconds, which must not be the last on one core."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Return one process more than cores: the one with real processes mostly waits for them."""
+    return (os.cpu_count() or 1) + 1
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -28,17 +58,17 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     class ByFile(LoadScopeScheduling):
         """Hands out files, so that one process compiles and makes what the tests of each need.
 
-        The folders of real processes come whole, and first: they take longest.
+        Real processes come whole, and first: they take longest.
         """
 
         def _split_scope(self, nodeid: str) -> str:
-            folder = next((folder for folder in _REAL_TIME if nodeid.startswith(folder)), None)
-            return folder or nodeid.partition("::")[0]
+            units = (unit for start, unit in _REAL_TIME.items() if nodeid.startswith(start))
+            return next(units, nodeid.partition("::")[0])
 
         def _assign_work_unit(self, node: Any) -> None:
-            for folder in _REAL_TIME:
-                if folder in self.workqueue:
-                    self.workqueue.move_to_end(folder, last=False)
+            for unit in reversed((*dict.fromkeys(_REAL_TIME.values()), *_LONG)):
+                if unit in self.workqueue:
+                    self.workqueue.move_to_end(unit, last=False)
             super()._assign_work_unit(node)
 
     return ByFile(config, log)

@@ -1,4 +1,4 @@
-"""Every node of every stack, in the middleware: all its transitions, and what it leaves behind."""
+"""Every node of every stack, in the middleware: each in turn makes all its transitions."""
 
 from __future__ import annotations
 
@@ -13,15 +13,13 @@ from rclpy.lifecycle import TransitionCallbackReturn
 
 from bringup import stack as stacks
 from bringup.parameters.files import for_node, merged, shipped_parameters
-from bringup.stack import Group, NodeSpec
+from bringup.stack import Group
 from tests.helpers.ros import RosBench
 
-pytestmark = pytest.mark.ros
-GROUPS = tuple(value for value in vars(stacks).values() if isinstance(value, Group))
-CASES = [
-    pytest.param(group, spec, id=f"{group.name}-{spec.name.split('/')[-1]}")
-    for group in GROUPS
-    for spec in group.nodes
+GROUPS = {group.name: group for group in vars(stacks).values() if isinstance(group, Group)}
+pytestmark = [
+    pytest.mark.ros,
+    pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS),
 ]
 CYCLE = ("configure", "activate", "deactivate", "cleanup")
 TO_STATE = {"unconfigured": (), "inactive": CYCLE[:1], "active": CYCLE[:2], "rested": CYCLE[:3]}
@@ -36,19 +34,17 @@ def bench() -> Iterator[RosBench]:
     bench.close()
 
 
-def made(bench: RosBench, group: Group, spec: NodeSpec) -> Any:
-    """Make the nodes of a group, which find each other in the process; return one."""
-    nodes = {
-        each.name: each.make(bench.process, for_node(PARAMETERS, each.name)) for each in group.nodes
-    }
+def made(bench: RosBench, group: Group) -> list[Any]:
+    """Make the nodes of a group, which find each other in the process."""
+    nodes = [each.make(bench.process, for_node(PARAMETERS, each.name)) for each in group.nodes]
     bench.process.drain()
-    return nodes[spec.name]
+    return nodes
 
 
 def step(bench: RosBench, node: Any, transition: str) -> None:
     """Make a transition and let some time pass after it."""
     result = getattr(node, f"trigger_{transition}")()
-    assert result == TransitionCallbackReturn.SUCCESS, f"{transition} failed"
+    assert result == TransitionCallbackReturn.SUCCESS, f"{node.get_name()}: {transition} failed"
     bench.advance(1.2)
 
 
@@ -59,57 +55,47 @@ def entities(node: Any) -> list[str]:
     return sorted(topics + services) + [type(item).__name__ for item in node.waitables]
 
 
-@pytest.mark.parametrize(("group", "spec"), CASES)
-def test_a_node_goes_round_twice_and_leaves_nothing(
-    bench: RosBench, group: Group, spec: NodeSpec
-) -> None:
-    node = made(bench, group, spec)
-    before, configured = entities(node), []
-    for _ in range(2):
-        for transition in CYCLE:
-            step(bench, node, transition)
-            assert node.active == (transition == "activate")
-            if transition == "configure":
-                configured.append(entities(node))
-        assert entities(node) == before
-    assert configured[0] == configured[1] != before
+def test_each_node_goes_round_twice_and_leaves_nothing(bench: RosBench, group: Group) -> None:
+    for node in made(bench, group):
+        before, configured = entities(node), []
+        for _ in range(2):
+            for transition in CYCLE:
+                step(bench, node, transition)
+                assert node.active == (transition == "activate")
+                if transition == "configure":
+                    configured.append(entities(node))
+            assert entities(node) == before
+        assert configured[0] == configured[1] != before
 
 
 @pytest.mark.parametrize("state", TO_STATE)
-@pytest.mark.parametrize(("group", "spec"), CASES)
-def test_a_node_shuts_down_from_every_state(
-    bench: RosBench, group: Group, spec: NodeSpec, state: str
-) -> None:
-    node = made(bench, group, spec)
-    before = entities(node)
-    for transition in TO_STATE[state]:
-        step(bench, node, transition)
-    step(bench, node, "shutdown")
-    assert not node.active
-    assert entities(node) == before
-
-
-@pytest.mark.parametrize(("group", "spec"), CASES)
-def test_a_node_bears_time_set_back_in_every_state(
-    bench: RosBench, group: Group, spec: NodeSpec
-) -> None:
-    node = made(bench, group, spec)
-    for transition in ("", *CYCLE):
-        if transition:
+def test_each_node_shuts_down_from_every_state(bench: RosBench, group: Group, state: str) -> None:
+    for node in made(bench, group):
+        before = entities(node)
+        for transition in TO_STATE[state]:
             step(bench, node, transition)
-        bench.advance(1.0)
-        bench.set_back()
-        bench.advance(1.0)
-    assert not node.active
+        step(bench, node, "shutdown")
+        assert not node.active
+        assert entities(node) == before
 
 
-@pytest.mark.parametrize(("group", "spec"), CASES)
-def test_a_node_bears_changed_parameters_in_every_state(
-    bench: RosBench, group: Group, spec: NodeSpec
+def test_each_node_survives_time_set_back_in_every_state(bench: RosBench, group: Group) -> None:
+    for node in made(bench, group):
+        for transition in ("", *CYCLE):
+            if transition:
+                step(bench, node, transition)
+            bench.advance(1.0)
+            bench.set_back()
+            bench.advance(1.0)
+        assert not node.active
+
+
+def test_each_node_survives_changed_parameters_in_every_state(
+    bench: RosBench, group: Group
 ) -> None:
-    node = made(bench, group, spec)
-    for transition in ("", *CYCLE):
-        if transition:
-            step(bench, node, transition)
-        node.on_config(node.config)
-        bench.advance(0.2)
+    for node in made(bench, group):
+        for transition in ("", *CYCLE):
+            if transition:
+                step(bench, node, transition)
+            node.on_config(node.config)
+            bench.advance(0.2)
