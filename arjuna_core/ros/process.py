@@ -9,7 +9,7 @@ from rclpy.clock import ClockType, ROSClock
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
-from rclpy.task import Task
+from rclpy.task import Future, Task
 from rosgraph_msgs.msg import Clock
 
 from arjuna_core.checks.message import problem_of
@@ -244,6 +244,15 @@ class Process:
         Callbacks of nodes end their own exceptions; here end those of rclpy's own tasks.
         """
         self.guard.call(self.node, "executor", self.executor.spin_once, timeout)
+
+    def spin(self, duration: float) -> None:
+        """Run what waits and what comes for a duration [s, wall].
+
+        The executor runs all of it by itself: each return to Python costs as much as a message.
+        """
+        never: Future = Future(executor=self.executor)
+        spin = self.executor.spin_until_future_complete
+        self.guard.call(self.node, "executor", spin, never, duration)
 
     def drain(self) -> None:
         """Run everything that waits, and everything that it causes, until nothing is left.

@@ -119,7 +119,7 @@ class Host:
                 wait = 0.0
             wait = min(wait, due)
         if wait > 0.0:
-            self.process.spin_once(wait)
+            self.process.spin(wait)
 
     def _may_start(self) -> bool:
         """Return whether time is known, so that what nodes latch has a stamp, or does not come."""
