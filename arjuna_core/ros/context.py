@@ -12,8 +12,6 @@ from pathlib import Path
 import rclpy
 from rclpy.context import Context
 
-from arjuna_core.ros.ament import add_environment_to_ament_index
-
 _PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _COLLECT = (10_000, 20, 20)
@@ -56,3 +54,13 @@ def new_context(domain_id: int | None = None) -> Context:
     context = Context()
     rclpy.init(context=context, domain_id=domain_id)
     return context
+
+
+_VARIABLE = "AMENT_PREFIX_PATH"
+
+
+def add_environment_to_ament_index() -> None:
+    """Append this Python environment to the ament index, behind a sourced ROS's prefixes."""
+    prefixes = [entry for entry in os.environ.get(_VARIABLE, "").split(os.pathsep) if entry]
+    if sys.prefix not in prefixes:
+        os.environ[_VARIABLE] = os.pathsep.join([*prefixes, sys.prefix])

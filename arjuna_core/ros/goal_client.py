@@ -10,10 +10,9 @@ from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.goal_server import YIELDING
-from arjuna_core.ros.local.action_client import LocalActionClient
+from arjuna_core.ros.goal_server import YIELDING, retire
+from arjuna_core.ros.local.actions import LocalActionClient
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.retirement import retire
 
 
 class _SettlingActionClient(ActionClient):

@@ -5,15 +5,37 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from action_msgs.msg import GoalStatus
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from unique_identifier_msgs.msg import UUID
 
+from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.health.answers import invalid_code
-from arjuna_core.ros.local.action_server import LocalActionServer
+from arjuna_core.ros.health.guarded import invalid_code
+from arjuna_core.ros.local.actions import LocalActionServer
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.retirement import retire
+
+_SUCCEEDED, _ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED
+_CANCELED = GoalStatus.STATUS_CANCELED
+_ENDS = {_SUCCEEDED: "succeed", _ABORTED: "abort", _CANCELED: "canceled"}
+_TURNS_TO_SETTLE = 8  # of the executor: a cancellation, its answer, the result, and their echoes
+
+
+def retire(
+    node: Any, waitable: Any, destroy: Callable[[], None], turns: int = _TURNS_TO_SETTLE
+) -> None:
+    """Take an action's end out of the executor some turns from now, then destroy it.
+
+    rclpy's EventsExecutor crashes the process (it drops a Python reference without the interpreter
+    lock) where an event of a waitable comes between its removal and the executor's next turn.
+    """
+    if turns:
+        node.executor.create_task(retire, node, waitable, destroy, turns - 1)
+        return
+    node.remove_waitable(waitable)
+    node.executor.create_task(destroy)
+
 
 _OFF_THE_TICKS = 1e-6
 """rcl's expiry never ends in lock-step where a result is exactly as old as it may be [s]."""
@@ -30,12 +52,13 @@ class _DeferredActionServer(ActionServer):
     def notify_execute(self, goal_handle: Any, execute_callback: Any) -> None:
         """Leave the goal executing."""
 
-    def finish(self, handle: ServerGoalHandle, result: Any) -> None:
-        """Send the result of a goal whose final state is set.
+    def finish(self, handle: ServerGoalHandle, status: int, result: Any) -> None:
+        """End a goal in a final state and send its result.
 
         It goes at once: rclpy would send it from a task, and a node that shuts down has destroyed
         its server by then.
         """
+        getattr(handle, _ENDS[status])()
         response = self._action_type.Impl.GetResultService.Response(
             status=handle.status, result=result
         )
@@ -146,7 +169,7 @@ class GoalServer:
         """End the pending goal if it was cancelled; the running one is its node's to end."""
         if self._pending is not None and self._pending.is_cancel_requested:
             handle, self._pending = self._pending, None
-            self._end(handle, self._action_type.Result(), "canceled")
+            self._end(handle, self._action_type.Result(), _CANCELED)
         if self._on_cancel is not None:
             self._on_cancel()
 
@@ -154,12 +177,12 @@ class GoalServer:
         handle.execute()
         problem = self._node.problem_of(self._name, handle.request)
         if problem is not None:
-            self._end(handle, self._invalid(problem), "abort")
+            self._end(handle, self._invalid(problem), _ABORTED)
             return
         if self._current is None:
             self._current = handle
         elif handle.goal_id == YIELDING:
-            self._end(handle, self.explained("another goal has come before it"), "abort")
+            self._end(handle, self.explained("another goal has come before it"), _ABORTED)
             return
         else:
             if self._pending is not None:
@@ -207,7 +230,7 @@ class GoalServer:
         if self._pending is None:
             raise RuntimeError("no goal is pending")
         if self._current is not None:
-            self._finish(self._replaced(), "canceled" if self.cancel_requested else "abort")
+            self._finish(self._replaced(), _CANCELED if self.cancel_requested else _ABORTED)
         self._current, self._pending = self._pending, None
         goal: Any = self._current.request
         return goal
@@ -223,21 +246,21 @@ class GoalServer:
 
     def succeed(self, result: Any) -> None:
         """End the running goal as succeeded."""
-        self._finish(result, "succeed")
+        self._finish(result, _SUCCEEDED)
 
     def abort(self, result: Any) -> None:
         """End the running goal as aborted."""
-        self._finish(result, "abort")
+        self._finish(result, _ABORTED)
 
     def cancel(self, result: Any) -> None:
         """End the running goal as cancelled, after the client asked for it."""
-        self._finish(result, "canceled")
+        self._finish(result, _CANCELED)
 
     def abort_pending(self, result: Any) -> None:
         """End the pending goal as aborted; the running one goes on."""
         if self._pending is not None:
             handle, self._pending = self._pending, None
-            self._end(handle, result, "abort")
+            self._end(handle, result, _ABORTED)
 
     def abort_newest(self, result: Any) -> None:
         """End the goal that waits, or else the running one, as aborted."""
@@ -247,21 +270,67 @@ class GoalServer:
         """End the running and the pending goal as aborted."""
         result = self.explained(f"{reason} at {self._node.now:.2f} s")
         self.abort_pending(result)
-        self._finish(result, "abort")
+        self._finish(result, _ABORTED)
 
-    def _finish(self, result: Any, how: str) -> None:
+    def _finish(self, result: Any, status: int) -> None:
         if self._current is not None:
             handle, self._current = self._current, None
-            self._end(handle, result, how)
+            self._end(handle, result, status)
 
-    def _end(self, handle: ServerGoalHandle, result: Any, how: str) -> None:
-        if how == "canceled" and not handle.is_cancel_requested:
-            how = "abort"
-        getattr(handle, how)()
-        self._server.finish(handle, result)
+    def _end(self, handle: ServerGoalHandle, result: Any, status: int) -> None:
+        if status == _CANCELED and not handle.is_cancel_requested:
+            status = _ABORTED
+        self._server.finish(handle, status, result)
 
     def destroy(self) -> None:
         """End what is left and leave the graph; no goal is accepted any more."""
         self._destroyed = True
         self.abort_all("the node was shut down")
         self._server.destroy()
+
+
+def result_timeout(default: float) -> Any:
+    """Declare Nav2's parameter `action_server_result_timeout` with a default [s]."""
+    what = "How long a result is kept for a client that has not asked for it yet."
+    return param(default, what, unit="s", minimum=0.0, read_only=True)
+
+
+class GoalNode(ManagedNode):
+    """Stops and aborts every goal where the node is deactivated or time is set back."""
+
+    def offer(
+        self, action: Any, name: str, on_goal: Callable[[], None], **options: Any
+    ) -> GoalServer:
+        """Serve an action; results are kept as the parameter `action_server_result_timeout` says.
+
+        Args:
+            action: The action.
+            name: Its name.
+            on_goal: Called after a goal became current or pending.
+            options: More arguments of GoalServer.
+        """
+        options["result_timeout"] = getattr(self.config, "action_server_result_timeout", 10.0)
+        server: GoalServer = self.keep(GoalServer(self, action, name, on_goal, **options))
+        return server
+
+    def halt(self) -> None:
+        """Stop what the goals set in motion; they are aborted next."""
+
+    def deactivate(self) -> None:
+        """Stop and abort what is asked for."""
+        self._abort("the node was deactivated")
+
+    def on_time_jump(self) -> None:
+        """Stop and abort: what was asked for belongs to another time."""
+        if self.active:
+            self._abort("time was set back")
+
+    def on_failure(self, reason: str) -> None:
+        """Stop and abort: what the goals were to do cannot be done."""
+        if self.active:
+            self._abort(f"the node failed: {reason}")
+
+    def _abort(self, reason: str) -> None:
+        self.halt()
+        for server in self.kept(GoalServer):
+            server.abort_all(reason)

@@ -10,8 +10,7 @@ from rclpy.parameter import Parameter
 
 from arjuna_core.checks.message import problem_of
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros.health import answers
-from arjuna_core.ros.health.guarded import Guarded
+from arjuna_core.ros.health.guarded import Guarded, failed
 from arjuna_core.ros.params import ParameterBinding, describe_sim_time
 from arjuna_core.ros.process import Process
 from arjuna_core.ros.tf import TransformBuffer
@@ -181,7 +180,7 @@ class ManagedNode(Guarded, LifecycleNode):
         def answer(request: Any, response: Any) -> Any:
             problem = self.problem_of(name, request)
             if problem is not None:
-                return answers.failed(request, response, problem, invalid=True)
+                return failed(request, response, problem, invalid=True)
             self.process.on_long_step(_REQUEST)
             return callback(request, response)
 

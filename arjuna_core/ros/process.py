@@ -21,8 +21,7 @@ from arjuna_core.ros.health.diagnostics import Diagnostics
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.health.guarded import GuardedNode
 from arjuna_core.ros.local.doors import PlainNode
-from arjuna_core.ros.local.executor import LocalExecutor
-from arjuna_core.ros.local.registry import Registry
+from arjuna_core.ros.local.transport import LocalExecutor, Registry
 from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 

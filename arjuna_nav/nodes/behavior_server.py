@@ -11,7 +11,7 @@ from std_msgs.msg import Empty
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, seconds
-from arjuna_core.ros.goal_node import GoalNode, result_timeout
+from arjuna_core.ros.goal_server import GoalNode, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity

@@ -20,8 +20,7 @@ from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, pose_stamped, seconds
 from arjuna_core.ros.goal_client import GoalClient
-from arjuna_core.ros.goal_node import result_timeout
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalServer, result_timeout
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
 from arjuna_core.twist import STILL, Velocity

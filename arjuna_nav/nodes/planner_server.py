@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, path_msg, poses_from_path
-from arjuna_core.ros.goal_node import GoalNode, result_timeout
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalNode, GoalServer, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap

@@ -19,8 +19,7 @@ from arjuna_core.errors import ArjunaError, InputFileError
 from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, header, path_msg
-from arjuna_core.ros.goal_node import GoalNode
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_nav.nodes.frames import pose_in, robot_pose
 from arjuna_nav.routes.graph import Graph, read_graph

@@ -11,7 +11,7 @@ from nav_msgs.msg import Path
 from arjuna_core.config import param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import path_msg, poses_from_path
-from arjuna_core.ros.goal_node import GoalNode, result_timeout
+from arjuna_core.ros.goal_server import GoalNode, result_timeout
 from arjuna_core.ros.tf import TransformError
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision

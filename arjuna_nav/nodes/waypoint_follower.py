@@ -13,8 +13,7 @@ from arjuna_core.config import param, plugin_names
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
-from arjuna_core.ros.goal_node import result_timeout
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalServer, result_timeout
 from arjuna_nav.nodes.goals.memory import GoalMemory, ResumingNode
 from arjuna_nav.nodes.gps.anchor import GpsAnchor, GpsConfig, GpsError
 from arjuna_nav.nodes.waypoints.tasks import TASKS, WaypointTask

@@ -11,7 +11,7 @@ from nav2_msgs.action import NavigateToPose, Spin
 
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.convert import duration_msg, pose_stamped
-from arjuna_core.ros.local.action_client import action_client
+from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.graph import action_server_state
 from bringup.client.session import ClientError, Session

@@ -10,7 +10,7 @@ from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import GetParameters
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from arjuna_core.ros.local.action_client import served_actions
+from arjuna_core.ros.local.actions import served_actions
 from bringup.client.endpoint import Endpoint
 from bringup.client.session import Session
 

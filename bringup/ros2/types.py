@@ -9,7 +9,7 @@ from typing import Any
 from ament_index_python import get_package_share_directory, get_resource, get_resources
 from ament_index_python.packages import PackageNotFoundError
 
-from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.context import add_environment_to_ament_index
 from bringup.ros2.errors import Ros2Error
 
 WORDS = {"msg": "message", "srv": "service", "action": "action"}

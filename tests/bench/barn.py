@@ -109,7 +109,7 @@ def _drive(robot: Any, world: BarnWorld, frame: str) -> Run:
     from nav2_msgs.action import NavigateToPose
 
     from arjuna_core.ros.convert import pose_stamped
-    from arjuna_core.ros.local.action_client import action_client
+    from arjuna_core.ros.local.actions import action_client
 
     drive, start = Drive(robot), robot.now
     goal = START @ SE2(AHEAD, 0.0)

@@ -28,7 +28,7 @@ def share(package: str) -> Path:
     """Return the installed definitions of a package, found as ROS tools find them."""
     from ament_index_python.packages import get_package_share_directory
 
-    from arjuna_core.ros.ament import add_environment_to_ament_index
+    from arjuna_core.ros.context import add_environment_to_ament_index
 
     add_environment_to_ament_index()
     return Path(get_package_share_directory(package))

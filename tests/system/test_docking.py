@@ -17,7 +17,7 @@ from nav2_msgs.action import DockRobot, UndockRobot
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped
-from arjuna_core.ros.local.action_client import action_client
+from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2, wrap
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 

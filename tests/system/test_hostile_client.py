@@ -23,7 +23,7 @@ from simulation_interfaces.srv import GetEntities, LoadWorld, SpawnEntity
 
 from arjuna_core.checks import limits
 from arjuna_core.ros import qos
-from arjuna_core.ros.local.action_client import action_client
+from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP

@@ -14,7 +14,7 @@ from nav2_msgs.action import NavigateToPose
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import pose_stamped
-from arjuna_core.ros.local.action_client import action_client
+from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters

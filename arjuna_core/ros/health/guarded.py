@@ -6,17 +6,65 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
 from arjuna_core.checks.limits import LISTED
 from arjuna_core.checks.message import call_problem
 from arjuna_core.ros import qos
-from arjuna_core.ros.health import answers
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.ros.local.doors import Doors
-from arjuna_core.ros.local.registry import Registry
+from arjuna_core.ros.local.transport import Registry
 from arjuna_core.ros.messages import is_of_lists
+
+_TEXTS = ("error_message", "error_msg", "message", "status_message", "reason")
+_INVALID_CODES = ("INVALID_PATH", "INVALID_INPUT", "INVALID_POSE")
+_CODES = ("RESULT_OPERATION_FAILED", "RESULT_UNDEFINED_FAILURE", "RESULT_FAILED_TO_WRITE_FILE")
+_NO_COST = -1.0  # nav2's GetCost, of a place that has none
+
+
+def invalid_code(result: Any, otherwise: int) -> int:
+    """Return the code by which an action or a service says that what it was given is invalid."""
+    codes = (getattr(result, name) for name in _INVALID_CODES if hasattr(result, name))
+    return int(next(codes, otherwise))
+
+
+def failed(request: Any, response: Any, reason: str, invalid: bool = False) -> Any:
+    """Return a fresh response that says that a request failed, and why where it has a field.
+
+    A flag of success is false in a fresh response already.
+
+    Args:
+        request: What was asked; where it sets parameters, each gets a result.
+        response: The response as far as it was filled in; its type counts.
+        reason: One line.
+        invalid: Whether the request was at fault.
+    """
+    answer = type(response)()
+    _explain(answer, reason)
+    within: Any = getattr(answer, "result", None)
+    if invalid and hasattr(within, "result"):
+        within.result = invalid_code(answer, within.result)
+    if hasattr(answer, "results") and hasattr(request, "parameters"):
+        refusal = SetParametersResult(successful=False, reason=reason)
+        answer.results = [refusal for _ in request.parameters]
+    return answer
+
+
+def _explain(answer: Any, reason: str) -> None:
+    """Fill in a failure's code and text, here and in the result within."""
+    fields = answer.get_fields_and_field_types()
+    if fields.get("result") == "uint8":
+        answer.result = next(getattr(answer, code) for code in _CODES if hasattr(answer, code))
+    if fields.get("cost") == "float":
+        answer.cost = _NO_COST
+    for name in _TEXTS:
+        if fields.get(name) == "string":
+            setattr(answer, name, reason)
+    for name in ("result", "status"):
+        if "/" in fields.get(name, ""):
+            _explain(getattr(answer, name), reason)
 
 
 class Guarded(Doors):
@@ -59,11 +107,9 @@ class Guarded(Doors):
             if problem is None:
                 return callback(ask, answer)
             self.guard.refused(self, name, problem)
-            return answers.failed(ask, answer, problem, invalid=True)
+            return failed(ask, answer, problem, invalid=True)
 
-        return self.guarded(
-            name, run, lambda reason, ask, answer: answers.failed(ask, answer, reason)
-        )
+        return self.guarded(name, run, lambda reason, ask, answer: failed(ask, answer, reason))
 
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Any, *options: Any, **named: Any

@@ -9,11 +9,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.topic_endpoint_info import TopicEndpointInfo, TopicEndpointTypeEnum
 
-from arjuna_core.ros.local.executor import TransportError
-from arjuna_core.ros.local.registry import Registry
 from arjuna_core.ros.local.services import DeferredService, LocalClient, LocalService
-from arjuna_core.ros.local.timers import LocalTimer
 from arjuna_core.ros.local.topics import LocalPublisher, LocalSubscription
+from arjuna_core.ros.local.transport import LocalTimer, Registry, TransportError
 from arjuna_core.ros.messages import quicken
 
 

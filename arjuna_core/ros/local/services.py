@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.task import Future
 
-from arjuna_core.ros.local.registry import Registry
+from arjuna_core.ros.local.transport import Registry
 from arjuna_core.ros.messages import handed_over
 
 Respond = Callable[[Any], None]

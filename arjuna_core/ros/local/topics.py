@@ -12,7 +12,7 @@ from rclpy.serialization import deserialize_message
 
 from arjuna_core.checks.message import problem_of
 from arjuna_core.ros.local.cdr import to_cdr
-from arjuna_core.ros.local.registry import Registry
+from arjuna_core.ros.local.transport import Registry
 from arjuna_core.ros.messages import handed_over
 
 

@@ -13,8 +13,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
-from arjuna_core.ros.goal_node import GoalNode
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap

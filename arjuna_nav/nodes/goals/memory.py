@@ -10,7 +10,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.ros.goal_client import GoalClient
-from arjuna_core.ros.goal_node import GoalNode
+from arjuna_core.ros.goal_server import GoalNode
 from arjuna_core.ros.node import ManagedNode
 
 

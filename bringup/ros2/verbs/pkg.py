@@ -9,7 +9,7 @@ from ament_index_python import get_package_prefix, get_packages_with_prefixes
 from ament_index_python.packages import PackageNotFoundError
 from defusedxml import ElementTree
 
-from arjuna_core.ros.ament import add_environment_to_ament_index
+from arjuna_core.ros.context import add_environment_to_ament_index
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import PROGRAMS
 

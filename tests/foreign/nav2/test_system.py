@@ -21,7 +21,7 @@ from simulation_interfaces.srv import SpawnEntity
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg, pose_stamped
-from arjuna_core.ros.local.action_client import action_client
+from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 from tests.foreign.nav2.waffle import START, in_its_world

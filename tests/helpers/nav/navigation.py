@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, scan_msg, time_msg, transform_msg
-from arjuna_core.ros.local.action_client import action_client
+from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters

@@ -12,8 +12,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from nav2_msgs.action import NavigateToPose
 
-from arjuna_core.ros.goal_node import GoalNode
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.client.session import POLL, ClientError, Session

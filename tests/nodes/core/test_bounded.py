@@ -24,8 +24,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.checks import limits
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
-from arjuna_core.ros.goal_node import GoalNode
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.ros.messages import is_of_lists
 from tests.helpers.ros import RosBench
 from tests.nodes.core.test_guard import FragileConfig

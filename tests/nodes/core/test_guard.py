@@ -22,8 +22,7 @@ from std_srvs.srv import SetBool
 from arjuna_core.config import param
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
-from arjuna_core.ros.goal_node import GoalNode
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from tests.helpers.ros import RosBench
 
 pytestmark = pytest.mark.ros

@@ -24,8 +24,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from arjuna_core.ros.local import topics
-from arjuna_core.ros.local.executor import TransportError
-from arjuna_core.ros.local.registry import ChangedMessageError
+from arjuna_core.ros.local.transport import ChangedMessageError, TransportError
 from tests.helpers.echo import EchoNode
 from tests.helpers.ros import TICK, RosBench
 

@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
-from arjuna_core.ros.local.action_client import action_client
+from arjuna_core.ros.local.actions import action_client
 from arjuna_core.ros.process import Process
 from tests.helpers.echo import EchoNode
 from tests.helpers.ros import RosBench

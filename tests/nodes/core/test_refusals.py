@@ -34,8 +34,7 @@ from arjuna_core.checks.message import problem_of
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import transform_msg
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
-from arjuna_core.ros.goal_node import GoalNode
-from arjuna_core.ros.goal_server import GoalServer
+from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.se2 import SE2
 from tests.helpers.ros import RosBench
 from tests.nodes.core.test_guard import FragileConfig

@@ -14,7 +14,7 @@ from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.local.action_client import action_client
+from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot

@@ -21,7 +21,7 @@ from simulation_interfaces.srv import (
 )
 from std_msgs.msg import Float64
 
-from arjuna_core.ros.local.action_client import action_client
+from arjuna_core.ros.local.actions import action_client
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import OK, names, run, spawn, start_sim
