@@ -67,7 +67,7 @@ class SimulatedVehicle:
 
     @property
     def tick(self) -> float:
-        """How long a command is held [s]."""
+        """The time for which a command is held [s]."""
         return self._simulator.config.tick
 
     def drive(self, velocity: Velocity) -> None:

@@ -44,7 +44,7 @@ _ROOT = re.compile(rb"<\s*(sdf|robot)\b")
 
 @dataclass(frozen=True)
 class Found:
-    """What a check found.
+    """The result of a check.
 
     Attributes:
         lines: What was understood, to be printed.
@@ -103,7 +103,7 @@ def check(
 
 
 def is_robot(path: Path) -> bool:
-    """Tell whether a file describes a robot rather than a world, by its root, else its suffix.
+    """Return whether a file describes a robot rather than a world, by its root, else its suffix.
 
     An SDF file is a robot's where it holds no `<world>` but a plugin that drives or controls.
 
@@ -140,13 +140,13 @@ def _check_robot(
             problem = f"drives by {robot.drive.kind.value}, which is found again; nothing to save"
             raise InputFileError(path, problem)
         save_guess(guess, path, robot.urdf.name, robot.drive)
-        lines.append(f"  guess saved as {guess}, which loads in the robot's place")
+        lines.append(f"  guess saved as {guess}, which loads instead of the robot")
     faults = (*scene.faults, *_leaning(robot, empty))
     return Found(tuple(lines), robot.notes + tuple(Note(NoteKind.CHANGED, t) for t in faults))
 
 
 def _leaning(robot: RobotModel, empty: World) -> Iterator[str]:
-    """Say of a robot that it does not stay upright, as one that tips over or balances."""
+    """Yield a note on a robot that does not stay upright, as one that tips over or balances."""
     sim = Simulation(solo(robot), empty, SimulatorConfig(), np.random.default_rng(0))
     for _ in range(round(_SETTLE / sim.config.tick)):
         truth = sim.drive(_CREEP).truth

@@ -45,5 +45,5 @@ class SimulatorConfig:
 
     @property
     def substeps(self) -> int:
-        """How many steps of the physics a tick has."""
+        """The number of physics steps in a tick."""
         return round(self.tick / self.physics_timestep)

@@ -100,7 +100,7 @@ class DrivenRobot:
         return read + self._stage.scene.robots[self.name].faults + self._spawn_notes
 
     def begin(self) -> None:
-        """Make its devices anew, their noise rewound."""
+        """Make new devices, their noise rewound."""
         config, seeds, staged = self._config, self._seeds, self._stage.robots[self.name]
         model, earth = self._stage.scene.model, self._stage.world.earth
         self._sensors = SensorSuite(staged, model, earth, config, seeds[[0, 1, 3]])
@@ -138,7 +138,7 @@ class DrivenRobot:
         return self._drive.take_cuts() + self._wheels.take_cuts()
 
     def feel(self, now: float) -> None:
-        """Read its IMU at a time [s] on the way, if it is due."""
+        """Read its IMU at a time [s] within a tick, if it is due."""
         reading = self._sensors.imu(self._stage.data, now)
         if reading is not None:
             self._felt.append(reading)
@@ -224,7 +224,7 @@ class DrivenRobot:
 
     def set_pose(self, pose: SE2) -> None:
         """Pick it up and put it down at rest; its odometry does not notice."""
-        self._motion.put(self._placer.place(pose))
+        self._motion.put(self._placer.root_pose(pose))
         self._drive.reset()
         self._sensors.settle()
 

@@ -12,7 +12,7 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.driven_robot import DrivenRobot, Observation
-from arjuna_sim.model.entities import PlaceTakenError
+from arjuna_sim.model.entities import BlockedPoseError
 from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.stage import Stage
@@ -106,14 +106,14 @@ class Simulation:
 
         Raises:
             RobotError: It cannot be simulated; nothing has changed.
-            PlaceTakenError: It would stand in something; nothing has changed.
+            BlockedPoseError: It would stand in something; nothing has changed.
         """
         before = dict(self.stage.robots)
         self.stage.set_robots({**before, name: start.robot.below(name)})
         robot = self._made(name, start)
         if touched := robot.obstacles_at(start.pose):
             self.stage.set_robots(before)
-            raise PlaceTakenError(f"'{name}' would stand in {', '.join(touched)} there")
+            raise BlockedPoseError(f"'{name}' would stand in {', '.join(touched)} there")
         robot.set_pose(start.pose)
         self.robots[name] = robot
 
@@ -158,7 +158,7 @@ class Simulation:
         return self.step({SOLO: command})[SOLO]
 
     def _run(self, slices: int, faster: list[DrivenRobot]) -> None:
-        """Run a tick's physics; robots whose IMU is faster read it on the way, after each slice."""
+        """Run a tick's physics; robots whose IMU is faster read it after each slice."""
         steps, start, tick = self._substeps // slices, self.time, self.config.tick
         for i in range(1, slices + 1):
             self.stage.advance(steps)
@@ -186,7 +186,7 @@ class Simulation:
         self._ticks = 0
 
     def reset_state(self) -> None:
-        """Put the robots and all entities that are there to their starts; time goes on."""
+        """Put the robots and all entities that are there to their starts; time continues."""
         self.stage.rewind()
         self._return_to_start()
 

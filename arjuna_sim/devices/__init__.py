@@ -1,1 +1,1 @@
-"""What a robot has: its drive, its sensors and what it makes of them."""
+"""Devices of a robot: its drive, its sensors and its odometry."""

@@ -18,12 +18,12 @@ from arjuna_sim.devices.odometry import Odometry, OdometryConfig
 
 _REST = 1.0  # [s] after each manoeuvre, more than twice what braking from 1 m/s takes
 _QUARTER = math.pi / 2
-_LEAST_NOISE = 1e-3  # errors this small are not told from luck by so short a pattern
+_LEAST_NOISE = 1e-3  # so short a pattern cannot distinguish errors this small from chance
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """What is measured at one instant.
+    """A measurement at one instant.
 
     Attributes:
         wheels: Left and right wheels' mean angles, by the encoders [rad].
@@ -35,11 +35,11 @@ class Measurement:
 
 
 class Vehicle(Protocol):
-    """What can be driven and observed: a simulated robot, or a real one with a tracker."""
+    """A vehicle to drive and observe: a simulated robot, or a real one with a tracker."""
 
     @property
     def tick(self) -> float:
-        """How long a command is held [s]."""
+        """The time for which a command is held [s]."""
 
     def drive(self, velocity: Velocity) -> None:
         """Hold a velocity for a tick."""
@@ -61,7 +61,7 @@ class Manoeuvre:
 
     @property
     def kind(self) -> str:
-        """Whether it is a `straight`, a `spin` or an `arc`."""
+        """The kind: `straight`, `spin` or `arc`."""
         if self.command.yaw_rate == 0.0:
             return "straight"
         return "spin" if self.command.x == 0.0 else "arc"
@@ -92,7 +92,7 @@ PATTERN = (
 
 @dataclass(frozen=True)
 class DriveLog:
-    """What was measured while the pattern was driven.
+    """The measurements along the pattern.
 
     Attributes:
         wheels: Left and right wheels' angles after each tick, `(T, 2) float64` [rad].
@@ -154,7 +154,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Calibration:
-    """What calibration found.
+    """The result of calibration.
 
     Attributes:
         nominal: The kinematics that the wheels' separation and radius suggest.

@@ -67,7 +67,7 @@ def points(settings: CameraSettings, depth: NDArray[np.float32]) -> NDArray[np.f
 
 @dataclass(frozen=True)
 class Shot:
-    """What a camera saw at one instant, the top row first.
+    """The picture of a camera at one instant, the top row first.
 
     Attributes:
         color: `(height, width, 3) uint8` RGB, where it was wanted.
@@ -188,7 +188,7 @@ class CameraThread:
             return
         if model is not self._model:
             self._model, self._data = model, mujoco.MjData(model)
-        self._data.qpos[:] = data.qpos  # copied, for the physics goes on meanwhile
+        self._data.qpos[:] = data.qpos  # copied, for the physics continues meanwhile
         self._data.mocap_pos[:], self._data.mocap_quat[:] = data.mocap_pos, data.mocap_quat
         self._stamp = stamp
         self._drawing = self._thread.submit(self._draw, model, self._data, color, depth)

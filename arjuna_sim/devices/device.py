@@ -41,7 +41,7 @@ class Device(Protocol):
         """Return a reading of a `mujoco.MjData` at a time [s], its positions up to date."""
 
     def settle(self) -> None:
-        """Forget motion, since the robot was lifted to another place."""
+        """Forget motion, since the robot was lifted to another pose."""
 
 
 D = TypeVar("D", bound=Callable[[Any, Mount], Device])

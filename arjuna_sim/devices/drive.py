@@ -14,7 +14,7 @@ from arjuna_sim.model.settings import DriveSettings
 
 @dataclass(frozen=True)
 class DriveConfig:
-    """Limits of the base in place of those of the robot's file, and what calibration found."""
+    """Limits of the base instead of those of the robot's file, and what calibration found."""
 
     max_linear_velocity: float | None = param(
         None,
@@ -103,7 +103,7 @@ class Kinematics:
     def motion(
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]
     ) -> tuple[float, float, float]:
-        """Return path [m], way to the side [m] and turn [rad] for turns of left and right [rad]."""
+        """Return path [m], path to the left [m] and turn [rad] for turns of the sides [rad]."""
         left, right = turns.tolist()
         path, turn = self.base_motion(left, right)
         return path, 0.0, turn

@@ -26,7 +26,7 @@ _STRAIGHT = 1e-9  # [rad] below it sin(x) / x is 1 in double precision
 
 @dataclass(frozen=True)
 class FusedOdometryConfig:
-    """How far wheels and gyro are trusted."""
+    """Noises of wheels and gyro."""
 
     linear_acceleration: float = param(
         0.4, "Typical change of speed.", unit="m/s^2/sqrt(Hz)", minimum=1e-3
@@ -48,7 +48,7 @@ class FusedOdometryConfig:
     )
     gyro_noise: float = param(
         0.002,
-        "Standard deviation of the gyro where its message tells none.",
+        "Standard deviation of the gyro where its message has none.",
         unit="rad/s",
         minimum=1e-6,
     )
@@ -108,14 +108,14 @@ class FusedOdometry:
 
     @property
     def estimate(self) -> OdometryEstimate:
-        """Where wheels and gyro say the robot is."""
+        """The estimate by wheels and gyro."""
         x, y, theta, v, side, w, _ = self._state.tolist()
         pose = self._covariance[:3, :3].copy()
         twist = float(self._covariance[_V, _V]), float(self._covariance[_W, _W])
         return OdometryEstimate(SE2(x, y, theta), v, w, pose, twist, side)
 
     def predict(self, dt: float) -> None:
-        """Go on by a time [s] along the arc of the present speeds and turn rate."""
+        """Advance by a time [s] along the arc of the present speeds and turn rate."""
         if dt <= 0.0:
             return
         self._time += dt
@@ -152,7 +152,7 @@ class FusedOdometry:
             self._at_rest = False
 
     def gyro(self, rate: float, variance: float = 0.0) -> None:
-        """Take a turn rate [rad/s] of the gyro, of a variance [rad^2/s^2] if it tells one."""
+        """Take a turn rate [rad/s] of the gyro, of a variance [rad^2/s^2] if it has one."""
         noise = variance if variance > 0.0 else self.config.gyro_noise**2
         self._at_rest = self._stands and self._rests(rate, noise)
         if self._at_rest:
@@ -161,12 +161,12 @@ class FusedOdometry:
         self._gyro_came = True
 
     def _unsure_bias(self) -> float:
-        """Return the bias where it is not told from none yet, and the robot moves: it stays out."""
+        """Return the bias where it is not significant yet and the robot moves."""
         bias, sigma = float(self._state[_BIAS]), math.sqrt(self._covariance[_BIAS, _BIAS])
         return bias if not self._at_rest and abs(bias) < _TOLD * sigma else 0.0
 
     def _rests(self, rate: float, noise: float) -> bool:
-        """Take a gyro's rate [rad/s] while the wheels stand; tell whether the robot does, too."""
+        """Take a gyro's rate [rad/s] while the wheels stand; return whether the robot does, too."""
         rates, period = self._rates, self.config.rest_time
         rates.append((self._time, rate))
         while len(rates) > 2 and rates[1][0] <= self._time - period:
@@ -179,7 +179,7 @@ class FusedOdometry:
         return is_bias and spread < _QUIET * noise
 
     def _measure(self, index: int, bias: float, value: float, variance: float) -> None:
-        """Correct by one number that measures a state, plus the gyro's bias if told so."""
+        """Correct by one number that measures a state, plus a share of the gyro's bias."""
         at_rest = self._at_rest
         _correct(self._state, self._covariance, index, bias, value, variance, at_rest)
 
@@ -246,7 +246,7 @@ def _correct(
     gain = covariance[:, index] + bias * covariance[:, _BIAS]
     gain /= gain[index] + bias * gain[_BIAS] + variance
     if at_rest:
-        gain[:_V] = 0.0  # one rest tells too little of the bias to turn the past by it
+        gain[:_V] = 0.0  # one rest says too little of the bias to turn the past by it
     else:
         gain[_BIAS] = 0.0  # a push or a bump is no bias; Joseph's form takes any gain
     state += gain * (value - state[index] - bias * state[_BIAS])

@@ -26,12 +26,12 @@ _product = njit(cache=True)(quaternion_product)
 
 
 class ImuReading(NamedTuple):
-    """What an IMU says, in its own frame.
+    """A reading of an IMU, in its own frame.
 
     Attributes:
         angular_velocity: `(3,) float64` [rad/s].
         linear_acceleration: Specific force (gravity shows upward), `(3,) float64` [m/s^2].
-        orientation: Of the IMU's frame (REP 145), at no place: level against gravity; its heading
+        orientation: Of the IMU's frame (REP 145), level against gravity; its heading
             is that of the robot since the start by the gyros' sum, and drifts.
         angular_variance: Of each turn rate [rad^2/s^2].
         linear_variance: Of each acceleration [m^2/s^4].
@@ -91,7 +91,7 @@ class Imu:
         self._gravity = model.opt.gravity.copy()
 
     def settle(self) -> None:
-        """Forget the last velocity, since the robot was lifted to another place."""
+        """Forget the last velocity, since the robot was lifted to another pose."""
         self._knows_last = False
 
     def read(self, data: Any, now: float) -> ImuReading:

@@ -16,7 +16,7 @@ from arjuna_sim.devices.rays.rays import Rays
 from arjuna_sim.devices.sensors.lidar import LidarConfig, LidarSettings
 
 _SIGMAS = 6.0  # a surface so much beyond the range is read within it once in 1e9 beams
-_STRIDE = 1e-3  # [m] beams cast from one place may lie this far apart on the sensor's path
+_STRIDE = 1e-3  # [m] beams cast from one point may lie this far apart on the sensor's path
 
 
 class Lidar:
@@ -59,7 +59,7 @@ class Lidar:
         self._rays.rebind(model)
 
     def settle(self) -> None:
-        """Forget the path, since the robot was lifted to another place."""
+        """Forget the path, since the robot was lifted to another pose."""
         self._trail.clear()
 
     def follow(self, data: Any, now: float) -> None:
@@ -67,8 +67,8 @@ class Lidar:
         if not self._config.sweep:
             return
         site = self._rays.site
-        place = np.concatenate((data.site_xpos[site], data.site_xmat[site]))
-        self._trail.append((now, place))
+        pose = np.concatenate((data.site_xpos[site], data.site_xmat[site]))
+        self._trail.append((now, pose))
         oldest = now - float(self._ages[0])
         while len(self._trail) > 2 and self._trail[1][0] <= oldest:
             self._trail.pop(0)
@@ -111,10 +111,10 @@ class Lidar:
         return self._cast(data, data.site_xpos[site], self._beams @ rotation.T)
 
     def _sweep(self, data: Any, now: float) -> NDArray[np.float64]:
-        """Cast beams from where the sensor was, those from places close together at once."""
+        """Cast beams from where the sensor was, those from points close together at once."""
         times = np.array([time for time, _ in self._trail])
-        places = np.array([place for _, place in self._trail])
-        columns = [np.interp(now - self._ages, times, places[:, i]) for i in range(12)]
+        poses = np.array([pose for _, pose in self._trail])
+        columns = [np.interp(now - self._ages, times, poses[:, i]) for i in range(12)]
         origins = np.column_stack(columns[:3])
         rays = np.column_stack(
             [
@@ -137,7 +137,7 @@ class Lidar:
     def _cast(
         self, data: Any, origin: NDArray[np.float64], rays: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return exact distances from one place along unit vectors, inf where nothing is hit."""
+        """Return exact distances from one point along unit vectors, inf where nothing is hit."""
         reach = self._settings.range_max + _SIGMAS * self._noise
         return self._rays.cast(data, origin, rays, reach)
 
@@ -150,7 +150,7 @@ def _lidar(settings: LidarSettings, mount: Mount) -> Lidar:
 
 @njit(cache=True)
 def _limit(ranges: NDArray[np.float64], nearest: float, furthest: float) -> None:
-    """Replace what is nearer or further than limits by infinities, in place."""
+    """Replace what is nearer or further than limits by infinities, in pose."""
     for i in range(len(ranges)):
         if ranges[i] < nearest:
             ranges[i] = -np.inf

@@ -41,7 +41,7 @@ class OdometryConfig:
 
 
 class OdometryEstimate(NamedTuple):
-    """Where the wheels say the robot is.
+    """The pose and motion of the robot by its wheels.
 
     Attributes:
         T_odom_base: Pose since the start.
@@ -61,12 +61,12 @@ class OdometryEstimate(NamedTuple):
 
 
 class Motion(Protocol):
-    """How turning wheels move a base."""
+    """The motion of a base by its wheels."""
 
     def motion(
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]
     ) -> tuple[float, float, float]:
-        """Return path [m], way to the left [m] and turn [rad].
+        """Return path [m], path to the left [m] and turn [rad].
 
         Args:
             turns: Of the encoders, `(N,) float64` [rad].
@@ -113,7 +113,7 @@ class Odometry:
             angles: Of the steering joints, `(S,) float64` [rad].
 
         Returns:
-            The estimate, along the arc of constant turn rate that the ticks tell.
+            The estimate, along the arc of constant turn rate that the ticks give.
         """
         ticks = self._to_ticks(wheels)
         turns = ticks - self._ticks
@@ -135,11 +135,11 @@ class Odometry:
 
     def _follow(self, path: float, side: float, turn: float) -> tuple[float, float]:
         """Move the pose along an arc and its covariance; return variances of path and turn."""
-        config, pose, way = self.config, self._pose, math.hypot(path, side)
-        variance_path = config.linear_noise**2 * way
-        variance_turn = config.angular_noise**2 * abs(turn) + config.drift_noise**2 * way
+        config, pose, length = self.config, self._pose, math.hypot(path, side)
+        variance_path = config.linear_noise**2 * length
+        variance_turn = config.angular_noise**2 * abs(turn) + config.drift_noise**2 * length
         grown = np.zeros((3, 3))
-        spread = way, variance_path, variance_turn
+        spread = length, variance_path, variance_turn
         moved = _moved(
             pose.x, pose.y, pose.theta, path, side, turn, *spread, self._covariance, grown
         )
@@ -155,7 +155,7 @@ def _moved(
     path: float,
     side: float,
     turn: float,
-    way: float,
+    length: float,
     along: float,
     about: float,
     covariance: NDArray[np.float64],
@@ -167,7 +167,7 @@ def _moved(
     middle heading.
     """
     middle = theta + turn / 2 + math.atan2(side, path)
-    _grow(covariance, grown, math.cos(middle), math.sin(middle), way, along, about)
+    _grow(covariance, grown, math.cos(middle), math.sin(middle), length, along, about)
     ahead, left, turned = path, side, turn
     if abs(turn) >= _STRAIGHT:
         a, b = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn
@@ -182,13 +182,13 @@ def _grow(
     grown: NDArray[np.float64],
     c: float,
     s: float,
-    way: float,
+    length: float,
     along: float,
     about: float,
 ) -> None:
-    """Add a pose's covariance after a way at a heading to zeros, by the motion's Jacobians."""
-    by_pose = np.array([[1.0, 0.0, -way * s], [0.0, 1.0, way * c], [0.0, 0.0, 1.0]])
-    by_motion = np.array([[c, -way * s / 2], [s, way * c / 2], [0.0, 1.0]])
+    """Add a pose's covariance after a path at a heading to zeros, by the motion's Jacobians."""
+    by_pose = np.array([[1.0, 0.0, -length * s], [0.0, 1.0, length * c], [0.0, 0.0, 1.0]])
+    by_motion = np.array([[c, -length * s / 2], [s, length * c / 2], [0.0, 1.0]])
     for i in range(3):
         for j in range(3):
             grown[i, j] += by_motion[i, 0] * along * by_motion[j, 0]

@@ -76,7 +76,7 @@ class SensorSuite:
             device.rebind(model)
 
     def settle(self) -> None:
-        """Forget motion, since the robot was lifted to another place."""
+        """Forget motion, since the robot was lifted to another pose."""
         for device in self._devices():
             device.settle()
 

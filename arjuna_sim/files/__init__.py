@@ -1,1 +1,1 @@
-"""What others wrote, read into the model's values."""
+"""Readers of the files of others, which give the model's values."""

@@ -1,4 +1,4 @@
-"""What clients may ask for by name: files in folders that the simulator was given."""
+"""The library that clients name resources from: files in folders that the simulator was given."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What clients spawn: simple shapes by name, SDF models and actors, URDF robots."""
+"""Entities that clients spawn: simple shapes by name, SDF models and actors, URDF robots."""
 
 from __future__ import annotations
 
@@ -81,13 +81,13 @@ def read_driven(uri: str, text: str, library: Library) -> RobotModel | None:
     if _PRIMITIVE.fullmatch(uri.strip()) is not None:
         return None
     path, content = _content(uri, text, library)
-    told = content.encode()
-    if is_sdf(told) and not names_drive(told):
+    data = content.encode()
+    if is_sdf(data) and not names_drive(data):
         return None
     try:
-        robot = robot_of_text(path, Expanded(told), library.search)
+        robot = robot_of_text(path, Expanded(data), library.search)
     except InputFileError as error:
-        if not names_drive(told):
+        if not names_drive(data):
             return None
         raise ResourceError(Fault.RESOURCE_PARSE_ERROR, str(error)) from error
     return robot if robot.drive.wheels else None

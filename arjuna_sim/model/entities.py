@@ -28,12 +28,12 @@ class UnknownEntityError(EntityError):
     """No entity has this name."""
 
 
-class PlaceTakenError(EntityError):
+class BlockedPoseError(EntityError):
     """An entity would stand in the robot."""
 
 
 class Category(Enum):
-    """What kind of thing an entity is, in the numbers of simulation_interfaces."""
+    """The category of an entity, in the numbers of simulation_interfaces."""
 
     OBJECT = 0
     ROBOT = 1
@@ -100,7 +100,7 @@ class Entity:
 
 @dataclass(frozen=True)
 class EntityMotion:
-    """Where an entity is and how it moves, in the world.
+    """The pose and motion of an entity in the world.
 
     Attributes:
         linear: Velocity of its origin [m/s].

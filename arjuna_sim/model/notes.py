@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class NoteKind(Enum):
-    """What became of something that a file says."""
+    """The effect of something that a file says."""
 
     MISSING = "missing"
     """It refers to a file or package that does not exist."""

@@ -1,6 +1,6 @@
 """Frames of sensors, which the simulation adds where the robot's file has none.
 
-Pictures are told in optical frames (REP 103): z ahead, x to the right and y down.
+Pictures are in optical frames (REP 103): z ahead, x to the right and y down.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def optical_frame(urdf: Urdf, camera: SensorSettings) -> SensorFrame:
 def _is_at(
     urdf: Urdf, link: str, sensor: SensorSettings, T_own: Pose3, at_place: bool = True
 ) -> bool:
-    """Tell whether a link stands as a sensor does, and, if that is asked, where it does."""
+    """Return whether a link stands as a sensor does, and, if that is asked, where it does."""
     T = (urdf.T_root(sensor.link) @ sensor.pose @ T_own).inverse() @ urdf.T_root(link)
     turned = np.abs(T.rotation() - np.eye(3)).max() < _TOLERANCE
     return bool(turned and (not at_place or np.abs(T.position).max() < _TOLERANCE))

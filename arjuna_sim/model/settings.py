@@ -18,19 +18,19 @@ S = TypeVar("S", bound="SensorSettings")
 
 
 class DriveKind(Enum):
-    """How wheels move a robot."""
+    """The principle by which wheels move a robot."""
 
     SIDES = "differential or skid-steer"
     MECANUM = "mecanum wheels"
     OMNI = "omni wheels"
     STEERED = "steered wheels"
     PLANAR = "moved in the plane"
-    """What a file asks for; wheels of another kind stand for it."""
+    """Asked for by a file; wheels of another kind stand for it."""
 
 
 @dataclass(frozen=True)
 class DriveSettings:
-    """What turns wheels, and which.
+    """A drive: its wheels, limits, topics and frames.
 
     Attributes:
         left: Names of the left wheels' joints; of wheels without sides all of them.

@@ -28,7 +28,7 @@ class Joint:
 
     Attributes:
         kind: One of `JOINT_KINDS`.
-        parent: The link it hangs on.
+        parent: The link that carries it.
         child: The link it carries.
         T_parent_child: The child's pose in the parent's frame at joint position 0.
         axis: Axis in the child's frame, a unit vector; of a planar joint the plane's normal.
@@ -53,7 +53,7 @@ class Joint:
 
     @property
     def has_position(self) -> bool:
-        """Whether one number says where it is."""
+        """True where one number is its position."""
         return self.kind not in ("fixed", *_LOOSE)
 
     def at(self, position: float) -> Pose3:
@@ -116,7 +116,7 @@ class Urdf:
 
     @property
     def mass(self) -> float:
-        """What all links weigh together [kg]."""
+        """The mass of all links together [kg]."""
         return sum(link.inertial.mass for link in self.links.values() if link.inertial is not None)
 
     def T_root(self, link: str) -> Pose3:

@@ -80,7 +80,7 @@ def _middle(urdf: Urdf, joint: str) -> NDArray[np.float64]:
 
 
 def is_round(urdf: Urdf, joint: str) -> bool:
-    """Tell whether a wheel turns about its middle."""
+    """Return whether a wheel turns about its middle."""
     return eccentricity(urdf, joint) <= _ROUND * radius_of(urdf, joint)
 
 
@@ -121,8 +121,8 @@ def wheel_separation(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) 
 
 def span(urdf: Urdf, joints: tuple[str, ...]) -> float:
     """Return the width of what wheels without sides stand on, at least their radius [m]."""
-    places = np.array([center(urdf, name)[:2] for name in joints])
-    return max(2.0 * float(np.linalg.norm(places, axis=1).max()), wheel_radius(urdf, joints))
+    points = np.array([center(urdf, name)[:2] for name in joints])
+    return max(2.0 * float(np.linalg.norm(points, axis=1).max()), wheel_radius(urdf, joints))
 
 
 def effective_track(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) -> float:
@@ -135,41 +135,41 @@ def effective_track(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) -
     for what is found; Goyal, Ruina and Papadopoulos, Planar sliding with dry friction, Wear 143,
     1991, for the principle.
     """
-    places = np.array([center(urdf, name)[:2] for name in left + right])
+    points = np.array([center(urdf, name)[:2] for name in left + right])
     if wheel_separation(urdf, left, right) == 0.0:
         return 0.0
     rims = np.array([-1.0] * len(left) + [1.0] * len(right))
-    turning = _turning(places, _loads(urdf, places), rims)
+    turning = _turning(points, _loads(urdf, points), rims)
     return 2.0 / turning if turning > 0.0 else wheel_separation(urdf, left, right)
 
 
-def _loads(urdf: Urdf, places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _loads(urdf: Urdf, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the share of the weight that each wheel carries on equal tyres, `(W,) float64`."""
     masses = [(link.name, link.inertial) for link in urdf.links.values() if link.inertial]
     total = sum(inertial.mass for _, inertial in masses)
     if not total > 0.0:
-        return np.full(len(places), 1.0 / len(places))
+        return np.full(len(points), 1.0 / len(points))
     middle = sum(
         (i.mass / total * urdf.T_root(n).apply(np.array([i.center]))[0] for n, i in masses),
         np.zeros(3),
     )
-    levers = np.column_stack((np.ones(len(places)), places))
+    levers = np.column_stack((np.ones(len(points)), points))
     loads = np.linalg.pinv(levers.T) @ np.array([1.0, middle[0], middle[1]])
     positive: NDArray[np.float64] = np.maximum(loads, 0.0)
     return positive
 
 
 def _turning(
-    places: NDArray[np.float64], loads: NDArray[np.float64], rims: NDArray[np.float64]
+    points: NDArray[np.float64], loads: NDArray[np.float64], rims: NDArray[np.float64]
 ) -> float:
     """Return the turn rate [rad/s] of a robot whose rims move at a speed each [m/s].
 
-    Least squares, weighted anew by the slip, find the least sum of load times slip (Weiszfeld).
+    Least squares, weighted by the slip, find the least sum of load times slip (Weiszfeld).
     """
-    count = len(places)
+    count = len(points)
     motion = np.zeros((2 * count, 3))  # slip of each wheel, along and across, by vx, vy and w
-    motion[:count, 0], motion[:count, 2] = 1.0, -places[:, 1]
-    motion[count:, 1], motion[count:, 2] = 1.0, places[:, 0]
+    motion[:count, 0], motion[:count, 2] = 1.0, -points[:, 1]
+    motion[count:, 1], motion[count:, 2] = 1.0, points[:, 0]
     wanted = np.concatenate((rims, np.zeros(count)))
     slip = np.ones(count, np.float64)
     found = np.zeros(3, np.float64)

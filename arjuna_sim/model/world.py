@@ -1,4 +1,4 @@
-"""A world: its bodies, its actors, and its place on Earth."""
+"""A world: its bodies, its actors, and its position on Earth."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Trajectory:
 
         Args:
             points: Where to go `(N, 2) float64` [m]; a loop goes back to the first.
-            speed: On the way [m/s].
+            speed: Along the path [m/s].
             loop: Whether it starts again at its end.
 
         Raises:
@@ -122,7 +122,7 @@ def person() -> tuple[Part, ...]:
 
 @dataclass(frozen=True)
 class Earth:
-    """Where a world's origin is on Earth.
+    """The position of a world's origin on Earth.
 
     Attributes:
         heading: From east to the world's x axis, counter-clockwise [rad].
@@ -134,7 +134,7 @@ class Earth:
     magnetic_field: tuple[float, float, float] = (6e-6, 2.3e-5, -4.2e-5)
 
     def geodetic(self, point: NDArray[np.float64]) -> GeoPoint:
-        """Return the place on Earth of a point of the world, `(3,) float64` [m]."""
+        """Return the position on Earth of a point of the world, `(3,) float64` [m]."""
         return self._map.to_earth(*(float(value) for value in point))
 
     @cached_property
@@ -171,7 +171,7 @@ class World:
         hinges: By name, those of them that swing on the world.
         floating: Names of those of them that gravity leaves alone.
         earth: Where it is, for GPS and compass.
-        gravity: Which way it pulls and how strongly [m/s^2].
+        gravity: Acceleration of free fall, in the world's frame [m/s^2].
     """
 
     path: Path
@@ -210,5 +210,5 @@ def ground() -> list[Body]:
 
 
 def is_ground(model: str, part: Part) -> bool:
-    """Tell whether a robot stands on a part rather than runs into it."""
+    """Return whether a robot stands on a part rather than runs into it."""
     return model == GROUND or part.shape.kind in (Kind.PLANE, Kind.TERRAIN)

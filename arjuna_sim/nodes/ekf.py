@@ -22,7 +22,7 @@ from arjuna_sim.nodes.messages import odometry_msg
 WHEEL_ODOMETRY = "wheel_odom"
 _UNIT = 0.01  # how far off a quaternion's length may be
 _Vector = tuple[float, float, float]
-_YAW_RATE = 8  # place of its variance in an IMU's covariance
+_YAW_RATE = 8  # index of its variance in an IMU's covariance
 _PATIENCE = 5.0  # after which it is said, at the latest, that no wheels come [s]
 
 
@@ -33,7 +33,7 @@ class EkfConfig(FusedOdometryConfig):
     odom0: str = param(WHEEL_ODOMETRY, "Topic of the wheels' odometry.", read_only=True)
     imu0: str = param(
         "imu/data",
-        "Topic of the IMU; of one that tells no orientation /tf says how it sits.",
+        "Topic of the IMU; of one without an orientation /tf gives its mounting.",
         read_only=True,
     )
     odom_topic: str = param("odom", "Topic of the fused odometry.", read_only=True)
@@ -83,7 +83,7 @@ class EkfNode(ManagedNode):
             )
 
     def _check_wheels(self) -> None:
-        """Say once where no odometry of wheels comes."""
+        """Warn once where no odometry of wheels comes."""
         self._silent += self._wheels is None
         if self._wheels is None and self._silent == 2:
             topic = self._resolved(self.config.odom0)
@@ -94,7 +94,7 @@ class EkfNode(ManagedNode):
             )
 
     def on_time_jump(self) -> None:
-        """Start anew at the origin, as the wheels' odometry does."""
+        """Restart at the origin, as the wheels' odometry does."""
         self._begin()
 
     def on_config(self, config: Any) -> None:
@@ -110,7 +110,7 @@ class EkfNode(ManagedNode):
         self._waiting = False  # it is not in the filter yet
 
     def _on_wheels(self, message: Any) -> None:
-        """Wait for the gyro of the same instant; go on without if the last message had none."""
+        """Wait for the gyro of the same instant; continue without if the last message had none."""
         if self._waiting:
             self._take_wheels()
             self._publish(self._filter.estimate)

@@ -50,7 +50,7 @@ class SimulatedRobotNode(ManagedNode):
         self.interface = RobotInterface(self, self.robot, self.stage, self.simulated)
 
     def activate(self) -> None:
-        """Say where the world is."""
+        """Publish the pose of the world."""
         self.interface.begin(self.now)
 
     def deactivate(self) -> None:
@@ -184,7 +184,7 @@ class Fleet:
 
         Raises:
             NamespaceError: Another robot has the namespace.
-            PlaceTakenError: It would stand in something.
+            BlockedPoseError: It would stand in something.
             ArjunaError: It cannot be simulated, or its nodes cannot be brought up.
         """
         taken = {nodes.namespace: other for other, nodes in self._nodes.items()}

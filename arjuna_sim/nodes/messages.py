@@ -1,4 +1,4 @@
-"""What the simulator observes, as messages."""
+"""Observations of the simulator as messages."""
 
 from __future__ import annotations
 

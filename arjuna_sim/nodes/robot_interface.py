@@ -1,4 +1,4 @@
-"""What the graph sees of one robot: topics of its drive and sensors, and its command."""
+"""The interface of one robot: topics of its drive and sensors, and its command."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class RobotInterface:
         node.every(_CHECK_PERIOD, self._check_command_type)
 
     def begin(self, now: float) -> None:
-        """Say where the world is at a time [s]."""
+        """Publish the pose of the world at a time [s]."""
         if self._truth:
             self.topics.publish_static(now)
 

@@ -143,7 +143,7 @@ class RobotTopics:
         _check_rates(node, self.settings, config)
         self._create_publishers(node)
         self._odom_due = _slower(self.drive.rate, config.tick)
-        # what comes each tick is filled anew: making an Odometry costs five times as much
+        # messages of each tick are used again: making an Odometry costs five times as much
 
     def _create_publishers(self, node: ManagedNode) -> None:
         """Advertise what the robot has: who looks for a topic finds no empty one."""
@@ -211,7 +211,7 @@ def _check_topics(path: Path, drive: DriveSettings, settings: GazeboSettings) ->
 
 
 def _check_rates(node: ManagedNode, settings: GazeboSettings, config: SimConfig) -> None:
-    """Say where a sensor is asked to be faster than the simulation."""
+    """Log which sensors are asked to be faster than the simulation."""
     further = settings.further
     for sensor in settings.sensors:
         is_first = not any(sensor is other for other in further)

@@ -45,7 +45,7 @@ class SimNode(ManagedNode):
         state: A SimulationState constant: whether simulated time runs.
         library: What clients may name.
         quitting: Whether a client asked the process to end.
-        interactive: Whether it runs by the wall clock, rather than tick by tick as it is told.
+        interactive: Whether it runs by the wall clock, rather than tick by tick on demand.
     """
 
     Config = SimConfig
@@ -94,7 +94,7 @@ class SimNode(ManagedNode):
         WorldServices(self, known.infos.clear)
 
     def activate(self) -> None:
-        """Begin pacing anew, and say where the world is."""
+        """Restart pacing, and publish the pose of the world."""
         if self._own is not None:
             self._own.begin(self.simulator.time)
         self.fleet.activate()
@@ -115,7 +115,7 @@ class SimNode(ManagedNode):
 
     @property
     def paused(self) -> bool:
-        """Whether simulated time stands still."""
+        """True while simulated time stands still."""
         return bool(self.state != SimulationState.STATE_PLAYING)
 
     @property
@@ -156,7 +156,7 @@ class SimNode(ManagedNode):
 
     @property
     def contacts(self) -> ContactTopic:
-        """What counts what the simulator's own robot touches."""
+        """The counter of the contacts of the simulator's own robot."""
         assert self._own is not None
         return self._own.contacts
 
@@ -175,7 +175,7 @@ class SimNode(ManagedNode):
             nodes.tell_time(now)
 
     def realtime_due(self, wall_now: float) -> float:
-        """Tell how long it is until the next tick is due.
+        """Return the time until the next tick is due.
 
         Args:
             wall_now: Real time on any steady clock [s].

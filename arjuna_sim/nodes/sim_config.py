@@ -14,7 +14,7 @@ NAMESPACE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 @dataclass(frozen=True)
 class InitialPose:
-    """Where the robot starts in the world."""
+    """The start of the robot in the world."""
 
     x: float = param(0.0, "Place.", unit="m", read_only=True)
     y: float = param(0.0, "Place.", unit="m", read_only=True)

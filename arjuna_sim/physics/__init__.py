@@ -1,1 +1,1 @@
-"""What MuJoCo sees: robot, world and entities as one model."""
+"""Robot, world and entities as one MuJoCo model."""

@@ -1,4 +1,4 @@
-"""What the robot touches, and how often it ran into what."""
+"""Contacts of the robot, and their counts by name."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
 
 @njit(cache=True)
 def _any_of(pairs: NDArray[np.int32], is_meant: NDArray[np.bool_]) -> bool:
-    """Tell whether any geom of pairs is meant (`bench sim`: 1.5 us of a tick in NumPy)."""
+    """Return whether any geom of pairs is meant (`bench sim`: 1.5 us of a tick in NumPy)."""
     found = False
     for i in range(len(pairs)):
         found |= is_meant[pairs[i, 0]] or is_meant[pairs[i, 1]]
@@ -55,7 +55,7 @@ class ContactLog:
         self.counts: dict[str, int] = {}
 
     def update(self, touched: tuple[str, ...]) -> bool:
-        """Take the names of what the robot touches now; tell whether they have changed."""
+        """Take the names of what the robot touches now; return whether they have changed."""
         if touched == self.touched:
             return False
         for name in touched:
@@ -66,5 +66,5 @@ class ContactLog:
 
     @property
     def total(self) -> int:
-        """How many contacts have begun."""
+        """The number of contacts that have begun."""
         return sum(self.counts.values())

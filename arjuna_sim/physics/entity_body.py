@@ -72,7 +72,7 @@ def _set_mass(body: Any, entity: Entity) -> None:
 def motion_of(
     model: Any, data: Any, entity: Entity, addresses: tuple[int, int, int]
 ) -> EntityMotion:
-    """Return where an entity is and how the physics moves it, with places up to date.
+    """Return where an entity is and how the physics moves it, with positions up to date.
 
     Args:
         model: The `mujoco.MjModel`.

@@ -26,7 +26,7 @@ class Pacer:
         self._start: tuple[float, float] | None = None
 
     def restart(self) -> None:
-        """Begin anew with the next wait: after a pause, a reset or a jump of time."""
+        """Restart with the next wait: after a pause, a reset or a jump of time."""
         self._start = None
 
     def wait(self, now: float) -> float:
@@ -79,7 +79,7 @@ class PaceMeter:
 
     @property
     def summary(self) -> str | None:
-        """What was achieved in all, in words; None where nothing was measured."""
+        """The factor that was achieved in all, in words; None where nothing was measured."""
         if self._real == 0.0:
             return None
         factor = self._simulated / self._real

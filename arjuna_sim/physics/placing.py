@@ -1,4 +1,4 @@
-"""Where a robot can stand: on the ground below it, clear of models and other robots."""
+"""Poses at which a robot can stand: on the ground, clear of models and other robots."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from arjuna_sim.physics.stage import Stage
 
 _TOP, _BOTTOM = 3.0, -5.0  # between which floors are looked for [m]
 _STEP = 0.25  # how much higher than the lowest a floor may be; what is higher is a roof [m]
-_BELOW = 1e-4  # a ray goes on so far below what it hit [m]
+_BELOW = 1e-4  # a ray continues so far below what it hit [m]
 _RAYS_MAX = 40  # floors above one another that are looked through
 _WIDE, _LEVEL = 1.0, 0.05  # a floor is as high in most directions this far away [m]
 _NEAR, _EVEN = 0.1, 0.002  # how far off a slope is measured, and how straight it is [m]
-_STEEPEST = 0.7  # rise per way of a slope that a robot is put on
-_RADIUS_MAX, _RING = 3.0, 0.1  # how far, and in which steps, a free place is looked for [m]
-_DIRECTIONS = 16  # of a ring in which a free place is looked for
-_HEADINGS = 8  # tried at each place
+_STEEPEST = 0.7  # slope that a robot is put on
+_RADIUS_MAX, _RING = 3.0, 0.1  # how far, and in which steps, a free pose is looked for [m]
+_DIRECTIONS = 16  # of a ring in which a free pose is looked for
+_HEADINGS = 8  # tried at each position
 _HIT = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
 
 
 class Placer:
-    """Finds places for a robot of a stage.
+    """Finds free poses for a robot of a stage.
 
     Args:
         stage: Holds the world as it is now.
@@ -39,7 +39,7 @@ class Placer:
         self._stage = stage
         self._robot = robot
 
-    def place(self, pose: SE2) -> Pose3:
+    def root_pose(self, pose: SE2) -> Pose3:
         """Return where the robot's root is when it stands at a pose, blocked or not."""
         return next((placed for placed, touched in self._tries(pose) if not touched), None) or next(
             placed for placed, _ in self._tries(pose)
@@ -53,10 +53,10 @@ class Placer:
     def nearest_free(self, pose: SE2) -> SE2:
         """Return the free pose nearest to one that may be blocked, of the same heading.
 
-        Any but the pose itself is free whichever way the robot turns there.
+        Any but the pose itself is free at any heading of the robot.
 
         Raises:
-            WorldError: No place within 3 m is free.
+            WorldError: No pose within 3 m is free.
         """
         if not self.touched(pose):
             return pose
@@ -64,7 +64,7 @@ class Placer:
             found = self._nearest(pose, is_ground)
             if found is not None:
                 return found
-        problem = f"no place within {_RADIUS_MAX:g} m of ({pose.x:g}, {pose.y:g}) is free"
+        problem = f"no pose within {_RADIUS_MAX:g} m of ({pose.x:g}, {pose.y:g}) is free"
         raise WorldError(self._stage.world.path, f"{problem} for the robot")
 
     def _nearest(self, pose: SE2, is_ground: bool) -> SE2 | None:
@@ -83,7 +83,7 @@ class Placer:
         return not next(tries)[1] or (not is_ground and any(not names for _, names in tries))
 
     def _tries(self, pose: SE2) -> Iterator[tuple[Pose3, tuple[str, ...]]]:
-        """Yield the robot's places at a pose, on one floor after the other, and what it touches."""
+        """Yield the robot's root pose on each floor at a pose, and what it touches there."""
         mujoco.mj_kinematics(self._stage.scene.model, self._stage.data)
         lowest, *higher = self._levels(pose.x, pose.y) or [0.0]
         steps = [level for level in higher if level < lowest + _STEP]
@@ -102,11 +102,11 @@ class Placer:
         return Pose3.from_rpy((pose.x, pose.y, level + height), (roll, pitch, pose.theta))
 
     def _rise(self, pose: SE2, level: float, turn: float) -> float:
-        """Return how much a floor rises per way, to a side of the robot; 0 where it is uneven."""
+        """Return the slope of a floor, to a side of the robot; 0 where it is uneven."""
         ends = []
-        for way in (_NEAR, -_NEAR):
-            x = pose.x + way * math.cos(pose.theta + turn)
-            y = pose.y + way * math.sin(pose.theta + turn)
+        for offset in (_NEAR, -_NEAR):
+            x = pose.x + offset * math.cos(pose.theta + turn)
+            y = pose.y + offset * math.sin(pose.theta + turn)
             ends.append(min(self._levels(x, y), key=lambda z: abs(z - level), default=math.inf))
         ahead, behind = ends
         is_straight = abs(ahead + behind - 2.0 * level) < _EVEN
@@ -138,7 +138,7 @@ class Placer:
         return sorted(found)
 
     def _is_floor(self, pose: SE2, level: float) -> bool:
-        """Tell whether a surface goes on around the robot, rather than tops a box."""
+        """Return whether a surface extends around the robot, rather than tops a box."""
         around = [
             self._levels(pose.x + _WIDE * math.cos(angle), pose.y + _WIDE * math.sin(angle))
             for angle in np.arange(8) * math.pi / 4

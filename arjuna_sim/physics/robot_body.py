@@ -97,7 +97,7 @@ def add_mounts(spec: Any, robot: RobotModel) -> None:
 
 
 def _fill_body(spec: Any, body: Any, robot: RobotModel, first: str, servo: ServoConfig) -> None:
-    """Add a link and all that fixed joints hang on it, then the bodies that joints carry."""
+    """Add a link with all that is fixed to it, then the bodies that joints carry."""
     masses: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
     queue = [(first, Pose3())]
     while queue:

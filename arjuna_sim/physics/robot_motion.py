@@ -1,4 +1,4 @@
-"""A robot on the stage: where it stands, how its joints are, and what its wheels are told."""
+"""A robot on the stage: its pose, its joints, and the setpoints of its wheels."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class JointStates(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """Where the robot really is: what no robot knows.
+    """The true pose and motion of the robot, which it cannot know.
 
     Attributes:
         pose: Of the robot's root in the world, seen from above.
@@ -61,24 +61,24 @@ class RobotMotion:
         self.rebind()
 
     def rebind(self) -> None:
-        """Go on with the stage's model, which is another now."""
+        """Continue with the stage's new MuJoCo model."""
         self._found, self._data = self._stage.scene.robots[self._robot], self._stage.data
         self._qpos, self._qvel = self._data.qpos, self._data.qvel
         self._servos = self._found.servos.at(self._data)
 
-    def put(self, place: Pose3) -> None:
+    def put(self, pose: Pose3) -> None:
         """Put the robot's root somewhere, with all joints at rest."""
         found = self._found
         at, _ = found.base
-        self._data.qpos[at : at + 3] = place.position
-        self._data.qpos[at + 3 : at + 7] = place.quaternion
+        self._data.qpos[at : at + 3] = pose.position
+        self._data.qpos[at + 3 : at + 7] = pose.quaternion
         self._data.qvel[found.rates] = 0.0
         self._data.qacc_warmstart[found.rates] = 0.0
         self._servos.rest()
         self._stage.settle()
 
     def turn_wheels(self, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
-        """Tell the wheels' joints how fast to turn [rad/s], and the steering where to stand [rad].
+        """Set the speeds of the wheels' joints [rad/s] and the angles of the steering [rad].
 
         Args:
             speeds: In the order of `DriveSettings.wheels`, `(W,) float64`.

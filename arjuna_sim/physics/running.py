@@ -68,7 +68,7 @@ def carry_over(old: Any, old_data: Any, new: Any, data: Any) -> None:
     Args:
         old: The `mujoco.MjModel` that was simulated.
         old_data: Its `mujoco.MjData`.
-        new: The model to go on with.
+        new: The model to continue with.
         data: Its data, which is changed.
     """
     for i in range(new.njnt):

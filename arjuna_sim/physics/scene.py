@@ -22,7 +22,7 @@ from arjuna_sim.physics.geoms import add_world, rank_friction
 from arjuna_sim.physics.robot_body import add_mounts, add_robot, free_joint, let_meet
 from arjuna_sim.physics.running import let_sleep
 from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, roller_addresses, tune_servos
-from arjuna_sim.physics.wheels.tyres import STICTION, Standing, sag_of, tune_tyres
+from arjuna_sim.physics.wheels.tyres import STICTION, WheelSupport, sag_of, tune_tyres
 
 _SOLVER_TOLERANCE = 1e-6  # MuJoCo takes 1e-8, and more iterations a step
 _ARENA = (64_000_000, 1_000_000_000)  # least and most memory for contacts [bytes]
@@ -30,7 +30,7 @@ _ARENA = (64_000_000, 1_000_000_000)  # least and most memory for contacts [byte
 
 @dataclass(frozen=True)
 class RobotInScene:
-    """Where to find a robot in a compiled model.
+    """Addresses of a robot in a compiled model.
 
     Attributes:
         title: What others call it: its name, or its file's where it is `SOLO`.
@@ -134,12 +134,12 @@ def _compiled(spec: Any, robots: Mapping[str, RobotModel], world: World) -> Any:
 def _tuned(
     model: Any, robots: Mapping[str, RobotModel], servo: ServoConfig, timestep: float
 ) -> dict[str, RobotInScene]:
-    standing = {
+    support = {
         name: tune_tyres(model, robot, sag_of(robot, timestep)) for name, robot in robots.items()
     }
-    rank_friction(model, sorted(tyre for each in standing.values() for tyre in each.tyres))
+    rank_friction(model, sorted(tyre for each in support.values() for tyre in each.tyres))
     return {
-        name: _found(model, name, robot, tune_servos(model, robot, servo), standing[name])
+        name: _found(model, name, robot, tune_servos(model, robot, servo), support[name])
         for name, robot in robots.items()
     }
 
@@ -155,7 +155,7 @@ def _memory(geoms: int) -> int:
 
 
 def _is_sound(world: World) -> bool:
-    """Tell whether MuJoCo takes a world without a robot."""
+    """Return whether MuJoCo takes a world without a robot."""
     spec = mujoco.MjSpec()
     add_world(spec, world)
     try:
@@ -188,7 +188,7 @@ def _root(model: Any, robot: RobotModel) -> int:
 
 
 def _found(
-    model: Any, name: str, robot: RobotModel, servos: Servos, standing: Standing
+    model: Any, name: str, robot: RobotModel, servos: Servos, support: WheelSupport
 ) -> RobotInScene:
 
     def positions(names: tuple[str, ...]) -> NDArray[np.int64]:
@@ -206,11 +206,11 @@ def _found(
         np.array([model.joint(name).dofadr[0] for name in moving], np.int64),
         roller_addresses(model, robot),
         is_own & (model.geom_group == Group.ROBOT_COLLISION.value),
-        standing.ride_height,
-        standing.steady,
-        standing.faults,
-        standing.sill,
-        standing.facts,
+        support.ride_height,
+        support.steady,
+        support.faults,
+        support.sill,
+        support.facts,
         servos,
     )
 

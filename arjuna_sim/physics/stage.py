@@ -1,4 +1,4 @@
-"""The stage: robots, world and entities as one MuJoCo model, which may change as time goes on."""
+"""The stage: robots, world and entities as one MuJoCo model, which may change over time."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ import numpy as np
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.entities import (
+    BlockedPoseError,
     Entity,
     EntityMotion,
-    PlaceTakenError,
     UnknownEntityError,
     entity_of_model,
     moving_entities,
@@ -34,7 +34,7 @@ class Stage:
     """Holds the model and its state, and keeps the state when the model changes.
 
     A world's models are part of the static world until someone moves or deletes one: the model is
-    then compiled anew, as for a spawn, and every joint goes on as it was.
+    then compiled again, as for a spawn, and every joint keeps its state.
 
     Args:
         robots: The robots by name; links, joints and sensors of no two have the same name.
@@ -69,7 +69,7 @@ class Stage:
 
     @property
     def elapsed(self) -> float:
-        """How long the physics has run since all was last put to its start [s]."""
+        """The time that the physics has run since the last restart [s]."""
         return self._steps * self._timestep
 
     def load(self, world: World) -> None:
@@ -107,7 +107,7 @@ class Stage:
         """Put an entity of a new name into the world; its trajectory begins now.
 
         Raises:
-            PlaceTakenError: It would stand in a robot; nothing has changed.
+            BlockedPoseError: It would stand in a robot; nothing has changed.
             RobotError: MuJoCo refuses it; nothing has changed.
         """
         if entity.trajectory is not None:
@@ -132,7 +132,7 @@ class Stage:
 
         Raises:
             UnknownEntityError: There is none of this name.
-            PlaceTakenError: It would stand in a robot; nothing has changed.
+            BlockedPoseError: It would stand in a robot; nothing has changed.
         """
         entity = self.entity(name)
         if entity.hinge is not None:  # its hinge goes with it
@@ -238,7 +238,7 @@ class Stage:
     def _change(
         self, entities: dict[str, Entity], taken: frozenset[str], new: Entity | None = None
     ) -> None:
-        """Compile anew and carry the state over; refuse what is new where a robot is."""
+        """Compile again and carry the state over; refuse what is new where a robot is."""
         scene, data = self._compile(self.world, entities, taken)
         carry_over(self.scene.model, self.data, scene.model, data)
         before = (self.world, self._entities, self._taken, self.scene, self.data)
@@ -285,13 +285,13 @@ class Stage:
         return next((name for name in self.robots if entity.name in self.contacts(name)), None)
 
     def settle(self) -> None:
-        """Bring places and velocities up to the state."""
+        """Bring positions and velocities up to the state."""
         model, data = self.scene.model, self.data
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_comVel(model, data)
 
 
-def _stands_in(entity: Entity, robot: str) -> PlaceTakenError:
+def _stands_in(entity: Entity, robot: str) -> BlockedPoseError:
     whom = f"robot '{robot}'" if robot else "the robot"
-    return PlaceTakenError(f"'{entity.name}' would stand in {whom} there")
+    return BlockedPoseError(f"'{entity.name}' would stand in {whom} there")

@@ -66,7 +66,7 @@ def _launch(model: Any, data: Any) -> Any:
 class Viewer:
     """Shows a stage in a window, from copies: what is done there changes no physics.
 
-    The window opens with the first picture, and again when the model was compiled anew; once a
+    The window opens with the first picture, and again when the model was compiled again; once a
     person has closed it, it stays closed.
 
     Raises:

@@ -13,7 +13,7 @@ from arjuna_sim.model.world import Trajectory
 
 _PUSH = 50.0  # of a walker, by the mass of what it meets: twice what tyres hold [m/s^2]
 _HASTE = 0.05  # over which a push is averaged [s]: to set something moving takes more
-_WAITS = 2.0  # before it steps over what does not give way [s]
+_WAITS = 2.0  # before it steps over what blocks it [s]
 _LIGHT = 1.0  # time constant of a contact that hardly presses, 0.02 of another [s]
 
 
@@ -44,7 +44,7 @@ class Walkers:
 
         Args:
             data: The `mujoco.MjData`, which is changed.
-            elapsed: How long each has been on the way, `(N,) float64` [s].
+            elapsed: Time since the start of each, `(N,) float64` [s].
         """
         now = np.fmod(elapsed, self._round) - self._delay
         after = (self._times <= now[:, None]).sum(axis=1)
@@ -117,7 +117,7 @@ class Manners:
 
 
 def _round(trajectory: Trajectory) -> float:
-    """Return after how long a trajectory starts anew, infinity for one that does not [s]."""
+    """Return the period of a trajectory, infinity for one that does not [s]."""
     whole = trajectory.delay + trajectory.times[-1]
     return whole if trajectory.loop and whole > 0.0 else np.inf
 

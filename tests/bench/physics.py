@@ -21,7 +21,7 @@ from arjuna_sim.model.geometry.shapes import corners
 from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.wheels.footing import SILL
+from arjuna_sim.physics.wheels.traction import SILL
 from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import ROBOT
 from tests.sim.generated import chassis, level, sill, slope

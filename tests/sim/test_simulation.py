@@ -18,7 +18,7 @@ from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarConfig
 from arjuna_sim.driven_robot import Observation
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.entities import PlaceTakenError
+from arjuna_sim.model.entities import BlockedPoseError
 from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.physics.robot_body import ROBOTS_MAX
 from arjuna_sim.simulation import Simulation, Start
@@ -203,7 +203,7 @@ def test_robots_that_start_at_one_place_stand_beside_each_other() -> None:
 
 def test_a_place_that_is_taken_is_refused_and_nothing_changes() -> None:
     simulation = pair()
-    with pytest.raises(PlaceTakenError, match="'c' would stand in b there"):
+    with pytest.raises(BlockedPoseError, match="'c' would stand in b there"):
         simulation.add("c", Start(BURGER, SE2(2.05)))
     assert set(simulation.robots) == set(simulation.stage.robots) == {"a", "b"}
     simulation.add("c", Start(BURGER, SE2(3.0)))

@@ -24,7 +24,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class RollerBase:
-    """Three or more wheels with rollers, which move the base any way.
+    """Three or more wheels with rollers, which move the base in any direction.
 
     Attributes:
         turning: How fast each wheel's joint turns for a velocity forward and to the left [m/s] and
@@ -73,13 +73,13 @@ class RollerBase:
     def motion(
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]
     ) -> tuple[float, float, float]:
-        """Return path [m], way to the left [m] and turn [rad] for turns of the wheels [rad]."""
+        """Return path [m], path to the left [m] and turn [rad] for turns of the wheels [rad]."""
         path, side, turn = (self.moving @ turns).tolist()
         return path, side, turn
 
 
 class Base(Motion, Protocol):
-    """What a kind of drive does with wheels, which are in the order of `DriveSettings.wheels`."""
+    """The kinematics of a drive; wheels are in the order of `DriveSettings.wheels`."""
 
     def reachable(self, velocity: Velocity) -> Velocity:
         """Return what of a velocity the base can do."""
@@ -124,7 +124,7 @@ class SidesBase:
         return SidesBase(kinematics_of(drive, config), sides, np.maximum(counts, 1.0))
 
     def reachable(self, velocity: Velocity) -> Velocity:
-        """Return a velocity without its way to the side."""
+        """Return a velocity without its part to the left."""
         return Velocity(velocity.x, yaw_rate=velocity.yaw_rate) if velocity.y else velocity
 
     def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
@@ -145,7 +145,7 @@ class SidesBase:
     def motion(
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]
     ) -> tuple[float, float, float]:
-        """Return path [m], way to the left [m] and turn [rad] for turns of the sides [rad]."""
+        """Return path [m], path to the left [m] and turn [rad] for turns of the sides [rad]."""
         return self.kinematics.motion(turns, angles)
 
 

@@ -86,7 +86,7 @@ class CommandHold:
 
 @dataclass(frozen=True)
 class Bound:
-    """A greatest speed either way.
+    """A greatest speed in either direction.
 
     Attributes:
         value: [m/s or rad/s].
@@ -107,7 +107,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a robot's commands are cut to, and how long they hold.
+    """Limits of a robot's commands, and of the time for which they hold.
 
     Attributes:
         forward: Greatest speed forward, and to the sides [m/s].

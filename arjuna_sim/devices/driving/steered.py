@@ -21,24 +21,24 @@ class SteeredWheel:
     """A wheel that rolls along a line, which a joint may turn.
 
     Attributes:
-        place: Its middle at angle 0, `(2,) float64` [m].
+        position: Its centre at angle 0, `(2,) float64` [m].
         direction: In which positive turning rolls it at angle 0, `(2,) float64`.
         radius: [m].
         by: Index of the joint that steers it, -1 for none.
         pivot: What it turns about, `(2,) float64` [m].
     """
 
-    place: NDArray[np.float64]
+    position: NDArray[np.float64]
     direction: NDArray[np.float64]
     radius: float
     by: int
     pivot: NDArray[np.float64]
 
     def turned(self, angle: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return place and direction, steered to the left by an angle [rad]."""
+        """Return position and direction, steered to the left by an angle [rad]."""
         c, s = math.cos(angle), math.sin(angle)
         R = np.array([[c, -s], [s, c]])
-        return self.pivot + R @ (self.place - self.pivot), R @ self.direction
+        return self.pivot + R @ (self.position - self.pivot), R @ self.direction
 
 
 class SteeredBase:
@@ -65,7 +65,7 @@ class SteeredBase:
     ) -> None:
         self._wheels, self._others = wheels, others
         self._pivots, self._signs = pivots, signs
-        rigid = [w.place[0] for w in wheels + others if w.by < 0]
+        rigid = [w.position[0] for w in wheels + others if w.by < 0]
         self._axle = float(np.mean(rigid or pivots[:, 0]))
         ahead = np.abs(pivots[:, 0] - self._axle)
         nearest = float((ahead / math.tan(limit) + np.abs(pivots[:, 1])).max())
@@ -87,7 +87,7 @@ class SteeredBase:
         most = self._bend * abs(velocity.x)
         return Velocity(velocity.x, yaw_rate=max(-most, min(most, velocity.yaw_rate)))
 
-    def _way(self, velocity: Velocity) -> NDArray[np.float64]:
+    def _twist(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return the velocity forward and to the left [m/s] and the turn rate, `(3,) float64`."""
         return np.array([velocity.x, -velocity.yaw_rate * self._axle, velocity.yaw_rate])
 
@@ -95,7 +95,7 @@ class SteeredBase:
         """Return where the steering joints stand; they stay when the base does."""
         if abs(velocity.x) < _STANDS:
             return self._held
-        v, side, w = self._way(velocity).tolist()
+        v, side, w = self._twist(velocity).tolist()
         x, y = self._pivots.T
         forward, left = v - w * y, side + w * x
         steer = np.arctan(left / np.where(forward == 0.0, _STANDS, forward))
@@ -105,7 +105,7 @@ class SteeredBase:
     def speeds(self, velocity: Velocity) -> NDArray[np.float64]:
         """Return how fast the wheels' joints turn."""
         rolling, _ = self._rows(self._wheels, self.angles(velocity))
-        return rolling @ self._way(velocity)
+        return rolling @ self._twist(velocity)
 
     def encoders(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what each wheel's encoder says."""
@@ -114,7 +114,7 @@ class SteeredBase:
     def motion(
         self, turns: NDArray[np.float64], angles: NDArray[np.float64]
     ) -> tuple[float, float, float]:
-        """Return path [m], way to the left [m] and turn [rad] for turns of the wheels [rad]."""
+        """Return path [m], path to the left [m] and turn [rad] for turns of the wheels [rad]."""
         rolling, sliding = self._rows(self._wheels, angles)
         _, of_others = self._rows(self._others, angles)
         rows = np.vstack((rolling, sliding, of_others))
@@ -136,10 +136,10 @@ class SteeredBase:
 
 
 def _wheel(urdf: Urdf, name: str, drive: DriveSettings) -> SteeredWheel:
-    by, place = steered_by(urdf, name, drive.steering), center(urdf, name)[:2]
-    pivot = place if by < 0 else np.array(_pivot(urdf, drive.steering[by]))
+    by, position = steered_by(urdf, name, drive.steering), center(urdf, name)[:2]
+    pivot = position if by < 0 else np.array(_pivot(urdf, drive.steering[by]))
     radius = radius_of(urdf, name) or drive.radius
-    return SteeredWheel(place, rolling_direction(urdf, name), radius, by, pivot)
+    return SteeredWheel(position, rolling_direction(urdf, name), radius, by, pivot)
 
 
 def _pivot(urdf: Urdf, joint: str) -> tuple[float, float]:

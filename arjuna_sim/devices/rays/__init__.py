@@ -1,1 +1,1 @@
-"""What a beam meets first."""
+"""Rays and the first surface on each."""

@@ -38,7 +38,7 @@ def cast(
     kinds: NDArray[np.int32],
     sizes: NDArray[np.float64],
     bounds: NDArray[np.float64],
-    places: NDArray[np.float64],
+    positions: NDArray[np.float64],
     rotations: NDArray[np.float64],
     ranges: NDArray[np.float64],
 ) -> None:
@@ -52,14 +52,18 @@ def cast(
         kinds: MuJoCo's `geom_type`, `(G,) int32`.
         sizes: `geom_size`, `(G, 3) float64` [m].
         bounds: `geom_rbound`, `(G,) float64` [m]; that of a plane is not read.
-        places: `geom_xpos`, `(G, 3) float64` [m].
+        positions: `geom_xpos`, `(G, 3) float64` [m].
         rotations: `geom_xmat`, `(G, 9) float64`.
         ranges: Filled in, inf where nothing is hit, `(N,) float64` [m].
     """
     ranges[:] = np.inf
     for g in seen:
         kind, turned = kinds[g], rotations[g]
-        x, y, z = places[g, 0] - origin[0], places[g, 1] - origin[1], places[g, 2] - origin[2]
+        x, y, z = (
+            positions[g, 0] - origin[0],
+            positions[g, 1] - origin[1],
+            positions[g, 2] - origin[2],
+        )
         bound = np.inf if kind == _PLANE else bounds[g]
         apart = x * x + y * y + z * z
         if math.sqrt(apart) > reach + bound:
@@ -73,8 +77,8 @@ def cast(
             along = x * a + y * b + z * c
             if along < cone or along - bound > ranges[k]:
                 continue
-            way = _turned(turned, a, b, c)
-            ranges[k] = min(ranges[k], _distance(kind, size, start, way))
+            direction = _turned(turned, a, b, c)
+            ranges[k] = min(ranges[k], _distance(kind, size, start, direction))
 
 
 @_inlined
@@ -88,68 +92,70 @@ def _turned(rotation: NDArray[np.float64], x: float, y: float, z: float) -> Trip
 
 
 @_inlined
-def _distance(kind: int, size: Triple, start: Triple, way: Triple) -> float:
-    """Return how far it is to a solid from a place along a way, both in its frame."""
+def _distance(kind: int, size: Triple, start: Triple, direction: Triple) -> float:
+    """Return how far it is to a solid from a point along a direction, both in its frame."""
     if kind == _BOX:
-        return _to_faces(size, start, way)
+        return _to_faces(size, start, direction)
     if kind == _CYLINDER:
-        ends = min(_to_end(size, start, way, -size[1]), _to_end(size, start, way, size[1]))
-        mantle = _to_round(start[:2], way[:2], size[0])
-        is_between = abs(start[2] + mantle * way[2]) <= size[1]
+        ends = min(
+            _to_end(size, start, direction, -size[1]), _to_end(size, start, direction, size[1])
+        )
+        mantle = _to_round(start[:2], direction[:2], size[0])
+        is_between = abs(start[2] + mantle * direction[2]) <= size[1]
         return min(ends, mantle) if mantle < _MISS and is_between else ends
     if kind == _SPHERE:
-        return _to_round(start, way, size[0])
+        return _to_round(start, direction, size[0])
     if kind == _ELLIPSOID:
-        return _to_ellipsoid(size, start, way)
-    return _to_plane(size, start, way)
+        return _to_ellipsoid(size, start, direction)
+    return _to_plane(size, start, direction)
 
 
 @_inlined
-def _to_faces(size: Triple, start: Triple, way: Triple) -> float:
+def _to_faces(size: Triple, start: Triple, direction: Triple) -> float:
     """Return the distance to the nearest of a box's faces: those turned to the ray, if outside."""
     nearest, x, y, z = _MISS, abs(start[0]), abs(start[1]), abs(start[2])
     side = 1.0 if x <= size[0] and y <= size[1] and z <= size[2] else -1.0
     for i, j, k in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
-        gap = math.copysign(size[i], side * way[i]) - start[i]
-        if gap * way[i] >= 0.0 and abs(way[i]) > _LEAST:
-            distance = gap / way[i]
+        gap = math.copysign(size[i], side * direction[i]) - start[i]
+        if gap * direction[i] >= 0.0 and abs(direction[i]) > _LEAST:
+            distance = gap / direction[i]
             if (
                 distance < nearest
-                and abs(start[j] + distance * way[j]) <= size[j]
-                and abs(start[k] + distance * way[k]) <= size[k]
+                and abs(start[j] + distance * direction[j]) <= size[j]
+                and abs(start[k] + distance * direction[k]) <= size[k]
             ):
                 nearest = distance
     return nearest
 
 
 @_inlined
-def _to_end(size: Triple, start: Triple, way: Triple, height: float) -> float:
+def _to_end(size: Triple, start: Triple, direction: Triple, height: float) -> float:
     """Return the distance to a disc across the z axis."""
-    if abs(way[2]) <= _LEAST:
+    if abs(direction[2]) <= _LEAST:
         return _MISS
-    distance = (height - start[2]) / way[2]
-    x, y = start[0] + distance * way[0], start[1] + distance * way[1]
+    distance = (height - start[2]) / direction[2]
+    x, y = start[0] + distance * direction[0], start[1] + distance * direction[1]
     return distance if distance >= 0.0 and x * x + y * y <= size[0] * size[0] else _MISS
 
 
 @_inlined
-def _to_round(start: tuple[float, ...], way: tuple[float, ...], radius: float) -> float:
+def _to_round(start: tuple[float, ...], direction: tuple[float, ...], radius: float) -> float:
     """Return the distance to a circle or sphere about the middle."""
     a, b, c = 0.0, 0.0, 0.0
-    for i in range(len(way)):
-        a += way[i] * way[i]
-        b += way[i] * start[i]
+    for i in range(len(direction)):
+        a += direction[i] * direction[i]
+        b += direction[i] * start[i]
         c += start[i] * start[i]
     return _root(a, b, c - radius * radius)
 
 
 @_inlined
-def _to_ellipsoid(size: Triple, start: Triple, way: Triple) -> float:
+def _to_ellipsoid(size: Triple, start: Triple, direction: Triple) -> float:
     a, b, c = 0.0, 0.0, 0.0
     for i in range(3):
         weight = 1.0 / (size[i] * size[i])
-        a += weight * way[i] * way[i]
-        b += weight * way[i] * start[i]
+        a += weight * direction[i] * direction[i]
+        b += weight * direction[i] * start[i]
         c += weight * start[i] * start[i]
     return _root(a, b, c - 1.0)
 
@@ -168,12 +174,12 @@ def _root(a: float, b: float, c: float) -> float:
 
 
 @_inlined
-def _to_plane(size: Triple, start: Triple, way: Triple) -> float:
+def _to_plane(size: Triple, start: Triple, direction: Triple) -> float:
     """Return the distance to a plane's upper side, within its sides where it has any."""
-    if way[2] > -_LEAST:
+    if direction[2] > -_LEAST:
         return _MISS
-    distance = -start[2] / way[2]
-    x, y = start[0] + distance * way[0], start[1] + distance * way[1]
+    distance = -start[2] / direction[2]
+    x, y = start[0] + distance * direction[0], start[1] + distance * direction[1]
     is_inside = (size[0] <= 0.0 or abs(x) <= size[0]) and (size[1] <= 0.0 or abs(y) <= size[1])
     return distance if distance >= 0.0 and is_inside else _MISS
 
@@ -192,7 +198,7 @@ class Rays:
         self.rebind(model)
 
     def rebind(self, model: Any) -> None:
-        """Go on with another model, in which the robot is the same."""
+        """Continue with another model, in which the robot is the same."""
         self._model = model
         self.site = int(model.site(self._name).id)
         own = model.body_rootid[model.site_bodyid[self.site]]
@@ -205,11 +211,11 @@ class Rays:
     def cast(
         self, data: Any, origin: NDArray[np.float64], rays: NDArray[np.float64], reach: float
     ) -> NDArray[np.float64]:
-        """Return exact distances from one place along unit vectors, inf where nothing is hit [m].
+        """Return exact distances from one point along unit vectors, inf where nothing is hit [m].
 
         Args:
             data: The `mujoco.MjData`, with positions up to date.
-            origin: The place, `(3,) float64` [m].
+            origin: The point, `(3,) float64` [m].
             rays: The unit vectors, `(N, 3) float64`.
             reach: How far they go [m].
         """
@@ -217,8 +223,8 @@ class Rays:
             return self._cast_at_meshes(data, origin, rays, reach)
         model, ranges = self._model, np.empty(len(rays))
         kinds, sizes, bounds = model.geom_type, model.geom_size, model.geom_rbound
-        places, rotations = data.geom_xpos, data.geom_xmat
-        cast(origin, rays, reach, self._seen, kinds, sizes, bounds, places, rotations, ranges)
+        positions, rotations = data.geom_xpos, data.geom_xmat
+        cast(origin, rays, reach, self._seen, kinds, sizes, bounds, positions, rotations, ranges)
         return ranges
 
     def _cast_at_meshes(
@@ -254,7 +260,7 @@ def _is_world(model: Any) -> NDArray[np.bool_]:
 
 
 def _is_drawn(model: Any) -> NDArray[np.bool_]:
-    """Tell which geoms are not wholly transparent: those that are MuJoCo's rays pass through."""
+    """Return which geoms are not wholly transparent: those that are MuJoCo's rays pass through."""
     material, alpha = model.geom_matid, model.geom_rgba[:, 3].copy()
     has_material = material >= 0
     alpha[has_material] = model.mat_rgba[material[has_material], 3]

@@ -135,9 +135,9 @@ def _geometry(geometry: Element) -> NDArray[np.float64]:
         return empty
     sources = {s.get("id", ""): _source(s) for s in mesh.findall("source")}
     for vertices in mesh.findall("vertices"):
-        place = vertices.find("input[@semantic='POSITION']")
-        if place is not None:
-            name = place.get("source", "")[1:]
+        position = vertices.find("input[@semantic='POSITION']")
+        if position is not None:
+            name = position.get("source", "")[1:]
             sources[vertices.get("id", "")] = sources[name]
     found = [
         _faces(primitive, sources)

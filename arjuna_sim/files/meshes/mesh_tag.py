@@ -23,7 +23,7 @@ def mesh_shape(
         xml: The file that refers to it.
         uri: Path or URI of the mesh.
         scale: Three numbers.
-        place: Where it is referred to; what is only drawn ends in `visual`.
+        place: Position in the file; of a visual it ends in `visual`.
         part: Name of the part of it that is meant; "" for all of it.
         centred: Whether that part is put about its own middle.
 

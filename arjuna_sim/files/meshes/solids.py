@@ -94,7 +94,7 @@ def _ears(corners: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def _holds(corners: NDArray[np.float64], ear: list[int], others: list[int]) -> bool:
-    """Tell whether corners lie in a triangle or on its edges, where what is left would overlap."""
+    """Return whether corners lie in a triangle or on its edges, where the rest would overlap."""
     a, b, c = corners[ear]
     apart = (corners[others][:, None] != corners[ear]).any(axis=2).all(axis=1)
     points = corners[others][apart]

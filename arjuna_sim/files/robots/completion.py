@@ -1,4 +1,4 @@
-"""What links lack: masses of moving parts, and the friction of what slides along."""
+"""Completing links: masses of moving parts, and the friction of casters."""
 
 from __future__ import annotations
 

@@ -149,7 +149,7 @@ def _as_plugin(
             SubElement(made, f"{side}_joint").text = joint
     stamped = values.get("use_stamped_vel", True) is not False
     command = f"/{name}/{command}" + ("" if stamped else "_unstamped")
-    told = {
+    found = {
         "wheel_separation": _product(values, "wheel_separation"),
         "wheel_radius": _product(values, "wheel_radius"),
         "update_rate": _number(values, "publish_rate"),
@@ -161,7 +161,7 @@ def _as_plugin(
         "stamped": str(stamped).lower(),
         **_limits(values, kind),
     }
-    for tag, value in told.items():
+    for tag, value in found.items():
         if value is not None:
             SubElement(made, tag).text = str(value)
     return made
@@ -217,15 +217,15 @@ def _kind(lists: dict[str, list[str]], values: dict[str, Any], named: str) -> tu
     Source: ros2_controllers of Jazzy: diff_drive, tricycle and omni_wheel_drive_controller have
     `cmd_vel` and `odom`, mecanum_drive and the steering controllers `reference` and `odometry`.
     """
-    told = controller_kind(named)
+    found = controller_kind(named)
     has_sides = "wheel" not in lists
-    if told is DriveKind.MECANUM or (
-        has_sides and told is None and any(key.startswith("front_left_wheel") for key in values)
+    if found is DriveKind.MECANUM or (
+        has_sides and found is None and any(key.startswith("front_left_wheel") for key in values)
     ):
         return "mecanum_drive_controller", "reference", "odometry"
-    if told is DriveKind.SIDES or (has_sides and told is None):
+    if found is DriveKind.SIDES or (has_sides and found is None):
         return "diff_drive_controller", "cmd_vel", "odom"
-    if told is DriveKind.OMNI or (not has_sides and not lists["steering"]):
+    if found is DriveKind.OMNI or (not has_sides and not lists["steering"]):
         return "omni_wheel_drive_controller", "cmd_vel", "odom"
     if "traction_joint_name" in values:
         return "tricycle_controller", "cmd_vel", "odom"

@@ -27,7 +27,9 @@ _LEVEL = 0.3  # greatest part of a wheel's axis along z
 _PARALLEL = 0.97  # cosine from which axes have the same direction
 _APART = 0.02  # of a front wheel and a rear one [m]
 _HALF = math.sqrt(0.5)
-_SPREAD = 0.1  # least singular value of the grips, by the largest: how well all ways are driven
+_SPREAD = (
+    0.1  # least singular value of the grips, by the largest: how well all directions are driven
+)
 _STEERS = re.compile(r"steer|kingpin|knuckle|turn|swivel|hinge", re.I)
 _PASSIVE = re.compile(r"cast[eo]r", re.I)
 _UPRIGHT, _ACROSS = 0.7, 0.5  # least part of a steering axis along z, and of a wheel's along y
@@ -53,20 +55,20 @@ def omni_drive(urdf: Urdf, names: tuple[str, ...]) -> DriveSettings | None:
 
 
 def axes_spread(urdf: Urdf, names: tuple[str, ...]) -> bool:
-    """Tell whether wheels' axes point different ways, seen from above."""
-    ways = [rolling_direction(urdf, name) for name in names]
-    return any(abs(float(ways[0] @ way)) < _PARALLEL for way in ways)
+    """Return whether wheels' axes point in different directions, seen from above."""
+    directions = [rolling_direction(urdf, name) for name in names]
+    return any(abs(float(directions[0] @ direction)) < _PARALLEL for direction in directions)
 
 
 def with_omni(drive: DriveSettings, urdf: Urdf) -> DriveSettings:
     """Return a drive whose wheels grip as they roll, and roll across."""
-    ways = [rolling_direction(urdf, name).tolist() for name in drive.wheels]
-    grips = tuple((float(x), float(y)) for x, y in ways)
+    directions = [rolling_direction(urdf, name).tolist() for name in drive.wheels]
+    grips = tuple((float(x), float(y)) for x, y in directions)
     return dataclasses.replace(drive, kind=DriveKind.OMNI, grips=grips)
 
 
 def with_mecanum(
-    xml: XmlFile, urdf: Urdf, drive: DriveSettings, told: Mapping[str, tuple[float, float]]
+    xml: XmlFile, urdf: Urdf, drive: DriveSettings, named_grips: Mapping[str, tuple[float, float]]
 ) -> DriveSettings | None:
     """Return a drive by four mecanum wheels; None where there are no four at four corners.
 
@@ -77,7 +79,7 @@ def with_mecanum(
         xml: Keeps the notes.
         urdf: The robot.
         drive: Its wheels, by sides.
-        told: By link, the directions of friction that the file names.
+        named_grips: By link, the directions of friction that the file names.
     """
     if len(drive.left) != 2 or len(drive.right) != 2:
         return None
@@ -87,7 +89,7 @@ def with_mecanum(
         if float(center(urdf, front)[0] - center(urdf, rear)[0]) < _APART:
             return None
         grips |= {front: (_HALF, -sign * _HALF), rear: (_HALF, sign * _HALF)}
-    own = {n: told.get(urdf.joints[n].child) for n in grips}
+    own = {n: named_grips.get(urdf.joints[n].child) for n in grips}
     named = {n: grip for n, grip in own.items() if grip is not None}
     if len(named) == 4 and _drives_all_ways(urdf, named):
         grips = named
@@ -132,7 +134,7 @@ def _is_upright(urdf: Urdf, joint: Joint) -> bool:
 
 
 def _is_above(urdf: Urdf, joint: Joint) -> bool:
-    """Tell whether a joint stands above the wheel that it carries, or beside it on its axle."""
+    """Return whether a joint stands above the wheel that it carries, or beside it on its axle."""
     place = np.array(urdf.T_root(joint.child).position)
     for name, wheel in urdf.joints.items():
         if wheel.parent == joint.child and wheel.kind == "continuous":

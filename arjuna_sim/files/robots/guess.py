@@ -120,7 +120,7 @@ def _left(urdf: Urdf, names: list[str]) -> NDArray[np.float64]:
     sides = [_side_of(urdf, n) for n in names]
     if 1 in sides and -1 in sides and abs(sum(sums)) > 1e-6:
         return line if sum(sums) > 0.0 else -line
-    # Without names it faces the way that turns it least: ahead +x, else +y.
+    # Without names it faces where it turns least: ahead +x, else +y.
     wanted = np.array([-1e-3, 1.0, -1e-6])
     return line if float(line @ wanted) >= 0.0 else -line
 
@@ -133,7 +133,7 @@ def _side_of(urdf: Urdf, name: str) -> int:
 
 
 def _partners(urdf: Urdf, name: str, other: str, left: NDArray[np.float64]) -> bool:
-    """Tell whether two wheels are as large and stand opposite each other."""
+    """Return whether two wheels are as large and stand opposite each other."""
     gap = center(urdf, name) - center(urdf, other)
     gap = gap - float(gap @ left) * left
     sizes = radius_of(urdf, name), radius_of(urdf, other)

@@ -225,7 +225,7 @@ def read_wheelless(xml: XmlFile, plugin: Element, kind: DriveKind) -> DriveSetti
 def _sides(
     xml: XmlFile, place: str, urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]
 ) -> Sides:
-    """Return the left and the right joints, exchanged where the file has them the wrong way."""
+    """Return the left and the right joints, exchanged where the file confuses them."""
     _check_joints(xml, place, urdf, left + right)
     if len(set(left + right)) < len(left + right):
         raise xml.fail(place, "names a joint twice")

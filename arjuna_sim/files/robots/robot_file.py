@@ -83,12 +83,12 @@ def robot_of_text(path: Path, expanded: Expanded, search: SearchPath) -> RobotMo
 
 
 def names_drive(text: bytes) -> bool:
-    """Tell whether a file has a plugin that drives or controls."""
+    """Return whether a file has a plugin that drives or controls."""
     return _DRIVES.search(text) is not None
 
 
 def is_sdf(text: bytes) -> bool:
-    """Tell whether a file's root is `<sdf>` rather than `<robot>`."""
+    """Return whether a file's root is `<sdf>` rather than `<robot>`."""
     root = _ROOT.search(text)
     return root is not None and root.group(1) == b"sdf"
 

@@ -164,6 +164,6 @@ def root_of(xml: XmlFile, links: Mapping[str, Link], joints: Mapping[str, Joint]
             if steps > len(links):
                 raise xml.fail(f"link '{start}'", "the joints form a loop")
             if steps > _DEPTH_MAX:
-                problem = f"hangs on more than {_DEPTH_MAX} others, one after the other"
+                problem = f"is below more than {_DEPTH_MAX} others, one after the other"
                 raise xml.fail(f"link '{start}'", problem)
     return roots[0]

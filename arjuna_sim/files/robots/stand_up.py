@@ -68,11 +68,14 @@ def _up(urdf: Urdf, left: NDArray[np.float64], wheels: tuple[str, ...]) -> NDArr
         upright: NDArray[np.float64] = up / float(np.linalg.norm(up))
         return upright
     # Y is up in the CAD programs that export such robots; others must keep the weight lower.
-    ways = [np.array(way) for way in ((0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (1.0, 0, 0), (-1.0, 0, 0))]
-    ways = [way - float(way @ left) * left for way in ways]
+    directions = [
+        np.array(direction)
+        for direction in ((0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (1.0, 0, 0), (-1.0, 0, 0))
+    ]
+    directions = [direction - float(direction @ left) * left for direction in directions]
     weight = _weight(urdf) - _mean(urdf, wheels)
-    best, least = ways[0], np.inf
-    for up in (way / float(np.linalg.norm(way)) for way in ways):
+    best, least = directions[0], np.inf
+    for up in (direction / float(np.linalg.norm(direction)) for direction in directions):
         ground = min(float(center(urdf, n) @ up) - radius_of(urdf, n) for n in wheels)
         stands = _lowest(urdf, up, wheels) > ground - _STANDS_OUT
         if stands and float(weight @ up) < least - _STANDS_OUT:

@@ -68,7 +68,7 @@ class Scope:
     Args:
         xml: The file.
         element: The `<model>` or `<world>`.
-        place: How messages call it.
+        place: Name in messages.
     """
 
     def __init__(self, xml: XmlFile, element: Element, place: str) -> None:
@@ -86,7 +86,7 @@ class Scope:
 
         Args:
             element: What has a `<pose>`.
-            place: How messages call it.
+            place: Name in messages.
             parent: What the pose is relative to, where it does not say.
 
         Raises:

@@ -160,7 +160,7 @@ def read_friction(xml: XmlFile, element: Element, place: str) -> float | None:
 
 
 def read_gravity(xml: XmlFile, world: Element) -> tuple[float, float, float]:
-    """Return which way a `<world>` pulls and how strongly [m/s^2]."""
+    """Return the acceleration of free fall of a `<world>` [m/s^2]."""
     text = world.findtext("gravity") or world.findtext("physics/gravity")
     if not text or not text.strip():
         return World.gravity

@@ -22,7 +22,7 @@ from arjuna_sim.model.world import GROUND, GROUND_COLOUR
 
 _MODELS_MAX = 5_000
 _LINES = {"linear-x": 0, "linear-y": 1, "linear-z": 2}
-_TRIES = 20  # random places of which the one farthest from the others is taken
+_TRIES = 20  # random positions of which the one farthest from the others is taken
 BUILT_IN = ("sun", "ground_plane")
 _INCLUDES_MAX = 5_000
 _NESTED_MAX = 32
@@ -33,7 +33,7 @@ _OVERRIDES = ("pose", "static", "placement_frame")
 def populate(xml: XmlFile, element: Element) -> Iterator[Element]:
     """Yield the models of a `<population>`, each with a name and a pose.
 
-    Random places are drawn from a seed of the population's own name: the same each time.
+    Random positions are drawn from a seed of the population's own name: the same each time.
 
     Raises:
         WorldError: It has no model, no region, or a value is invalid.
@@ -107,7 +107,7 @@ def _grid(xml: XmlFile, spread: Element, place: str) -> NDArray[np.float64]:
 def _random(
     place: str, kind: str, count: int, size: NDArray[np.float64], radius: float
 ) -> NDArray[np.float64]:
-    """Draw places; of `uniform` ones each lies far from those before."""
+    """Draw positions; of `uniform` ones each lies far from those before."""
     rng = np.random.default_rng(zlib.crc32(place.encode()))
     points = np.zeros((0, 3))
     for _ in range(count):
@@ -128,7 +128,7 @@ class ExcessError(WorldError):
 
 @contextmanager
 def leaving_out(xml: XmlFile, what: str) -> Iterator[None]:
-    """Leave out a piece of a world that is broken, with a note; the rest goes on."""
+    """Leave out a piece of a world that is broken, with a note."""
     try:
         yield
     except ExcessError:

@@ -26,7 +26,7 @@ _OF_LINK = (
 )
 _TRUE = ("true", "1")
 WORLD = "world"
-"""What a joint calls the world, where it fixes a link to it."""
+"""Name of the world as the parent of a joint."""
 
 
 @dataclass
@@ -220,7 +220,7 @@ def _part(
 
 
 def is_static(model: Element) -> bool:
-    """Tell whether a model stands fast by what it says itself."""
+    """Return whether a model stands fast by its own tag."""
     return (model.findtext("static") or "").strip().lower() in _TRUE
 
 

@@ -84,12 +84,6 @@ def rigid_groups(
     lets links of one model pass through each other. A group that a hinge or slide connects to what
     stands fast swings on it. Groups that joints connect to each other, such as a cart and its
     wheels, hold together, with a note.
-
-    Args:
-        xml: Keeps the notes.
-        place: How messages call the model.
-        links: Its links.
-        joints: Its joints.
     """
     index = {link.name: i for i, link in enumerate(links)}
     known = [j for j in joints if _ends(j, index) is not None]
@@ -102,15 +96,15 @@ def rigid_groups(
         label = _joined(links, [j for j in known if j.kind == "fixed" or j in free], index, True)
         fast = {int(label[i]) for i, link in enumerate(links) if _stands(link)}
         fast |= {int(label[i]) for j in known if j.kind == "fixed" for i in _on_world(j, index)}
-    hung: dict[int, list[SdfJoint]] = {}
+    suspended: dict[int, list[SdfJoint]] = {}
     for joint in (j for j in known if j.kind != "fixed"):
         held = {int(label[i]) if i >= 0 else -1 for i in _ends(joint, index) or ()}
         for number in held - fast - {-1} if len(held) > 1 else ():  # else within one body
-            hung.setdefault(number, []).append(joint)
+            suspended.setdefault(number, []).append(joint)
     groups = [RigidGroup([link for i, link in enumerate(links) if int(label[i]) in fast], True)]
     for number in dict.fromkeys(int(value) for value in label if int(value) not in fast):
         own = [link for i, link in enumerate(links) if label[i] == number]
-        groups.append(_hung(xml, place, own, hung.get(number, []), index))
+        groups.append(_on_hinge(xml, place, own, suspended.get(number, []), index))
     return [group for group in groups if group.links]
 
 
@@ -132,7 +126,7 @@ def _stands(link: SdfLink) -> bool:
 def _touches(
     joint: SdfJoint, index: dict[str, int], label: NDArray[np.int64], fast: set[int]
 ) -> bool:
-    """Tell whether a joint connects something to what stands fast."""
+    """Return whether a joint connects something to what stands fast."""
     ends = _ends(joint, index) or ()
     return any(i < 0 or int(label[i]) in fast for i in ends)
 
@@ -170,10 +164,10 @@ def _overlaps(links: list[SdfLink], jointed: set[int]) -> NDArray[np.int64]:
     return np.array(loose, np.int64)[np.vstack(pairs)]
 
 
-def _hung(
+def _on_hinge(
     xml: XmlFile, place: str, links: list[SdfLink], joints: list[SdfJoint], index: dict[str, int]
 ) -> RigidGroup:
-    """Return a group as it hangs on its joints, if it does."""
+    """Return a group on its hinge, if it has one."""
     if not joints:
         return RigidGroup(links, False)
     kinds = sorted({joint.kind for joint in joints})

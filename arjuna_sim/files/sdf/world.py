@@ -262,7 +262,7 @@ class _Reader:
             self.floating.add(name)
 
     def _note_pieces(self, name: str, group: RigidGroup, most: int) -> None:
-        """Say which meshes are touched otherwise than they are."""
+        """Note which meshes have contacts that differ from their surface."""
         for shape in (part.shape for link in group.links for part in link.solid):
             found = None if shape.mesh is None else shape.mesh.pieces(shape.size, most)
             if found is not None and shape.mesh is not None and found.within > 0.0:

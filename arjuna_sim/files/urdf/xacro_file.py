@@ -38,7 +38,7 @@ class Expanded:
 
 
 def has_macros(path: Path, text: bytes) -> bool:
-    """Tell whether a robot's file has to be expanded."""
+    """Return whether a robot's file has to be expanded."""
     return path.suffix == ".xacro" or (_MARK in text and _MACRO.search(text) is not None)
 
 

@@ -11,9 +11,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
 PIECES_MAX = 5000
-"""How many pieces a mesh that stands fast may have: beyond, a scene takes seconds to compile."""
+"""Greatest number of pieces of a fast mesh: beyond, a scene takes seconds to compile."""
 PIECES_OF_MOVING = 24
-"""How many a mesh may have that can be pushed: each may touch the ground in four points."""
+"""The same of a mesh that can be pushed: each may touch the ground in four points."""
 _DEPTH = 0.05  # of the slab behind a face: stops what is slower than 12 m/s at 4 ms a step [m]
 _FLAT = 1e-3  # MuJoCo refuses meshes without volume [m]
 _FILLED = 0.97  # a body that fills so much of its hull counts as convex
@@ -167,7 +167,7 @@ def _cut(triangles: NDArray[np.float64], side: float) -> NDArray[np.float64]:
 
 
 def _thick(faces: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the hull of faces; those that look one way reach as deep as a slab behind them."""
+    """Return the hull of faces; those that face one side reach as deep as a slab behind them."""
     points = faces.reshape(-1, 3)
     crossed = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
     normal, doubled = crossed.sum(axis=0), float(np.linalg.norm(crossed, axis=1).sum())

@@ -27,7 +27,7 @@ _INERTIA_MIN = 1e-10  # [kg m^2]
 
 
 class Kind(Enum):
-    """What a shape is."""
+    """The kind of a shape."""
 
     BOX = "box"
     CYLINDER = "cylinder"
@@ -134,7 +134,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class Part:
-    """A shape at a place.
+    """A shape at a pose.
 
     Attributes:
         pose: Its pose in its link or world.
@@ -222,11 +222,11 @@ def inertial_of_parts(parts: Sequence[Part], mass: float) -> Inertial:
     if not volumes.sum() > 0.0:
         return Inertial(mass, (0.0, 0.0, 0.0), np.eye(3) * max(0.4 * mass * 0.05**2, _INERTIA_MIN))
     masses = mass * volumes / volumes.sum()
-    places = np.array([_middle(part) for part in parts])
-    center = masses @ places / mass
+    centers = np.array([_middle(part) for part in parts])
+    center = masses @ centers / mass
     inertia = np.eye(3) * _INERTIA_MIN
-    for part, own, place in zip(parts, masses, places, strict=True):
-        rotation, arm = part.pose.rotation(), place - center
+    for part, own, own_center in zip(parts, masses, centers, strict=True):
+        rotation, arm = part.pose.rotation(), own_center - center
         inertia += rotation @ np.diag(own * _unit(part.shape)) @ rotation.T
         inertia += own * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     return Inertial(mass, (float(center[0]), float(center[1]), float(center[2])), inertia)

@@ -96,7 +96,7 @@ def _outline(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Enclosure:
-    """The largest place that walls close off.
+    """The largest space that walls enclose.
 
     Attributes:
         origin: The lower left corner of the grid's first cell, `(2,) float64` [m].
@@ -117,10 +117,10 @@ class Enclosure:
         return not (0 <= row < rows and 0 <= column < columns) or bool(self.outside[row, column])
 
     def nearest_inside(self, x: float, y: float) -> NDArray[np.float64]:
-        """Return some places inside, the nearest to a point [m] first, `(N, 2) float64` [m]."""
-        places = (np.argwhere(self.inside)[:, ::-1] + 0.5) * self.cell + self.origin
-        nearest = np.argsort(np.hypot(*(places - (x, y)).T), kind="stable")[:_NEAR:_EACH]
-        return places[nearest]
+        """Return some points inside, the nearest to a point [m] first, `(N, 2) float64` [m]."""
+        points = (np.argwhere(self.inside)[:, ::-1] + 0.5) * self.cell + self.origin
+        nearest = np.argsort(np.hypot(*(points - (x, y)).T), kind="stable")[:_NEAR:_EACH]
+        return points[nearest]
 
 
 def enclosure_of(segments: NDArray[np.float64], radius: float) -> Enclosure | None:

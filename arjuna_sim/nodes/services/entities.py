@@ -9,7 +9,7 @@ from simulation_interfaces import srv
 from simulation_interfaces.msg import Result, SimulationState
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.model.entities import Entity, PlaceTakenError
+from arjuna_sim.model.entities import BlockedPoseError, Entity
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.messages import box_msg
 from arjuna_sim.nodes.services.host import Host, RequestError, answering
@@ -94,7 +94,7 @@ class EntityServices:
             raise RequestError(Result.RESULT_OPERATION_FAILED, problem)
         try:
             self._move(entity, pose)
-        except PlaceTakenError as error:
+        except BlockedPoseError as error:
             raise RequestError(invalid, str(error)) from error
 
     def _move(self, entity: Entity, pose: Pose3) -> None:
@@ -103,5 +103,5 @@ class EntityServices:
             self._host.simulator.stage.move(entity.name, entity.lifted(pose))
             return
         if touched := robot.obstacles_at(pose.planar()):
-            raise PlaceTakenError(f"the place is taken by {', '.join(touched)}")
+            raise BlockedPoseError(f"the pose is blocked by {', '.join(touched)}")
         robot.set_pose(pose.planar())

@@ -88,7 +88,7 @@ def _space(bounds: Bounds) -> tuple[int, NDArray[np.float64]] | None:
 
 
 def _overlaps(space: tuple[int, NDArray[np.float64]], corners: NDArray[np.float64]) -> bool:
-    """Tell whether a box or sphere meets the upright box around corners."""
+    """Return whether a box or sphere meets the upright box around corners."""
     kind, (first, second) = space
     low, high = corners.min(axis=0), corners.max(axis=0)
     if kind == Bounds.TYPE_SPHERE:

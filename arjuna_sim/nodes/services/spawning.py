@@ -14,7 +14,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.library import ResourceError
 from arjuna_sim.files.spawned import read_driven, read_entity
-from arjuna_sim.model.entities import Entity, PlaceTakenError
+from arjuna_sim.model.entities import BlockedPoseError, Entity
 from arjuna_sim.model.world import Trajectory
 from arjuna_sim.nodes.fleet import NamespaceError
 from arjuna_sim.nodes.services.entities import in_world
@@ -110,7 +110,7 @@ class SpawnServices:
         except NamespaceError as error:
             code = SpawnEntity.Response.NAMESPACE_INVALID
             raise RequestError(code, str(error)) from error
-        except PlaceTakenError as error:
+        except BlockedPoseError as error:
             raise RequestError(SpawnEntity.Response.INVALID_POSE, str(error)) from error
         except ArjunaError as error:  # MuJoCo refuses it
             code = SpawnEntity.Response.RESOURCE_PARSE_ERROR

@@ -14,7 +14,7 @@ from arjuna_core.config import param
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center
 
-_STEERING_TIME = 0.02  # in which steering comes to where it is told, critically damped [s]
+_STEERING_TIME = 0.02  # in which steering reaches its setpoint, critically damped [s]
 
 
 def add_rollers(body: Any, robot: RobotModel, joint: str) -> None:
@@ -46,7 +46,7 @@ def _name(joint: str) -> str:
 
 @dataclass(frozen=True)
 class ServoConfig:
-    """How a wheel follows its commanded speed."""
+    """Parameters of the motors of wheels."""
 
     response_time: float = param(
         0.01,
@@ -122,7 +122,7 @@ class ServosAt:
         self._limits = servos.position, servos.velocity, servos.lead, servos.reach
 
     def turn(self, speeds: NDArray[np.float64], angles: NDArray[np.float64]) -> None:
-        """Tell the wheels how fast to turn [rad/s], and the steering where to stand [rad].
+        """Set the speeds of the wheels [rad/s] and the angles of the steering [rad].
 
         The wanted angle runs ahead by the wanted speed, and by what the load holds back as far as
         the torque goes: a wheel that was held does not make up for it.
@@ -132,7 +132,7 @@ class ServosAt:
             self._steered[:] = angles
 
     def rest(self) -> None:
-        """Tell the wheels, which stand, to stay where they are."""
+        """Let the wheels, which stand, stay where they are."""
         self._wanted[:] = self._qpos[self._servos.position]
         self._told[:] = 0.0
         self._steered[:] = self._qpos[self._servos.steering]
@@ -143,7 +143,7 @@ def _turn(
     qpos: NDArray[np.float64],
     qvel: NDArray[np.float64],
     wanted: NDArray[np.float64],
-    told: NDArray[np.float64],
+    setpoint: NDArray[np.float64],
     speeds: NDArray[np.float64],
     position: NDArray[np.int64],
     velocity: NDArray[np.int64],
@@ -155,10 +155,10 @@ def _turn(
     for i in range(len(speeds)):
         angle, turning = qpos[position[i]], qvel[velocity[i]]
         room = max(reach[i] - lead[i] * abs(speeds[i] - turning), 0.0)
-        behind = wanted[i] - lead[i] * told[i] - angle
-        behind -= response_time * (speeds[i] - told[i])
+        behind = wanted[i] - lead[i] * setpoint[i] - angle
+        behind -= response_time * (speeds[i] - setpoint[i])
         wanted[i] = angle + min(max(behind, -room), room) + lead[i] * speeds[i]
-        told[i] = speeds[i]
+        setpoint[i] = speeds[i]
 
 
 def armature(robot: RobotModel, config: ServoConfig, timestep: float) -> float:
@@ -184,7 +184,7 @@ def add_servo(spec: Any, joint: str, torque: float) -> None:
 
 
 def add_steering(spec: Any, joint: str) -> None:
-    """Add a motor that holds a joint where it is told to."""
+    """Add a motor that holds a joint at its setpoint."""
     motor = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
 

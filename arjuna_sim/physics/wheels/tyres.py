@@ -24,14 +24,14 @@ from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center, radius_of, width_of
 from arjuna_sim.physics.geoms import name_friction
-from arjuna_sim.physics.wheels.footing import (
-    Feet,
+from arjuna_sim.physics.wheels.traction import (
+    GroundContacts,
     Weight,
     climbed_sill,
-    footing_notes,
     lifting_sill,
     sill_notes,
     steady_acceleration,
+    traction_notes,
 )
 
 STICTION = 1e6
@@ -40,7 +40,10 @@ _GRAVITY = 9.81
 _SAG = 0.008  # of a tyre under its load, by the wheel's radius
 _SLOWEST = 4.0  # least sag, by the fall in one time step: no oscillation is faster than the steps
 _DAMPING = 0.005  # of a robot that bounces on its tyres, by the critical one
-_CASTER_DAMPING, _RUB = 0.7, 0.03  # the same of casters, at most, and by their friction
+_CASTER_DAMPING, _DAMPING_BY_FRICTION = (
+    0.7,
+    0.03,
+)  # the same of casters, at most, and by their friction
 _ARREST = 50.0  # rate at which friction takes away a sliding speed at most [1/s]
 _ARREST_STEP = 0.5  # the same for a long step, by the step
 _RIM = 2.0  # how much smaller than the wheel its rim is, by the sag
@@ -51,14 +54,14 @@ _LEAST, _MOST = 1e-4, 0.9999  # of MuJoCo's impedance
 
 
 @dataclass(frozen=True)
-class Standing:
-    """How a robot stands.
+class WheelSupport:
+    """The support of a robot by its wheels and casters.
 
     Attributes:
         ride_height: Height of its root above the ground [m].
-        steady: Greatest acceleration at which it stands on all its feet and grips [m/s^2].
+        steady: Greatest acceleration at which it stands on all its contacts and grips [m/s^2].
         faults: What keeps it from driving as others do.
-        sill: Up to which height it crosses sills, as its feet and friction allow [m].
+        sill: Up to which height it crosses sills, as its contacts and friction allow [m].
         facts: What keeps it from crossing sills.
         tyres: Its tyres' geoms, rising.
     """
@@ -104,7 +107,7 @@ def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
         name_friction(geom, robot.settings.friction.get(link, geom.friction[0]))
 
 
-def tune_tyres(model: Any, robot: RobotModel, sag: float) -> Standing:
+def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
     """Set how stiff and how damped the robot's contacts with the ground are.
 
     Args:
@@ -127,20 +130,20 @@ def tune_tyres(model: Any, robot: RobotModel, sag: float) -> Standing:
         _set_contact(model, geom, load, sag, _DAMPING)
     for geom in casters:
         _crown(model, data, geom)
-        rubbing = max(float(model.geom_friction[geom, 0]), 1e-3)
-        _set_contact(model, geom, load, sag, min(_CASTER_DAMPING, _RUB / rubbing))
+        friction = max(float(model.geom_friction[geom, 0]), 1e-3)
+        _set_contact(model, geom, load, sag, min(_CASTER_DAMPING, _DAMPING_BY_FRICTION / friction))
     sunk = [low + sag * (geom in wheels) for geom, low in lowest.items()]
     geoms = sorted(wheels) + sorted(casters)
     gaps = [(lowest[geom] - ground) / sag for geom in geoms]
     driven = _bodies(model, robot, robot.wheel_joints)
-    feet = _feet(model, data, geoms, gaps, (driven, bodies - driven))
+    contacts = _ground_contacts(model, data, geoms, gaps, (driven, bodies - driven))
     weight = _weight(model, data, robot, ground)
-    steady, radius = steady_acceleration(feet, weight), robot.drive.radius
-    lifting, climbed = lifting_sill(feet, sag), climbed_sill(feet, radius)
-    return Standing(
+    steady, radius = steady_acceleration(contacts, weight), robot.drive.radius
+    lifting, climbed = lifting_sill(contacts, sag), climbed_sill(contacts, radius)
+    return WheelSupport(
         -min(sunk, default=-0.0),
         steady,
-        footing_notes(steady),
+        traction_notes(steady),
         max(0.0, min(lifting, climbed)),
         sill_notes(lifting, climbed, radius),
         tuple(sorted(wheels)),
@@ -159,17 +162,17 @@ def _bodies(model: Any, robot: RobotModel, joints: tuple[str, ...]) -> set[int]:
     return {int(model.body(f"body:{robot.urdf.joints[name].child}").id) for name in joints}
 
 
-def _feet(
+def _ground_contacts(
     model: Any, data: Any, geoms: list[int], gaps: list[float], bodies: tuple[set[int], set[int]]
-) -> Feet:
+) -> GroundContacts:
     """Return where a robot stands; wheels that nothing drives, of the second bodies, just roll."""
     driven, free = (np.isin(model.geom_bodyid[geoms], list(each)) for each in bodies)
-    places = [_lowest_place(model, data, geom) for geom in geoms]
+    positions = [_contact_point(model, data, geom) for geom in geoms]
     friction = np.where(free, 0.0, model.geom_friction[geoms, 0])
-    return Feet(np.array(places).reshape(-1, 2), np.array(gaps), friction, driven)
+    return GroundContacts(np.array(positions).reshape(-1, 2), np.array(gaps), friction, driven)
 
 
-def _lowest_place(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
+def _contact_point(model: Any, data: Any, geom: int) -> NDArray[np.float64]:
     """Return where a geom touches level ground, seen from above, `(2,) float64` [m]."""
     place = data.geom_xpos[geom]
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
@@ -195,7 +198,7 @@ def _weight(model: Any, data: Any, robot: RobotModel, ground: float) -> Weight:
 def _set_contact(model: Any, geom: int, load: float, sag: float, share: float) -> None:
     """Give a shape the contact that sinks in by its sag under a load [kg], and a share of damping.
 
-    MuJoCo asks for acceleration -b v - k r and gives way by a regularization R, so that the force
+    MuJoCo asks for acceleration -b v - k r and yields by a regularization R, so that the force
     is (-b v - k r) / R: b is as large as the step allows, R and k follow from damping and sag.
     """
     damping = 2.0 * share * load * float(np.sqrt(_GRAVITY / sag))

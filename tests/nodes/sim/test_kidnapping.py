@@ -49,7 +49,7 @@ def test_kidnap_by_set_entity_state_shows_in_truth_and_scan_only(bench: RosBench
             Result.RESULT_NOT_FOUND,
             "valid: arjuna, obstacle_blue",
         ),
-        ("arjuna", 2.5, {"set_pose": True}, 101, "taken by obstacle_red"),
+        ("arjuna", 2.5, {"set_pose": True}, 101, "blocked by obstacle_red"),
         ("arjuna", math.nan, {"set_pose": True}, 101, "not finite"),
         ("arjuna", 1.0, {"set_twist": True}, Result.RESULT_FEATURE_UNSUPPORTED, "only the pose"),
     ],

@@ -14,7 +14,7 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.wheels.footing import LEAST, Feet, lifting_sill
+from arjuna_sim.physics.wheels.traction import LEAST, GroundContacts, lifting_sill
 from arjuna_sim.simulation import Simulation, solo
 from tests.sim.builders import run, simulator, texts
 from tests.sim.generated import Chassis, level, sill, slope
@@ -84,9 +84,9 @@ def test_robot_that_hardly_drives_says_so() -> None:
 def test_feet_at_both_ends_lift_wheels_off_by_half_a_sill() -> None:
     gaps = np.array([0.3, 0.1, 0.2])  # of the front, the driven and the rear one
     places, drives = np.array([[0.2, 0.0], [0.0, 0.0], [-0.1, 0.0]]), np.array([False, True, False])
-    between = Feet(places, gaps * [1, 0, 1], np.ones(3), drives)
+    between = GroundContacts(places, gaps * [1, 0, 1], np.ones(3), drives)
     assert lifting_sill(between, 0.01) == pytest.approx(min(0.003 + 0.004, 0.002 + 0.0015))
-    behind = Feet(places[1:], gaps[1:], np.ones(2), drives[1:])
+    behind = GroundContacts(places[1:], gaps[1:], np.ones(2), drives[1:])
     assert lifting_sill(behind, 0.01) == math.inf
 
 

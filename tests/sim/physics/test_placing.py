@@ -28,13 +28,13 @@ def placer(degrees: float) -> Placer:
 @pytest.mark.parametrize("turn", [0.0, 1.0, math.pi / 2, math.pi])
 def test_it_lies_on_a_slope_whichever_way_it_looks(degrees: float, turn: float) -> None:
     on = placer(degrees)
-    root = on.place(SE2(0.2, -0.1, turn))
-    up, flat = root.rotation()[:, 2], on.place(SE2(0.2, -0.1)).rotation()[:, 2]
+    root = on.root_pose(SE2(0.2, -0.1, turn))
+    up, flat = root.rotation()[:, 2], on.root_pose(SE2(0.2, -0.1)).rotation()[:, 2]
     angle = math.radians(degrees)
     assert up == pytest.approx((-math.sin(angle), 0.0, math.cos(angle)), abs=2e-3)
     assert up == pytest.approx(flat, abs=2e-3)
     assert root.position[:2] == pytest.approx((0.2, -0.1))
-    ride = placer(0.0).place(SE2()).position[2]
+    ride = placer(0.0).root_pose(SE2()).position[2]
     above = root.position[2] - 0.2 * math.tan(angle)
     assert above == pytest.approx(ride / math.cos(angle), abs=2e-3)
 
@@ -55,11 +55,11 @@ def among(folder: Path, *boxes: tuple[str, str, str]) -> Placer:
 
 def test_what_it_would_touch_is_named_and_it_stands_there_all_the_same(tmp_path: Path) -> None:
     on = among(tmp_path, ("post", "0.1 0 0.5", "0.1 0.1 1"), ("far", "5 0 0.5", "0.1 0.1 1"))
-    ride = on.place(AWAY).position[2]
+    ride = on.root_pose(AWAY).position[2]
     assert on.touched(AWAY) == ()
     assert on.touched(SE2()) == ("post",)
-    assert on.place(SE2(0.0, 0.0, 1.0)).position == pytest.approx((0.0, 0.0, ride))
-    assert on.place(SE2(0.0, 0.0, 1.0)).rpy()[2] == pytest.approx(1.0)
+    assert on.root_pose(SE2(0.0, 0.0, 1.0)).position == pytest.approx((0.0, 0.0, ride))
+    assert on.root_pose(SE2(0.0, 0.0, 1.0)).rpy()[2] == pytest.approx(1.0)
     assert on.nearest_free(AWAY) is AWAY
 
 
@@ -89,7 +89,7 @@ def test_it_is_looked_for_no_farther_than_three_metres(
     if is_free:
         assert 2.6 < abs(on.nearest_free(SE2()).x) < 3.01
     else:
-        with pytest.raises(WorldError, match=r"no place within 3 m of \(0\.5, 0\) is free for the"):
+        with pytest.raises(WorldError, match=r"no pose within 3 m of \(0\.5, 0\) is free for the"):
             on.nearest_free(SE2(0.5, 0.0, 0.0))
 
 
@@ -108,8 +108,8 @@ def test_it_stands_on_floors_and_under_roofs(
     tmp_path: Path, size: str, z: float, height: float | None
 ) -> None:
     on = among(tmp_path, ("plate", f"0 0 {z}", size))
-    ride = on.place(AWAY).position[2]
-    touched, at = on.touched(SE2()), on.place(SE2()).position[2]
+    ride = on.root_pose(AWAY).position[2]
+    touched, at = on.touched(SE2()), on.root_pose(SE2()).position[2]
     assert touched == (("plate",) if height is None else ())
     assert at == pytest.approx(ride + (height or 0.0), abs=1e-6)
 
@@ -117,6 +117,7 @@ def test_it_stands_on_floors_and_under_roofs(
 def test_of_two_floors_it_takes_the_lowest_where_it_fits(tmp_path: Path) -> None:
     stages = ("low", "0 0 0.05", "6 6 0.1"), ("high", "0 0 0.1", "4 4 0.2")
     on = among(tmp_path, *stages)
-    ride = on.place(AWAY).position[2]
-    assert on.place(SE2()).position[2] == pytest.approx(ride + 0.2, abs=1e-6)
-    assert on.place(SE2(2.5, 0.0, math.pi / 2)).position[2] == pytest.approx(ride + 0.1, abs=1e-6)
+    ride = on.root_pose(AWAY).position[2]
+    assert on.root_pose(SE2()).position[2] == pytest.approx(ride + 0.2, abs=1e-6)
+    lower = on.root_pose(SE2(2.5, 0.0, math.pi / 2)).position[2]
+    assert lower == pytest.approx(ride + 0.1, abs=1e-6)

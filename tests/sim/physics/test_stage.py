@@ -17,7 +17,7 @@ from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.spawned import read_entity
-from arjuna_sim.model.entities import Entity, PlaceTakenError, UnknownEntityError
+from arjuna_sim.model.entities import BlockedPoseError, Entity, UnknownEntityError
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import Trajectory
 from arjuna_sim.physics.contacts import ContactLog
@@ -144,11 +144,11 @@ def test_time_alone_can_be_reset_and_the_robot_drives_on() -> None:
 def test_nothing_can_be_put_into_the_robot(x: float) -> None:
     sim = simulator(EMPTY)
     before = sim.robot.truth()
-    with pytest.raises(PlaceTakenError, match="'crate' would stand in the robot"):
+    with pytest.raises(BlockedPoseError, match="'crate' would stand in the robot"):
         sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=x))
     assert sim.stage.entities == ()
     sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=2.0))
-    with pytest.raises(PlaceTakenError, match="'crate' would stand in the robot"):
+    with pytest.raises(BlockedPoseError, match="'crate' would stand in the robot"):
         sim.stage.move("crate", Pose3((x, 0.0, 0.0)))
     assert sim.stage.motion("crate").pose.position == (2.0, 0.0, 0.0)
     assert sim.robot.truth() == before

@@ -18,7 +18,7 @@ from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Link
 from arjuna_sim.physics.robot_body import add_robot
 from arjuna_sim.physics.wheels.servo import ServoConfig
-from arjuna_sim.physics.wheels.tyres import STICTION, Standing, sag_of, tune_tyres
+from arjuna_sim.physics.wheels.tyres import STICTION, WheelSupport, sag_of, tune_tyres
 from tests.sim.wheeled import ALONG_Y, TYRE, wheeled
 
 FOUR = ((0.2, 0.3, 0.0), (0.2, -0.3, 0.0), (-0.2, 0.3, 0.0), (-0.2, -0.3, 0.0))
@@ -45,7 +45,7 @@ def compiled(one: RobotModel, timestep: float = STEP) -> Any:
     return spec.compile()
 
 
-def tuned(one: RobotModel, timestep: float = STEP) -> tuple[Any, Standing]:
+def tuned(one: RobotModel, timestep: float = STEP) -> tuple[Any, WheelSupport]:
     model = compiled(one, timestep)
     return model, tune_tyres(model, one, sag_of(one, timestep))
 

@@ -14,24 +14,24 @@ _LIFTS = 1.0  # a foot that carries next to nothing may leave the ground [m/s^2]
 _TINY = 1e-12
 LEAST = 0.5
 """Acceleration that any robot is asked for [m/s^2]."""
-_SPREAD = 1e-3  # of feet along the robot, from which they hold it upright [m]
+_SPREAD = 1e-3  # of contacts along the robot, from which they hold it upright [m]
 SILL = 0.3
 """Height of a sill that any robot is asked to cross, by its wheels' radius."""
 
 
 @dataclass(frozen=True)
-class Feet:
-    """Where a robot touches level ground.
+class GroundContacts:
+    """The contacts of a robot with level ground.
 
     Attributes:
-        places: From above, in the root's frame, `(N, 2) float64` [m].
+        positions: From above, in the root's frame, `(N, 2) float64` [m].
         gaps: Between the ground and each when the lowest touches it, by what a wheel sinks in under
             its load, `(N,) float64`.
         friction: Of each, `(N,) float64`.
         drives: Whether each is a driven wheel, `(N,) bool`.
     """
 
-    places: NDArray[np.float64]
+    positions: NDArray[np.float64]
     gaps: NDArray[np.float64]
     friction: NDArray[np.float64]
     drives: NDArray[np.bool_]
@@ -39,7 +39,7 @@ class Feet:
 
 @dataclass(frozen=True)
 class Weight:
-    """What a robot's feet carry.
+    """The load on a robot's ground contacts.
 
     Attributes:
         mass: [kg].
@@ -56,55 +56,57 @@ class Weight:
     rolling: float
 
 
-def steady_acceleration(feet: Feet, weight: Weight) -> float:
+def steady_acceleration(contacts: GroundContacts, weight: Weight) -> float:
     """Return the greatest acceleration at which all stay on the ground and none slips [m/s^2].
 
-    The feet share the weight as equal springs do. Whoever accelerates leans on the rear ones by
+    The contacts share the weight as equal springs do. Whoever accelerates leans on the rear ones by
     the height of the weight, and by the torque that the wheels take to spin up.
 
     Returns:
         The acceleration, at least `LEAST`, as where the driven wheels carry nothing; infinity where
-        the feet do not hold the robot upright, as of one that balances, or none is driven.
+        the contacts do not hold the robot upright, as of one that balances, or none is driven.
     """
-    if not feet.drives.any():
+    if not contacts.drives.any():
         return np.inf
-    feet, loads = _standing(feet, weight)
-    if not feet.drives.any():
+    contacts, loads = _standing(contacts, weight)
+    if not contacts.drives.any():
         return LEAST
-    if np.ptp(feet.places[:, 0]) < _SPREAD:
+    if np.ptp(contacts.positions[:, 0]) < _SPREAD:
         return np.inf
-    lean = _shares(feet) @ np.array([0.0, -(weight.mass * weight.middle[2] + weight.spin), 0.0])
+    lean = _shares(contacts) @ np.array([0.0, -(weight.mass * weight.middle[2] + weight.spin), 0.0])
     lifting = max(_LIFTS, float((loads / np.maximum(np.abs(lean), _TINY)).min()))
-    held = feet.friction * loads
-    gripping = float(held[feet.drives].sum() - held[~feet.drives].sum()) / weight.mass
+    held = contacts.friction * loads
+    gripping = float(held[contacts.drives].sum() - held[~contacts.drives].sum()) / weight.mass
     turning = weight.force / (weight.mass + weight.rolling)
     return max(LEAST, min(lifting, _SHARE * gripping, _SHARE * turning))
 
 
-def lifting_sill(feet: Feet, sag: float) -> float:
-    """Return how high a sill is from which other feet lift all driven wheels off the ground [m].
+def lifting_sill(contacts: GroundContacts, sag: float) -> float:
+    """Return the height of a sill from which other contacts lift all driven wheels [m].
 
     A robot that stands on rigid feet before and behind its driven wheels rests on those two alone
-    when the one is on the sill and the other on the ground: infinity where it has no such feet.
+    when the one is on the sill and the other on the ground: infinity where it has none.
 
     Args:
-        feet: Where it touches level ground.
-        sag: In which the gaps of the feet are counted [m].
+        contacts: Where it touches level ground.
+        sag: In which the gaps of the contacts are counted [m].
     """
-    along, heights, least = feet.places[:, 0], feet.gaps * sag, np.inf
-    driven = along[feet.drives]
-    for way in (along, -along) if len(driven) else ():
-        wheel = float(way[feet.drives].min())  # the last that touches, with its front on the sill
-        ahead = ~feet.drives & (way > way[feet.drives].max() + _SPREAD)
-        behind = ~feet.drives & (way < wheel - _SPREAD)
-        for x, up in zip(way[ahead], heights[ahead], strict=True):
-            back, rear = way[behind], heights[behind]
+    along, heights, least = contacts.positions[:, 0], contacts.gaps * sag, np.inf
+    driven = along[contacts.drives]
+    for ahead_of in (along, -along) if len(driven) else ():
+        wheel = float(
+            ahead_of[contacts.drives].min()
+        )  # the last that touches, with its front on the sill
+        ahead = ~contacts.drives & (ahead_of > ahead_of[contacts.drives].max() + _SPREAD)
+        behind = ~contacts.drives & (ahead_of < wheel - _SPREAD)
+        for x, up in zip(ahead_of[ahead], heights[ahead], strict=True):
+            back, rear = ahead_of[behind], heights[behind]
             sills = up + rear * (x - wheel) / (wheel - back)
             least = min(least, float(sills.min(initial=np.inf)))
     return least
 
 
-def climbed_sill(feet: Feet, radius: float) -> float:
+def climbed_sill(contacts: GroundContacts, radius: float) -> float:
     """Return the highest sill that one driven axle climbs by its friction alone [m].
 
     A wheel leans on a sill's edge at an angle of cosine 1 - h / r to the vertical. Where nothing
@@ -112,53 +114,55 @@ def climbed_sill(feet: Feet, radius: float) -> float:
     friction: h = r (1 - 1 / sqrt(1 + mu^2)). What else rubs takes from it, momentum adds to it.
 
     Args:
-        feet: Where it touches level ground.
+        contacts: Where it touches level ground.
         radius: Of its wheels [m].
 
     Returns:
         The height; infinity where driven wheels of another axle push, or none is driven.
     """
-    along = feet.places[feet.drives, 0]
+    along = contacts.positions[contacts.drives, 0]
     if not len(along) or np.ptp(along) >= _SPREAD:
         return np.inf
-    friction = float(feet.friction[feet.drives].min())
+    friction = float(contacts.friction[contacts.drives].min())
     return radius * (1.0 - 1.0 / math.sqrt(1.0 + friction**2))
 
 
-def _standing(feet: Feet, weight: Weight) -> tuple[Feet, NDArray[np.float64]]:
-    """Return the feet that carry something at rest, and what each carries, `(N,) float64` [N]."""
+def _standing(
+    contacts: GroundContacts, weight: Weight
+) -> tuple[GroundContacts, NDArray[np.float64]]:
+    """Return the contacts that carry something at rest, and their loads, `(N,) float64` [N]."""
     x, y, _ = weight.middle.tolist()
-    unit = weight.mass * _GRAVITY / max(1, int(feet.drives.sum()))  # sinks a foot in by one
+    unit = weight.mass * _GRAVITY / max(1, int(contacts.drives.sum()))  # sinks a contact in by one
     while True:
-        shares, levers = _shares(feet), _levers(feet)
-        warped = feet.gaps - levers @ (shares.T @ feet.gaps)  # which the others make up for
+        shares, levers = _shares(contacts), _levers(contacts)
+        warped = contacts.gaps - levers @ (shares.T @ contacts.gaps)
         loads = shares @ (weight.mass * _GRAVITY * np.array([1.0, x, y])) - unit * warped
         keep = loads > loads.min()
         if loads.min() > 0.0 or not keep.any():
-            return feet, loads
-        feet = Feet(feet.places[keep], feet.gaps[keep], feet.friction[keep], feet.drives[keep])
+            return contacts, loads
+        contacts = GroundContacts(**{key: part[keep] for key, part in vars(contacts).items()})
 
 
-def _levers(feet: Feet) -> NDArray[np.float64]:
-    """Return what height, tilt and roll do to each foot, `(N, 3) float64`."""
-    return np.column_stack((np.ones(len(feet.places)), feet.places))
+def _levers(contacts: GroundContacts) -> NDArray[np.float64]:
+    """Return what height, tilt and roll do to each contact, `(N, 3) float64`."""
+    return np.column_stack((np.ones(len(contacts.positions)), contacts.positions))
 
 
-def _shares(feet: Feet) -> NDArray[np.float64]:
-    """Return what a force and its moments load each foot with, `(N, 3) float64`."""
-    shares: NDArray[np.float64] = np.linalg.pinv(_levers(feet)).T
+def _shares(contacts: GroundContacts) -> NDArray[np.float64]:
+    """Return what a force and its moments load each contact with, `(N, 3) float64`."""
+    shares: NDArray[np.float64] = np.linalg.pinv(_levers(contacts)).T
     return shares
 
 
-def footing_notes(steady: float) -> tuple[str, ...]:
-    """Say of a robot that it hardly pulls away, by its greatest steady acceleration [m/s^2]."""
+def traction_notes(steady: float) -> tuple[str, ...]:
+    """Return a note on a robot that hardly pulls away, by its steady acceleration [m/s^2]."""
     if steady > LEAST:
         return ()
     return ("hardly drives: its wheels grip, or its motors pull, little more than the rest rubs",)
 
 
 def sill_notes(lifting: float, climbed: float, radius: float) -> tuple[str, ...]:
-    """Say of a robot that it crosses low sills alone.
+    """Return notes on a robot that crosses only low sills.
 
     Args:
         lifting: The sill from which its driven wheels hang in the air [m].

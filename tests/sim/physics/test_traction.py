@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from arjuna_sim.physics.wheels.footing import (
+from arjuna_sim.physics.wheels.traction import (
     LEAST,
-    Feet,
+    GroundContacts,
     Weight,
     climbed_sill,
-    footing_notes,
     lifting_sill,
     sill_notes,
     steady_acceleration,
+    traction_notes,
 )
 
 G = 9.81
@@ -24,9 +24,9 @@ FOUR = np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]])
 
 def feet(
     places: np.ndarray = FOUR, friction: float = 1.0, driven: tuple[int, ...] = (0, 1, 2, 3)
-) -> Feet:
+) -> GroundContacts:
     drives = np.isin(np.arange(len(places)), driven)
-    return Feet(places, np.zeros(len(places)), np.full(len(places), friction), drives)
+    return GroundContacts(places, np.zeros(len(places)), np.full(len(places), friction), drives)
 
 
 def weight(
@@ -62,7 +62,9 @@ def test_what_cannot_be_asked_for_less_or_is_not_held_upright() -> None:
     assert steady_acceleration(feet(driven=()), weight()) == np.inf
     balances = feet(np.array([[0.0, 0.2], [0.0, -0.2]]), driven=(0, 1))
     assert steady_acceleration(balances, weight()) == np.inf
-    lifted = Feet(FOUR, np.array([0.0, 0.0, 0.0, 9.0]), np.ones(4), np.array([False] * 3 + [True]))
+    lifted = GroundContacts(
+        FOUR, np.array([0.0, 0.0, 0.0, 9.0]), np.ones(4), np.array([False] * 3 + [True])
+    )
     assert steady_acceleration(lifted, weight()) == LEAST
 
 
@@ -84,7 +86,7 @@ def test_wheels_hang_over_the_lowest_sill_of_any_two_feet(seed: int, sign: float
     ahead, behind = rng.uniform(0.2, 0.6, 2), -rng.uniform(0.2, 0.6, 2)
     x = sign * np.array([*ahead, *behind, -0.02, 0.05])
     gaps = np.array([*rng.uniform(0.0, 2.0, 4), 0.0, 0.0])
-    robot = Feet(np.column_stack((x, 0 * x)), gaps, np.ones(6), np.arange(6) > 3)
+    robot = GroundContacts(np.column_stack((x, 0 * x)), gaps, np.ones(6), np.arange(6) > 3)
     sag, wheels = 0.01, (-0.02 * sign, 0.05 * sign)
     sills = [
         sill_at(way * front, sag * up, way * back, sag * rear, min(way * w for w in wheels))
@@ -99,7 +101,9 @@ def test_only_feet_on_both_sides_lift_wheels_off() -> None:
     def lifted(*x: float) -> float:
         places = np.array([[each, 0.0] for each in (0.0, *x)])
         drives = np.arange(len(places)) == 0
-        return lifting_sill(Feet(places, np.zeros(len(places)), np.ones(len(places)), drives), 0.01)
+        return lifting_sill(
+            GroundContacts(places, np.zeros(len(places)), np.ones(len(places)), drives), 0.01
+        )
 
     assert lifted(0.3, -0.3) == 0.0
     assert lifted(0.3) == lifted(-0.3) == lifted(0.3, 0.4) == np.inf
@@ -110,16 +114,18 @@ def test_only_feet_on_both_sides_lift_wheels_off() -> None:
 
 def test_one_axle_climbs_by_its_least_friction() -> None:
     axle = np.array([[0.0, 0.2], [0.0009, -0.2], [-0.3, 0.0]])
-    grips = Feet(axle, np.zeros(3), np.array([0.9, 0.75, 0.1]), np.array([True, True, False]))
+    grips = GroundContacts(
+        axle, np.zeros(3), np.array([0.9, 0.75, 0.1]), np.array([True, True, False])
+    )
     assert climbed_sill(grips, 0.1) == pytest.approx(0.1 * (1.0 - 0.8))  # 0.75: 3 by 4 by 5
-    apart = replace(grips, places=axle * np.array([2.0, 1.0]))
+    apart = replace(grips, positions=axle * np.array([2.0, 1.0]))
     assert climbed_sill(apart, 0.1) == np.inf
     assert climbed_sill(feet(driven=()), 0.1) == np.inf
 
 
 def test_notes_tell_what_is_less_than_any_robot_is_asked_for() -> None:
-    assert footing_notes(LEAST + 1e-9) == ()
-    (note,) = footing_notes(LEAST)
+    assert traction_notes(LEAST + 1e-9) == ()
+    (note,) = traction_notes(LEAST)
     assert note.startswith("hardly drives: ")
     assert sill_notes(0.03, 0.03, 0.1) == ()  # 0.3 radii
     (lifted,) = sill_notes(0.0299, np.inf, 0.1)
