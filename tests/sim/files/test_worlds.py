@@ -177,7 +177,7 @@ def test_robot_starts_at_the_nearest_free_place(tmp_path: Path) -> None:
 
 def test_world_without_a_free_place_is_refused(tmp_path: Path) -> None:
     full = _model("rock", _box("20 20 2"), "<pose>0 0 0.5 0 0 0</pose>")
-    with pytest.raises(WorldError, match="no place within 3 m"):
+    with pytest.raises(WorldError, match="no pose within 3 m"):
         simulator(_world(tmp_path, full))
 
 
