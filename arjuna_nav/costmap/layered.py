@@ -19,7 +19,7 @@ from arjuna_nav.costmap.inflation import clearances
 from arjuna_nav.costmap.layers.base import Master, moved
 from arjuna_nav.costmap.layers.container import LayerGroup
 from arjuna_nav.costmap.layers.inflation import InflationLayer
-from arjuna_nav.costmap.layers.placement import PlacedMap
+from arjuna_nav.costmap.layers.static import PlacedMap
 from arjuna_nav.costmap.moving.ways import Patch, ways
 from arjuna_nav.costmap.window import Window, grown, joined, seen_in, whole
 

@@ -24,7 +24,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.nodes.costmap.node import CostmapNode
 from arjuna_nav.nodes.frames import pose_in
 from arjuna_nav.planners import Planner, PlanResult, PlanStatus, plan_through
-from arjuna_nav.planners.plugins import PLANNERS
+from arjuna_nav.planners.base import PLANNERS
 
 _ACTIONS: dict[str, Any] = {
     "compute_path_to_pose": ComputePathToPose,

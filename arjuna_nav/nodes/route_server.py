@@ -23,8 +23,7 @@ from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.ros.tf import TransformError
 from arjuna_nav.nodes.frames import pose_in, robot_pose
 from arjuna_nav.routes.graph import Graph, read_graph
-from arjuna_nav.routes.route import CLOSED, Route, find_route, path_along, pruned
-from arjuna_nav.routes.tracking import Tracker
+from arjuna_nav.routes.route import CLOSED, Route, Tracker, find_route, path_along, pruned
 
 _Codes = ComputeRoute.Result
 

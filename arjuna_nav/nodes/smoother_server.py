@@ -16,8 +16,7 @@ from arjuna_core.ros.tf import TransformError
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.nodes.costmap.node import CostmapNode
-from arjuna_nav.smoothers.base import Smoother, SmoothResult, SmoothStatus
-from arjuna_nav.smoothers.plugins import SMOOTHERS
+from arjuna_nav.smoothers.base import SMOOTHERS, Smoother, SmoothResult, SmoothStatus
 
 
 @dataclass(frozen=True)

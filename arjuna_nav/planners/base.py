@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.plugins import PluginTypes
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
 
@@ -59,3 +60,19 @@ class Planner(Protocol):
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame."""
         ...
+
+
+_HERE = "arjuna_nav.planners"
+_NAVFN = "nav2_navfn_planner::NavfnPlanner"
+
+PLANNERS = PluginTypes(
+    "planner",
+    {
+        _NAVFN: f"{_HERE}.navfn:NavFn",
+        "nav2_theta_star_planner::ThetaStarPlanner": f"{_HERE}.theta_star:ThetaStar",
+        "nav2_smac_planner::SmacPlanner2D": f"{_HERE}.smac_2d:Smac2D",
+        "nav2_smac_planner::SmacPlannerHybrid": f"{_HERE}.hybrid.planner:Hybrid",
+        "nav2_smac_planner::SmacPlannerLattice": f"{_HERE}.hybrid.lattice:SmacLattice",
+    },
+    _NAVFN,
+)

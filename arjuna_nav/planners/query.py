@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.planners.base import PlanResult, PlanStatus
-from arjuna_nav.planners.waves.potential import spread, traversal_costs
-from arjuna_nav.planners.waves.reach import reachable
+from arjuna_nav.planners.waves.potential import reachable, spread, traversal_costs
 from arjuna_nav.planners.way_out import WayOut
 
 Cell = tuple[int, int]

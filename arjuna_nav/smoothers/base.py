@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.plugins import PluginTypes
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.planners.query import oriented
 from arjuna_nav.planners.relaxation import touches
@@ -81,3 +82,17 @@ def in_passes(
             return SmoothResult(status, oriented(points, float(path[-1, 2])), message)
         points = smoothed
     return SmoothResult(SmoothStatus.SUCCEEDED, oriented(points, float(path[-1, 2])))
+
+
+_SIMPLE = "nav2_smoother::SimpleSmoother"
+
+SMOOTHERS = PluginTypes(
+    "smoother",
+    {
+        _SIMPLE: "arjuna_nav.smoothers.smoothers:SimpleSmoother",
+        "nav2_smoother::SavitzkyGolaySmoother": (
+            "arjuna_nav.smoothers.smoothers:SavitzkyGolaySmoother"
+        ),
+    },
+    _SIMPLE,
+)

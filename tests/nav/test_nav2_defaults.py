@@ -19,9 +19,9 @@ from arjuna_nav.controllers.rotation_shim import RotationShimConfig
 from arjuna_nav.docking.dock_types import DOCK_TYPES
 from arjuna_nav.nodes.safety.sources import SOURCES
 from arjuna_nav.nodes.waypoints.tasks import TASKS
-from arjuna_nav.planners.plugins import PLANNERS
+from arjuna_nav.planners.base import PLANNERS
 from arjuna_nav.safety.zones import ZONES
-from arjuna_nav.smoothers.plugins import SMOOTHERS
+from arjuna_nav.smoothers.base import SMOOTHERS
 
 pytestmark = pytest.mark.ros
 NAV2: dict[str, dict[str, Any]] = yaml.safe_load(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,15 +13,13 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
 from arjuna_nav.controllers.motion import rollout
-from arjuna_nav.controllers.mppi import motion_critics as motion
-from arjuna_nav.controllers.mppi import path_critics as along
+from arjuna_nav.controllers.mppi import critics, path_critics
 from arjuna_nav.controllers.mppi.config import MppiConfig
-from arjuna_nav.controllers.mppi.obstacle_critics import cost_critic, obstacles_critic
 from arjuna_nav.controllers.mppi.optimizer import Optimizer
 from arjuna_nav.controllers.mppi.rollouts import Array, Limits, Rollouts
 from arjuna_nav.controllers.mppi.scene import (
     Scene,
-    free_places,
+    free_poses,
     furthest_reached,
     grid_seen,
     path_seen,
@@ -70,7 +69,7 @@ class Mppi:
         return self._path.ahead
 
     def set_path(self, path: NDArray[np.float64]) -> None:
-        """Take a path `(N, 3) float64`; the controls found for the last one are gone on with."""
+        """Take a path `(N, 3) float64`; the controls found for the last one are continued."""
         self._path.replace(path)
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
@@ -81,17 +80,27 @@ class Mppi:
         seen = pose.inverse() @ self._path.goal
         path = path_seen(self._path.within(self._prune_distance()), pose)
         grid = grid_seen(costmap, self._footprint, pose)
-        free, left = free_places(path, grid), math.hypot(seen.x, seen.y)
-        scene = Scene(path, free, seen, left, len(path) - 1, grid, costmap.clearances)
         limits, velocity = self._limits(), self._last if self._config.open_loop else velocity
+        scene = Scene(
+            path,
+            free_poses(path, grid),
+            seen,
+            math.hypot(seen.x, seen.y),
+            len(path) - 1,
+            grid,
+            costmap.clearances,
+            self._footprint.inscribed_radius,
+            limits,
+            self._config.model_dt,
+        )
         self._last = STILL
         for _ in range(1 + self._config.retry_attempt_limit):
-            if self._optimizer.improve(velocity, limits, lambda r: self._judge(r, scene, limits)):
+            if self._optimizer.improve(velocity, limits, lambda r: self._judge(r, scene)):
                 command = self._optimizer.advance(self._period)
                 return self._checked(command, pose, costmap)
             self._optimizer.reset()
         where = f"({pose.x:.2f}, {pose.y:.2f})"
-        message = f"collision ahead on every one of {self._config.batch_size} ways from {where}"
+        message = f"collision ahead on all {self._config.batch_size} rollouts from {where}"
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
 
     def _prune_distance(self) -> float:
@@ -110,34 +119,20 @@ class Mppi:
             config.az_max,
         )
 
-    def _judge(self, rollouts: Rollouts, scene: Scene, limits: Limits) -> tuple[Array, bool]:
+    def _judge(self, rollouts: Rollouts, scene: Scene) -> tuple[Array, bool]:
         """Return each rollout's cost by all critics, and whether all collide."""
-        config, dt = self._config, self._config.model_dt
         reached = furthest_reached(rollouts.x[-1], rollouts.y[-1], scene.path)
         scene = scene._replace(furthest=reached)
         costs, blocked = np.zeros(rollouts.x.shape[1], np.float32), False
-        found: list[tuple[int, Array | None]] = []
-        for name in config.critics:
-            own = getattr(config, name)
-            if not own.enabled:
-                continue
-            cost: Array | None
-            if name in ("CostCritic", "ObstaclesCritic"):
-                cost, all_hit = self._obstacles(name, rollouts, scene)
-                blocked = blocked or all_hit
-            else:
-                cost = _CRITICS[name](own, rollouts, scene, limits, dt)
-            found.append((own.cost_power, cost))
-        for power, cost in found:
+        for name in self._config.critics:
+            own = getattr(self._config, name)
+            cost = _CRITICS[name](own, rollouts, scene) if own.enabled else None
+            if isinstance(cost, tuple):
+                cost, all_collide = cost
+                blocked = blocked or all_collide
             if cost is not None:
-                costs += cost if power == 1 else cost**power
+                costs += cost if own.cost_power == 1 else cost**own.cost_power
         return costs, blocked
-
-    def _obstacles(self, name: str, rollouts: Rollouts, scene: Scene) -> tuple[Array, bool]:
-        if name == "CostCritic":
-            return cost_critic(self._config.CostCritic, rollouts, scene)
-        radius = self._footprint.inscribed_radius
-        return obstacles_critic(self._config.ObstaclesCritic, rollouts, scene, radius)
 
     def _checked(self, command: Velocity, pose: SE2, costmap: Costmap) -> ControlResult:
         """Return the command, or NO_VALID_CONTROL where its own arc would collide."""
@@ -151,18 +146,17 @@ class Mppi:
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
 
 
-_CRITICS: dict[str, Any] = {
-    "ConstraintCritic": lambda own, r, scene, limits, dt: motion.constraint(own, r, limits, dt),
-    "GoalCritic": lambda own, r, scene, limits, dt: motion.goal(own, r, scene),
-    "GoalAngleCritic": lambda own, r, scene, limits, dt: motion.goal_angle(own, r, scene),
-    "PreferForwardCritic": lambda own, r, scene, limits, dt: motion.prefer_forward(
-        own, r, scene, dt
-    ),
-    "TwirlingCritic": lambda own, r, scene, limits, dt: motion.twirling(own, r),
-    "VelocityDeadbandCritic": lambda own, r, scene, limits, dt: motion.deadband(own, r, dt),
-    "PathAlignCritic": lambda own, r, scene, limits, dt: along.path_align(own, r, scene),
-    "PathFollowCritic": lambda own, r, scene, limits, dt: along.path_follow(own, r, scene),
-    "PathAngleCritic": lambda own, r, scene, limits, dt: along.path_angle(
-        own, r, scene, limits.v_min < 0.0
-    ),
+_CRITICS: dict[str, Callable[..., Any]] = {
+    "ConstraintCritic": critics.constraint,
+    "CostCritic": critics.cost_critic,
+    "ObstaclesCritic": critics.obstacles_critic,
+    "GoalCritic": critics.goal,
+    "GoalAngleCritic": critics.goal_angle,
+    "PreferForwardCritic": critics.prefer_forward,
+    "TwirlingCritic": critics.twirling,
+    "VelocityDeadbandCritic": critics.deadband,
+    "PathAlignCritic": path_critics.path_align,
+    "PathFollowCritic": path_critics.path_follow,
+    "PathAngleCritic": path_critics.path_angle,
 }
+"""Each returns the rollouts' costs or None; those of obstacles also whether all collide."""

@@ -13,6 +13,7 @@ from arjuna_nav.controllers.mppi.config import (
     PathAngleConfig,
     PathFollowConfig,
 )
+from arjuna_nav.controllers.mppi.critics import weighed
 from arjuna_nav.controllers.mppi.rollouts import Array, Rollouts
 from arjuna_nav.controllers.mppi.scene import Scene
 
@@ -35,7 +36,7 @@ def path_align(config: PathAlignConfig, rollouts: Rollouts, scene: Scene) -> Arr
     along[1:] = np.cumsum(np.hypot(*np.diff(scene.path[:, :2], axis=0).T))
     step, headings = config.trajectory_point_step, config.use_path_orientations
     gaps: Array = _gaps(rollouts, scene.path, along, scene.free, step, headings)
-    return _weighed(gaps, config.cost_weight)
+    return weighed(gaps, config.cost_weight)
 
 
 def path_follow(config: PathFollowConfig, rollouts: Rollouts, scene: Scene) -> Array | None:
@@ -50,19 +51,13 @@ def path_follow(config: PathFollowConfig, rollouts: Rollouts, scene: Scene) -> A
         index += 1
     x, y = scene.path[index, :2]
     distances: Array = np.hypot(rollouts.x[-1] - x, rollouts.y[-1] - y)
-    return _weighed(distances, config.cost_weight)
+    return weighed(distances, config.cost_weight)
 
 
-def path_angle(
-    config: PathAngleConfig, rollouts: Rollouts, scene: Scene, reverses: bool = True
-) -> Array | None:
+def path_angle(config: PathAngleConfig, rollouts: Rollouts, scene: Scene) -> Array | None:
     """Return the angle between each rollout's end and a pose ahead; None where that is ahead.
 
-    Args:
-        config: Its parameters.
-        rollouts: What is tried.
-        scene: Where.
-        reverses: Whether the robot may drive back; else only its front counts.
+    Of a robot that may not drive back, only the front counts.
 
     Source: nav2_mppi_controller, PathAngleCritic and utils::posePointAngle.
     """
@@ -70,7 +65,7 @@ def path_angle(
         return None
     index = min(scene.furthest + config.offset_from_furthest, len(scene.path) - 1)
     x, y, yaw = (float(each) for each in scene.path[index])
-    mode = config.mode if reverses else 0
+    mode = config.mode if scene.limits.v_min < 0.0 else 0
     if _now_off(x, y, yaw, mode) < config.max_angle_to_furthest:
         return None
     sight = np.arctan2(_F(y) - rollouts.y[-1], _F(x) - rollouts.x[-1])
@@ -78,7 +73,7 @@ def path_angle(
         sight = np.where(_between(sight, _F(yaw)) > _F(0.5 * math.pi), sight + _F(math.pi), sight)
     off = _between(sight, rollouts.yaw[-1])
     angles: Array = np.minimum(off, _F(math.pi) - off) if mode == 1 else off
-    return _weighed(angles, config.cost_weight)
+    return weighed(angles, config.cost_weight)
 
 
 def _now_off(x: float, y: float, yaw: float, mode: int) -> float:
@@ -96,11 +91,6 @@ def _between(a: Array, b: Array) -> Array:
     """Return the angles between directions, 0 to pi."""
     off: Array = np.abs(np.remainder(a - b + _F(math.pi), _F(2 * math.pi)) - _F(math.pi))
     return off
-
-
-def _weighed(values: Array, weight: float) -> Array:
-    costs: Array = values * _F(weight)
-    return costs
 
 
 @njit(cache=True, fastmath=True)

@@ -1,4 +1,4 @@
-"""What MPPI's critics see: the path and the costs, placed in the robot's frame."""
+"""The path and the costs as MPPI's critics see them, in the robot's frame."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
-from arjuna_nav.controllers.mppi.rollouts import Array
+from arjuna_nav.controllers.mppi.rollouts import Array, Limits
 from arjuna_nav.costmap.collision import collides_in_cells
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -51,6 +51,9 @@ class Scene(NamedTuple):
         furthest: Index of the farthest pose of the path that a rollout's end is nearest to.
         grid: The costs.
         clearances: The costmap's, `(256,) float64` [m].
+        inscribed_radius: The robot's [m].
+        limits: What the drive can do.
+        dt: Time of a step [s].
     """
 
     path: Array
@@ -60,6 +63,9 @@ class Scene(NamedTuple):
     furthest: int
     grid: Grid
     clearances: NDArray[np.float64]
+    inscribed_radius: float
+    limits: Limits
+    dt: float
 
 
 def grid_seen(costmap: Costmap, footprint: Footprint, pose: SE2) -> Grid:
@@ -85,7 +91,7 @@ def path_seen(path: NDArray[np.float64], pose: SE2) -> Array:
 
 
 @njit(cache=True)
-def free_places(path: Array, grid: Grid) -> NDArray[np.bool_]:
+def free_poses(path: Array, grid: Grid) -> NDArray[np.bool_]:
     """Return which poses of a path are on the costmap and not blocked."""
     free = np.zeros(len(path), np.bool_)
     c, s = math.cos(grid.theta) * grid.scale, math.sin(grid.theta) * grid.scale
@@ -114,7 +120,7 @@ def furthest_reached(x: Array, y: Array, path: Array) -> int:
 
 @njit(cache=True)
 def touches(grid: Grid, x: float, y: float, yaw: float) -> bool:
-    """Tell whether the robot's outline, at a pose seen from where it is, meets an obstacle."""
+    """Return whether the robot's outline, at a pose seen from where it is, meets an obstacle."""
     c, s = math.cos(grid.theta) * grid.scale, math.sin(grid.theta) * grid.scale
     pose = np.array([grid.x + c * x - s * y, grid.y + s * x + c * y, grid.theta + yaw])
     hit: bool = collides_in_cells(grid.data, pose, grid.points, grid.circular, grid.safe_cost)

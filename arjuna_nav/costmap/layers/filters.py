@@ -13,7 +13,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.transforms import TransformError
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, UNKNOWN
 from arjuna_nav.costmap.layers.base import Input, Layer, Master, absolute, combine
-from arjuna_nav.costmap.layers.placement import PlacedMap, Placement
+from arjuna_nav.costmap.layers.static import PlacedMap, Placement
 from arjuna_nav.costmap.window import Window, whole
 
 UNKNOWN_MASK = -1

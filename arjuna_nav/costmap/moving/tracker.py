@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.moving.outlines import free_standing
-from arjuna_nav.costmap.moving.sightings import Sightings, has_come, is_free, place
+from arjuna_nav.costmap.moving.sightings import Sightings, free_standing, has_come, is_free, place
 from arjuna_nav.costmap.moving.speeds import KEPT, SPAN, go, latest
 
 REACH = 3.0  # from where somebody may be at a robot before it has stopped [m]

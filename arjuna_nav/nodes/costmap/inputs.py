@@ -23,7 +23,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LayeredCostmap, PlacedCloud, PlacedRange, PlacedScan
 from arjuna_nav.costmap.layers.base import Input, absolute
 from arjuna_nav.costmap.layers.filters import FilterInfo
-from arjuna_nav.costmap.layers.placement import MapUpdate, PlacedMap
+from arjuna_nav.costmap.layers.static import MapUpdate, PlacedMap
 
 _QUEUE = 50  # as the message filter of nav2_costmap_2d's obstacle layer
 _LEVEL = 0.9998  # cosine of one degree: a lidar that leans less is level

@@ -13,7 +13,7 @@ from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.hybrid.config import SmacLatticeConfig
 from arjuna_nav.planners.hybrid.moves import Moves
-from arjuna_nav.planners.hybrid.pose_search import PoseSearch
+from arjuna_nav.planners.hybrid.planner import PoseSearch
 from arjuna_nav.planners.hybrid.primitives import Lattice, generated, laid_out, read
 from arjuna_nav.planners.hybrid.search import Rules, can_turn
 

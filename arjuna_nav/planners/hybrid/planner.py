@@ -1,7 +1,8 @@
-"""Smac Hybrid-A*: plans of a robot with a turning circle."""
+"""Plans that a robot with a turning circle can drive, its outline checked."""
 
 from __future__ import annotations
 
+import abc
 import math
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -9,11 +10,178 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_nav.costmap.costmap import Costmap
+from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.planners.hybrid.config import HybridConfig
+from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.guide import guide
+from arjuna_nav.planners.hybrid.config import HybridConfig, PoseSearchConfig
 from arjuna_nav.planners.hybrid.moves import Moves, arcs
-from arjuna_nav.planners.hybrid.pose_search import PoseSearch
+from arjuna_nav.planners.hybrid.search import Rules, Terrain, search
+from arjuna_nav.planners.hybrid.shortcuts import driven
+from arjuna_nav.planners.nearby import Plan, nearby_first
+from arjuna_nav.planners.query import Cell, Query, ask
+from arjuna_nav.planners.waves.potential import NEUTRAL
+
+_ENDLESS = 2**62
+_SLACK = 0.0  # of ways that are looked at on large maps, over the best estimate
+
+
+class PoseSearch(abc.ABC):
+    """Plans over poses: pieces that the robot can drive, and a direct way to the goal.
+
+    Args:
+        config: Parameters.
+        footprint: The robot.
+    """
+
+    def __init__(self, config: PoseSearchConfig, footprint: Footprint) -> None:
+        self._config = config
+        self._footprint = footprint
+
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
+        """Plan between two poses in the costmap's frame.
+
+        Where the goal is blocked or cannot be reached, the path ends at the reachable place nearest
+        to it within `tolerance`, with the goal's heading. A start within an obstacle's inscribed
+        radius is led out of there first, in a straight line from cell to cell.
+        """
+        return nearby_first(
+            lambda part: self._plan(part, start, goal),
+            self._grid(costmap),
+            self._costs(),
+            start,
+            goal,
+        )
+
+    def _plan(self, costmap: Costmap, start: SE2, goal: SE2) -> Plan:
+        config = self._config
+        query = ask(config, costmap, start, goal)
+        if isinstance(query, PlanResult):
+            return Plan(query)
+        way_out, first = _first(query)
+        rules, moves = self._rules(costmap), self._moves(costmap, first)
+        heading, first[2] = first[2], moves.angles[moves.start]
+        looked = 0
+        for slack in (_SLACK, None):
+            seeds = query.out.seeds(NEUTRAL)[:1]
+            found = guide(query, self._costs(), seeds, slack, rules.radius)
+            if isinstance(found, PlanResult):
+                return Plan(found)
+            end, terrain = _end(query, found.end), self._terrain(costmap, found.left)
+            left = rules._replace(limit=rules.limit - looked)
+            nodes, row, curve, more = search(first, end, terrain, left, moves)
+            looked += more
+            if row >= 0:
+                searched, cells = driven(nodes, row, curve, terrain, left, moves)
+                poses = np.vstack((way_out, searched))
+                poses[0, 2] = heading
+                price = NEUTRAL * cells if found.end == query.goal_cell else math.inf
+                return Plan(PlanResult(PlanStatus.SUCCEEDED, _placed(poses, costmap, goal)), price)
+            if found.whole:
+                break
+        if looked >= rules.limit:
+            message = f"no path within max_iterations = {rules.limit} poses"
+            return Plan(PlanResult.failed(PlanStatus.TIMEOUT, message))
+        message = (
+            f"no path from ({start.x:.2f}, {start.y:.2f}) to ({goal.x:.2f}, {goal.y:.2f}) that "
+            f"bends by {config.minimum_turning_radius:g} m at the least; {looked} poses tried"
+        )
+        return Plan(PlanResult.failed(PlanStatus.NO_VALID_PATH, message))
+
+    def _costs(self) -> NDArray[np.float32]:
+        """Return what a cell of a straight costs by its value, `(256,) float32`."""
+        share = np.arange(256) / (INSCRIBED - 1)
+        costs = (NEUTRAL * (self._straight + self._config.cost_penalty * share)).astype(np.float32)
+        costs[UNKNOWN] = costs[INSCRIBED - 1] if self._config.allow_unknown else np.inf
+        costs[INSCRIBED:UNKNOWN] = np.inf
+        return costs
+
+    def _terrain(self, costmap: Costmap, left: NDArray[np.float32]) -> Terrain:
+        """Return where the robot drives, with what is left to the end from each cell."""
+        return Terrain(
+            costmap.data,
+            left / np.float32(NEUTRAL),
+            self._footprint.points / costmap.frame.resolution,
+            self._footprint.circular,
+            costmap.circumscribed_cost,
+            self._config.allow_unknown,
+        )
+
+    @property
+    def _straight(self) -> float:
+        """What a cell of a straight costs where nothing is near."""
+        return 1.0 - self._config.retrospective_penalty
+
+    def _grid(self, costmap: Costmap) -> Costmap:
+        """Return the costs on the grid that is searched."""
+        return costmap
+
+    @abc.abstractmethod
+    def _moves(self, costmap: Costmap, first: NDArray[np.float64]) -> Moves:
+        """Return the pieces that it drives, from its first pose [cells, rad]."""
+
+    @property
+    @abc.abstractmethod
+    def _reverse(self) -> bool:
+        """Whether it may drive backwards."""
+
+    def _radius(self, costmap: Costmap) -> float:
+        """Return the radius of the tightest bend [cells]."""
+        return max(self._config.minimum_turning_radius / costmap.frame.resolution, 1.0)
+
+    def _rules(self, costmap: Costmap) -> Rules:
+        """Return how the robot drives."""
+        config, resolution = self._config, costmap.frame.resolution
+        return Rules(
+            self._radius(costmap),
+            self._reverse,
+            config.cost_penalty,
+            self._straight,
+            config.non_straight_penalty,
+            config.analytic_expansion_ratio,
+            config.analytic_expansion_max_length / resolution,
+            config.analytic_expansion_max_cost,
+            config.max_iterations if config.max_iterations > 0 else _ENDLESS,
+            config.heuristic_weight,
+            spins=False,
+            shortcuts=True,
+        )
+
+
+def _placed(poses: NDArray[np.float64], costmap: Costmap, goal: SE2) -> NDArray[np.float64]:
+    """Return poses of the grid in the costmap's frame; the last has the goal's heading."""
+    frame = costmap.frame
+    points = frame.origin.apply(poses[:, :2] * frame.resolution)
+    yaw = poses[:, 2] + frame.origin.theta
+    path: NDArray[np.float64] = np.column_stack((points, np.arctan2(np.sin(yaw), np.cos(yaw))))
+    if np.hypot(*(path[-1, :2] - (goal.x, goal.y))) < 1e-6:
+        path[-1] = goal.array()
+    return path
+
+
+def _end(query: Query, cell: Cell) -> NDArray[np.float64]:
+    """Return the pose to reach [cells, rad], the goal or the middle of the cell nearest to it."""
+    pose = _in_grid(query.costmap, query.goal)
+    if cell != query.goal_cell:
+        pose[:2] = cell[1] + 0.5, cell[0] + 0.5
+    return pose
+
+
+def _in_grid(costmap: Costmap, pose: SE2) -> NDArray[np.float64]:
+    """Return a pose in the grid [cells, rad]."""
+    placed, resolution = costmap.frame.origin.inverse() @ pose, costmap.frame.resolution
+    return np.array([placed.x / resolution, placed.y / resolution, placed.theta])
+
+
+def _first(query: Query) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the poses out of an inscribed zone, and the first pose of the search."""
+    start = _in_grid(query.costmap, query.start)
+    cells = query.out.to((int(query.out.exits[0, 0]), int(query.out.exits[0, 1])))
+    points = np.vstack((start[:2], cells[:, ::-1] + 0.5))
+    poses: NDArray[np.float64] = np.column_stack((points, np.full(len(points), start[2])))
+    return poses[:-1], poses[-1]
+
 
 _MOST_CELLS = 4096 * 4096  # of a grid that is made finer
 

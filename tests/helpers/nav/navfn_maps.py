@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from arjuna_core.grid import GridFrame
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.inflation import Inflation
-from arjuna_nav.planners.waves.potential import traversal_costs
-from arjuna_nav.planners.waves.reach import reachable
+from arjuna_nav.planners.waves.potential import reachable, traversal_costs
 
 RESOLUTION = 0.05
 ROBOT_RADIUS = 0.28

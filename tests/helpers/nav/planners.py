@@ -8,7 +8,7 @@ from typing import Any
 from arjuna_core.config import load, plugin_names
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import Planner
-from arjuna_nav.planners.plugins import PLANNERS
+from arjuna_nav.planners.base import PLANNERS
 
 CLASSES = {
     "navfn": "nav2_navfn_planner::NavfnPlanner",

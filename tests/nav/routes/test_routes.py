@@ -12,8 +12,7 @@ import pytest
 
 from arjuna_core.errors import InputFileError
 from arjuna_nav.routes.graph import Edge, Graph, read_graph
-from arjuna_nav.routes.route import CLOSED, find_route, path_along, pruned
-from arjuna_nav.routes.tracking import Tracker
+from arjuna_nav.routes.route import CLOSED, Tracker, find_route, path_along, pruned
 from tests.helpers.nav.routes import SQUARE, square, written
 
 

@@ -9,10 +9,13 @@ from scipy.linalg import solve_banded
 from scipy.signal import savgol_filter
 
 from arjuna_nav.planners import path as paths
-from arjuna_nav.smoothers.base import Smoother, SmoothStatus
-from arjuna_nav.smoothers.plugins import SMOOTHERS
-from arjuna_nav.smoothers.savitzky_golay import SavitzkyGolayConfig, SavitzkyGolaySmoother
-from arjuna_nav.smoothers.simple import SimpleSmoother, SimpleSmootherConfig
+from arjuna_nav.smoothers.base import SMOOTHERS, Smoother, SmoothStatus
+from arjuna_nav.smoothers.smoothers import (
+    SavitzkyGolayConfig,
+    SavitzkyGolaySmoother,
+    SimpleSmoother,
+    SimpleSmootherConfig,
+)
 from tests.nav.worlds import block, costmap_of, empty_grid, polyline
 
 CORNER = polyline([(1.0, 1.0), (3.0, 1.0), (3.0, 3.0)], 0.5)

@@ -16,9 +16,9 @@ from arjuna_nav.costmap.layers.plugins import LAYERS
 from arjuna_nav.nodes.behavior_actions import BEHAVIORS
 from arjuna_nav.nodes.safety.sources import SOURCES
 from arjuna_nav.nodes.waypoints.tasks import TASKS
-from arjuna_nav.planners.plugins import PLANNERS
+from arjuna_nav.planners.base import PLANNERS
 from arjuna_nav.safety.zones import ZONES
-from arjuna_nav.smoothers.plugins import SMOOTHERS
+from arjuna_nav.smoothers.base import SMOOTHERS
 from bringup.parameters.checking import check_file
 
 pytestmark = pytest.mark.ros

@@ -23,21 +23,22 @@ from arjuna_nav.controllers.mppi.config import (
     PathAngleConfig,
     PathFollowConfig,
 )
-from arjuna_nav.controllers.mppi.motion_critics import (
+from arjuna_nav.controllers.mppi.critics import (
     constraint,
+    cost_critic,
     deadband,
     goal,
     goal_angle,
+    obstacles_critic,
     prefer_forward,
     twirling,
 )
-from arjuna_nav.controllers.mppi.obstacle_critics import cost_critic, obstacles_critic
 from arjuna_nav.controllers.mppi.path_critics import path_align, path_angle, path_follow
 from arjuna_nav.controllers.mppi.rollouts import Limits, Rollouts
 from arjuna_nav.controllers.mppi.scene import Grid, Scene
 from arjuna_nav.costmap.inflation import clearances
 
-STEPS, BATCH, DT = 12, 6, 0.05
+STEPS, BATCH, DT, RADIUS = 12, 6, 0.05, 0.25
 GOAL, UNTOLD = SE2(0.7, -0.4, 2.8), clearances(0.0)
 LIMITS = Limits(-0.2, 0.3, 1.0, 2.5, 2.5, 3.0)
 Floats = NDArray[Any]
@@ -57,7 +58,8 @@ def made_scene(**changes: Any) -> Scene:
     data[18:21, 23:26], data[15, 15:20], data[26:29, 18:20] = 254, 255, 253
     outline = np.array([[2.0, 1.0], [-2.0, 1.0], [-2.0, -1.0], [2.0, -1.0]])
     grid = Grid(data, 20.3, 19.6, 0.4, 10.0, outline, False, 100)
-    return Scene(path, np.ones(30, np.bool_), GOAL, 1.0, 10, grid, UNTOLD)._replace(**changes)
+    scene = Scene(path, np.ones(30, np.bool_), GOAL, 1.0, 10, grid, UNTOLD, RADIUS, LIMITS, DT)
+    return scene._replace(**changes)
 
 
 def wrapped(angles: Floats) -> Floats:
@@ -100,17 +102,24 @@ def angle_to_it(poses: Rollouts, both_ways: bool) -> Floats:
         ),
         (
             prefer_forward(
-                NearGoalConfig(cost_weight=5.0, threshold_to_consider=1.0), R, made_scene(), DT
+                NearGoalConfig(cost_weight=5.0, threshold_to_consider=1.0), R, made_scene()
             ),
             5.0 * DT * np.maximum(-R.v, 0.0).sum(axis=0),
         ),
         (
-            constraint(CriticConfig(cost_weight=4.0), R, LIMITS, DT),
+            constraint(CriticConfig(cost_weight=4.0), R, made_scene()),
             4.0 * DT * (np.maximum(R.v - 0.3, 0.0) + np.maximum(-0.2 - R.v, 0.0)).sum(axis=0),
         ),
-        (twirling(CriticConfig(cost_weight=10.0), R), 10.0 * np.abs(R.w).mean(axis=0)),
         (
-            deadband(DeadbandConfig(cost_weight=35.0, deadband_velocities=(0.2, 9.0, 0.3)), R, DT),
+            twirling(CriticConfig(cost_weight=10.0), R, made_scene()),
+            10.0 * np.abs(R.w).mean(axis=0),
+        ),
+        (
+            deadband(
+                DeadbandConfig(cost_weight=35.0, deadband_velocities=(0.2, 9.0, 0.3)),
+                R,
+                made_scene(),
+            ),
             35.0
             * DT
             * (np.maximum(0.2 - np.abs(R.v), 0.0) + np.maximum(0.3 - np.abs(R.w), 0.0)).sum(axis=0),
@@ -153,7 +162,7 @@ def test_each_costs_what_it_is_defined_to(cost: Floats, expected: Floats) -> Non
     [
         (lambda d: goal(NearGoalConfig(), R, made_scene(goal_distance=d)), True),
         (lambda d: goal_angle(GoalAngleConfig(), R, made_scene(goal_distance=d)), True),
-        (lambda d: prefer_forward(NearGoalConfig(), R, made_scene(goal_distance=d), DT), False),
+        (lambda d: prefer_forward(NearGoalConfig(), R, made_scene(goal_distance=d)), False),
         (lambda d: path_follow(PathFollowConfig(), R, made_scene(goal_distance=d)), False),
         (
             lambda d: path_angle(
@@ -243,7 +252,8 @@ def test_where_the_robot_cannot_reverse_its_front_counts() -> None:
         config = PathAngleConfig(max_angle_to_furthest=0.5, mode=mode)
         assert path_angle(config, R, scene) is None
         front = path_angle(replace(config, mode=0), R, scene)
-        assert path_angle(config, R, scene, reverses=False) == pytest.approx(front)
+        forwards_only = scene._replace(limits=LIMITS._replace(v_min=0.0))
+        assert path_angle(config, R, forwards_only) == pytest.approx(front)
 
 
 def mean_gap(b: int, scene: Scene, step: int) -> float:
@@ -333,7 +343,7 @@ def test_obstacles_repel_by_the_distance_that_costs_tell(distance: float, told: 
         table[cost] += 1.5 * max(0.1 + 0.25 - away, 0.0) * (distance > 0.5)
     sums, hit = summed(table, scene, 1)
     assert 0 < hit.sum() < BATCH
-    costs, blocked = obstacles_critic(config, R, scene, 0.25)
+    costs, blocked = obstacles_critic(config, R, scene)
     assert costs == pytest.approx(np.where(hit, 1e3, sums / STEPS), rel=1e-3)
     assert not blocked
 
@@ -345,7 +355,7 @@ def test_all_collide_where_the_outline_counts_and_has_no_room(consider: bool) ->
     scene.grid.data[19, 22] = 254  # within the outline, not under the centre
     assert cost_critic(CostConfig(consider_footprint=consider), still, scene)[1] is consider
     own = ObstaclesConfig(consider_footprint=consider)
-    assert obstacles_critic(own, still, scene, 0.25)[1] is consider
+    assert obstacles_critic(own, still, scene)[1] is consider
 
 
 def test_alignment_may_count_headings_a_radian_as_a_metre() -> None:

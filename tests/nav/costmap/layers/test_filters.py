@@ -12,7 +12,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.transforms import TransformError
 from arjuna_nav.costmap import LETHAL, UNKNOWN, LayeredCostmap
 from arjuna_nav.costmap.layers.filters import BinaryFilter, FilterInfo, SpeedFilter, SpeedLimit
-from arjuna_nav.costmap.layers.placement import PlacedMap
+from arjuna_nav.costmap.layers.static import PlacedMap
 from tests.helpers.nav.layers import costmap_config
 
 FREE_MAP = OccupancyGrid(GridFrame(0.1, 60, 50, SE2(-3.0, -2.5)), np.zeros((50, 60), np.int8))

@@ -11,7 +11,7 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_core.transforms import TransformError
 from arjuna_nav.costmap import FREE, LETHAL, UNKNOWN, LayeredCostmap
-from arjuna_nav.costmap.layers.placement import MapUpdate, PlacedMap
+from arjuna_nav.costmap.layers.static import MapUpdate, PlacedMap
 from tests.helpers.nav.layers import costmap_config
 
 

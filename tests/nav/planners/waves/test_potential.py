@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from arjuna_nav.planners.waves.corridor import corridors
 from arjuna_nav.planners.waves.descent import descend
-from arjuna_nav.planners.waves.potential import spread, traversal_costs
-from arjuna_nav.planners.waves.reach import reachable
+from arjuna_nav.planners.waves.potential import reachable, spread, traversal_costs
 from tests.helpers.nav.navfn_maps import inflated, maze
 from tests.helpers.nav.plain_wave import plain_potential
 

@@ -1,4 +1,4 @@
-"""The Savitzky-Golay smoother: each point on the quadratic that fits its neighbours best."""
+"""The simple smoother: each point between its neighbours."""
 
 from __future__ import annotations
 
@@ -10,7 +10,43 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.planners.relaxation import relax
 from arjuna_nav.smoothers.base import SmoothResult, in_passes
+
+
+@dataclass(frozen=True)
+class SimpleSmootherConfig:
+    """Parameters of the simple smoother, by Nav2's names."""
+
+    tolerance: float = param(1e-10, "Change at which it has converged.", unit="m", minimum=0.0)
+    max_its: int = param(1000, "Most iterations.", minimum=1, maximum=100_000)
+    w_data: float = param(0.2, "Weight of the given path.", minimum=0.0, maximum=1.0)
+    w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0, maximum=0.49)
+    do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
+    refinement_num: int = param(2, "How many times again.", minimum=0, maximum=20)
+
+
+class SimpleSmoother:
+    """Pulls each point to its neighbours' middle and to where it was; both ends stay.
+
+    Args:
+        config: Weights and limits.
+
+    Source: nav2_smoother, SimpleSmoother; Thrun, path smoothing by gradient descent.
+    """
+
+    Config: ClassVar[type[Any]] = SimpleSmootherConfig
+
+    def __init__(self, config: SimpleSmootherConfig) -> None:
+        self._config = config
+
+    def smooth(self, path: NDArray[np.float64], costmap: Costmap) -> SmoothResult:
+        """Smooth a path; a pass that would touch an obstacle is undone and ends it."""
+        config = self._config
+        weights = config.w_data, config.w_smooth, config.tolerance, config.max_its
+        passes = 1 + config.refinement_num * config.do_refinement
+        return in_passes(path, costmap, passes, lambda points: relax(points, *weights))
+
 
 _WEIGHTS = np.array([-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0]) / 21.0
 """A quadratic of seven points at its middle."""

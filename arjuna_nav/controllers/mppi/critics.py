@@ -1,0 +1,184 @@
+"""MPPI's critics of the goal and of the motion itself."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from arjuna_nav.controllers.mppi.config import (
+    CostConfig,
+    CriticConfig,
+    DeadbandConfig,
+    GoalAngleConfig,
+    NearGoalConfig,
+    ObstaclesConfig,
+)
+from arjuna_nav.controllers.mppi.rollouts import Array, Rollouts
+from arjuna_nav.controllers.mppi.scene import Grid, Scene, touches
+from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, UNKNOWN
+
+_F = np.float32
+
+
+def goal(config: NearGoalConfig, rollouts: Rollouts, scene: Scene) -> Array | None:
+    """Return each rollout's mean distance from the goal; None far away."""
+    if scene.goal_distance > config.threshold_to_consider:
+        return None
+    gaps: Array = _mean_distance(rollouts.x, rollouts.y, scene.goal.x, scene.goal.y)
+    return weighed(gaps, config.cost_weight)
+
+
+def goal_angle(config: GoalAngleConfig, rollouts: Rollouts, scene: Scene) -> Array | None:
+    """Return each rollout's mean angle from the goal's heading; None far away."""
+    if scene.goal_distance > config.threshold_to_consider:
+        return None
+    angles: Array = _mean_angle(rollouts.yaw, scene.goal.theta, config.symmetric_yaw_tolerance)
+    return weighed(angles, config.cost_weight)
+
+
+def prefer_forward(config: NearGoalConfig, rollouts: Rollouts, scene: Scene) -> Array | None:
+    """Return how far each rollout drives back; None near the goal."""
+    if scene.goal_distance < config.threshold_to_consider:
+        return None
+    return weighed(_beyond(rollouts.v, 0.0, math.inf), config.cost_weight * scene.dt)
+
+
+def constraint(config: CriticConfig, rollouts: Rollouts, scene: Scene) -> Array:
+    """Return how long and how far each rollout's speed is beyond its limits."""
+    excess = _beyond(rollouts.v, scene.limits.v_min, scene.limits.v_max)
+    return weighed(excess, config.cost_weight * scene.dt)
+
+
+def twirling(config: CriticConfig, rollouts: Rollouts, scene: Scene) -> Array:
+    """Return each rollout's mean yaw rate."""
+    return weighed(_mean_size(rollouts.w), config.cost_weight)
+
+
+def deadband(config: DeadbandConfig, rollouts: Rollouts, scene: Scene) -> Array:
+    """Return how long and how far each rollout's velocities do not move the drive."""
+    v, _, w = config.deadband_velocities
+    excess = np.maximum(_F(v) - np.abs(rollouts.v), 0) + np.maximum(_F(w) - np.abs(rollouts.w), 0)
+    return weighed(excess.sum(axis=0), config.cost_weight * scene.dt)
+
+
+def weighed(values: Array, weight: float) -> Array:
+    """Return values times a weight, in their precision."""
+    costs: Array = values * _F(weight)
+    return costs
+
+
+@njit(cache=True, fastmath=True)
+def _mean_distance(x: Array, y: Array, goal_x: float, goal_y: float) -> Array:
+    steps, batch = x.shape
+    total, gx, gy = np.zeros(batch, np.float32), _F(goal_x), _F(goal_y)
+    for t in range(steps):
+        for b in range(batch):
+            dx, dy = x[t, b] - gx, y[t, b] - gy
+            total[b] += math.sqrt(dx * dx + dy * dy)
+    mean: Array = total / _F(steps)
+    return mean
+
+
+@njit(cache=True, fastmath=True)
+def _mean_angle(yaw: Array, goal_yaw: float, symmetric: bool) -> Array:
+    steps, batch = yaw.shape
+    total, target, turn = np.zeros(batch, np.float32), _F(goal_yaw), _F(2.0 * math.pi)
+    half = _F(math.pi)
+    for t in range(steps):
+        for b in range(batch):
+            ratio = (yaw[t, b] - target) / turn
+            off = abs(ratio - np.floor(ratio + _F(0.5))) * turn
+            total[b] += min(off, half - off) if symmetric else off
+    mean: Array = total / _F(steps)
+    return mean
+
+
+@njit(cache=True, fastmath=True)
+def _mean_size(values: Array) -> Array:
+    steps, batch = values.shape
+    total = np.zeros(batch, np.float32)
+    for t in range(steps):
+        for b in range(batch):
+            total[b] += abs(values[t, b])
+    mean: Array = total / _F(steps)
+    return mean
+
+
+@njit(cache=True)
+def _beyond(values: Array, low: float, high: float) -> Array:
+    steps, batch = values.shape
+    total, least, most = np.zeros(batch, np.float32), _F(low), _F(high)
+    for t in range(steps):
+        for b in range(batch):
+            total[b] += max(least - values[t, b], _F(0.0)) + max(values[t, b] - most, _F(0.0))
+    return total
+
+
+def cost_critic(config: CostConfig, rollouts: Rollouts, scene: Scene) -> tuple[Array, bool]:
+    """Return each rollout's mean cost, and whether all collide.
+
+    Source: nav2_mppi_controller, CostCritic.
+    """
+    table = np.zeros(256, np.float32)
+    if scene.goal_distance > config.near_goal_distance:
+        table[:LETHAL] = np.arange(LETHAL)
+    table[config.near_collision_cost : UNKNOWN] = config.critical_cost
+    costs, hit = _along(
+        rollouts, scene.grid, table, config.trajectory_point_step, config.consider_footprint
+    )
+    steps = len(range(0, rollouts.x.shape[0], config.trajectory_point_step))
+    costs[hit] = config.collision_cost
+    costs *= _F(config.cost_weight / LETHAL / steps)
+    return costs, bool(hit.all())
+
+
+def obstacles_critic(
+    config: ObstaclesConfig, rollouts: Rollouts, scene: Scene
+) -> tuple[Array, bool]:
+    """Return how near to obstacles each rollout leads, and whether all collide.
+
+    Source: nav2_mppi_controller, ObstaclesCritic.
+    """
+    cost = np.maximum(np.arange(256, dtype=np.float64), 1.0)
+    away = -np.log(cost / (INSCRIBED - 1)) / config.inflation_cost_scaling_factor
+    away = np.where(np.isfinite(scene.clearances), scene.clearances, away)
+    margin = config.collision_margin_distance
+    near = np.maximum(margin - away, 0.0) * config.critical_weight
+    repulsion = np.maximum(scene.inscribed_radius + margin - away, 0.0) * config.repulsion_weight
+    table = near + (repulsion if scene.goal_distance > config.near_goal_distance else 0.0)
+    table[0] = table[UNKNOWN] = 0.0
+    costs, hit = _along(
+        rollouts, scene.grid, table.astype(np.float32), 1, config.consider_footprint
+    )
+    costs /= _F(rollouts.x.shape[0])
+    costs[hit] = config.collision_cost
+    return costs, bool(hit.all())
+
+
+@njit(cache=True, fastmath=True)
+def _along(
+    rollouts: Rollouts, grid: Grid, table: Array, step: int, consider_footprint: bool
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the sum of what a table says of the costs along each rollout, and which collide."""
+    steps, batch = rollouts.x.shape
+    height, width = grid.data.shape
+    costs, hit = np.zeros(batch, np.float32), np.zeros(batch, np.bool_)
+    c, s = _F(math.cos(grid.theta) * grid.scale), _F(math.sin(grid.theta) * grid.scale)
+    x0, y0 = _F(grid.x), _F(grid.y)
+    for t in range(0, steps, step):
+        for b in range(batch):
+            x, y = rollouts.x[t, b], rollouts.y[t, b]
+            column, row = int(x0 + c * x - s * y), int(y0 + s * x + c * y)
+            if not (0 <= row < height and 0 <= column < width):
+                hit[b] = True
+                continue
+            cost = grid.data[row, column]
+            costs[b] += table[cost]
+            if cost >= INSCRIBED and cost != UNKNOWN:
+                hit[b] = True
+            elif consider_footprint and cost >= grid.safe_cost and not hit[b]:
+                hit[b] = touches(grid, x, y, rollouts.yaw[t, b])
+    return costs, hit
