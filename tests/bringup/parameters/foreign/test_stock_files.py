@@ -1,4 +1,4 @@
-"""Stock parameter files load as they are; what others know is noted, what nobody knows is told."""
+"""Stock parameter files load as they are; what others know is noted, what nobody knows is named."""
 
 from __future__ import annotations
 
@@ -23,6 +23,9 @@ from bringup.stack import all_nodes
 from tests.helpers.nav.stock_files import FILES, humble_file, nav2_file
 
 pytestmark = pytest.mark.ros
+NAV2: dict[str, Any] = yaml.safe_load(
+    (Path(__file__).parent / "nav2_files.yaml").read_text(encoding="utf-8")
+)
 
 
 def written(folder: Path, text: str) -> Path:
@@ -66,22 +69,14 @@ def test_what_has_another_name_here_is_used(tmp_path: Path) -> None:
     assert parameters["collision_monitor"]["scan.topic"] == "scan"
 
 
-def test_the_recoveries_of_galactic_are_the_behaviors(tmp_path: Path) -> None:
-    text = """
-        recoveries_server:
-          ros__parameters:
-            cycle_frequency: 5.0
-            recovery_plugins: [turn, wait]
-            turn: {plugin: nav2_recoveries/Spin}
-            wait: {plugin: nav2_recoveries/Wait}
-            max_rotational_vel: 0.7
-    """
+@pytest.mark.parametrize("name", NAV2)
+def test_a_file_of_nav2_means_here_what_it_means_there(name: str, tmp_path: Path) -> None:
+    text = NAV2[name]["text"]
+    assert check_file(written(tmp_path, text)).problems == []
     found = understood(tmp_path, text)
-    behaviors = found.parameters["behavior_server"]
-    assert (found.remarks, found.problems) == ([], [])
-    assert behaviors["behavior_plugins"] == ["turn", "wait"]
-    assert behaviors["turn.plugin"] == "nav2_behaviors::Spin"
-    assert (behaviors["cycle_frequency"], behaviors["max_rotational_vel"]) == (5.0, 0.7)
+    for node, values in NAV2[name]["becomes"].items():
+        assert {key: found.parameters[node][key] for key in values} == values
+    assert len(found.remarks) == NAV2[name].get("remarks", len(found.remarks))
 
 
 def test_nothing_is_kept_of_a_plugin_that_the_file_replaces(tmp_path: Path) -> None:
@@ -91,21 +86,7 @@ def test_nothing_is_kept_of_a_plugin_that_the_file_replaces(tmp_path: Path) -> N
     assert not [key for key in kept if key.startswith("FollowPath.")]
 
 
-def test_layers_of_ranges_and_against_noise_may_have_any_name(tmp_path: Path) -> None:
-    text = """
-local_costmap: {local_costmap: {ros__parameters: {plugins: [sonars, specks, inflation_layer],
-  sonars: {plugin: "nav2_costmap_2d::RangeSensorLayer", topics: [/a, /b], phi: 2.0},
-  specks: {plugin: "nav2_costmap_2d::DenoiseLayer", minimal_group_size: 3}}}}
-"""
-    assert check_file(written(tmp_path, text)).problems == []
-    values = understood(tmp_path, text).parameters["local_costmap/local_costmap"]
-    assert values["plugins"] == ["sonars", "specks", "inflation_layer"]
-    assert values["sonars.topics"] == ["/a", "/b"]
-    assert values["sonars.phi"] == 2.0
-    assert values["specks.minimal_group_size"] == 3
-
-
-def test_a_layer_of_no_class_is_told(tmp_path: Path) -> None:
+def test_a_layer_of_no_class_is_named(tmp_path: Path) -> None:
     text = "local_costmap: {local_costmap: {ros__parameters: {plugins: [obstacle_layr]}}}"
     (problem,) = check_file(written(tmp_path, text)).problems
     assert "'obstacle_layr.plugin' must name the class of the layer; did you mean" in problem
@@ -125,24 +106,9 @@ def test_the_demo_makes_its_own_map(tmp_path: Path) -> None:
     assert gather(parse(["demo", "--params", str(path)]))["map_server"]["yaml_filename"] == ""
 
 
-def test_a_file_of_ros1_is_told_apart(tmp_path: Path) -> None:
+def test_a_file_of_ros1_is_distinguished(tmp_path: Path) -> None:
     (problem,) = check_file(written(tmp_path, "maxUrange: 3.0")).problems
     assert "params convert FILE" in problem
-
-
-def test_a_source_may_have_any_name(tmp_path: Path) -> None:
-    text = """
-local_costmap: {local_costmap: {ros__parameters: {plugins: [seen, grown],
-  seen: {plugin: "nav2_costmap_2d/ObstacleLayer", observation_sources: cloud front,
-    cloud: {topic: /points, data_type: PointCloud2}, front: {topic: /front, data_type: LaserScan}},
-  grown: {plugin: "nav2_costmap_2d/InflationLayer", inflation_radius: 0.4}}}}
-"""
-    assert check_file(written(tmp_path, text)).problems == []
-    values = understood(tmp_path, text).parameters["local_costmap/local_costmap"]
-    assert values["seen.front.topic"] == "/front"
-    assert values["seen.cloud.topic"] == "/points"
-    assert values["seen.observation_sources"] == "cloud front"
-    assert values["grown.inflation_radius"] == 0.4
 
 
 TWO_LAYERS = """
@@ -154,25 +120,6 @@ local_costmap: {local_costmap: {ros__parameters: {plugins: [flat, deep, grown],
     right: {topic: /right/points, data_type: PointCloud2}},
   grown: {plugin: "nav2_costmap_2d::InflationLayer"}}}}
 """
-
-
-USED: list[tuple[str, str, object, object]] = [
-    ("planner_server", "GridBased.use_astar", True, True),
-    ("velocity_smoother", "feedback", "CLOSED_LOOP", "CLOSED_LOOP"),
-    ("local_costmap/local_costmap", "always_send_full_costmap", False, False),
-    ("amcl", "robot_model_type", "nav2_amcl::OmniMotionModel", "nav2_amcl::OmniMotionModel"),
-    ("amcl", "robot_model_type", "omnidirectional", "nav2_amcl::OmniMotionModel"),
-    ("amcl", "robot_model_type", "differential", "nav2_amcl::DifferentialMotionModel"),
-]
-
-
-@pytest.mark.parametrize(("node", "name", "theirs", "ours"), USED)
-def test_a_value_that_works_here_is_used(
-    node: str, name: str, theirs: object, ours: object
-) -> None:
-    found = understand({node: {name: theirs}}, shipped_parameters(), all_nodes())
-    assert (found.remarks, found.problems) == ([], [])
-    assert found.parameters[node][name] == ours
 
 
 def test_two_layers_of_a_kind_keep_their_sources(tmp_path: Path) -> None:
@@ -200,7 +147,7 @@ local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_l
 
 
 @pytest.mark.parametrize("wrong", ["nav2_costmap_2d::ObstacleLayr", "nav2_costmap2d/ObstacleLayer"])
-def test_a_layer_of_a_class_that_nobody_knows_is_told(wrong: str, tmp_path: Path) -> None:
+def test_a_layer_of_a_class_that_nobody_knows_is_named(wrong: str, tmp_path: Path) -> None:
     text = f"""
 local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_layer],
   mine: {{plugin: "{wrong}", observation_sources: scan}}}}}}}}
@@ -208,21 +155,6 @@ local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [mine, inflation_l
     (problem,) = check_file(written(tmp_path, text)).problems
     assert "'mine.plugin': no layer '" in problem
     assert "did you mean 'nav2_costmap_2d::ObstacleLayer'?" in problem
-
-
-def test_older_zones_are_taken_for_what_they_were(tmp_path: Path) -> None:
-    text = """
-collision_monitor: {ros__parameters: {polygons: [Stop, Approach], observation_sources: [scan],
-  Stop: {type: polygon, points: [0.3, 0.3, 0.3, -0.3, 0.0, -0.3, 0.0, 0.3], action_type: stop,
-    max_points: 3, visualize: true, polygon_pub_topic: stop},
-  Approach: {type: polygon, action_type: approach, time_before_collision: 2.0, max_points: 5,
-    footprint_topic: /local_costmap/published_footprint}, scan: {type: scan, topic: /front}}}
-"""
-    assert check_file(written(tmp_path, text)).problems == []
-    values = understood(tmp_path, text).parameters["collision_monitor"]
-    assert values["Stop.points"] == "[[0.3, 0.3], [0.3, -0.3], [0.0, -0.3], [0.0, 0.3]]"
-    assert (values["Stop.max_points"], values["Approach.max_points"]) == (3, 5)
-    assert values["scan.topic"] == "/front"
 
 
 def misspelt(document: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
@@ -241,7 +173,7 @@ def misspelt(document: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
     return document, wrong
 
 
-def test_all_mistakes_of_all_nodes_are_told_at_once(tmp_path: Path) -> None:
+def test_all_mistakes_of_all_nodes_are_named_at_once(tmp_path: Path) -> None:
     document = yaml.safe_load(nav2_file())
     document, wrong = misspelt(
         {name: document[name] for name in ("amcl", "bt_navigator", "controller_server")}
@@ -269,7 +201,7 @@ def test_what_is_for_every_node_goes_to_those_that_have_it(
     assert bool(found.remarks) == (not taker)
 
 
-def test_a_name_for_every_node_that_none_has_is_told(tmp_path: Path) -> None:
+def test_a_name_for_every_node_that_none_has_is_named(tmp_path: Path) -> None:
     found = understood(tmp_path, "/**: {ros__parameters: {transform_tolerence: 0.4}}")
     assert [str(remark) for remark in found.remarks] == [
         "unknown: /**: transform_tolerence: no node has it; the nearest is 'transform_tolerance'"
