@@ -176,14 +176,6 @@ def _outcomes(
             started.stop()
 
 
-def stopped_by_signals() -> threading.Event:
-    """Return an event that Ctrl-C and a request to terminate set, from now on."""
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
-    return stop
-
-
 def _ended(going: list[_Started], folder: Path) -> list[Outcome]:
     """Take out the runs that have ended and write down their outcomes."""
     outcomes = []

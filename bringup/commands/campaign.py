@@ -60,8 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _run(campaign: Campaign, folder: Path, jobs: int, main: Callable[[], int] | None) -> int:
     from bringup.campaign.plan import CampaignError, runs_of
     from bringup.campaign.report import PAGE, share_text, write_page, write_table
-    from bringup.campaign.runner import Forks, run_all, stopped_by_signals
-    from bringup.terminal import show
+    from bringup.campaign.runner import Forks, run_all
+    from bringup.terminal import show, stopped_by_signals
 
     runs, ended, stop = runs_of(campaign), 0, stopped_by_signals()
 

@@ -49,8 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run(tuning: Tuning, folder: Path, jobs: int) -> int:
     from bringup.campaign.plan import CampaignError
-    from bringup.campaign.runner import stopped_by_signals
-    from bringup.terminal import show
+    from bringup.terminal import show, stopped_by_signals
     from bringup.tuning.picture import PICTURE, write_picture
     from bringup.tuning.tuner import BEST, Tuner
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import signal
 from collections.abc import Callable
 from pathlib import Path
 
 from bringup.parameters import options
+from bringup.terminal import stopped_by_signals
 
 EXAMPLES = ("view", "view --foxglove", "view --rerun --save drive.rrd")
 
@@ -51,12 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         ArjunaError: It cannot be served at the address.
     """
-    stopping: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda signal_number, frame: stopping.append(signal_number))
     rerun = arguments.rerun or arguments.web or arguments.save is not None
     serve = _serve_foxglove if arguments.foxglove else _serve_rerun if rerun else _serve_browser
-    serve(arguments, lambda: bool(stopping))
+    serve(arguments, stopped_by_signals().is_set)
     return 0
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import select
-import signal
 import sys
 import termios
 import threading
@@ -27,6 +26,7 @@ from arjuna_core.ros.context import new_context
 from bringup.recording.listener import message_class
 from bringup.recording.playback import Playback
 from bringup.recording.selection import TopicSelection
+from bringup.terminal import stopped_by_signals
 
 _NANO = 1_000_000_000
 _STATIC = 100  # transforms whose publishers one latched topic stands for
@@ -186,9 +186,7 @@ def play(bag: Bag, options: PlayOptions, show: Callable[[str], None]) -> None:
     if clock_hz > 0.0 and bag.counts[_CLOCK] and options.selection.takes(_CLOCK):
         show("the recording has its own /clock, which is played instead of one made of its times")
         clock_hz = 0.0
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+    stop = stopped_by_signals()
     context = new_context()
     player = Player(context, topics, options.remap, clock_hz > 0.0, show)
     try:

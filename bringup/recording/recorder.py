@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -17,6 +16,7 @@ from arjuna_core.ros.context import new_context
 from arjuna_core.ros.process import Process
 from bringup.recording.listener import Heard, TopicListener
 from bringup.recording.selection import TopicSelection
+from bringup.terminal import stopped_by_signals
 
 _QUEUED, _TF, _LATCHED = TopicQos(depth=10), TopicQos(depth=100), TopicQos(latched=True, depth=1)
 _SENSOR = TopicQos(depth=5)
@@ -146,9 +146,7 @@ def record(
         RecordingError: The folder exists, or the disk refuses.
     """
     bag = BagFolder(folder, limits)
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+    stop = stopped_by_signals()
     context = new_context()
     recorder = Recorder(Node("recorder", context=context, **OPTIONS), bag, show)
     show(f"records into {folder}; Ctrl-C ends it")
