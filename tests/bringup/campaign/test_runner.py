@@ -1,4 +1,4 @@
-"""Runs of a stand-in for the robot: judged, resumed, told of where they break."""
+"""Runs of a stand-in for the robot: judged, resumed, each failure with its reason."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def _campaign(seeds: int, limit: float = 30.0) -> Campaign:
     return Campaign("made", ("{folder}",), "r.json", factors, success, (), limit)
 
 
-def _run(campaign: Campaign, folder: Path, told: list[Outcome] | None = None) -> list[Outcome]:
+def _run(campaign: Campaign, folder: Path, reported: list[Outcome] | None = None) -> list[Outcome]:
     program = (sys.executable, "-c", _PROGRAM)
-    ended = (told if told is not None else []).append
+    ended = (reported if reported is not None else []).append
     return run_all(campaign, runs_of(campaign), folder, 2, ended, threading.Event(), program)
 
 
@@ -89,9 +89,9 @@ def test_what_has_been_run_is_not_run_again(tmp_path: Path) -> None:
     first = _run(_campaign(3), tmp_path)
     (tmp_path / "1_1" / "outcome.json").unlink()
     (tmp_path / "0_0" / "log.txt").unlink()
-    told: list[Outcome] = []
-    again = _run(_campaign(3), tmp_path, told)
-    assert [one.name for one in told] == ["0_0", "2_2", "1_1"]
+    reported: list[Outcome] = []
+    again = _run(_campaign(3), tmp_path, reported)
+    assert [one.name for one in reported] == ["0_0", "2_2", "1_1"]
     assert not (tmp_path / "0_0" / "log.txt").exists()
     assert [one.figures for one in again] == [one.figures for one in first]
 

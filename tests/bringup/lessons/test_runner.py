@@ -51,7 +51,7 @@ def test_what_is_watched_is_ended_by_an_interrupt(tmp_path: Path) -> None:
     assert _run(section, tmp_path)[0] == []
 
 
-def test_broken_promises_and_failures_are_told(tmp_path: Path) -> None:
+def test_broken_promises_and_failures_are_reported(tmp_path: Path) -> None:
     section = _section(tmp_path, "python hello.py", "python fail.py", promises="hello world")
     assert _run(section, tmp_path)[0] == ["'python fail.py' failed", "not printed: hello world"]
 

@@ -70,7 +70,7 @@ def test_a_simulated_robot_s_own_names_and_outline_reach_the_demo(tmp_path: Path
 
 
 @pytest.mark.parametrize("command", [["slam"], ["nav", "--map", "maps/race_track.yaml"]])
-def test_a_robot_s_file_tells_its_names_to_what_runs_beside_the_simulator(
+def test_a_robot_s_file_reaches_what_runs_beside_the_simulator(
     command: list[str],
 ) -> None:
     arguments = parse([*command, "--robot", "urdf/udacity_bot.xacro", "--odom-frame", "world"])

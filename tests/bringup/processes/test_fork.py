@@ -70,9 +70,9 @@ def supervise(run: str, before: str = "") -> Lines:
 
 
 def test_it_has_the_words_it_was_given_to_itself_and_to_ps() -> None:
-    source = "print('told', sys.argv, Path('/proc/self/cmdline').read_bytes().split(b'\\0')[1:])"
+    source = "print('words', sys.argv, Path('/proc/self/cmdline').read_bytes().split(b'\\0')[1:])"
     with supervise(f"{source}; {WAIT}") as bringup:
-        (line,) = bringup.wait_for("[child] told")
+        (line,) = bringup.wait_for("[child] words")
         assert line.count("'a word'") == 2
         assert line.count("x" * 5000) == 2
         bringup.process.send_signal(signal.SIGINT)
@@ -85,7 +85,7 @@ def test_nothing_that_its_parent_has_open_is_open_in_it() -> None:
         assert bringup.wait_for("[child] open") == ["[child] open [0, 1, 2]"]
 
 
-def test_its_exception_is_told_and_it_starts_again() -> None:
+def test_its_exception_is_shown_and_it_starts_again() -> None:
     with supervise(
         "{}['a mistake']", "atexit.register(print, 'the end of', os.getpid())"
     ) as bringup:
@@ -112,12 +112,12 @@ def test_a_parent_with_threads_starts_the_program() -> None:
 
 
 @pytest.mark.parametrize(
-    "told", ["{'a': [1, None]}", "refused: it will not do", "KeyError: 'a mistake'"]
+    "answer", ["{'a': [1, None]}", "refused: it will not do", "KeyError: 'a mistake'"]
 )
-def test_work_done_in_a_fork_answers_refuses_or_errs(told: str) -> None:
+def test_work_done_in_a_fork_answers_refuses_or_errs(answer: str) -> None:
     with Lines("-c", IN_FORK) as lines:
         assert lines.read_to_end() == 1
-        assert lines.matching(told)
+        assert lines.matching(answer)
 
 
 @pytest.mark.ros

@@ -1,4 +1,4 @@
-"""Studies of a stand-in for the robot: they find its best values, and go on where broken off."""
+"""Studies of a stand-in for the robot: they find its best values, and resume where broken off."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_failed_runs_and_missing_figures_rank_last(tmp_path: Path) -> None:
     assert study.importance() == {}
 
 
-def test_a_study_gone_on_with_is_the_one_that_was_never_broken_off(tmp_path: Path) -> None:
+def test_a_resumed_study_is_the_one_that_was_never_broken_off(tmp_path: Path) -> None:
     whole = _studied(_tuning(tmp_path), tmp_path, 14).tried()
     (tmp_path / FILE).unlink()
     for trials in (5, 12, 14):
@@ -123,18 +123,18 @@ def _tuner(tuning: Tuning, folder: Path, stop: threading.Event | None = None) ->
     return Tuner(tuning, folder, 2, stop or threading.Event(), (sys.executable, "-c", _PROGRAM))
 
 
-def test_trials_are_run_told_and_gone_on_with(tmp_path: Path) -> None:
-    told: list[Tried] = []
-    assert _tuner(_tuning(tmp_path, 2), tmp_path).run(told.append)
-    assert (told[0].number, told[0].failed) == (0, 0)
-    assert told[0].figure == pytest.approx(20.0)
+def test_trials_are_run_reported_and_resumed(tmp_path: Path) -> None:
+    reported: list[Tried] = []
+    assert _tuner(_tuning(tmp_path, 2), tmp_path).run(reported.append)
+    assert (reported[0].number, reported[0].failed) == (0, 0)
+    assert reported[0].figure == pytest.approx(20.0)
     assert (tmp_path / "trials" / "0001" / "1_1" / "outcome.json").exists()
     best = (tmp_path / BEST).read_text(encoding="utf-8")
     assert best.startswith("# made: trial ")
     again: list[Tried] = []
     tuner = _tuner(_tuning(tmp_path, 3), tmp_path)
     assert tuner.run(again.append)
-    assert again[:2] == told
+    assert again[:2] == reported
     assert len(again) == 3
     write_picture(tmp_path, _tuning(tmp_path), tuner.study)
     assert (tmp_path / PICTURE).read_bytes().startswith(b"\x89PNG")

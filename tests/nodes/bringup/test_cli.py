@@ -76,7 +76,7 @@ def test_files_are_handed_on_as_absolute_paths() -> None:
     assert parameters["sim"]["real_time_factor"] == 0.0
 
 
-def test_a_simulated_robot_starts_where_it_is_told() -> None:
+def test_a_simulated_robot_starts_where_it_is_put() -> None:
     values = inputs.gather(parse(["sim", "--at", "-2", "0.5", "--yaw", "1.5"]))["sim"]
     assert [values[f"initial_pose.{key}"] for key in ("x", "y", "yaw")] == [-2.0, 0.5, 1.5]
 

@@ -21,14 +21,16 @@ MEASURES = re.compile(
 def test_every_parameter_is_described(group: Group, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
     host = Host(group, {})
-    told, bare = {}, []
+    described, bare = {}, []
     for node in (*host.nodes, host.manager, host.process.node):
         for name, parameter in node.get_parameters_by_prefix("").items():
-            text = told[f"{node.get_name()}.{name}"] = node.describe_parameter(name).description
+            text = described[f"{node.get_name()}.{name}"] = node.describe_parameter(
+                name
+            ).description
             if MEASURES.search(name) and isinstance(parameter.value, float) and "[" not in text:
                 bare.append(f"{node.get_name()}.{name}")
     host.stop()
     host.run()
-    assert len(told) > len(host.nodes)
-    assert [name for name, text in told.items() if not text.strip()] == []
+    assert len(described) > len(host.nodes)
+    assert [name for name, text in described.items() if not text.strip()] == []
     assert bare == []

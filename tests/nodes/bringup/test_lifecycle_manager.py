@@ -33,7 +33,7 @@ class FakeConfig:
 
 
 class FakeNode(ManagedNode):
-    """A node that keeps a diary, and refuses a step where told to."""
+    """A node that keeps a diary, and refuses the step of its parameter."""
 
     Config = FakeConfig
     DEFAULT_NAME = "fake"
@@ -42,7 +42,7 @@ class FakeNode(ManagedNode):
     def _note(self, step: str) -> None:
         self.diary.append(f"{self.get_name()} {step}")
         if self.config.refuse == step:
-            raise ConfigError(f"told to refuse to {step}")
+            raise ConfigError(f"refuses to {step}")
 
     def configure(self) -> None:
         """Note it."""
@@ -190,7 +190,7 @@ def test_a_command_that_does_not_exist_fails(managed: Callable[..., Managed]) ->
     assert not managed().manage(99)
 
 
-def test_a_manager_that_takes_no_commands_still_tells_its_state(
+def test_a_manager_that_takes_no_commands_still_reports_its_state(
     managed: Callable[..., Managed],
 ) -> None:
     system = managed(autostart=True, commandable=False)

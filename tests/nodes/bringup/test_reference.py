@@ -1,4 +1,4 @@
-"""docs/reference/: the pages that the nodes themselves tell are current."""
+"""docs/reference/: the pages made from the nodes are current."""
 
 from __future__ import annotations
 

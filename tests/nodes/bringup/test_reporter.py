@@ -36,7 +36,7 @@ def patience(lines: list[str]) -> list[float]:
     return [event["alive"] for event in events if "alive" in event]
 
 
-def compile_anew() -> None:
+def compile_again() -> None:
     """Let Numba compile a function that it has not seen."""
     compiled: Any = numba.njit(lambda: 0)
     compiled()
@@ -46,7 +46,7 @@ def test_a_compilation_is_announced_and_the_next_sign_of_life_ends_it(
     reporter: Reporter, lines: list[str]
 ) -> None:
     reporter.update(1.0)
-    compile_anew()
+    compile_again()
     assert max(patience(lines)) == 90.0
     reporter.update(1.2)
     assert patience(lines)[-1] == PATIENCE
@@ -55,5 +55,5 @@ def test_a_compilation_is_announced_and_the_next_sign_of_life_ends_it(
 
 def test_nothing_is_said_after_the_end(reporter: Reporter, lines: list[str]) -> None:
     reporter.close()
-    compile_anew()
+    compile_again()
     assert not lines

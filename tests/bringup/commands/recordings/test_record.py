@@ -1,4 +1,4 @@
-"""Claims: sizes and times are told apart; a recorder that starts again takes a new folder."""
+"""Claims: sizes and times are distinguished; a recorder that starts again takes a new folder."""
 
 from __future__ import annotations
 

@@ -107,10 +107,10 @@ def test_all_that_nobody_knows_is_named_at_once(
 ) -> None:
     path = written(tmp_path, "amcl: {kid_err: 0.1, max_particles: 800, laser_z_hti: 0.3}")
     assert cli.run(parse(["params", "convert", str(path)])) == 0  # it wrote what it knows
-    told = capsys.readouterr()
-    assert "amcl: nobody knows 'kid_err'; did you mean 'kld_err'?" in told.err
-    assert "'laser_z_hti'; did you mean 'laser_z_hit'?" in told.err
-    assert "max_particles: 800" in told.out
+    written_lines = capsys.readouterr()
+    assert "amcl: nobody knows 'kid_err'; did you mean 'kld_err'?" in written_lines.err
+    assert "'laser_z_hti'; did you mean 'laser_z_hit'?" in written_lines.err
+    assert "max_particles: 800" in written_lines.out
 
 
 def test_a_file_of_no_known_node_is_named_once(tmp_path: Path) -> None:

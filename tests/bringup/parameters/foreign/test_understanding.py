@@ -54,8 +54,10 @@ def test_a_misspelt_name_is_a_remark_that_names_the_right_one(node: str) -> None
         found = understood({node: {wrong: 1}})
         assert found.problems == []
         assert found.parameters.get(node, {}) == shipped_parameters().get(node, {})
-        if not (told := str(found.remarks[0])).startswith("no"):
-            assert told.startswith(f"unknown: {node}: {wrong}: no such parameter; the nearest is '")
+        if not (remark := str(found.remarks[0])).startswith("no"):
+            assert remark.startswith(
+                f"unknown: {node}: {wrong}: no such parameter; the nearest is '"
+            )
 
 
 def test_a_section_that_names_a_class_is_whole() -> None:
@@ -96,14 +98,14 @@ def test_what_is_left_over_of_another_plugin_is_not_needed() -> None:
         "FollowPath.plugin": RPP,
         "FollowPath.max_vel_theta": 1.0,
     }
-    told = only(understood({"controller_server": given}), Kind.NOT_NEEDED)
-    assert "FollowPath.max_vel_theta: a parameter of dwb_core::DWBLocalPlanner" in told
+    remark = only(understood({"controller_server": given}), Kind.NOT_NEEDED)
+    assert "FollowPath.max_vel_theta: a parameter of dwb_core::DWBLocalPlanner" in remark
 
 
 def test_a_section_of_a_plugin_that_no_list_names_is_not_needed() -> None:
     given = {"planner_plugins": ["GridBased"], "Straight.step": 0.1}
-    told = only(understood({"planner_server": given}), Kind.NOT_NEEDED)
-    assert "'Straight' is in no list of plug-ins" in told
+    remark = only(understood({"planner_server": given}), Kind.NOT_NEEDED)
+    assert "'Straight' is in no list of plug-ins" in remark
 
 
 def test_someone_s_class_in_c_is_left_out_beside_one_that_loads() -> None:
