@@ -1,1 +1,1 @@
-"""What runs before anything is installed: standard library only."""
+"""Programs that run before anything is installed: standard library only."""

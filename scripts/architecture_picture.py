@@ -67,16 +67,16 @@ def draw() -> Figure:
     for x, y, width, text in _NODES:
         _box(axes, (x, y), (width, 0.85), "white")
         axes.text(x + width / 2, y + 0.42, text, ha="center", va="center", fontsize=8.5)
-    for start, end, text, place in _ARROWS:
+    for start, end, text, at in _ARROWS:
         axes.annotate("", end, start, arrowprops={"arrowstyle": "->", "lw": 1.4})
-        axes.text(*place, text, ha="center", va="center", fontsize=8.5, style="italic")
+        axes.text(*at, text, ha="center", va="center", fontsize=8.5, style="italic")
     _draw_command(axes)
     _draw_cores(axes)
     return figure
 
 
 def _draw_command(axes: Axes) -> None:
-    """Draw the way of the velocity, from the controller back to the robot."""
+    """Draw the path of the velocity, from the controller back to the robot."""
     axes.annotate("", (9.75, 3.1), (9.65, 3.1), arrowprops={"arrowstyle": "->", "color": "tab:red"})
     axes.plot([10.7, 10.7, 0.3, 0.3], [2.65, 2.05, 2.05, 5.9], color="tab:red", lw=1.4)
     axes.annotate("", (0.42, 5.9), (0.25, 5.9), arrowprops={"arrowstyle": "->", "color": "tab:red"})

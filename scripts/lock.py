@@ -21,7 +21,7 @@ LOCKS = {"setup": LOCK, "docs": ROOT / "requirements-docs.lock"}
 
 
 def main() -> int:
-    """Write the lock files anew; return the exit code."""
+    """Write the lock files again; return the exit code."""
     STATE.mkdir(exist_ok=True)
     tool, log = STATE / "uv", STATE / "lock.log"
     uv = tool / "bin" / "uv"
@@ -103,7 +103,7 @@ def with_hashes(pinned: str, files: str) -> str:
 
 
 def _fits(name: str) -> bool:
-    """Whether a wheel is for Linux on x86-64 and one of our Python versions."""
+    """Return whether a wheel is for Linux on x86-64 and one of our Python versions."""
     if not name.endswith(".whl"):
         return False
     pythons, abi, platforms = name.removesuffix(".whl").split("-")[-3:]
@@ -118,8 +118,8 @@ def _direct(source: str) -> dict[str, set[str]]:
     wanted: dict[str, set[str]] = {"": set()}
     extra = ""
     for line in source.splitlines():
-        if begun := re.match(r"# extra: (\w+)", line):
-            extra = begun[1]
+        if started := re.match(r"# extra: (\w+)", line):
+            extra = started[1]
             wanted[extra] = set()
         elif line and not line.startswith("#"):
             wanted[extra].add(_NAME.match(line)[0].lower())  # type: ignore[index]

@@ -27,7 +27,7 @@ class Missing:
         what: What is missing and what it is for.
         packages: The Debian and Ubuntu packages that bring it.
         advice: What to do where no package mends it.
-        fatal: Whether the set-up cannot go on without it.
+        fatal: Whether the set-up needs it.
     """
 
     what: str

@@ -1,7 +1,7 @@
 """`make setup`: everything Arjuna needs, in `.venv`, from the lock file. Standard library only.
 
 Each step leaves a stamp that holds a hash of all it depends on, so that a second run does nothing
-and needs no network, and a run that was interrupted starts that environment anew.
+and needs no network, and a run that was interrupted starts that environment again.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def main() -> int:
             sys.stderr.write(f"error: {error}\n")
             return 1
         except KeyboardInterrupt:
-            sys.stderr.write("error: interrupted; run it again to go on\n")
+            sys.stderr.write("error: interrupted; run it again to continue\n")
             return 130
 
 
@@ -97,7 +97,7 @@ def extra_key(extra: str) -> str:
 
 
 def is_source(path: Path) -> bool:
-    """Whether a file below `arjuna_interfaces/` decides what is built, not a build's output."""
+    """Return whether a file below `arjuna_interfaces/` is a source, not a build's output."""
     parts = path.relative_to(MESSAGES).parts
     built = any(part == "__pycache__" or part.endswith(".egg-info") for part in parts)
     return path.is_file() and not built and parts[0] != "build"
@@ -109,7 +109,7 @@ def build_lines(lines: Iterable[str]) -> list[str]:
 
 
 def passes(checks: tuple[Callable[[], preflight.Missing | None], ...]) -> bool:
-    """Print what checks miss; return whether the set-up can go on."""
+    """Print what checks miss; return whether the set-up can continue."""
     missing = preflight.find_missing(checks)
     for line in preflight.explain(missing):
         sys.stderr.write(f"{line}\n")
@@ -164,7 +164,7 @@ def build_beside_kernels(messages: str, compiled: str) -> None:
 
 
 def create_environment() -> None:
-    """Make `.venv`, anew where one was left half done or belongs to another Python."""
+    """Make `.venv`, again where one was left half done or belongs to another Python."""
     if VENV.exists() and not (VENV / "pyvenv.cfg").exists():
         raise StepError(f"{VENV} is not an environment that this made; move it away")
     if UNFINISHED.exists() or not stamp_holds("python", sys.version):
@@ -228,7 +228,7 @@ def pip_step(title: str, log: str, *arguments: str) -> Step:
 
 
 def stamp_holds(name: str, key: str) -> bool:
-    """Whether a step was done with all that it depends on as it is now."""
+    """Return whether a step was done with all that it depends on as it is now."""
     path = VENV / f"{name}.stamp"
     return PYTHON.exists() and path.is_file() and path.read_text() == key
 

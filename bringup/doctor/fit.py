@@ -13,8 +13,6 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from bringup.doctor.snapshot import ScanFacts
 
-_NEAR = 0.05  # a hit within it is the robot itself [m]
-
 
 def scan_facts(
     scan: Scan,
@@ -40,7 +38,7 @@ def scan_facts(
     return ScanFacts(
         frame,
         float(hits.mean()) if len(hits) else 0.0,
-        float((hits & (scan.ranges < _NEAR)).mean()) if len(hits) else 0.0,
+        float((hits & (scan.ranges < 0.05)).mean()) if len(hits) else 0.0,
         upside_down,
         scan.angle_increment < 0.0,
         fit,

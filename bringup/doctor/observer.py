@@ -35,9 +35,6 @@ from bringup.ros2.discovery import discover
 from bringup.ros2.types import interface_class
 
 LOG = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_MATCH = 0.5  # [s] until a new subscription gets messages
-_STATES = 1.0
-_LINES = 5
 
 
 class Observer:
@@ -91,14 +88,14 @@ class Observer:
         for topic, types in self._session.client.get_topic_names_and_types():
             if LEAST_OF_TYPE.keys() & set(types):
                 counter.listen(topic)
-        self._session.pause(_MATCH)
+        self._session.pause(0.5)  # until new subscriptions get messages
         self._times.clear()
         counter.restart()
         start = self._session.now
         self._session.pause(duration)
         passed = self._session.now - start
         times, counts = self._times[:], counter.counts()
-        ends, states = endpoints(self._session), lifecycle_states(self._session, _STATES)
+        ends, states = endpoints(self._session), lifecycle_states(self._session, 1.0)
         found = Snapshot(
             machine=read_machine(),
             domain=int(self._session.client.context.get_domain_id()),
@@ -119,7 +116,7 @@ class Observer:
         names = {*managed, *(end.node for end in ends if end.publishes and is_stamped(end.type))}
         clocks = [end for end in ends if not end.publishes and end.topic.endswith("/clock")]
         names -= {end.node for end in clocks}  # a process listens for its nodes
-        return tuple(sorted(on_system_time(self._session, names, _STATES)))
+        return tuple(sorted(on_system_time(self._session, names, 1.0)))
 
     def _robot(self) -> Robot:
         pose, truth = self._last.get("amcl_pose"), self._last.get("ground_truth/odom")
@@ -129,7 +126,7 @@ class Observer:
             map_known=None if grid is None else float(1.0 - grid.unknown().mean()),
             deviation=None if pose is None else math.sqrt(max(pose.pose.covariance[::7][:2])),
             height=None if truth is None else truth.pose.pose.position.z,
-            log=tuple(self._log[-_LINES:]),
+            log=tuple(self._log[-5:]),
             remarks=tuple(self._remarks),
         )
 

@@ -14,8 +14,6 @@ from bringup.doctor.processes import host_processes
 from bringup.doctor.table import Row, cpu_shares, main_topic, rows
 from bringup.ros2.discovery import discover
 
-_STATES = 1.0  # [s] for the answers of all nodes
-
 
 class Watcher:
     """Listens to a robot.
@@ -51,5 +49,5 @@ class Watcher:
         passed = session.now - begin
         rates = {topic: count / passed for topic, count in self._counter.counts().items()}
         shares = cpu_shares(before, host_processes(), passed)
-        states = lifecycle_states(session, _STATES)
+        states = lifecycle_states(session, 1.0)
         return rows(names, states, shares, topics, rates, self._warnings)

@@ -1,4 +1,4 @@
-"""When a node has heard of all there is: DDS tells a graph in parts, over a second."""
+"""The time until a node knows the whole graph, which DDS sends in parts, over a second."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _REQUEST, _REPLY = ("rq/", "Request"), ("rr/", "Reply")
 
 
 class Graph(NamedTuple):
-    """What a node sees at one time: nodes as (name, namespace), DDS topics as (name, types)."""
+    """The graph of a node at one time: nodes (name, namespace), DDS topics (name, types)."""
 
     nodes: list[tuple[str, str]]
     topics: list[tuple[str, list[str]]]
@@ -81,12 +81,12 @@ def time_to_settle(node: Any, graph: Graph) -> float:
     if min(len(participants), len(graph.nodes)) < expected:
         return SILENT
     named = _participants(node, "rt/rosout")
-    told = set(participants) <= set(named) and _UNNAMED not in named.values()
-    return WHOLE if told and not _halves(graph) else STABLE
+    named_all = set(participants) <= set(named) and _UNNAMED not in named.values()
+    return WHOLE if named_all and not _halves(graph) else STABLE
 
 
 def any_dead(node: Any) -> bool:
-    """Tell whether a participant that a node knows may have died: it holds no port here."""
+    """Return whether a participant that a node knows may have died: it holds no port here."""
     expected = _expected(node)
     return expected is None or len(_participants(node, "ros_discovery_info")) > expected
 

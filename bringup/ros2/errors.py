@@ -6,4 +6,4 @@ from arjuna_core.errors import ArjunaError
 
 
 class Ros2Error(ArjunaError):
-    """What a command says when it fails, in ros2cli's words."""
+    """A command failed, in ros2cli's words."""

@@ -88,7 +88,7 @@ def _converted(field: Any, kind: Any, value: Any, stamps: list[Callable[[Any], N
 
 
 def _as(kind: type[Any], value: Any, stamps: list[Callable[[Any], None]]) -> Any:
-    """Return a value as a plain type; ros2cli takes what is none for a dictionary of fields."""
+    """Return a value as a plain type; ros2cli takes any other value for a dictionary of fields."""
     if type(value) is kind:
         return value
     try:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Spread:
-    """What a window of values comes to.
+    """Statistics of a window of values.
 
     Attributes:
         mean: Their mean.
@@ -43,7 +43,7 @@ def spread(values: deque[float]) -> Spread:
 class Intervals:
     """The times between messages, the newest `window` of them.
 
-    A time that is set back starts anew.
+    A time that is set back starts again.
 
     Attributes:
         window: How many to keep.

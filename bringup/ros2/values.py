@@ -10,13 +10,12 @@ import numpy as np
 import yaml
 from rosidl_parser import definition
 
-_WIDTH = 2**31 - 1  # no line is broken
 _ARRAYS = (list, tuple, set, array.array, np.ndarray)
 
 
 @dataclass(frozen=True)
 class Abridge:
-    """What is left out of a message.
+    """Limits of a printed message.
 
     Attributes:
         length: Where arrays, bytes and strings are cut; None for nowhere.
@@ -33,7 +32,7 @@ WHOLE = Abridge()
 
 
 def is_message(value: Any) -> bool:
-    """Tell whether a value is a message."""
+    """Return whether a value is a message."""
     return hasattr(value, "get_fields_and_field_types")
 
 
@@ -124,7 +123,7 @@ def dump(value: Any, flow: bool = False) -> str:
 
     def written(dumper: Any) -> str:
         text: str = yaml.dump(
-            *(value, None, dumper), allow_unicode=True, width=_WIDTH, default_flow_style=flow
+            *(value, None, dumper), allow_unicode=True, width=2**31 - 1, default_flow_style=flow
         )
         return text
 

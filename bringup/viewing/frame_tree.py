@@ -9,7 +9,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame that was heard of on /tf or /tf_static.
+    """A frame of /tf or /tf_static.
 
     Attributes:
         name: Its name.
@@ -32,7 +32,7 @@ class Frame:
 
     @property
     def facts(self) -> str:
-        """What is known of it, in a few words."""
+        """Its rate and age, in a few words."""
         if self.static:
             return "static"
         moment = f"{self.age:.2f} s old" if self.age >= 0.0 else f"{-self.age:.2f} s ahead"
@@ -104,15 +104,15 @@ def layout(parents: Mapping[str, str]) -> dict[str, tuple[float, float]]:
     found: dict[str, tuple[float, float]] = {}
     leaves = iter(range(len(parents) + len(roots)))
 
-    def place(frame: str, depth: int) -> float:
+    def locate(frame: str, depth: int) -> float:
         children = sorted(child for child in parents if parents[child] == frame)
-        columns = [place(child, depth + 1) for child in children]
+        columns = [locate(child, depth + 1) for child in children]
         column = sum(columns) / len(columns) if columns else float(next(leaves))
         found[frame] = (column, -float(depth))
         return column
 
     for root in roots:
-        place(root, 0)
+        locate(root, 0)
     return found
 
 

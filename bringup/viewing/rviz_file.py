@@ -12,7 +12,6 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.files.whole_file import read_bytes
 from arjuna_core.files.yaml_file import read_yaml
 
-_LARGEST = 2**20  # [bytes]
 _MOVE_BASE = "/move_base/"  # below which ROS 1 publishes what has no such place here
 _KINDS = {
     "RobotModel": "robot",
@@ -40,7 +39,7 @@ _FLAT = re.compile(r"^\s*(-\s+)?([\w ()]+?):\s*(.*?)\s*$")
 
 @dataclass(frozen=True)
 class RvizFile:
-    """What a configuration asks for.
+    """The wanted frame, layers and topics.
 
     Attributes:
         fixed_frame: Empty where it names none.
@@ -118,7 +117,7 @@ def _flat(path: Path) -> dict[str, Any] | None:
 
     A page on the web loses it: a display begins at a dash and ends at the next.
     """
-    text = read_bytes(path, _LARGEST, InputFileError).decode("utf-8", "replace")
+    text = read_bytes(path, 2**20, InputFileError).decode("utf-8", "replace")
     displays: list[dict[str, Any]] = []
     options: dict[str, Any] = {}
     among = False  # the displays, not panels and tools

@@ -18,7 +18,6 @@ from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.drawing.messages import DRAWN, frame_of, planar, pose3
 from bringup.viewing.drawing.values import Grid, Line, Points
 
-_NANO = 1_000_000_000
 _BASES = ("base_footprint", "base_link")
 
 
@@ -62,12 +61,12 @@ def snapshot_of(bag: Bag, moment: float | None = None) -> Snapshot:
         InputFileError: It holds no scan, map or pose.
     """
     reader = _Reader()
-    end = bag.end if moment is None else bag.start + round(moment * _NANO)
+    end = bag.end if moment is None else bag.start + round(moment * 1e9)
     wanted = {name for name, topic in bag.topics.items() if topic.type_name in reader.takers}
     for message in bag.messages(wanted.__contains__):
         if message.time > end:
             break
-        reader.found.time = (message.time - bag.start) / _NANO
+        reader.found.time = (message.time - bag.start) / 1e9
         reader.take(message)
     found = reader.found
     if found.grid is None and found.robot is None and not len(found.scan):

@@ -16,11 +16,7 @@ VERBS = {
 
 
 def translated(words: list[str]) -> list[str]:
-    """Return the command of `arjuna` and its words for those after `ros2 bag`.
-
-    Raises:
-        Ros2Error: There is no such verb.
-    """
+    """Return the command of `arjuna` and its words for those after `ros2 bag`."""
     if not words or words[0] not in VERBS:
         given = words[0] if words else ""
         raise Ros2Error(f"ros2 bag: no verb '{given}'; {nearest(given, VERBS)}")

@@ -18,9 +18,6 @@ def run_file(path: Path, words: list[str]) -> None:
     Args:
         path: The file.
         words: The program's own words and ROS's, which rclpy reads from `sys.argv`.
-
-    Raises:
-        Ros2Error: There is no such file, it is no Python, or it only defines things.
     """
     try:
         tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
@@ -43,7 +40,7 @@ def run_file(path: Path, words: list[str]) -> None:
 
 
 def has_uncalled_main(tree: ast.Module) -> bool:
-    """Tell whether a module defines `main` and no statement of its top level calls it."""
+    """Return whether a module defines `main` and no statement of its top level calls it."""
     functions = [item.name for item in tree.body if isinstance(item, ast.FunctionDef)]
     rest = [item for item in tree.body if not isinstance(item, _DEFINES)]
     nodes = (node for item in rest for node in ast.walk(item))
@@ -52,6 +49,6 @@ def has_uncalled_main(tree: ast.Module) -> bool:
 
 
 def only_defines(tree: ast.Module) -> bool:
-    """Tell whether a module calls nothing on its top level."""
+    """Return whether a module calls nothing on its top level."""
     rest = [item for item in tree.body if not isinstance(item, _DEFINES)]
     return not any(isinstance(node, ast.Call) for item in rest for node in ast.walk(item))

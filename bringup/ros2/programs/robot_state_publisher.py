@@ -17,11 +17,7 @@ _OURS = frozenset({"publish_frequency"})
 
 
 def start(given: RosArguments) -> NoReturn:
-    """Become the process of that node; a description's text goes by a file.
-
-    Raises:
-        Ros2Error: No description is given.
-    """
+    """Become the process of that node; a description's text goes by a file."""
     text = given.parameters.pop("robot_description", "")
     path = given.own[0] if given.own else ""
     if not text and not path:

@@ -1,4 +1,4 @@
-"""`rviz2`: the view in a browser in its place, with a configuration's displays."""
+"""`rviz2`: the view in a browser instead, with a configuration's displays."""
 
 from __future__ import annotations
 

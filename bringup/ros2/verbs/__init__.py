@@ -1,1 +1,1 @@
-"""What the verbs of `ros2` do."""
+"""The verbs of `ros2`; each raises Ros2Error where it fails."""

@@ -19,11 +19,7 @@ from bringup.ros2.verbs.names import names_of
 
 
 def echo(arguments: argparse.Namespace) -> None:
-    """Print messages of a topic until interrupted, timed out, or after the first.
-
-    Raises:
-        Ros2Error: The topic's type is not known, or the field does not exist.
-    """
+    """Print messages of a topic until interrupted, timed out, or after the first."""
     printer = Printer(arguments)
     name = full_name(arguments.topic_name)
     # rclpy's events executor cannot hand on a message's times: Fast DDS does not count messages
@@ -48,11 +44,7 @@ def echo(arguments: argparse.Namespace) -> None:
 
 
 def topic_class(client: Client, topic: str, given: str | None = None) -> Any:
-    """Return the message class of a topic, or the one whose name is given.
-
-    Raises:
-        Ros2Error: Nobody has the topic, or it has several types.
-    """
+    """Return the message class of a topic, or the one whose name is given."""
     if given is not None:
         return interface_class(given, "msg")
     types = dict(names_of("topic")(client.node)).get(full_name(topic), ())

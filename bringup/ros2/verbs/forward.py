@@ -171,11 +171,7 @@ def arjuna(command: str, words: list[str]) -> NoReturn:
 
 
 def run(words: list[str]) -> int:
-    """Run a program of a package, or a file of Python.
-
-    Raises:
-        Ros2Error: There is no such package or program, or nothing in the file is called.
-    """
+    """Run a program of a package, or a file of Python."""
     if not words or words[0] in ("-h", "--help"):
         print(
             "usage: ros2 run [-h] package_name executable_name ...\n       ros2 run FILE.py ...\n"
@@ -202,7 +198,7 @@ def run(words: list[str]) -> int:
 
 
 def daemon(words: list[str]) -> None:
-    """Say that there is no daemon; scripts that stop or start it go on."""
+    """Print that there is no daemon, so that scripts that stop or start it continue."""
     if words[:1] == ["status"] or words[:1] == ["stop"]:
         print("The daemon is not running")
     else:

@@ -21,11 +21,7 @@ _WRONG = "Failed to populate message fields: {!r}"
 
 
 def send_goal(arguments: argparse.Namespace) -> None:
-    """Send a goal and print how it ends; an interrupt cancels it.
-
-    Raises:
-        Ros2Error: The type or a field does not exist.
-    """
+    """Send a goal and print how it ends; an interrupt cancels it."""
     action_type = interface_class(arguments.action_type, "action")
     goal = action_type.Goal()
     stamps = fill(goal, values_of(arguments.goal, arguments.stdin), _WRONG)

@@ -59,11 +59,7 @@ def proto(arguments: argparse.Namespace) -> None:
 
 
 def show(arguments: argparse.Namespace) -> int:
-    """Print a definition; `-` reads its name from the standard input.
-
-    Raises:
-        Ros2Error: There is no such interface.
-    """
+    """Print a definition; `-` reads its name from the standard input."""
     name = sys.stdin.readline().strip() if arguments.type == "-" else arguments.type
     if not name:
         sys.stderr.write("ros2 interface show: error: the passed value is empty\n")

@@ -30,7 +30,7 @@ _NAV2_ONLY = ("autostart", "use_composition", "container_name", "use_respawn")
 
 @dataclass(frozen=True)
 class Launch:
-    """What starts the same here as a launch file.
+    """The command of ours that starts the same as a launch file.
 
     Attributes:
         words: Our command.
@@ -84,11 +84,7 @@ class Translation:
 
 
 def run(words: list[str]) -> int:
-    """Start what a launch file starts; say which command that is.
-
-    Raises:
-        Ros2Error: The file is not one of those that are known.
-    """
+    """Start what a launch file starts; say which command that is."""
     listed = "\n".join(f"  {package} {file}" for package, file in LAUNCHES)
     if len(words) < 2 or words[0] in ("-h", "--help"):
         print(f"usage: ros2 launch [-h] package_name launch_file [NAME:=VALUE ...]\n\n{listed}")

@@ -12,7 +12,6 @@ from bringup.ros2.client import Client, print_names, say_failed
 from bringup.ros2.errors import Ros2Error
 
 _GET_STATE = "lifecycle_msgs/srv/GetState"
-_TRANSITION_TIMEOUT = 60.0  # [s]; a node may read a large map while it is configured
 
 
 def nodes(arguments: argparse.Namespace) -> None:
@@ -33,11 +32,7 @@ def _managed(client: Client, hidden: bool) -> list[str]:
 
 
 def _find(client: Client, arguments: argparse.Namespace) -> str:
-    """Return a managed node's full name.
-
-    Raises:
-        Ros2Error: There is none of the name, or it has no lifecycle.
-    """
+    """Return a managed node's full name."""
     node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
     if not client.discover(lambda: node in _managed(client, hidden=True)):
         raise Ros2Error("Node not found")
@@ -82,11 +77,7 @@ def _transitions(client: Client, node: str, service: str) -> list[Any]:
 
 
 def set_(arguments: argparse.Namespace) -> None:
-    """Make a node go through a transition, named by label or number.
-
-    Raises:
-        Ros2Error: The node cannot make it now.
-    """
+    """Make a node go through a transition, named by label or number."""
     with Client(arguments) as client:
         node = _find(client, arguments)
         offered = [
@@ -99,7 +90,8 @@ def set_(arguments: argparse.Namespace) -> None:
             title = "Unknown transition requested, available ones are:"
             raise Ros2Error("\n".join([title, *lines]))
         request = ChangeState.Request(transition=chosen)
-        answer = client.call(ChangeState, f"{node}/change_state", request, _TRANSITION_TIMEOUT)
+        # a node may read a large map while it is configured
+        answer = client.call(ChangeState, f"{node}/change_state", request, timeout=60.0)
     if answer.success:
         print("Transitioning successful")
     else:

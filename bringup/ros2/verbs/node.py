@@ -30,11 +30,7 @@ def list_(arguments: argparse.Namespace) -> None:
 
 
 def info(arguments: argparse.Namespace) -> None:
-    """Print what a node publishes, subscribes to, serves and calls.
-
-    Raises:
-        Ros2Error: There is no such node.
-    """
+    """Print what a node publishes, subscribes to, serves and calls."""
     full, hidden = absolute(arguments.node_name), arguments.include_hidden
     with Client(arguments) as client:
         if not client.discover(lambda: full in client.nodes(hidden)):

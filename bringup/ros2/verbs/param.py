@@ -96,11 +96,7 @@ def _values(
 
 
 def get(arguments: argparse.Namespace) -> None:
-    """Print a parameter.
-
-    Raises:
-        Ros2Error: There is no such node or parameter.
-    """
+    """Print a parameter."""
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
         found = _values(client, node, [arguments.parameter_name], arguments)
@@ -199,12 +195,7 @@ def nested(flat: dict[str, Any]) -> dict[str, Any]:
 
 
 def load(arguments: argparse.Namespace) -> None:
-    """Set a node's parameters from a file.
-
-    Raises:
-        InputFileError: The file cannot be read or has another form.
-        Ros2Error: It holds nothing for the node.
-    """
+    """Set a node's parameters from a file."""
     layers = load_parameters([arguments.parameter_file])
     with Client(arguments) as client:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)

@@ -33,21 +33,13 @@ def _prefix(package: str) -> Path:
 
 
 def prefix(arguments: argparse.Namespace) -> None:
-    """Print where a package is installed.
-
-    Raises:
-        Ros2Error: There is no such package.
-    """
+    """Print where a package is installed."""
     found = _prefix(arguments.package_name)
     print(found / "share" / arguments.package_name if arguments.share else found)
 
 
 def xml(arguments: argparse.Namespace) -> None:
-    """Print a package's manifest, or the texts of one of its tags.
-
-    Raises:
-        Ros2Error: There is no such package, manifest or tag.
-    """
+    """Print a package's manifest, or the texts of one of its tags."""
     path = _prefix(arguments.package_name) / "share" / arguments.package_name / "package.xml"
     if not path.is_file():
         raise Ros2Error("Package xml manifest not found")
@@ -63,11 +55,7 @@ def xml(arguments: argparse.Namespace) -> None:
 
 
 def executables(arguments: argparse.Namespace) -> None:
-    """List what `ros2 run` can run.
-
-    Raises:
-        Ros2Error: There is no such package.
-    """
+    """List what `ros2 run` can run."""
     wanted = arguments.package_name
     if wanted is not None and wanted not in _packages():
         raise Ros2Error(f"Package '{wanted}' not found")

@@ -14,8 +14,6 @@ from bringup.ros2.errors import Ros2Error
 from bringup.ros2.statistics import Intervals, bandwidth_text, rate_text, spread
 from bringup.ros2.verbs.echo import condition, topic_class
 
-_EVERY = 1.0  # between two lines [s]
-
 
 def hz(arguments: argparse.Namespace) -> None:
     """Print the rate at which messages come, until interrupted."""
@@ -25,13 +23,13 @@ def hz(arguments: argparse.Namespace) -> None:
     with Client(arguments) as client:
         clock = client.node.get_clock()
 
-        def heard(message: Any) -> None:
+        def receive(message: Any) -> None:
             now = time.time() if arguments.wall_time else clock.now().nanoseconds / 1e9
             if now > 0.0 and wanted(message):
                 intervals.add(now)
                 new.append(now)
 
-        _subscribe(client, arguments, heard, raw=arguments.filter is None)
+        _subscribe(client, arguments, receive, raw=arguments.filter is None)
         while True:
             _wait(client)
             found = intervals.spread()
@@ -45,12 +43,12 @@ def bw(arguments: argparse.Namespace) -> None:
     sizes: deque[int] = deque(maxlen=arguments.window)
     times: deque[float] = deque(maxlen=arguments.window)
 
-    def heard(data: bytes) -> None:
+    def receive(data: bytes) -> None:
         sizes.append(len(data))
         times.append(time.monotonic())
 
     with Client(arguments) as client:
-        _subscribe(client, arguments, heard, raw=True)
+        _subscribe(client, arguments, receive, raw=True)
         print(f"Subscribed to [{arguments.topic_name}]")
         while True:
             _wait(client)
@@ -59,23 +57,19 @@ def bw(arguments: argparse.Namespace) -> None:
 
 
 def delay(arguments: argparse.Namespace) -> None:
-    """Print how old messages are when they come, until interrupted.
-
-    Raises:
-        Ros2Error: The messages have no header.
-    """
+    """Print how old messages are when they come, until interrupted."""
     delays: deque[float] = deque(maxlen=arguments.window)
     new: list[float] = []
     with Client(arguments) as client:
         clock = client.node.get_clock()
 
-        def heard(message: Any) -> None:
+        def receive(message: Any) -> None:
             stamp = message.header.stamp
             age = (clock.now().nanoseconds - stamp.sec * 1_000_000_000 - stamp.nanosec) / 1e9
             delays.append(age)
             new.append(age)
 
-        message_type = _subscribe(client, arguments, heard, raw=False)
+        message_type = _subscribe(client, arguments, receive, raw=False)
         if "header" not in message_type.get_fields_and_field_types():
             raise Ros2Error("msg does not have header")
         while True:
@@ -89,10 +83,11 @@ def delay(arguments: argparse.Namespace) -> None:
 
 
 def _wait(client: Client) -> None:
-    client.spin(lambda: False, _EVERY)
+    """Wait until the next line is due."""
+    client.spin(lambda: False, 1.0)
 
 
-def _subscribe(client: Client, arguments: argparse.Namespace, heard: Any, raw: bool) -> Any:
+def _subscribe(client: Client, arguments: argparse.Namespace, receive: Any, raw: bool) -> Any:
     """Subscribe to the topic, waiting until somebody has it; return its message class."""
     topic = full_name(arguments.topic_name)
     if not client.discover(lambda: client.node.count_publishers(topic) > 0):
@@ -100,5 +95,5 @@ def _subscribe(client: Client, arguments: argparse.Namespace, heard: Any, raw: b
         client.spin(lambda: client.node.count_publishers(topic) > 0)
     client.discover()
     message_type = topic_class(client, arguments.topic_name)
-    client.node.create_subscription(message_type, topic, heard, qos_profile_sensor_data, raw=raw)
+    client.node.create_subscription(message_type, topic, receive, qos_profile_sensor_data, raw=raw)
     return message_type

@@ -14,8 +14,6 @@ from bringup.ros2.filling import fill, parse
 from bringup.ros2.qos import from_options
 from bringup.ros2.types import interface_class
 
-_TICK = 0.1  # from one look at the subscriptions to the next [s]
-
 
 def values_of(text: str, stdin: bool) -> Any:
     """Return what was typed as YAML, or stands on the standard input."""
@@ -23,11 +21,7 @@ def values_of(text: str, stdin: bool) -> Any:
 
 
 def pub(arguments: argparse.Namespace) -> None:
-    """Publish a message once, some times, or until interrupted.
-
-    Raises:
-        Ros2Error: The type or a field does not exist, or no subscription matches in time.
-    """
+    """Publish a message once, some times, or until interrupted."""
     message_type = interface_class(arguments.message_type, "msg")
     message = message_type()
     values = values_of(arguments.values, arguments.stdin)
@@ -62,26 +56,22 @@ def _wait_for_subscriptions(
     wanted = arguments.wait_matching_subscriptions
     wanted = (1 if times else 0) if wanted is None else wanted
     count = publisher.get_subscription_count  # type: ignore[attr-defined]
-    limit = arguments.max_wait_time_secs
+    limit, period = arguments.max_wait_time_secs, 0.1
     for tick in itertools.count():
         if count() >= wanted:
             return
         if tick % 10 == 0:
             print(f"Waiting for at least {wanted} matching subscription(s)...")
-        if limit is not None and tick * _TICK >= limit:
+        if limit is not None and tick * period >= limit:
             raise Ros2Error(
                 "Timed out waiting for subscribers: "
                 f"Expected {wanted} subscribers but only got {count()} subscribers"
             )
-        client.spin(lambda: count() >= wanted, _TICK)
+        client.spin(lambda: count() >= wanted, period)
 
 
 def call(arguments: argparse.Namespace) -> None:
-    """Call a service once, or at a rate until interrupted.
-
-    Raises:
-        Ros2Error: The type or a field does not exist, or the rate is none.
-    """
+    """Call a service once, or at a rate until interrupted."""
     if arguments.rate is not None and not arguments.rate > 0.0:
         raise Ros2Error("rate must be greater than zero")
     service_type = interface_class(arguments.service_type, "srv")

@@ -32,7 +32,7 @@ class RobotScene:
     def set_links(self, glbs: Mapping[str, bytes]) -> None:
         """Set the robot's links, each as binary glTF."""
         self._glbs = dict(glbs)
-        self._parents = {}  # so that the next `place` builds the tree again
+        self._parents = {}  # so that the next `update` builds the tree again
 
     def show(self, layer: str, shown: bool) -> None:
         """Show or hide the robot or the frames' axes."""
@@ -45,7 +45,7 @@ class RobotScene:
             for frame in self._frames.values():
                 frame.show_axes = shown
 
-    def place(self, frames: Frames) -> None:
+    def update(self, frames: Frames) -> None:
         """Move every frame to its pose in its parent."""
         parents = frames.parents
         if parents != self._parents:

@@ -23,19 +23,20 @@ from bringup.viewing.drawing.values import (
     Points,
 )
 
-_TICKS_TO_DECODE = 5  # that a browser takes for a map's picture
-_MOST_ARROWS = 100  # more are drawn as lines, which cost less
-
 
 class Scene:
     """Draws layers; a drawing replaces the one before under the same key.
 
     Args:
         server: viser's server.
+        decoding: Ticks that a browser takes for a map's picture.
+        most_arrows: The most of a drawing; more are lines, which cost less.
     """
 
-    def __init__(self, server: viser.ViserServer) -> None:
-        self._server = server
+    def __init__(
+        self, server: viser.ViserServer, decoding: int = 5, most_arrows: int = 100
+    ) -> None:
+        self._server, self._decoding, self._most_arrows = server, decoding, most_arrows
         self._scene = server.scene
         self._drawn: dict[str, tuple[Drawing, list[Any]]] = {}
         self._unplaced: set[str] = set()
@@ -61,7 +62,7 @@ class Scene:
             # a browser takes a moment to decode it: the old one stays meanwhile
             self._maps += 1
             name += str(self._maps)
-            self._old.append((_TICKS_TO_DECODE, handles))
+            self._old.append((self._decoding, handles))
         elif _renewed(before, handles, drawing):
             self._drawn[key] = (drawing, handles)
         elif isinstance(drawing, Bodies):
@@ -89,7 +90,7 @@ class Scene:
                 *(name, drawing.points, drawing.colour),
                 point_size=drawing.size, point_shape="circle", precision="float32", visible=False,
             )  # fmt: skip
-        if isinstance(drawing, Arrows) and len(drawing.segments) <= _MOST_ARROWS:
+        if isinstance(drawing, Arrows) and len(drawing.segments) <= self._most_arrows:
             width = drawing.width
             return scene.add_arrows(
                 *(name, drawing.segments, drawing.colour), visible=False,
@@ -111,7 +112,7 @@ class Scene:
             name, body.colour, body.size, opacity=0.8, visible=False, cast_shadow=False
         )
 
-    def place(self, frames: Frames) -> None:
+    def update(self, frames: Frames) -> None:
         """Move every drawing to its frame; one with a stamp stays where it was put."""
         for key, (drawing, handles) in self._drawn.items():
             if key not in self._unplaced and drawing.stamp is not None:

@@ -92,8 +92,8 @@ class Viewer:
             self._show(key, self._waiting.pop(key))
         if (bodies := self._robot.entities.take(self._base)) is not None:
             self._scene.draw("people", "people", bodies)
-        self._scene.place(self._robot.frames)
-        self._body.place(self._robot.frames)
+        self._scene.update(self._robot.frames)
+        self._body.update(self._robot.frames)
         managed = self._robot.managed
         nodes = "\n\n".join(filter(None, (managed.report, nodes_text(managed.states))))
         self._panel.show_state(self._robot.navigation.state.text(), nodes)

@@ -1,1 +1,1 @@
-"""What a viewer draws, as plain values: no ROS, no window."""
+"""Drawings as plain values: no ROS, no window."""

@@ -14,7 +14,6 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from bringup.recording.message_definitions import message_definition
 
-_DEPTH = 10
 _TYPE = re.compile(r"([a-z][a-z0-9_]*)/msg/([A-Z][A-Za-z0-9]*)")
 
 
@@ -51,7 +50,7 @@ class Channels:
 
     @property
     def idle(self) -> bool:
-        """Whether nobody listens."""
+        """True while nobody listens."""
         return not self._subscriptions
 
     def refresh(self) -> None:
@@ -125,7 +124,7 @@ class Channels:
         reliable = all(o.reliability == ReliabilityPolicy.RELIABLE for o in offers)
         latched = all(o.durability == DurabilityPolicy.TRANSIENT_LOCAL for o in offers)
         return QoSProfile(
-            depth=max([_DEPTH, *(offer.depth for offer in offers)]),
+            depth=max([10, *(offer.depth for offer in offers)]),
             reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
             durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         )

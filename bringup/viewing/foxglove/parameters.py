@@ -12,7 +12,6 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 
 from bringup.viewing.robot.services import Services
 
-_DEADLINE = 3.0  # of a node's answer [s]
 _SUFFIX = "/list_parameters"
 
 
@@ -27,11 +26,14 @@ class Question:
         answer: Takes the values, by name.
     """
 
+    deadline = 3.0
+    """For a node's answer [s]."""
+
     def __init__(self, names: tuple[str, ...], values: dict[str, Any] | None = None) -> None:
         self.names, self.values = names, values or {}
         self.answer: Future[dict[str, Any]] = Future()
         self.pending, self.found = 0, dict[str, Any]()
-        self.end = time.monotonic() + _DEADLINE
+        self.end = time.monotonic() + self.deadline
 
 
 class Parameters:
@@ -98,7 +100,7 @@ class Parameters:
             then(response)
             question.pending -= 1
 
-        if self._services.ask(kind, name, request, answered, _DEADLINE):
+        if self._services.ask(kind, name, request, answered, question.deadline):
             question.pending += 1
 
 

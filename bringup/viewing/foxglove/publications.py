@@ -1,4 +1,4 @@
-"""What Foxglove's clients publish: goals, pose estimates, velocities, as they serialized them."""
+"""Publications of Foxglove's clients, such as goals and velocities, as they serialized them."""
 
 from __future__ import annotations
 

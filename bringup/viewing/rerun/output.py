@@ -1,4 +1,4 @@
-"""Where rerun's data go: a file, its window, or its page in a browser."""
+"""The destination of rerun's data: a file, its window, or its page in a browser."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ _APPLICATION = "arjuna"
 _DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
 _HOST = "127.0.0.1"
 _MEMORY = "2GiB"  # of what the viewer is given; beyond that the oldest is dropped
-_START = 20.0  # [s]
 
 
 class OutputError(ArjunaError):
@@ -28,7 +27,7 @@ class OutputError(ArjunaError):
 class Output:
     """A rerun recording that goes to a file or to a viewer on this machine; a context manager.
 
-    rerun's own `spawn` and `serve_grpc` listen on every network; its program can be told not to.
+    rerun's own `spawn` and `serve_grpc` listen on every network; its program takes an address.
 
     Args:
         save: The file to write; None to show it.
@@ -64,7 +63,7 @@ class Output:
 
     @property
     def open(self) -> bool:
-        """Whether what is logged is still seen or saved."""
+        """True while the data are still seen or saved."""
         return self._viewer is None or self._viewer.poll() is None
 
     def __enter__(self) -> Output:
@@ -117,8 +116,8 @@ def _start_viewer(port: int, web: bool, show: Callable[[str], None]) -> subproce
     return viewer
 
 
-def _wait_for(viewer: subprocess.Popen[bytes], port: int) -> None:
-    deadline = time.monotonic() + _START
+def _wait_for(viewer: subprocess.Popen[bytes], port: int, patience: float = 20.0) -> None:
+    deadline = time.monotonic() + patience
     while time.monotonic() < deadline:
         try:
             viewer.wait(timeout=0.1)
@@ -130,7 +129,7 @@ def _wait_for(viewer: subprocess.Popen[bytes], port: int) -> None:
             raise OutputError(f"rerun's viewer ended at once, with code {viewer.returncode}")
     viewer.terminate()
     viewer.wait()
-    raise OutputError(f"rerun's viewer does not listen within {_START:.0f} s")
+    raise OutputError(f"rerun's viewer does not listen within {patience:.0f} s")
 
 
 def _free_port() -> int:

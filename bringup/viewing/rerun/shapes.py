@@ -41,7 +41,7 @@ def transforms(stream: Stream, frames: Frames, message: Any, static: bool) -> bo
 
 def draw(stream: Stream, topic: str, drawing: Drawing) -> None:
     """Draw something in its frame, in place of the one before of the topic."""
-    new = stream.place(topic, drawing.frame)
+    new = stream.set_frame(topic, drawing.frame)
     if isinstance(drawing, Points):
         if new:
             radii = [drawing.size / 2.0]
@@ -100,6 +100,6 @@ def robot(stream: Stream, description: str, find_mesh: FindMesh) -> tuple[str, .
     except VisualError as error:
         return (str(error),)
     for link, glb in model.glbs.items():
-        stream.place(f"robot/{link}", link)
+        stream.set_frame(f"robot/{link}", link)
         stream.always(f"robot/{link}", rr.Asset3D(contents=glb, media_type=rr.MediaType.GLB))
     return model.notes

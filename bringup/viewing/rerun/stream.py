@@ -10,8 +10,6 @@ import rerun as rr
 from numpy.typing import NDArray
 
 TIMELINE = "time"
-_ROWS = 4000  # that wait at most
-_NANO = 1_000_000_000
 
 
 class Stream:
@@ -20,11 +18,12 @@ class Stream:
     Args:
         recording: The recording.
         patience: How long rows may wait to be sent together [s].
+        most: Rows that may wait.
     """
 
-    def __init__(self, recording: rr.RecordingStream, patience: float) -> None:
+    def __init__(self, recording: rr.RecordingStream, patience: float, most: int = 4000) -> None:
         self.recording = recording
-        self._patience = patience
+        self._patience, self._most = patience, most
         self._start: int | None = None
         self._sent = 0.0
         self._waiting = 0
@@ -37,8 +36,8 @@ class Stream:
     def at(self, time: int) -> None:
         """Move on to a time [ns]; the first one given is the beginning."""
         self._start = time if self._start is None else self._start
-        self.now = (time - self._start) / _NANO
-        if self._waiting >= _ROWS or abs(self.now - self._sent) >= self._patience:
+        self.now = (time - self._start) / 1e9
+        if self._waiting >= self._most or abs(self.now - self._sent) >= self._patience:
             self.flush()
 
     def log(self, entity: str, *archetypes: Any) -> None:
@@ -50,7 +49,7 @@ class Stream:
         """Log something that holds for all time."""
         self.recording.log(entity, *archetypes, static=True)
 
-    def place(self, entity: str, frame: str) -> bool:
+    def set_frame(self, entity: str, frame: str) -> bool:
         """Say in which frame an entity is; return whether that is new."""
         if self._frames.get(entity) == frame:
             return False

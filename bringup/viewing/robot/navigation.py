@@ -1,4 +1,4 @@
-"""Navigation seen from outside: the goal under way and its end, whoever gave it."""
+"""Navigation seen from outside: the current goal and its end, whoever gave it."""
 
 from __future__ import annotations
 
