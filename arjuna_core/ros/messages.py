@@ -54,12 +54,13 @@ def _kinds(cls: type[Any]) -> Iterator[Any]:
 
 
 def quicken(*classes: Any) -> None:
-    """Give message types and those within them compiled constructors and plain fields.
+    """Give types of messages and services, and those within, compiled constructors, plain fields.
 
     What their users see is the same; types whose fields are checked stay as they are.
     """
     for cls in classes:
-        _quicken(cls)
+        for part in (cls.Request, cls.Response) if hasattr(cls, "Request") else (cls,):
+            _quicken(part)
 
 
 @cache

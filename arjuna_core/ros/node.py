@@ -11,6 +11,7 @@ from rclpy.parameter import Parameter
 from arjuna_core.checks.message import problem_of
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.health.guarded import Guarded, failed
+from arjuna_core.ros.local.lifecycle import LIFECYCLE_SERVICES, AnnouncedStates
 from arjuna_core.ros.params import ParameterBinding, describe_sim_time
 from arjuna_core.ros.process import Process
 from arjuna_core.ros.tf import TransformBuffer
@@ -62,9 +63,14 @@ class ManagedNode(Guarded, LifecycleNode):
             namespace="/".join(filter(None, (process.namespace, namespace))),
             context=process.context,
             parameter_overrides=sim_time,
+            enable_rosout=process.transport is None,  # nobody would hear it
+            enable_communication_interface=process.transport is None,
         )
         self._use_clock_of(process)
-        self._guard_lifecycle_services()
+        if process.transport is None:
+            self._guard_lifecycle_services()
+        else:
+            self._serve_lifecycle()
         describe_sim_time(self)
         self.active = False
         self._tasks: list[tuple[Periodic, Callable[[], None]]] = []
@@ -88,7 +94,14 @@ class ManagedNode(Guarded, LifecycleNode):
             if hasattr(service.callback, "__wrapped__"):
                 continue
             service.callback = self.answering(service.srv_name, service.callback)
-            self.adopt(service)
+
+    def _serve_lifecycle(self) -> None:
+        """Make the services and the topic of lifecycle nodes, which rclpy makes without methods."""
+        for name, kind in LIFECYCLE_SERVICES.items():
+            answer = getattr(self, f"_LifecycleNodeMixin__on_{name}")
+            checked = self._allowed_only(answer) if name == "change_state" else answer
+            self.create_service(kind, f"~/{name}", checked)
+        self._state_machine: Any = AnnouncedStates(self, self._state_machine)
 
     def _allowed_only(self, change: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
         """Refuse a transition that is unknown or not allowed now: rclpy raises."""

@@ -160,4 +160,4 @@ class GuardedNode(Guarded, Node):
         self, guard: Guard, name: str, transport: Registry | None = None, **options: Any
     ) -> None:
         self.guard, self.transport = guard, transport
-        super().__init__(name, **options)
+        super().__init__(name, **{"enable_rosout": transport is None, **options})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +16,21 @@ from arjuna_core.ros.local.transport import LocalTimer, Registry, TransportError
 from arjuna_core.ros.messages import quicken
 
 
+def _local(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Let rclpy's own method run in place of one where the node speaks through the middleware."""
+
+    @functools.wraps(method)
+    def run(node: Any, *arguments: Any, **named: Any) -> Any:
+        kind = arguments[0] if arguments else named.get("msg_type", named.get("srv_type"))
+        if hasattr(kind, "_TYPE_SUPPORT"):
+            quicken(kind)
+        if node.transport is None:
+            return getattr(super(Doors, node), method.__name__)(*arguments, **named)
+        return method(node, *arguments, **named)
+
+    return run
+
+
 class Doors:
     """A mixin that stands before rclpy's Node: with a transport, what the node makes is of it.
 
@@ -24,21 +40,20 @@ class Doors:
         trusted: Whether what the node publishes is valid by its making.
     """
 
-    transport: Registry | None = None
+    transport: Any = None
     trusted = False
 
+    @_local
     def create_publisher(
         self, msg_type: Any, topic: str, qos_profile: Any, *options: Any, **named: Any
     ) -> Any:
         """Create a publisher."""
-        quicken(msg_type)
-        if self.transport is None:
-            return super().create_publisher(msg_type, topic, qos_profile, *options, **named)  # type: ignore[misc]
         name = self._full_name(topic)
         made = LocalPublisher(self.transport, self, msg_type, name, _profile(qos_profile))
         self._publishers.append(made)  # type: ignore[attr-defined]
         return made
 
+    @_local
     def create_subscription(
         self,
         msg_type: Any,
@@ -50,55 +65,40 @@ class Doors:
         **named: Any,
     ) -> Any:
         """Create a subscription."""
-        quicken(msg_type)
-        if self.transport is None:
-            return super().create_subscription(  # type: ignore[misc]
-                msg_type, topic, callback, qos_profile, *options, raw=raw, **named
-            )
         name, profile = self._full_name(topic), _profile(qos_profile)
         made = LocalSubscription(self.transport, self, msg_type, name, callback, profile, raw)
         self._subscriptions.append(made)  # type: ignore[attr-defined]
         return made
 
+    @_local
     def create_client(self, srv_type: Any, srv_name: str, *options: Any, **named: Any) -> Any:
         """Create a service's client."""
-        quicken(srv_type.Request, srv_type.Response)
-        if self.transport is None:
-            return super().create_client(srv_type, srv_name, *options, **named)  # type: ignore[misc]
         name = self._full_name(srv_name, is_service=True)
         made = LocalClient(self.transport, self, srv_type, name)
         self._clients.append(made)  # type: ignore[attr-defined]
         return made
 
+    @_local
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Any, *options: Any, **named: Any
     ) -> Any:
         """Create a service."""
-        quicken(srv_type.Request, srv_type.Response)
-        if self.transport is None:
-            return super().create_service(srv_type, srv_name, callback, *options, **named)  # type: ignore[misc]
         return self._add_service(LocalService, srv_type, srv_name, callback)
 
     def create_deferred_service(self, srv_type: Any, srv_name: str, callback: Any) -> Any:
         """Create a service of the local transport that may answer later."""
-        quicken(srv_type.Request, srv_type.Response)
+        quicken(srv_type)
         return self._add_service(DeferredService, srv_type, srv_name, callback)
-
-    def adopt(self, service: Any) -> None:
-        """Serve by the transport what rclpy made of the middleware, where nobody asks."""
-        if self.transport is not None:
-            name = service.service_name
-            self._add_service(LocalService, service.srv_type, name, service.callback)
 
     def _add_service(
         self, cls: type[LocalService], srv_type: Any, srv_name: str, callback: Any
     ) -> LocalService:
-        assert self.transport is not None
         name = self._full_name(srv_name, is_service=True)
         made = cls(self.transport, self, srv_type, name, callback)
         self._services.append(made)  # type: ignore[attr-defined]
         return made
 
+    @_local
     def create_timer(
         self,
         period: float,
@@ -108,8 +108,6 @@ class Doors:
         **named: Any,
     ) -> Any:
         """Create a timer; it fires where the process's clock has moved."""
-        if self.transport is None:
-            return super().create_timer(period, callback, *options, clock=clock, **named)  # type: ignore[misc]
         made = LocalTimer(self.transport, period, callback, clock or self.get_clock())  # type: ignore[attr-defined]
         self._timers.append(made)  # type: ignore[attr-defined]
         return made
@@ -137,50 +135,44 @@ class Doors:
             node._validate_topic_or_service_name(name, is_service=is_service)
             raise
 
+    @_local
     def get_topic_names_and_types(self, no_demangle: bool = False) -> list[tuple[str, list[str]]]:
         """Return every topic and its types."""
-        if self.transport is None:
-            return super().get_topic_names_and_types(no_demangle)  # type: ignore[misc,no-any-return]
         return [
             (name, sorted({_type_name(end.msg_type) for end in ends}))
             for name, ends in self.transport.topics()
         ]
 
+    @_local
     def get_service_names_and_types(self) -> list[tuple[str, list[str]]]:
         """Return every service and its types."""
-        if self.transport is None:
-            return super().get_service_names_and_types()  # type: ignore[misc,no-any-return]
         return [
             (name, sorted({_type_name(each.srv_type) for each in found}))
             for name, found in sorted(self.transport.services.items())
             if found
         ]
 
+    @_local
     def count_publishers(self, topic_name: str) -> int:
         """Return how many publishers a topic has."""
-        if self.transport is None:
-            return super().count_publishers(topic_name)  # type: ignore[misc,no-any-return]
         return len(self.transport.publishers[self._full_name(topic_name)])
 
+    @_local
     def count_subscribers(self, topic_name: str) -> int:
         """Return how many subscriptions a topic has."""
-        if self.transport is None:
-            return super().count_subscribers(topic_name)  # type: ignore[misc,no-any-return]
         return len(self.transport.subscriptions[self._full_name(topic_name)])
 
+    @_local
     def get_publishers_info_by_topic(self, topic_name: str, no_mangle: bool = False) -> list[Any]:
         """Return who publishes a topic, and with which QoS."""
-        if self.transport is None:
-            return super().get_publishers_info_by_topic(topic_name, no_mangle)  # type: ignore[misc,no-any-return]
         ends = self.transport.publishers[self._full_name(topic_name)]
         return [_info(end, TopicEndpointTypeEnum.PUBLISHER) for end in ends]
 
+    @_local
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[Any]:
         """Return who listens to a topic, and with which QoS."""
-        if self.transport is None:
-            return super().get_subscriptions_info_by_topic(topic_name, no_mangle)  # type: ignore[misc,no-any-return]
         ends = self.transport.subscriptions[self._full_name(topic_name)]
         return [_info(end, TopicEndpointTypeEnum.SUBSCRIPTION) for end in ends]
 
@@ -196,7 +188,7 @@ class PlainNode(Doors, Node):
 
     def __init__(self, transport: Registry | None, name: str, **options: Any) -> None:
         self.transport = transport
-        super().__init__(name, **options)
+        super().__init__(name, **{"enable_rosout": transport is None, **options})
 
 
 def _profile(profile: Any) -> QoSProfile:

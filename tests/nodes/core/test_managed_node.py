@@ -11,6 +11,7 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Twist
+from lifecycle_msgs.msg import TransitionEvent
 from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import Wait
 from rcl_interfaces.srv import SetParameters
@@ -80,6 +81,14 @@ def test_lifecycle_can_be_run_through_twice(bench: RosBench, node: EchoNode) -> 
     assert speeds(heard) == [2.0]
     state = bench.call(GetState, "echo/get_state", GetState.Request())
     assert state.current_state.label == "active"
+
+
+def test_transitions_are_published(bench: RosBench, node: EchoNode) -> None:
+    heard = bench.collect(TransitionEvent, "echo/transition_event")
+    node.trigger_deactivate()
+    bench.process.drain()
+    labels = [(each.start_state.label, each.goal_state.label) for each in heard]
+    assert labels == [("active", "deactivating"), ("deactivating", "inactive")]
 
 
 def set_one(bench: RosBench, name: str, value: Any) -> Any:
