@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -13,20 +13,17 @@ from numpy.typing import NDArray
 from arjuna_core.config import param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
-from arjuna_nav.controllers.arrival import Arrival, ArrivalConfig
+from arjuna_nav.controllers.approach import ApproachConfig, FinalApproach
 from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
-from arjuna_nav.controllers.foresight import Foresight, ForesightConfig
-from arjuna_nav.controllers.manoeuvre.manoeuvre import Manoeuvre, ManoeuvreConfig
-from arjuna_nav.controllers.passage.passage import Passage, PassageConfig
+from arjuna_nav.controllers.escape import Escape, EscapeConfig
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
-from arjuna_nav.controllers.straight_off import straight_off
+from arjuna_nav.controllers.speed_limits import Foresight, ForesightConfig
+from arjuna_nav.controllers.tracker import TrackerConfig
 from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.collision import collides
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import path as paths
-
-_GOES_BY = 0.5  # what moves so near may be what is in the way, and is waited for [m]
-_STILL = 0.1  # slower than that, the robot does not brake any more [m/s]
 
 
 @dataclass(frozen=True)
@@ -48,10 +45,19 @@ class FollowerConfig:
     failure_tolerance: float = param(
         0.0, "How long a controller may fail before following does; below 0 for ever.", unit="s"
     )
+    stopped_velocity: float = param(
+        0.1, "Speed below which the robot does not brake any more.", unit="m/s", minimum=0.0
+    )
+    moving_obstacle_distance: float = param(
+        0.5,
+        "Distance from the robot within which what moves is waited for where it may be in the way.",
+        unit="m",
+        minimum=0.0,
+    )
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
-    arrival: ArrivalConfig = field(default_factory=ArrivalConfig)
-    manoeuvre: ManoeuvreConfig = field(default_factory=ManoeuvreConfig)
-    passage: PassageConfig = field(default_factory=PassageConfig)
+    arrival: ApproachConfig = field(default_factory=ApproachConfig)
+    escape: EscapeConfig = field(default_factory=EscapeConfig)
+    tracker: TrackerConfig = field(default_factory=TrackerConfig)
 
 
 class FollowState(enum.Enum):
@@ -132,12 +138,11 @@ class PathFollower:
         )
         self._controller = self._make_controller()
         self._foresight = Foresight(config.foresight)
-        self._arrival = Arrival(config.arrival, footprint)
-        self._manoeuvre = Manoeuvre(config.manoeuvre, footprint)
-        self._passage = Passage(config.passage, config.manoeuvre, footprint, body or footprint)
+        self._approach = FinalApproach(config.arrival, config.tracker, footprint)
+        self._escape = Escape(config.escape, config.tracker, footprint, body or footprint)
         self._end: SE2 | None = None
         self._failing_since: float | None = None
-        self._sought = False
+        self._escape_tried = self._path_changed = False
         self.speed_limit = math.inf
 
     @property
@@ -160,10 +165,9 @@ class PathFollower:
         """Follow a path from now [s] on, as a new task."""
         self._progress.reset()
         self._goal.reset()
-        self._arrival.reset()
-        self._manoeuvre.reset()
-        self._passage.reset()
-        self._failing_since, self._sought = None, False
+        self._approach.reset()
+        self._escape.reset()
+        self._failing_since, self._escape_tried = None, False
         self._controller = self._make_controller()  # the last goal's arrival is not this one's
         self.change(path)
 
@@ -174,40 +178,34 @@ class PathFollower:
             PathError: The path is empty or of the wrong shape.
         """
         self._controller.set_path(path)
-        if self._manoeuvre.active and not self._manoeuvre.leads_to(path):
-            self._manoeuvre.reset()
-            self._sought = False
+        self._path_changed = True
         end = SE2.from_array(path[-1])
         if self._end is not None and self._end.distance(end) > 1e-3:
             self._goal.reset()
-            self._arrival.reset()
+            self._approach.reset()
         self._end = end
 
     def tick(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
         """Return what to drive; pose and costmap are of the path's frame."""
-        told = self._follow(pose, velocity, costmap, now)
-        if self._passage.active or self._manoeuvre.active:
-            return told
-        fastest = min(self.desired_speed, self.speed_limit)
-        off = straight_off(told.velocity, pose, costmap, self._footprint, fastest)
-        return told if off is None else replace(told, velocity=off)
-
-    def _follow(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
         assert self._end is not None
-        if self._passage.active:
+        if self._path_changed and not self._escape.leads_to(self._controller.path, costmap):
+            self._escape.reset()
+            self._escape_tried = False
+        self._path_changed = False
+        if self._escape.in_gap:
             self._progress.reset()  # it is slow
         if not self._progress.check(pose, now):
             return FollowResult.failed(
                 ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.complaint()
             )
         distance = paths.length(self._controller.path)
-        if not self._passage.active and paths.ends_here(self._controller.path, pose):
+        if not self._escape.active and paths.ends_here(self._controller.path, pose):
             arriving = self._arrive(pose, velocity, costmap, now, distance)
-            if arriving is not None:
+            if arriving is not None and not self._scrapes(arriving, pose, costmap):
                 self._failing_since = None
                 distance = pose.distance(self._end)
                 return FollowResult(FollowState.RUNNING, arriving, distance=distance)
-            if self._goal.reached(pose, self._end, velocity):
+            if arriving is None and self._goal.reached(pose, self._end, velocity):
                 return FollowResult(FollowState.SUCCEEDED)
         wanted = min(self.desired_speed, self.speed_limit)
         slower = self._foresight.speed(self._controller.path, pose, costmap, wanted)
@@ -219,52 +217,63 @@ class PathFollower:
             return FollowResult(
                 FollowState.RUNNING, control.velocity, message=control.message, distance=distance
             )
-        if abs(velocity.x) > _STILL:
-            self._failing_since = None  # it brakes
-        return self._bear(control.status, control.message, now, distance)
+        if self._brakes(velocity):
+            self._failing_since = None
+        return self._tolerate(control.status, control.message, now, distance)
+
+    def _brakes(self, velocity: Velocity) -> bool:
+        """Return whether a robot that was commanded to stop still moves."""
+        fastest = max(
+            abs(velocity.x), abs(velocity.yaw_rate) * self._footprint.circumscribed_radius
+        )
+        return fastest > self._config.stopped_velocity
+
+    def _scrapes(self, command: Velocity, pose: SE2, costmap: Costmap) -> bool:
+        """Return whether a command turns a robot that touches something: it would scrape along."""
+        turns = abs(command.yaw_rate) * self._footprint.circumscribed_radius > abs(command.x)
+        return turns and collides(costmap, self._footprint, pose)
 
     def _control(
         self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
     ) -> ControlResult:
-        """Ask the controller; where it finds no way on, look for one and drive that first.
+        """Ask the controller; where it finds no valid control, escape.
 
-        What moves and is in the way will have gone: it is waited for, as long as progress allows.
+        What moves and is in the way is waited for, as long as progress allows.
         """
-        manoeuvre, passage = self._manoeuvre, self._passage
-        command, ending = passage.compute(pose, velocity, costmap, now), passage.may_end
-        if command is None:
-            command, ending = manoeuvre.compute(pose, costmap), manoeuvre.may_end
-        if command is not None and ending(pose, self._controller.path, costmap):
-            command = self._faster(command, pose, velocity, costmap, now)
-        if command is not None:
-            return ControlResult(ControlStatus.SUCCEEDED, command)
+        escape, path = self._escape, self._controller.path
+        if escape.active:
+            command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
+            if command is not None and escape.can_hand_over(pose, path, costmap):
+                command = self._faster(command, pose, velocity, costmap, now)
+            if command is not None:
+                return ControlResult(ControlStatus.SUCCEEDED, command)
         control = self._controller.compute(pose, velocity, costmap, now)
-        if control.status is not ControlStatus.NO_VALID_CONTROL:
-            if control.velocity.x != 0.0:  # to turn about again is no way on
-                self._sought = False
+        scrapes = self._scrapes(control.velocity, pose, costmap)
+        if control.status is not ControlStatus.NO_VALID_CONTROL and not scrapes:
+            if control.velocity.x != 0.0:  # a turn alone leads nowhere
+                self._escape_tried = False
             return control
-        reach = self._footprint.circumscribed_radius + _GOES_BY
-        if costmap.moves_within(pose.x, pose.y, reach):
+        reach = self._footprint.circumscribed_radius + self._config.moving_obstacle_distance
+        if not scrapes and costmap.moves_within(pose.x, pose.y, reach):
             return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
-        if self._sought or abs(velocity.x) > _STILL:
+        if self._escape_tried or self._brakes(velocity):
             return control
-        self._sought = True  # once: what is not found now is not found the next tick
-        if passage.begin(pose, self._controller.path, costmap):
-            command = passage.compute(pose, velocity, costmap, now)
-        elif manoeuvre.begin(pose, self._controller.path, costmap):
-            command = manoeuvre.compute(pose, costmap)
-        return control if command is None else ControlResult(ControlStatus.SUCCEEDED, command)
+        self._escape_tried = True  # once: the next tick's search would find no more
+        if escape.begin(pose, path, costmap):
+            command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
+            if command is not None:
+                return ControlResult(ControlStatus.SUCCEEDED, command)
+        return control
 
     def _faster(
         self, command: Velocity, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
     ) -> Velocity:
-        """Leave the rest to the controller if that drives on faster; return what to drive."""
+        """Hand the rest over to the controller if that drives faster; return what to drive."""
         control = self._controller.compute(pose, velocity, costmap, now)
         if control.status is not ControlStatus.SUCCEEDED or control.velocity.x <= command.x:
             return command
-        self._manoeuvre.reset()
-        self._passage.reset()
-        self._sought = False
+        self._escape.reset()
+        self._escape_tried = False
         return control.velocity
 
     def _arrive(
@@ -274,7 +283,7 @@ class PathFollower:
         end = self._end
         assert end is not None
         aligned = self._goal.reached(SE2(pose.x, pose.y, end.theta), end, velocity)
-        return self._arrival.compute(
+        return self._approach.compute(
             pose,
             end,
             velocity,
@@ -286,7 +295,7 @@ class PathFollower:
             heading=self._heading_matters,
         )
 
-    def _bear(
+    def _tolerate(
         self, status: ControlStatus, message: str, now: float, distance: float
     ) -> FollowResult:
         """Stand still while a controller fails for less than the tolerance."""

@@ -1,10 +1,12 @@
-"""Where a constant velocity takes the robot."""
+"""Laws of motion that all controllers share: arcs, braking and turning on the spot."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.se2 import SE2
@@ -19,7 +21,7 @@ def rollout(pose: SE2, velocity: Velocity, duration: float, spacing: float) -> N
 
     Args:
         pose: Start.
-        velocity: What is driven.
+        velocity: Forward speed and yaw rate.
         duration: For how long [s].
         spacing: Greatest distance between two poses [m].
 
@@ -47,3 +49,56 @@ def crossing(pose: SE2, before: SE2, after: SE2, distance: float) -> float:
         return 1.0
     root = math.sqrt(max(b * b - a * c, 0.0))
     return min(max((root - b) / a, 0.0), 1.0)
+
+
+@njit(cache=True)
+def curvature_to(x: float, y: float) -> float:
+    """Return the curvature [1/m] of the arc to a point seen from the robot [m].
+
+    Source: Coulter, Implementation of the pure pursuit path tracking algorithm, 1992.
+    """
+    return 2.0 * y / max(x * x + y * y, 1e-6)
+
+
+@njit(cache=True)
+def braking_speed(distance: float, deceleration: float, final: float = 0.0) -> float:
+    """Return the speed from which one brakes to a final speed within a distance.
+
+    It holds for yaw rates and angles, too.
+    """
+    return math.sqrt(final * final + 2.0 * deceleration * max(distance, 0.0))
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Limits of a turn on the spot.
+
+    Attributes:
+        rate: Greatest yaw rate [rad/s].
+        acceleration: Greatest change of the yaw rate [rad/s^2].
+        period: Time between two commands [s].
+        gain: Yaw rate per angle left [1/s].
+        rate_min: Yaw rate below which the wheels stick [rad/s].
+        settled: Angle left below which the wheels may stick [rad].
+    """
+
+    rate: float
+    acceleration: float
+    period: float
+    gain: float = 1.5
+    rate_min: float = 0.1
+    settled: float = 0.05
+
+    def towards(self, angle: float, last: float) -> float:
+        """Return the yaw rate that turns by an angle and comes to rest there [rad/s].
+
+        Args:
+            angle: Left to turn [rad].
+            last: Yaw rate commanded last [rad/s].
+        """
+        brake = braking_speed(abs(angle), 0.5 * self.acceleration)  # half: none overshoots
+        rate = min(self.rate, brake, self.gain * abs(angle))
+        if abs(angle) > self.settled:
+            rate = max(rate, min(self.rate_min, self.rate))
+        change = self.acceleration * self.period
+        return min(max(math.copysign(rate, angle), last - change), last + change)

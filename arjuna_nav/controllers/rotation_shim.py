@@ -17,10 +17,9 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, Controller, ControlResult, ControlStatus
-from arjuna_nav.controllers.motion import rollout
+from arjuna_nav.controllers.motion import Turning, rollout
 from arjuna_nav.controllers.plugins import CONTROLLERS
 from arjuna_nav.controllers.tracked_path import TrackedPath
-from arjuna_nav.controllers.turning import Turning
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint

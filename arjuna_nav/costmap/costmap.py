@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.grid import GridFrame
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 
 FREE = 0
 MAX_NON_OBSTACLE = 252
@@ -49,6 +49,7 @@ class Costmap:
         hits: `(height, width) uint32` where in their cells obstacles lie, as `hit_points` reads
             them; None where only the cells are known.
         moving: What moves: middles and radii in the grid, from its origin, `(K, 3)` [m].
+        T_frame_own: Maps coordinates of the frame in which the layers keep the grid into `frame`'s.
     """
 
     frame: GridFrame
@@ -58,6 +59,7 @@ class Costmap:
     clearances: NDArray[np.float64] = field(default_factory=lambda: np.full(256, np.inf))
     hits: NDArray[np.uint32] | None = None
     moving: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
+    T_frame_own: SE2 = IDENTITY
 
     def __post_init__(self) -> None:
         if self.data.shape != self.frame.shape:
@@ -91,8 +93,8 @@ class Costmap:
         Args:
             T_other_frame: Maps coordinates of this costmap's frame into the other.
         """
-        origin = T_other_frame @ self.frame.origin
-        return replace(self, frame=replace(self.frame, origin=origin))
+        frame = replace(self.frame, origin=T_other_frame @ self.frame.origin)
+        return replace(self, frame=frame, T_frame_own=T_other_frame @ self.T_frame_own)
 
 
 def occupancy_of(costs: NDArray[np.uint8]) -> NDArray[np.int8]:

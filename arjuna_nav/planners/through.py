@@ -11,7 +11,7 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import Planner, PlanResult, PlanStatus
-from arjuna_nav.planners.turning.passage import plan_for_outline
+from arjuna_nav.planners.outline import plan_for_outline
 
 
 def plan_through(

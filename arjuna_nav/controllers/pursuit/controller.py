@@ -12,10 +12,9 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import NO_PATH, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import is_there
-from arjuna_nav.controllers.motion import crossing, rollout
+from arjuna_nav.controllers.motion import Turning, crossing, curvature_to, rollout
 from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
 from arjuna_nav.controllers.tracked_path import TrackedPath
-from arjuna_nav.controllers.turning import Turning
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -185,7 +184,9 @@ class RegulatedPurePursuit:
     def _pursue(self, carrot: SE2, pose: SE2, velocity: Velocity, costmap: Costmap) -> Velocity:
         """Return the velocity along the arc through the carrot, regulated."""
         config = self._config
-        curvature, regulating = _curvature(carrot), _curvature(self._regulating(pose, carrot))
+        regulated_by = self._regulating(pose, carrot)
+        curvature = curvature_to(carrot.x, carrot.y)
+        regulating = curvature_to(regulated_by.x, regulated_by.y)
         desired = config.desired_linear_vel
         speed = min(desired, self.speed_limit)
         slower = self._in_bend(desired, regulating), self._near_obstacles(desired, pose, costmap)
@@ -242,8 +243,3 @@ class RegulatedPurePursuit:
                 return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
         self._last_w = command.yaw_rate
         return ControlResult(ControlStatus.SUCCEEDED, command)
-
-
-def _curvature(point: SE2) -> float:
-    """Return the bend [1/m] of the arc to a point seen from the robot."""
-    return 2.0 * point.y / max(point.x**2 + point.y**2, 1e-6)

@@ -62,8 +62,7 @@ class Followed:
     def __init__(self, path: NDArray[np.float64] = PATH, **values: Any) -> None:
         own = {
             "FollowPath.plugin": f"{__name__}:Scripted",
-            "manoeuvre.enabled": False,
-            "passage.enabled": False,
+            "escape.enabled": False,
             "arrival.enabled": False,
         }
         self.follower = PathFollower(load(FollowerConfig, {**own, **values}), ROBOT)

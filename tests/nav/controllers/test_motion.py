@@ -10,9 +10,8 @@ import pytest
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.base import PathError
-from arjuna_nav.controllers.motion import crossing, rollout
+from arjuna_nav.controllers.motion import Turning, braking_speed, crossing, curvature_to, rollout
 from arjuna_nav.controllers.tracked_path import TrackedPath
-from arjuna_nav.controllers.turning import Turning
 
 START = SE2(1.0, -2.0, 0.6)
 
@@ -96,6 +95,26 @@ def test_a_turn_brakes_in_time_and_its_least_rate_is_no_more_than_its_greatest()
     assert Turning(1.0, 0.3, 0.1).towards(0.4, 0.34) == pytest.approx(math.sqrt(0.3 * 0.4))
     assert Turning(0.15, 2.0, 0.1, rate_min=0.2).towards(0.06, 0.15) == pytest.approx(0.15)
     assert Turning(0.08, 2.0, 0.1, rate_min=0.2).towards(0.06, 0.0) == pytest.approx(0.08)
+
+
+@pytest.mark.parametrize(
+    ("distance", "deceleration", "final", "speed"),
+    [(1.0, 0.5, 0.0, 1.0), (0.5, 0.8, 0.3, 0.943398), (0.0, 2.0, 0.4, 0.4), (-1.0, 2.0, 0.4, 0.4)],
+)
+def test_who_brakes_from_the_braking_speed_has_the_final_speed_after_the_distance(
+    distance: float, deceleration: float, final: float, speed: float
+) -> None:
+    assert braking_speed(distance, deceleration, final) == pytest.approx(speed)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_an_arc_of_the_curvature_to_a_point_leads_through_it(seed: int) -> None:
+    x, y = np.random.default_rng(seed).uniform((0.2, -1.0), (1.0, 1.0))
+    curvature = curvature_to(x, y)
+    angle = 2.0 * math.atan2(y, x)
+    end = SE2.exp((angle / curvature, 0.0, angle))
+    assert (end.x, end.y) == pytest.approx((x, y))
+    assert curvature_to(1.0, 0.0) == 0.0
 
 
 def straight(length: float, y: float = 0.0) -> np.ndarray:

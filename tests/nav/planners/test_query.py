@@ -14,8 +14,8 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.planners.base import PlanResult, PlanStatus
+from arjuna_nav.planners.outline import Drive, path_cost
 from arjuna_nav.planners.query import Query, ask, oriented
-from arjuna_nav.planners.turning.passage import Terms
 from arjuna_nav.planners.waves.potential import traversal_costs
 from arjuna_nav.planners.way_out import WayOut
 
@@ -206,7 +206,7 @@ def test_points_look_at_the_next_and_the_last_as_it_is_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("way", "worth"),
+    ("way", "cost"),
     [
         ([(0, 0, 0), (1, 0, 0), (3, 0, 0)], 3.0),
         ([(0, 0, 0), (-2, 0, 0)], 8.0),  # backwards it is four times as dear
@@ -214,8 +214,8 @@ def test_points_look_at_the_next_and_the_last_as_it_is_told() -> None:
         ([(0, 0, 0), (1, 0, 0), (0, 0, 0)], 1.0 + 0.25 + 4.0),
     ],
 )
-def test_a_way_is_worth_its_length_its_turns_and_its_stops(
-    way: list[tuple[float, float, float]], worth: float
+def test_a_path_costs_its_length_its_turns_and_its_stops(
+    way: list[tuple[float, float, float]], cost: float
 ) -> None:
-    terms = Terms(turn=0.5, stop=0.25, back=4.0, distance=0.0, angle=3.1, limit=1)
-    assert terms.worth(np.array(way, dtype=float)) == pytest.approx(worth, abs=1e-3)
+    drive = Drive(turn=0.5, reversal=0.25, back=4.0)
+    assert path_cost(np.array(way, dtype=float), drive) == pytest.approx(cost, abs=1e-3)

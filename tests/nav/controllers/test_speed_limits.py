@@ -13,7 +13,7 @@ from arjuna_core.config import load
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.follower import FollowerConfig, FollowState, PathFollower
-from arjuna_nav.controllers.foresight import Foresight, ForesightConfig
+from arjuna_nav.controllers.speed_limits import Foresight, ForesightConfig
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import clearances, cost_at_distance
 from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, polyline

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from arjuna_core.config import param
 from arjuna_core.se2 import SE2
+from arjuna_nav.controllers.motion import braking_speed
 from arjuna_nav.costmap import Costmap
 
 _CHORD = 0.4  # over which a path's bend is taken: steps of a grid are none [m]
@@ -97,20 +98,14 @@ def _speed(
         row, column = math.floor(cells[i, 1]), math.floor(cells[i, 0])
         if 0 <= row < height and 0 <= column < width:
             beside = least + clearances[data[row, column]] / max(reaction, 1e-3)
-            speed = min(speed, _braking(beside, along, deceleration))
+            speed = min(speed, braking_speed(along, deceleration, beside))
         while back < i and _gap(points, back, i) > _CHORD:
             begun += _gap(points, back, back + 1)
             back += 1
         if i > back:  # a bend counts from where it begins
             round_it = max(math.sqrt(lateral / max(_bend(points, back, i), 1e-3)), least)
-            speed = min(speed, _braking(round_it, begun, deceleration))
+            speed = min(speed, braking_speed(begun, deceleration, round_it))
     return speed
-
-
-@njit(cache=True)
-def _braking(speed: float, distance: float, deceleration: float) -> float:
-    """Return the speed from which one brakes to another within a distance."""
-    return math.sqrt(speed * speed + 2.0 * deceleration * distance)
 
 
 @njit(cache=True)

@@ -16,19 +16,19 @@ from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import PlanResult, PlanStatus, plan_through
 from arjuna_nav.planners import path as paths
-from arjuna_nav.planners.turning.passage import (
-    Terms,
-    find_way,
+from arjuna_nav.planners.outline import (
+    Drive,
+    find_path,
     first_blocked,
-    opened,
     plan_for_outline,
+    relaxed_inscribed,
 )
 from tests.helpers.nav.planners import make
 from tests.nav.worlds import block, costmap_of, empty_grid, polyline
 
 CORNERS = np.array([[0.3, 0.15], [-0.3, 0.15], [-0.3, -0.15], [0.3, -0.15]])
 LONG = Footprint.polygon(CORNERS)
-TERMS = Terms(turn=0.3, stop=0.1, back=2.0, distance=0.1, angle=0.26, limit=60000)
+DRIVE = Drive(turn=0.3, reversal=0.1, back=2.0, limit=60000)
 ORIGINS = [SE2(), SE2(-4.0, 7.0, 0.6)]
 
 
@@ -56,18 +56,18 @@ def is_driven_straight(way: NDArray[np.float64]) -> bool:
 def test_a_dead_end_too_narrow_to_turn_in_is_left_backwards(origin: SE2) -> None:
     costmap = costs(corridor(origin))
     start, end = origin @ SE2(3.0, 1.5, 0.0), origin @ SE2(0.5, 2.2, math.pi / 2.0)
-    way = find_way(start, end, costmap, LONG, TERMS)
+    way = find_path(start, end, costmap, LONG, DRIVE)
     assert first_collision(costmap, LONG, way) is None
     assert is_driven_straight(way)
     np.testing.assert_allclose(way[0], start.array(), atol=1e-9)
-    assert SE2.from_array(way[-1]).distance(end) <= 0.1
+    assert SE2.from_array(way[-1]).distance(end) < 1e-6
     inside = (origin.inverse().apply(way[:, :2])[:, 0] > 1.5).nonzero()[0]
     assert abs(way[inside, 2] - start.theta).max() < 0.2, "it turned in the corridor"
 
 
 def test_there_is_no_way_through_what_is_too_narrow() -> None:
     costmap = costs(corridor(SE2(), width=0.2))
-    way = find_way(SE2(0.5, 1.5, 0.0), SE2(3.0, 1.5, 0.0), costmap, LONG, TERMS)
+    way = find_path(SE2(0.5, 1.5, 0.0), SE2(3.0, 1.5, 0.0), costmap, LONG, DRIVE)
     assert way.shape == (0, 3)
 
 
@@ -76,7 +76,7 @@ def test_what_collides_already_is_left_away_from_the_obstacle() -> None:
     block(grid, 2.25, 1.0, 0.3, 1.0)
     costmap, start = costs(grid), SE2(2.0, 1.5, 0.0)
     assert first_collision(costmap, LONG, start.array()[None, :]) == 0
-    way = find_way(start, SE2(1.0, 1.5, math.pi), costmap, LONG, TERMS)
+    way = find_path(start, SE2(1.0, 1.5, math.pi), costmap, LONG, DRIVE)
     assert len(way) > 1
     assert first_collision(costmap, LONG, way) is None
 
@@ -88,9 +88,9 @@ def test_a_way_of_a_long_outline_is_looked_for_quickly() -> None:
     for k in range(0, 30, 2):
         block(grid, float(k), float(k), 0.1, 0.1)
     costmap, outline = costmap_of(grid, footprint=str(tail.tolist())), Footprint.polygon(tail)
-    find_way(SE2(1.0, 5.0, 0.0), SE2(2.0, 5.0, 0.0), costmap, LONG, TERMS)  # compiles
+    find_path(SE2(1.0, 5.0, 0.0), SE2(2.0, 5.0, 0.0), costmap, LONG, DRIVE)  # compiles
     begun = time.process_time()
-    find_way(SE2(1.0, 1.0, 0.0), SE2(2.0, 1.5, 0.0), costmap, outline, TERMS)
+    find_path(SE2(1.0, 1.0, 0.0), SE2(2.0, 1.5, 0.0), costmap, outline, DRIVE)
     assert time.process_time() - begun < 10.0
 
 
@@ -185,8 +185,8 @@ def test_gaps_that_cells_alone_may_close_are_opened_by_and_by(
     radius = 0.15 / 0.05
     expected = [
         costmap.data,
-        opened(costmap.data, radius - 0.5),
-        opened(costmap.data, radius - 1.1),
+        relaxed_inscribed(costmap.data, radius - 0.5),
+        relaxed_inscribed(costmap.data, radius - 1.1),
     ]
     assert len(planner.costs) == asked
     for given, own in zip(planner.costs, expected, strict=False):
@@ -194,14 +194,14 @@ def test_gaps_that_cells_alone_may_close_are_opened_by_and_by(
     assert plan_by(Planned(NONE), costmap) is NONE
 
 
-def test_opened_costs_are_the_dearest_beyond_the_radius_of_what_is_lethal() -> None:
+def test_relaxed_costs_are_the_highest_beyond_the_radius_of_what_is_lethal() -> None:
     data = np.full((9, 9), 253, np.uint8)
     data[4, 4], data[0, 0], data[8, 8] = 254, 17, 255
     rows, columns = np.ogrid[:9, :9]
     for radius in (1.0, 2.0, 2.3, 3.2):
         near = np.hypot(rows - 4, columns - 4) <= radius
         expected = np.where(near | (data != 253), data, 252)
-        np.testing.assert_array_equal(opened(data, radius), expected)
+        np.testing.assert_array_equal(relaxed_inscribed(data, radius), expected)
 
 
 def test_a_circle_and_what_fails_otherwise_keep_the_planners_own() -> None:

@@ -1,0 +1,256 @@
+"""The final approach: a planned trajectory into the goal, not to the edge of its tolerance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.graceful.control_law import approach
+from arjuna_nav.controllers.tracker import Tracker, TrackerConfig
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.footprint import Footprint
+
+
+@dataclass(frozen=True)
+class ApproachConfig:
+    """How the robot drives into a goal."""
+
+    enabled: bool = param(
+        True, "Whether to drive into the goal where there is room, beyond what is tolerated."
+    )
+    distance: float = param(
+        0.5, "Distance from the goal at which a straight approach begins.", unit="m", minimum=0.0
+    )
+    bearing: float = param(
+        0.35,
+        "Bearing of the goal up to which it is driven to without a turn on the spot before.",
+        unit="rad",
+        minimum=0.0,
+        maximum=math.pi,
+    )
+    curve_time: float = param(
+        4.5,
+        "Time before the goal, at the speed driven, at which an approach begins on a curve that "
+        "ends with its heading; 0 for straight approaches only.",
+        unit="s",
+        minimum=0.0,
+    )
+    curve_angle: float = param(
+        0.8,
+        "Greatest turn on that curve; the rest is turned on the spot.",
+        unit="rad",
+        minimum=0.0,
+        maximum=math.pi,
+    )
+    curve_gain: float = param(
+        1.5, "k_phi and k_delta of the graceful control law on that curve.", minimum=0.1
+    )
+    curve_room: float = param(
+        0.05, "Room beside the robot all along that curve.", unit="m", minimum=0.0
+    )
+    blend_distance: float = param(
+        0.05,
+        "Distance from the goal at which the turn to its heading begins.",
+        unit="m",
+        minimum=0.0,
+    )
+    patience: float = param(2.0, "How long it may get no nearer.", unit="s", minimum=0.0)
+
+
+class FinalApproach:
+    """Takes over from any controller on the last, straight stretch of a path.
+
+    It plans a trajectory that ends exactly at the goal and drives it, as long as it is free. Where
+    it gets no nearer, or has no room, it ends, and the goal's tolerance counts.
+
+    Args:
+        config: Parameters.
+        tracking: How trajectories are driven.
+        footprint: The robot.
+
+    Source: the curve is Park and Kuipers, A smooth control law for graceful motion of differential
+        wheeled mobile robots in 2D environment, ICRA 2011.
+    """
+
+    def __init__(
+        self, config: ApproachConfig, tracking: TrackerConfig, footprint: Footprint
+    ) -> None:
+        self._config, self._tracking, self._footprint = config, tracking, footprint
+        self._tracker = Tracker(tracking, config.blend_distance)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin again: the goal is another, or the robot was carried away."""
+        self._tracker.reset()
+        self._over = self._corrected = False
+        self._best, self._best_at = (math.inf, math.inf), -math.inf
+
+    def compute(
+        self,
+        pose: SE2,
+        goal: SE2,
+        velocity: Velocity,
+        costmap: Costmap,
+        now: float,
+        *,
+        left: float,
+        speed: float,
+        within: bool,
+        heading: bool,
+    ) -> Velocity | None:
+        """Return what to drive, None where the controller is to drive or the robot has arrived.
+
+        Args:
+            pose: The robot's, in the frame of the costmap.
+            goal: Where to arrive.
+            velocity: As measured.
+            costmap: What is in the way.
+            now: Time [s].
+            left: Length of the path that is left [m].
+            speed: Greatest speed [m/s].
+            within: Whether the goal's tolerance is met but for the heading.
+            heading: Whether the heading matters.
+        """
+        if not within and self._is_displaced(pose, goal):
+            self.reset()
+        if not self._config.enabled or self._over:
+            return None
+        if not self._tracker.pieces:
+            trajectory = self._planned(pose, goal, velocity, costmap, left, speed, within, heading)
+            if trajectory is None:
+                self._over = within
+                return None
+            self._tracker.follow(trajectory)
+        command = self._tracker.compute(pose, velocity, speed)
+        if command is None and heading and self._corrects(pose, goal):
+            command = self._tracker.compute(pose, velocity, speed)
+        if command is None or self._stalls(pose, now):
+            self._tracker.reset()
+            self._over = True
+            return None
+        rest = self._tracker.rest(pose, math.inf)
+        if first_collision(costmap, self._footprint, rest) is not None:
+            self.reset()
+            self._over = within
+            return None
+        return command
+
+    def _is_displaced(self, pose: SE2, goal: SE2) -> bool:
+        """Return whether the robot was carried away from its trajectory or from the goal."""
+        if self._over:
+            return pose.distance(goal) > self._config.distance
+        if not self._tracker.pieces:
+            return False
+        poses = self._tracker.pieces[0].poses
+        gaps = np.hypot(poses[:, 0] - pose.x, poses[:, 1] - pose.y)
+        return float(gaps.min()) > 0.5 * self._config.distance
+
+    def _planned(
+        self,
+        pose: SE2,
+        goal: SE2,
+        velocity: Velocity,
+        costmap: Costmap,
+        left: float,
+        speed: float,
+        within: bool,
+        heading: bool,
+    ) -> NDArray[np.float64] | None:
+        """Return the first of the trajectories into the goal that is free, if one is due."""
+        config, seen = self._config, pose.inverse() @ goal
+        distance, bearing = math.hypot(seen.x, seen.y), math.atan2(seen.y, seen.x)
+        straight_ahead = abs(bearing) < config.bearing and left < 1.05 * distance + 0.05
+        if not within and not straight_ahead:
+            return None
+        found = None
+        if heading and not within and distance <= config.curve_time * speed:
+            found = self._curve(
+                pose, self._planned_end(pose, goal, velocity), velocity, costmap, speed
+            )
+        braking = 1.2 * velocity.x**2 / (2.0 * self._tracking.deceleration)
+        if found is None and (within or distance <= max(config.distance, braking)):
+            found = self._straight(pose, goal)
+            if first_collision(costmap, self._footprint, found) is not None:
+                return None
+        if found is None or not heading:
+            return found
+        turn = _turn(SE2.from_array(found[-1]), goal.theta)
+        free = first_collision(costmap, self._footprint, turn) is None
+        return np.vstack((found, turn[1:])) if free or len(found) == 1 else found
+
+    def _straight(self, pose: SE2, goal: SE2) -> NDArray[np.float64]:
+        """Return the line to the goal, behind a turn on the spot where the goal lies aside."""
+        distance, sight = pose.distance(goal), math.atan2(goal.y - pose.y, goal.x - pose.x)
+        if distance <= self._tracking.xy_precision:
+            return pose.array()[None, :]
+        ratio = np.linspace(0.0, 1.0, 2 + int(distance / 0.02))
+        xy = pose.array()[:2] + ratio[:, None] * (goal.array()[:2] - pose.array()[:2])
+        line = np.column_stack((xy, np.full(len(xy), sight)))
+        if abs(wrap(sight - pose.theta)) < self._config.bearing:
+            return line
+        return np.vstack((_turn(pose, sight), line[1:]))
+
+    def _felt(self, pose: SE2, velocity: Velocity) -> SE2:
+        """Return where the robot is when it feels a command."""
+        return pose @ SE2.exp(
+            np.array([velocity.x, 0.0, velocity.yaw_rate]) * self._tracking.latency
+        )
+
+    def _planned_end(self, pose: SE2, goal: SE2, velocity: Velocity) -> SE2:
+        """Return the end of a curve: with the goal's heading, or with a part of the turn to it."""
+        felt, most = self._felt(pose, velocity), self._config.curve_angle
+        sight = math.atan2(goal.y - felt.y, goal.x - felt.x)
+        turn = min(max(wrap(goal.theta - sight), -most), most)
+        return SE2(goal.x, goal.y, sight + turn)
+
+    def _curve(
+        self, pose: SE2, end: SE2, velocity: Velocity, costmap: Costmap, speed: float
+    ) -> NDArray[np.float64] | None:
+        """Return the curve to a pose, None where there is no room all along it."""
+        config, spacing = self._config, costmap.frame.resolution
+        felt = self._felt(pose, velocity)
+        law = np.array([config.curve_gain, config.curve_gain, 0.0, 1.0])
+        limits = np.array([0.0, speed, speed, 0.7 * self._tracking.max_angular_velocity])
+        seen, _, _ = approach((felt.inverse() @ end).array(), law, limits, spacing)
+        poses = np.column_stack((felt.apply(seen[:, :2]), felt.theta + seen[:, 2]))
+        if SE2.from_array(poses[-1]).distance(end) > 2.0 * spacing:
+            return None
+        poses = np.vstack((poses, end.array()))
+        cells = costmap.frame.to_cells(poses[:, :2])
+        if not costmap.frame.inside(cells).all():
+            return None
+        room = costmap.clearances[costmap.data[cells[:, 0], cells[:, 1]]].min()
+        free = first_collision(costmap, self._footprint, poses) is None
+        return poses if free and room >= config.curve_room else None
+
+    def _corrects(self, pose: SE2, goal: SE2) -> bool:
+        """Drive straight, once, what the last turn moved the robot along its heading."""
+        ahead = (pose.inverse() @ goal).x
+        if self._corrected or abs(ahead) <= 1.5 * self._tracking.xy_precision:
+            return False
+        self._corrected = True
+        self._tracker.follow(np.array([pose.array(), (pose @ SE2(ahead)).array()]))
+        return True
+
+    def _stalls(self, pose: SE2, now: float) -> bool:
+        """Return whether it has got no nearer for too long."""
+        piece = self._tracker.pieces[0]
+        off = abs(wrap(piece.end.theta - pose.theta)) * self._footprint.circumscribed_radius
+        left = len(self._tracker.pieces), pose.distance(piece.end) if piece.direction else off
+        if left[0] < self._best[0] or left[1] < self._best[1] - 1e-3:
+            self._best, self._best_at = left, now
+        return now - self._best_at > self._config.patience
+
+
+def _turn(pose: SE2, heading: float) -> NDArray[np.float64]:
+    """Return the poses of a turn on the spot."""
+    angle = wrap(heading - pose.theta)
+    steps = np.linspace(0.0, angle, 2 + int(abs(angle) / 0.1))
+    return np.column_stack((np.tile((pose.x, pose.y), (len(steps), 1)), pose.theta + steps))

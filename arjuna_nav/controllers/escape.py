@@ -1,0 +1,301 @@
+"""Out of tight places, where a controller finds no valid control: a searched trajectory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL, Velocity
+from arjuna_nav.controllers.gap import Gap, find_gap, first_contact, seen_again, steered_onto
+from arjuna_nav.controllers.tracker import Tracker, TrackerConfig, pieces_of
+from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.collision import collides, first_collision
+from arjuna_nav.costmap.footprint import Footprint
+from arjuna_nav.planners import path as paths
+from arjuna_nav.planners.outline import Drive, find_path, first_blocked, path_cost, straight_out
+
+
+@dataclass(frozen=True)
+class EscapeConfig:
+    """How the robot gets back onto its path where the controller finds no valid control."""
+
+    enabled: bool = param(
+        True, "Whether to search a trajectory by bends, turns and back, and through narrow gaps."
+    )
+    max_speed: float = param(
+        0.3, "Greatest speed; half of that in a gap without room.", unit="m/s", minimum=0.02
+    )
+    rejoin_distance: float = param(
+        0.5, "How far ahead on the path it leads at the least.", unit="m", minimum=0.1
+    )
+    reach: float = param(2.5, "How far ahead at the most.", unit="m", minimum=0.1)
+    targets: int = param(4, "Number of poses of the path that it is searched to.", minimum=1)
+    gap_reach: float = param(
+        1.5, "How far ahead on the path narrow gaps are looked for.", unit="m", minimum=0.1
+    )
+    gap_room: float = param(
+        0.15, "Room beside the robot below which a gap is narrow.", unit="m", minimum=0.0
+    )
+    gap_margin: float = param(
+        0.005, "Room beside the robot, without its padding, in a gap.", unit="m", minimum=0.0
+    )
+    run_up: float = param(
+        0.25, "Distance before a gap over which the robot lines up.", unit="m", minimum=0.0
+    )
+    horizon: float = param(0.5, "How far ahead collisions are looked for.", unit="s", minimum=0.05)
+    patience: float = param(1.0, "How long it waits for what is in its way.", unit="s", minimum=0.0)
+    attempts: int = param(3, "Number of trajectories for one escape.", minimum=1)
+    max_iterations: int = param(60000, "Greatest number of poses of a search.", minimum=1)
+
+
+class Escape:
+    """Takes over from any controller that fails, and brings the robot to the path farther on.
+
+    It plans and drives in the costmap's own frame: places on a map jump, odometry does not.
+
+    Args:
+        config: Parameters.
+        tracking: How trajectories are driven.
+        footprint: The robot, with padding.
+        body: Without.
+    """
+
+    def __init__(
+        self, config: EscapeConfig, tracking: TrackerConfig, footprint: Footprint, body: Footprint
+    ) -> None:
+        self._config, self._tracking, self._footprint = config, tracking, footprint
+        self._tracker = Tracker(tracking)
+        self._outline = body.scaled(1.0 + config.gap_margin / body.inscribed_radius).points
+        (self._rear, right), (self._front, left) = (
+            self._outline.min(axis=0),
+            self._outline.max(axis=0),
+        )
+        self._half, self._middle = 0.5 * (left - right), 0.5 * (left + right)
+        turn = 2.0 * config.max_speed / tracking.max_angular_velocity  # by its time, with the stops
+        self._drive = Drive(turn, 0.3 * turn, back=2.0, limit=config.max_iterations)
+        self.reset()
+
+    @property
+    def active(self) -> bool:
+        """Whether there is something left to drive."""
+        return bool(self._tracker.pieces)
+
+    @property
+    def in_gap(self) -> bool:
+        """Whether it drives through a narrow gap."""
+        return self.active and self._gap is not None
+
+    def reset(self) -> None:
+        """Hand over to the controller."""
+        self._tracker.reset()
+        self._gap: Gap | None = None
+        self._attempts, self._blocked_since = 0, math.inf
+
+    def begin(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
+        """Search a trajectory to the path ahead, and return whether there is one."""
+        self.reset()
+        return self._config.enabled and self._plan(*_in_own_frame(pose, path, costmap))
+
+    def compute(
+        self,
+        pose: SE2,
+        velocity: Velocity,
+        path: NDArray[np.float64],
+        costmap: Costmap,
+        now: float,
+        speed: float = math.inf,
+    ) -> Velocity | None:
+        """Return what to drive, None where it has come to its end or is blocked.
+
+        Args:
+            pose: The robot's, in the costmap's frame.
+            velocity: As measured.
+            path: Ahead of the robot.
+            costmap: What is in the way.
+            now: Time [s].
+            speed: Greatest speed [m/s].
+        """
+        pose, path, costmap = _in_own_frame(pose, path, costmap)
+        if self._gap is not None:
+            self._look_again(self._gap, pose, costmap)
+        command = self._tracker.compute(pose, velocity, min(self._speed, speed))
+        if command is None:
+            self.reset()
+            return None
+        look = max(abs(command.x) * self._config.horizon, costmap.frame.resolution)
+        if self._is_free(self._tracker.rest(pose, look), costmap):
+            self._blocked_since = math.inf
+            return command
+        self._blocked_since = min(self._blocked_since, now)
+        if now - self._blocked_since < self._config.patience:
+            return STILL
+        self._attempts += 1
+        if self._attempts >= self._config.attempts or not self._plan(pose, path, costmap):
+            self.reset()
+            return None
+        self._blocked_since = math.inf
+        return STILL
+
+    def leads_to(self, path: NDArray[np.float64], costmap: Costmap) -> bool:
+        """Return whether its trajectory, if there is one, ends near a path or beyond a gap."""
+        if not self.active or self._gap is not None:
+            return True
+        end = costmap.T_frame_own @ self._tracker.pieces[-1].end
+        return float(paths.distances(path, end).min()) <= self._config.rejoin_distance
+
+    def can_hand_over(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
+        """Return whether a controller may take over here, if it can.
+
+        It may where nothing but driving ahead is left, what stopped the controller is passed, and
+        the outline fits along the path.
+        """
+        if not self._tracker.runs_out:
+            return False
+        own, config = costmap.T_frame_own.inverse() @ pose, self._config
+        if self._gap is not None and (self._gap.line.inverse() @ own).x < 0.0:
+            return False
+        started = own.distance(self._tracker.pieces[0].start)
+        if self._gap is None and started < 0.6 * config.rejoin_distance:
+            return False
+        ahead = paths.ahead(path, pose)
+        near = ahead[paths.along(ahead) <= 2.0 * config.rejoin_distance]
+        return first_blocked(near, costmap, self._footprint) is None
+
+    @property
+    def _speed(self) -> float:
+        if self._gap is None:
+            return float(self._config.max_speed)
+        room = 0.5 * self._gap.width - self._half
+        return float(self._config.max_speed * min(max(room / 0.08, 0.5), 1.0))
+
+    def _is_free(self, poses: NDArray[np.float64], costmap: Costmap) -> bool:
+        """Return whether the robot can drive poses, in a gap by the points that scans have hit."""
+        if self._gap is None:
+            return first_collision(costmap, self._footprint, poses) is None
+        around = costmap.obstacles(poses[0, 0], poses[0, 1], self._config.gap_reach + 0.5)
+        return bool(first_contact(poses, around, self._outline) == len(poses))
+
+    def _plan(self, pose: SE2, path: NDArray[np.float64], costmap: Costmap) -> bool:
+        """Take the trajectory through a narrow gap on the path, or the cheapest one round."""
+        config = self._config
+        points = costmap.obstacles(pose.x, pose.y, config.gap_reach + 0.5)
+        near = path[paths.along(path) <= config.gap_reach]
+        self._gap = find_gap(near, points, self._half, config.gap_room)
+        trajectory = None
+        if self._gap is not None:
+            trajectory = self._through(self._gap, pose, points, costmap)
+        if trajectory is None:
+            self._gap, trajectory = None, self._around(pose, path, costmap)
+        if trajectory is None:
+            return False
+        self._tracker.follow(trajectory, through=True)
+        return self.active
+
+    def _through(
+        self, gap: Gap, pose: SE2, points: NDArray[np.float64], costmap: Costmap
+    ) -> NDArray[np.float64] | None:
+        """Return the trajectory through a gap: onto its line from here, or from before it."""
+        at = gap.line.inverse() @ pose
+        if at.x >= gap.last:
+            return None
+        if abs(at.theta) < 0.5:
+            steered = self._steered(gap, pose)
+            if self._fits(gap, steered, points):
+                return steered
+        for distance in (self._config.run_up, 0.0):
+            before = gap.first - self._front - 0.12 - distance
+            entry = gap.line @ SE2(before, -self._middle)
+            searched = find_path(pose, entry, costmap, self._footprint, self._drive)
+            if not len(searched):
+                continue
+            steered = self._steered(gap, entry)
+            if self._fits(gap, steered, points):
+                return np.vstack((searched, steered[1:]))
+        return None
+
+    def _fits(self, gap: Gap, poses: NDArray[np.float64], points: NDArray[np.float64]) -> bool:
+        """Return whether poses through a gap leave half of its room beside the robot."""
+        room = max(0.5 * gap.width - self._half, 0.0)
+        outline = self._outline * (1.0 + 0.5 * room / self._half)
+        return bool(first_contact(poses, points, outline) == len(poses))
+
+    def _look_again(self, gap: Gap, pose: SE2, costmap: Costmap) -> None:
+        """Follow a gap as it is seen now, and steer onto its line from here where that is free."""
+        points = costmap.obstacles(pose.x, pose.y, self._config.gap_reach + 0.5)
+        at = gap.line.inverse() @ pose
+        inside = self._tracker.runs_out
+        window = (at.x + self._rear, at.x + self._front + 0.3) if inside else (-0.3, 0.3)
+        newest = seen_again(gap, points, window)
+        if newest.width > 2.0 * (self._half + self._config.gap_room):
+            return
+        self._gap = newest
+        if inside and abs(at.theta) < 0.5 and at.x < gap.last - self._rear:
+            steered = self._steered(newest, pose)
+            if self._fits(newest, steered, points):
+                self._tracker.follow(steered, through=True)
+
+    def _steered(self, gap: Gap, pose: SE2) -> NDArray[np.float64]:
+        """Return the poses onto a gap's line and along it until the robot is through."""
+        line = gap.line @ SE2(0.0, -self._middle)
+        sharpest = self._tracking.max_angular_velocity / self._config.max_speed
+        end = gap.last - self._rear
+        seen = (line.inverse() @ pose).array()
+        lookahead = self._tracking.lookahead(self._speed)
+        poses = steered_onto(seen, lookahead, sharpest, end, 0.02)
+        return np.column_stack((line.apply(poses[:, :2]), poses[:, 2] + line.theta))
+
+    def _around(
+        self, pose: SE2, path: NDArray[np.float64], costmap: Costmap
+    ) -> NDArray[np.float64] | None:
+        """Return the cheapest trajectory to the path ahead; else off what the robot touches."""
+        lead, least = straight_out(pose, costmap, self._footprint), math.inf
+        best = lead if len(lead) > 1 else None
+        for target, along in self._targets(path, costmap):
+            found = find_path(pose, target, costmap, self._footprint, self._drive)
+            cost = path_cost(found, self._drive) - along if len(found) > 1 else math.inf
+            if cost < least:
+                least, best = cost, _without_last_turn(found)
+        return best
+
+    def _targets(self, path: NDArray[np.float64], costmap: Costmap) -> Iterator[tuple[SE2, float]]:
+        """Give poses of the path where the outline is free, and how far along they are [m]."""
+        config, along = self._config, paths.along(path)
+        last = min(config.reach, along[-1])
+        for distance in np.linspace(min(config.rejoin_distance, last), last, config.targets):
+            i = int(np.searchsorted(along, distance - 1e-9))
+            before = int(np.searchsorted(along, max(along[i] - 0.3, 0.0)))
+            dx, dy = path[i, :2] - path[before, :2]
+            yaw = math.atan2(dy, dx) if i > before else float(path[i, 2])
+            target = SE2(float(path[i, 0]), float(path[i, 1]), yaw)
+            if not collides(costmap, self._footprint, target):
+                yield target, float(along[i])
+
+
+def _in_own_frame(
+    pose: SE2, path: NDArray[np.float64], costmap: Costmap
+) -> tuple[SE2, NDArray[np.float64], Costmap]:
+    """Return a pose, a path and a costmap in the frame in which the costmap is kept."""
+    T_own = costmap.T_frame_own.inverse()
+    path = np.column_stack((T_own.apply(path[:, :2]), path[:, 2] + T_own.theta))
+    return T_own @ pose, path, costmap.seen_from(T_own)
+
+
+def _without_last_turn(poses: NDArray[np.float64], short: float = 0.2) -> NDArray[np.float64]:
+    """Return poses up to where a controller takes over, without a stop for a turn at their end.
+
+    Args:
+        poses: `(N, 3)`.
+        short: Length of a last stretch that is left out with the turn before it [m].
+    """
+    pieces = list(pieces_of(poses))
+    if len(pieces) > 1 and pieces[-1].direction == 0:
+        pieces.pop()
+    if len(pieces) > 2 and pieces[-2].direction == 0 and paths.length(pieces[-1].poses) < short:
+        del pieces[-2:]
+    return np.vstack([pieces[0].poses[:1], *(piece.poses[1:] for piece in pieces)])

@@ -1,1 +1,0 @@
-"""The way on where a controller finds none: straight, back and turns on the spot."""

@@ -1,1 +1,0 @@
-"""Places hardly wider than the robot, driven through along their middle."""

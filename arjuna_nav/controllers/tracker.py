@@ -1,0 +1,201 @@
+"""Tracks a planned trajectory: stretches driven ahead or back, and turns on the spot."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arjuna_core.config import param
+from arjuna_core.se2 import SE2, wrap
+from arjuna_core.twist import Velocity
+from arjuna_nav.controllers.motion import braking_speed, curvature_to
+from arjuna_nav.planners import path as paths
+
+
+@dataclass(frozen=True)
+class TrackerConfig:
+    """How planned trajectories are driven: into goals and out of tight places."""
+
+    lookahead_time: float = param(
+        0.4, "Time to the point that is steered to.", unit="s", minimum=0.0
+    )
+    min_lookahead: float = param(0.05, "Least distance of that point.", unit="m", minimum=0.02)
+    deceleration: float = param(0.5, "Braking before a stop.", unit="m/s^2", minimum=0.01)
+    min_speed: float = param(0.04, "Speed that the wheels still hold.", unit="m/s", minimum=0.001)
+    max_angular_velocity: float = param(1.2, "Greatest yaw rate.", unit="rad/s", minimum=0.05)
+    min_angular_velocity: float = param(
+        0.1, "Yaw rate below which the wheels stick.", unit="rad/s", minimum=0.0
+    )
+    angular_deceleration: float = param(
+        1.5, "Braking at the end of a turn.", unit="rad/s^2", minimum=0.01
+    )
+    latency: float = param(
+        0.12, "From a command to the motion that is measured.", unit="s", minimum=0.0
+    )
+    xy_precision: float = param(0.01, "Distance that is exact enough.", unit="m", minimum=0.0)
+    yaw_precision: float = param(0.015, "Angle that is exact enough.", unit="rad", minimum=0.0)
+    yaw_tolerance: float = param(
+        0.05, "The same before a stretch, on which steering does the rest.", unit="rad", minimum=0.0
+    )
+
+    def lookahead(self, speed: float) -> float:
+        """Return the distance of the point that is steered to at a speed [m]."""
+        return max(self.lookahead_time * speed, self.min_lookahead)
+
+
+class Piece(NamedTuple):
+    """A part of a trajectory: poses `(N, 3)` driven ahead (1) or back (-1), or a turn (0)."""
+
+    poses: NDArray[np.float64]
+    direction: int
+
+    @property
+    def start(self) -> SE2:
+        """The first pose."""
+        return SE2.from_array(self.poses[0])
+
+    @property
+    def end(self) -> SE2:
+        """The last pose."""
+        return SE2.from_array(self.poses[-1])
+
+
+class Tracker:
+    """Drives the pieces of a trajectory one after the other, each to its end.
+
+    Args:
+        config: Parameters.
+        blend: Distance before the end of a stretch at which the turn behind it begins [m].
+
+    Attributes:
+        pieces: What is left to drive, the present piece first.
+        through: Whether it does not brake at the end of a last piece that is driven ahead.
+
+    Source: Coulter, Implementation of the pure pursuit path tracking algorithm, 1992; the braking
+        profile v^2 = 2 a d, from where the robot will be when it feels the command.
+    """
+
+    def __init__(self, config: TrackerConfig, blend: float = 0.0) -> None:
+        self._config, self._blend = config, blend
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the trajectory."""
+        self.pieces: list[Piece] = []
+        self.through = False
+
+    def follow(self, trajectory: NDArray[np.float64], through: bool = False) -> None:
+        """Take a trajectory `(N, 3)`; a step that leads nowhere is part of a turn."""
+        self.pieces, self.through = list(pieces_of(trajectory)), through
+
+    @property
+    def runs_out(self) -> bool:
+        """Whether all that is left is driven ahead and ends without a stop."""
+        return self.through and len(self.pieces) == 1 and self.pieces[0].direction > 0
+
+    def compute(self, pose: SE2, velocity: Velocity, speed: float) -> Velocity | None:
+        """Return what to drive, None at the end.
+
+        Args:
+            pose: The robot's.
+            velocity: As measured.
+            speed: Greatest speed [m/s].
+        """
+        while self.pieces and self._is_done(self.pieces[0], pose, velocity):
+            self.pieces.pop(0)
+        if not self.pieces:
+            return None
+        piece = self.pieces[0]
+        if piece.direction == 0:
+            return Velocity(
+                yaw_rate=self._rate(wrap(piece.end.theta - pose.theta), velocity.yaw_rate)
+            )
+        return self._along(piece, pose, velocity, speed)
+
+    def rest(self, pose: SE2, distance: float) -> NDArray[np.float64]:
+        """Return the poses ahead within a distance [m] of the present piece, the robot's first."""
+        poses = self.pieces[0].poses
+        if self.pieces[0].direction:
+            poses = poses[paths.nearest(poses, pose) :]
+            return np.vstack((pose.array(), poses[paths.along(poses) <= distance][1:]))
+        turn = wrap(self.pieces[0].end.theta - pose.theta)
+        steps = np.linspace(0.0, turn, 2 + int(abs(turn) / 0.03))  # a corner moves by a fifth cell
+        return np.column_stack((np.tile((pose.x, pose.y), (len(steps), 1)), pose.theta + steps))
+
+    def _is_done(self, piece: Piece, pose: SE2, velocity: Velocity) -> bool:
+        config, seen = self._config, pose.inverse() @ piece.end
+        if piece.direction == 0:
+            off = abs(wrap(seen.theta))
+            at_rest = abs(wrap(seen.theta) - velocity.yaw_rate * config.latency)
+            exact = config.yaw_precision if len(self.pieces) == 1 else config.yaw_tolerance
+            return off <= exact and at_rest <= 2.0 * exact
+        near = math.hypot(seen.x, seen.y) <= config.xy_precision
+        past = piece.direction * seen.x <= 0.5 * config.xy_precision
+        return near or (past and paths.nearest(piece.poses, pose) == len(piece.poses) - 1)
+
+    def _along(self, piece: Piece, pose: SE2, velocity: Velocity, speed: float) -> Velocity:
+        """Return what drives along a stretch, slower where it bends by more than it may turn."""
+        config, side = self._config, float(piece.direction)
+        felt = pose @ SE2.exp(np.array([velocity.x, 0.0, velocity.yaw_rate]) * config.latency)
+        if not self.runs_out:
+            left = side * (felt.inverse() @ piece.end).x
+            speed = min(speed, max(braking_speed(left, config.deceleration), config.min_speed))
+        point = felt.inverse() @ _ahead(piece, felt, config.lookahead(speed))
+        curvature = curvature_to(point.x, point.y)
+        v = side * min(speed, config.max_angular_velocity / max(abs(curvature), 1e-9))
+        share = 1.0 - pose.distance(piece.end) / max(self._blend, 1e-9)
+        if len(self.pieces) == 1 or self.pieces[1].direction != 0 or share <= 0.0:
+            return Velocity(v, yaw_rate=v * curvature)
+        turn = wrap(self.pieces[1].end.theta - pose.theta)
+        return Velocity(v, yaw_rate=share * self._rate(turn, velocity.yaw_rate))
+
+    def _rate(self, angle: float, rate: float) -> float:
+        """Return the yaw rate that turns by an angle and comes to rest there.
+
+        A measured rate that leads away by less than the slowest counts as noise.
+        """
+        config = self._config
+        rest = angle - rate * config.latency
+        away = rest * rate < 0.0 and abs(rate) > config.min_angular_velocity
+        if rest * angle <= 0.0 or away:  # the motion under way suffices, or is too much
+            return 0.0
+        fast = braking_speed(abs(rest), config.angular_deceleration)
+        fast = min(fast, abs(rest) / max(config.latency, 0.01), config.max_angular_velocity)
+        return math.copysign(max(config.min_angular_velocity, fast), angle)
+
+
+def _ahead(piece: Piece, pose: SE2, lookahead: float) -> SE2:
+    """Return the point of a stretch, or of its straight continuation, a lookahead away."""
+    gaps = np.hypot(piece.poses[:, 0] - pose.x, piece.poses[:, 1] - pose.y)
+    here = int(np.argmin(gaps))
+    beyond = np.flatnonzero(gaps[here:] >= lookahead)
+    if len(beyond):
+        return SE2.from_array(piece.poses[here + int(beyond[0])])
+    left = max(piece.direction * (pose.inverse() @ piece.end).x, 0.0)
+    return piece.end @ SE2(piece.direction * max(lookahead - left, 0.0), 0.0)
+
+
+def pieces_of(trajectory: NDArray[np.float64]) -> Iterator[Piece]:
+    """Give the pieces of a trajectory `(N, 3)`, each as long as it can be."""
+    kinds = [_kind(a, b) for a, b in itertools.pairwise(trajectory)]
+    first = 0
+    for k, kind in enumerate(kinds):
+        if k + 1 == len(kinds) or kinds[k + 1] != kind:
+            yield Piece(trajectory[first : k + 2], kind[0])
+            first = k + 1
+
+
+def _kind(a: NDArray[np.float64], b: NDArray[np.float64]) -> tuple[int, int]:
+    """Return 1 for ahead, -1 for back, 0 for a turn, and that turn's sign."""
+    dx, dy = b[:2] - a[:2]
+    middle = a[2] + 0.5 * wrap(b[2] - a[2])
+    ahead = math.cos(middle) * dx + math.sin(middle) * dy
+    if abs(ahead) < 1e-6:
+        return 0, int(np.sign(wrap(b[2] - a[2])))
+    return int(np.sign(ahead)), 0
