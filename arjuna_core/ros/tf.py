@@ -38,12 +38,13 @@ class TransformListener:
         self._insert(message, static=True)
 
     def _insert(self, message: Any, static: bool) -> None:
-        transport = self._node.transport
+        transport, guard = (getattr(self._node, name, None) for name in ("transport", "guard"))
         trusted = transport is not None and transport.trusted
         for item in message.transforms:
             problem = None if trusted else transform_problem(item)
             if problem is not None:
-                self._node.guard.refused(self._node, "a transform", problem)
+                if guard is not None:  # a client's plain node has none
+                    guard.refused(self._node, "a transform", problem)
                 continue
             self._buffer.insert(
                 item.header.frame_id.lstrip("/"),
