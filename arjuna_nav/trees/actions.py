@@ -56,7 +56,7 @@ class Sleep(TreeNode):
     _since = 0.0
 
     def _tick(self) -> Status:
-        now = self.running.state.now
+        now = self.tree.state.now
         if self.status is not Status.RUNNING:
             self._since = now
         over = (now - self._since) * 1000.0 >= self.msec
@@ -73,7 +73,7 @@ class RemovePassedGoals(TreeNode):
     robot_base_frame = Port(TEXT, "")
 
     def _tick(self) -> Status:
-        goals, pose = self.input_goals, self.running.state.pose
+        goals, pose = self.input_goals, self.tree.state.pose
         if pose is None:
             return Status.FAILURE
         while len(goals) > 1 and pose.distance(goals[0]) <= self.radius:
@@ -88,7 +88,7 @@ class _Selector(TreeNode):
     SELECTED: ClassVar[str]
 
     def _tick(self) -> Status:
-        chosen = self.running.state.selected.get(self.topic("topic_name"), "")
+        chosen = self.tree.state.selected.get(self.topic("topic_name"), "")
         chosen = chosen or self.get(f"default_{self.SELECTED}")
         if chosen is None:
             return Status.FAILURE
@@ -169,7 +169,7 @@ class TruncatePathLocal(_OfPaths):
     _at = 0
 
     def _tick(self) -> Status:
-        path, pose = self.input_path, self.pose or self.running.state.pose
+        path, pose = self.input_path, self.pose or self.tree.state.pose
         if not len(path):
             return self._write(path, path)
         if pose is None:
@@ -222,6 +222,6 @@ class GetCurrentPose(TreeNode):
     current_pose = Port(POSE, None, output=True)
 
     def _tick(self) -> Status:
-        pose = self.running.state.pose
+        pose = self.tree.state.pose
         self.current_pose = pose
         return Status.FAILURE if pose is None else Status.SUCCESS

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from arjuna_nav.trees.exchange import Answer, Withdraw
+from arjuna_nav.trees.exchange import Answer
 from arjuna_nav.trees.node import Maker, Status, TreeNode
 from arjuna_nav.trees.ports import NUMBER, PATH, TEXT, WHOLE, Port
 
@@ -37,7 +37,7 @@ class Asking(TreeNode):
 
     def __init__(self, maker: Maker) -> None:
         super().__init__(maker)
-        self.running.asking.append(self)
+        self.tree.asking.append(self)
 
     def _tick(self) -> Status:
         if self._key is None:
@@ -47,19 +47,19 @@ class Asking(TreeNode):
         if self._cancelled:
             self._key, self._cancelled = None, False
             return Status.SUCCESS
-        answer = self.running.state.answers.get(self._key)
+        answer = self.tree.state.answers.get(self._key)
         if answer is not None:
             self._key = None
             return self._take(answer)
         if self.FEEDBACK:
-            self._write(self.running.state.feedback.get(self._key, {}), True)
+            self._write(self.tree.state.feedback.get(self._key, {}), True)
         return self._ask() if self.RENEWS and self._is_outdated() else Status.RUNNING
 
     def _ask(self) -> Status:
         """Ask the server, in place of what was asked before."""
         self._asked = self._request()
         server = self._server_name() or self.SERVER
-        self._key = self.running.ask(self.KIND, server, self._asked, self.FEEDBACK)
+        self._key = self.tree.ask(self.KIND, server, self._asked, self.FEEDBACK)
         return Status.RUNNING
 
     def _server_name(self) -> str:
@@ -91,13 +91,13 @@ class Asking(TreeNode):
     def _count(self) -> None:
         """Count a recovery for feedback, unless the XML denies that it is one."""
         if "is_recovery" in self.PORTS and self.get("is_recovery"):
-            board = self.running.root
+            board = self.tree.blackboard
             board.set(RECOVERIES, (board.get(RECOVERIES) or 0) + 1)
 
     def cancel(self) -> None:
         """Withdraw the request, as another node wants it; this one succeeds then, as Nav2's."""
         if self._key is not None and not self._cancelled:
-            self.running.commands.append(Withdraw(self._key))
+            self.tree.withdraw(self._key)
             self._cancelled = True
 
     def _take(self, answer: Answer) -> Status:

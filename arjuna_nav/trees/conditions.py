@@ -30,7 +30,7 @@ _FRAMES = {"global_frame": Port(TEXT, ""), "robot_base_frame": Port(TEXT, "")}
 
 
 def _is_at_goal(node: Any) -> bool:
-    pose = node.running.state.pose
+    pose = node.tree.state.pose
     return pose is not None and pose.distance(node.goal) <= node.goal_reached_tol
 
 
@@ -52,7 +52,7 @@ _SIMPLE: dict[str, tuple[Callable[[Any], bool], dict[str, Port]]] = {
         {"goal": Port(POSE), "goal_reached_tol": Port(NUMBER, 0.25), **_FRAMES},
     ),
     "InitialPoseReceived": (
-        lambda node: node.running.state.pose is not None,
+        lambda node: node.tree.state.pose is not None,
         {"initial_pose_received": Port(TEXT, "")},
     ),
     "ArePosesNear": (
@@ -129,7 +129,7 @@ class GoalUpdated(Condition):
     _seen: Any = None
 
     def _holds(self) -> bool:
-        board = self.running.root
+        board = self.tree.blackboard
         goal, goals = self.goal, self.goals
         now = (goal or board.get("goal"), goals or board.get("goals"))
         before, self._seen = self._seen, now
@@ -154,7 +154,7 @@ class TimeExpired(Condition):
     _since = 0.0
 
     def _holds(self) -> bool:
-        now = self.running.state.now
+        now = self.tree.state.now
         if self.status is Status.IDLE:
             self._since = now
             return False
@@ -173,7 +173,7 @@ class PathExpiringTimer(Condition):
     _path: Any = None
 
     def _holds(self) -> bool:
-        path, now = self.path, self.running.state.now
+        path, now = self.path, self.tree.state.now
         if self._since is None or path is not self._path:
             self._path, self._since = path, now
         if now - self._since < self.seconds:
@@ -191,7 +191,7 @@ class DistanceTraveled(Condition):
     _start: Any = None
 
     def _holds(self) -> bool:
-        pose = self.running.state.pose
+        pose = self.tree.state.pose
         if self.status is Status.IDLE or self._start is None:
             self._start = pose
             return False
@@ -208,7 +208,7 @@ class IsStuck(Condition):
     _stuck = False
 
     def _holds(self) -> bool:
-        state = self.running.state
+        state = self.tree.state
         now, speed = state.measured_at, abs(state.velocity.x)
         if self._last is not None and now > self._last[0]:
             self._stuck = (self._last[1] - speed) / (now - self._last[0]) > _BRAKES
@@ -224,7 +224,7 @@ class IsStopped(TreeNode):
     _since = math.inf
 
     def _tick(self) -> Status:
-        now, velocity = self.running.state.now, self.running.state.velocity
+        now, velocity = self.tree.state.now, self.tree.state.velocity
         if max(abs(velocity.x), abs(velocity.yaw_rate)) >= self.velocity_threshold:
             self._since = math.inf
             return Status.FAILURE
@@ -243,7 +243,7 @@ class TransformAvailable(Condition):
     _known = False
 
     def _holds(self) -> bool:
-        connected = self.running.state.connected
+        connected = self.tree.state.connected
         self._known = self._known or connected(self.parent, self.child)
         return self._known
 
@@ -258,7 +258,7 @@ class IsBatteryCharging(Condition):
         return {Topic(TopicKind.BATTERY, self.topic("battery_topic"))}
 
     def _holds(self) -> bool:
-        battery = self.running.state.batteries.get(self.topic("battery_topic"))
+        battery = self.tree.state.batteries.get(self.topic("battery_topic"))
         return battery is not None and self._judge(battery)
 
     def _judge(self, battery: Battery) -> bool:

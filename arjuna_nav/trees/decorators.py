@@ -99,8 +99,22 @@ class RunOnce(Decorator):
             return self._answer
         status = self.child.execute()
         if status in ENDED:
-            self._answer = status
+            self._answer = self._later(status)
         return status
+
+    def _later(self, status: Status) -> Status:
+        """Return the answer from the next tick on."""
+        return status
+
+
+class SingleTrigger(RunOnce):
+    """Runs the child to its end once, and fails from then on, until it is halted."""
+
+    def _later(self, status: Status) -> Status:
+        return Status.FAILURE
+
+    def _on_halt(self) -> None:
+        self._answer = None
 
 
 class _Timed(Decorator):
@@ -109,7 +123,7 @@ class _Timed(Decorator):
     _since = 0.0
 
     def _tick(self) -> Status:
-        now = self.running.state.now
+        now = self.tree.state.now
         if self._before is not Status.RUNNING:
             self._since = now
         return self._timed((now - self._since) * 1000.0)
@@ -238,10 +252,10 @@ class RateController(_Gate):
     _since = 0.0
 
     def _restart(self) -> None:
-        self._since = self.running.state.now
+        self._since = self.tree.state.now
 
     def _is_due(self) -> bool:
-        return (self.running.state.now - self._since) * self._rate() >= 1.0
+        return (self.tree.state.now - self._since) * self._rate() >= 1.0
 
     def _rate(self) -> float:
         """Return the greatest rate [Hz]."""
@@ -258,7 +272,7 @@ class SpeedController(RateController):
 
     def _rate(self) -> float:
         low, high = self.min_speed, self.max_speed
-        share = (abs(self.running.state.velocity.x) - low) / max(high - low, 1e-9)
+        share = (abs(self.tree.state.velocity.x) - low) / max(high - low, 1e-9)
         slow, fast = self.min_rate, self.max_rate
         return float(slow + min(max(share, 0.0), 1.0) * (fast - slow))
 
@@ -270,27 +284,11 @@ class DistanceController(_Gate):
     _start: SE2 | None = None
 
     def _restart(self) -> None:
-        self._start = self.running.state.pose
+        self._start = self.tree.state.pose
 
     def _is_due(self) -> bool:
-        pose, start = self.running.state.pose, self._start
+        pose, start = self.tree.state.pose, self._start
         return pose is not None and (start is None or pose.distance(start) >= float(self.distance))
-
-
-class SingleTrigger(Decorator):
-    """Runs the child to its end once, and fails from then on."""
-
-    _used = False
-
-    def _tick(self) -> Status:
-        if self._used:
-            return Status.FAILURE
-        status = self.child.execute()
-        self._used = status in ENDED
-        return status
-
-    def _on_halt(self) -> None:
-        self._used = False
 
 
 class GoalUpdatedController(Decorator):
@@ -299,7 +297,7 @@ class GoalUpdatedController(Decorator):
     _goals: Any = None
 
     def _tick(self) -> Status:
-        board = self.running.root
+        board = self.tree.blackboard
         before, self._goals = self._goals, (board.get("goal"), board.get("goals"))
         first = self._before in (Status.IDLE, Status.SKIPPED)
         if first or self.child.status is Status.RUNNING or self._goals != before:
@@ -318,7 +316,7 @@ class GoalUpdater(Decorator):
         return super().topics() | {Topic(TopicKind.GOAL, GOAL_UPDATE)}
 
     def _tick(self) -> Status:
-        moved = self.running.state.moved_goal
+        moved = self.tree.state.moved_goal
         self.output_goal = self.input_goal if moved is None else moved
         return self.child.execute()
 

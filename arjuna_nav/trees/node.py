@@ -1,7 +1,7 @@
 """Trees and their nodes: a status, ports, children, conditions; ticked and halted.
 
-The engine is our own: py_trees has neither BehaviorTree.CPP's XML, ports and scripts nor Nav2's
-control nodes, which are nine tenths of this wing, and ticks slower.
+The engine is our own: py_trees ticks half as fast, and has neither BehaviorTree.CPP's XML, ports
+and scripts nor Nav2's nodes, which are four fifths of this wing.
 
 Source: BehaviorTree.CPP 4, TreeNode, ControlNode and DecoratorNode.
 """
@@ -41,27 +41,6 @@ SCRIPTED = (*_DECIDING, "_while", *_AFTER, "_onHalted")
 
 
 @dataclass
-class Running:
-    """The nodes of a tree share this: the state in this tick, its requests, and changes of status.
-
-    `root` is the blackboard of the whole tree, `asking` are the nodes that ask servers.
-    """
-
-    root: Blackboard = field(default_factory=Blackboard)
-    state: TreeState = field(default_factory=lambda: TreeState(0.0))
-    commands: list[Ask | Withdraw] = field(default_factory=list)
-    changes: list[StatusChange] = field(default_factory=list)
-    asking: list[TreeNode] = field(default_factory=list)
-    _last_key: int = 0
-
-    def ask(self, kind: str, server: str, fields: Mapping[str, Any], feedback: bool = False) -> int:
-        """Ask a server; return the key of its answer, and of its feedback where that is wanted."""
-        self._last_key += 1
-        self.commands.append(Ask(self._last_key, kind, server, fields, feedback))
-        return self._last_key
-
-
-@dataclass
 class Maker:
     """The parts of a node: `texts` are its ports as the XML has them, `scripts` by `SCRIPTED`."""
 
@@ -70,7 +49,7 @@ class Maker:
     texts: Mapping[str, str]
     children: tuple[TreeNode, ...]
     board: Blackboard
-    running: Running
+    tree: Tree
     scripts: Mapping[str, Script] = field(default_factory=dict)
 
 
@@ -99,7 +78,7 @@ class TreeNode:
         self.name = maker.name
         self.uid = maker.uid
         self.children = maker.children
-        self.running = maker.running
+        self.tree = maker.tree
         self.status = Status.IDLE
         self._texts = maker.texts
         self.board = maker.board
@@ -213,9 +192,7 @@ class TreeNode:
     def set_status(self, status: Status) -> None:
         """Change the status; the change is logged."""
         if status is not self.status:
-            now = self.running.state.now
-            change = StatusChange(now, self.name, self.uid, self.status.name, status.name)
-            self.running.changes.append(change)
+            self.tree.log(self, self.status, status)
             self.status = status
 
     def get(self, name: str) -> Any:
@@ -280,25 +257,41 @@ class Condition(TreeNode):
 
 
 class Tree:
-    """One tree.
-
-    Args:
-        root: Its uppermost node.
-        running: Shared by its nodes.
+    """One tree; its nodes share its state, requests and log.
 
     Attributes:
+        root: Its uppermost node.
         topics: The topics that its nodes listen to.
+        blackboard: The entries of the whole tree.
+        state: The state of the robot and the requests in this tick.
+        asking: The nodes that ask servers.
     """
 
-    def __init__(self, root: TreeNode, running: Running) -> None:
-        self._root = root
-        self._running = running
-        self.topics = root.topics()
+    root: TreeNode
+    topics: set[Topic]
 
-    @property
-    def blackboard(self) -> Blackboard:
-        """The entries of the whole tree."""
-        return self._running.root
+    def __init__(self) -> None:
+        self.blackboard = Blackboard()
+        self.state = TreeState(0.0)
+        self.asking: list[TreeNode] = []
+        self._commands: list[Ask | Withdraw] = []
+        self._changes: list[StatusChange] = []
+        self._last_key = 0
+
+    def ask(self, kind: str, server: str, fields: Mapping[str, Any], feedback: bool = False) -> int:
+        """Ask a server; return the key of its answer, and of its feedback where that is wanted."""
+        self._last_key += 1
+        self._commands.append(Ask(self._last_key, kind, server, fields, feedback))
+        return self._last_key
+
+    def withdraw(self, key: int) -> None:
+        """Withdraw a request."""
+        self._commands.append(Withdraw(key))
+
+    def log(self, node: TreeNode, before: Status, after: Status) -> None:
+        """Note a node's change of status."""
+        change = StatusChange(self.state.now, node.name, node.uid, before.name, after.name)
+        self._changes.append(change)
 
     def tick(self, state: TreeState) -> tuple[Status, list[Ask | Withdraw]]:
         """Tick the tree once; return its status and its requests.
@@ -306,22 +299,19 @@ class Tree:
         Raises:
             TreeError: A node lacks what it must be given.
         """
-        self._running.state = state
-        self._running.commands = []
-        status = self._root.execute()
+        self.state, self._commands = state, []
+        status = self.root.execute()
         if status is not Status.RUNNING:
-            self._root.reset()
-        return status, self._running.commands
+            self.root.reset()
+        return status, self._commands
 
     def halt(self, state: TreeState) -> list[Ask | Withdraw]:
         """Stop the tree; return what is withdrawn."""
-        self._running.state = state
-        self._running.commands = []
-        self._root.halt()
-        return self._running.commands
+        self.state, self._commands = state, []
+        self.root.halt()
+        return self._commands
 
     def take_changes(self) -> tuple[StatusChange, ...]:
         """Return the changes of status since the last call."""
-        changes = tuple(self._running.changes)
-        self._running.changes.clear()
+        changes, self._changes = tuple(self._changes), []
         return changes

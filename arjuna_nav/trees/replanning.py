@@ -26,10 +26,10 @@ class ReplanningController(Decorator):
 
     def __init__(self, maker: Maker) -> None:
         super().__init__(maker)
-        self._goal = self.running.root.entry("goal")
+        self._goal = self.tree.blackboard.entry("goal")
 
     def _tick(self) -> Status:
-        now, written = self.running.state.now, self._goal.written
+        now, written = self.tree.state.now, self._goal.written
         is_new = written != self._goal_written or self._before in (Status.IDLE, Status.SKIPPED)
         if is_new or self.child.status is not Status.RUNNING:
             if not is_new and now - self._began < self._period:
@@ -52,8 +52,8 @@ class IsPathPreferred(Condition):
     shorter_ratio = Port(NUMBER, 0.9)
 
     def _holds(self) -> bool:
-        old, new, pose = self.path, self.new_path, self.running.state.pose
-        goal_came = self.running.root.entry("goal").written
+        old, new, pose = self.path, self.new_path, self.tree.state.pose
+        goal_came = self.tree.blackboard.entry("goal").written
         if old is None or pose is None or goal_came > self.named_entry("path").written:
             return False
         rest, most = paths.ahead(old, pose), self.same_way_deviation
@@ -84,7 +84,7 @@ class WaitOutOutage(Decorator):
     _reported = False
 
     def _tick(self) -> Status:
-        now = self.running.state.now
+        now = self.tree.state.now
         if self._reported:
             if now - self._last < self._period:
                 return Status.RUNNING

@@ -197,7 +197,7 @@ class _Cancel(TreeNode):
     KIND: ClassVar[str]
 
     def _tick(self) -> Status:
-        for node in self.running.asking:
+        for node in self.tree.asking:
             if isinstance(node, Asking) and node.KIND == self.KIND:
                 node.cancel()
         return Status.SUCCESS

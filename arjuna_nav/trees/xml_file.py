@@ -16,7 +16,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.files.whole_file import read_bytes
 from arjuna_nav.trees import actions, conditions, controls, decorators, replanning, servers
 from arjuna_nav.trees.blackboard import Blackboard, TreeError
-from arjuna_nav.trees.node import SCRIPTED, Decorator, Maker, Running, Status, Tree, TreeNode
+from arjuna_nav.trees.node import SCRIPTED, Decorator, Maker, Status, Tree, TreeNode
 from arjuna_nav.trees.ports import entry
 from arjuna_nav.trees.script import Script
 
@@ -156,15 +156,17 @@ class _Builder:
     def __init__(self, where: str, trees: Mapping[str, Any]) -> None:
         self._where = where
         self._trees = trees
-        self._running = Running()
+        self._tree = Tree()
         self._count = 0
 
     def _error(self, problem: str) -> TreeError:
         return TreeError(f"{self._where}: {problem}")
 
     def build(self, main: str) -> Tree:
-        root = self._node(self._trees[main][0], self._running.root, (main,), 0)
-        return Tree(root, self._running)
+        tree = self._tree
+        tree.root = self._node(self._trees[main][0], tree.blackboard, (main,), 0)
+        tree.topics = tree.root.topics()
+        return tree
 
     def _node(
         self, element: Any, board: Blackboard, inside: tuple[str, ...], depth: int
@@ -184,7 +186,7 @@ class _Builder:
         }
         if is_subtree:
             own, child = self._subtree(kind, texts, board, inside, depth)
-            parts = Maker(name, uid, {}, (child,), own, self._running, scripts)
+            parts = Maker(name, uid, {}, (child,), own, self._tree, scripts)
             return SubTree(parts)
         cls = NODES.get(kind)
         if cls is None:
@@ -192,7 +194,7 @@ class _Builder:
         self._check(shown, cls, texts, len(element))
         children = tuple(self._node(child, board, inside, depth + 1) for child in element)
         try:
-            return cls(Maker(name, uid, texts, children, board, self._running, scripts))
+            return cls(Maker(name, uid, texts, children, board, self._tree, scripts))
         except TreeError as error:
             raise self._error(str(error)) from error
 

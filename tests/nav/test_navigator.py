@@ -192,7 +192,7 @@ def test_backs_up_as_its_configuration_says() -> None:
     assert dict(script.asked["BackUp"]) == expected
 
 
-def test_a_failing_recovery_gives_way_to_the_next(script: Script) -> None:
+def test_a_failing_recovery_is_followed_by_the_next(script: Script) -> None:
     script.tick()
     script.fail_to_plan()
     script.tick(clear_local=True)
@@ -294,7 +294,7 @@ def test_a_new_goal_ends_a_recovery(script: Script) -> None:
     assert script.asked["plan"]["goal"] == other
 
 
-def test_poses_on_the_way_are_dropped_as_they_are_passed() -> None:
+def test_poses_before_the_last_are_dropped_as_they_are_passed() -> None:
     goals = (SE2(1.0, 0.0), SE2(2.0, 0.0), GOAL)
     script = Script(goals, THROUGH).follow()
     assert script.asked["plan"]["goals"] == goals

@@ -36,7 +36,7 @@ class TreeChoice:
         self._name = ""
         self._defaults = {kind: name or f"{kind}.xml" for kind, name in defaults.items()}
         self._folder = folder
-        trees = [_default_tree(name) for name in self._defaults.values()]
+        trees = [self._default(kind) for kind in self._defaults]
         self.tree = trees[0]
         self.topics = set().union(*(tree.topics for tree in trees))
 
@@ -55,11 +55,22 @@ class TreeChoice:
             same = name == self._name
             return "" if same else f"'{self._name}' drives the goal that runs, not '{name}'"
         try:
-            self.tree = _asked_tree(asked, self._folder) if asked else _default_tree(name)
+            self.tree = _asked_tree(asked, self._folder) if asked else self._default(kind)
         except TreeError as error:
             return str(error)
         self._name = name
         return ""
+
+    def _default(self, kind: str) -> Tree:
+        """Return the tree of a parameter: Arjuna's, any file, or a shipped one by its name.
+
+        Raises:
+            TreeError: There is no such file, or it holds no tree that can be run.
+        """
+        name = self._defaults[kind]
+        own = name == f"{kind}.xml"  # whatever lies in the working folder by that name
+        path = shipped_file("behavior_trees") / name if own else Path(name)
+        return read_tree(path) if path.is_file() else _asked_tree(name, ".")
 
 
 def _asked_tree(name: str, folder: str) -> Tree:
@@ -83,15 +94,6 @@ def _asked_tree(name: str, folder: str) -> Tree:
         f"there is no behavior tree '{name}' in the folder '{folder}' (parameter 'bt_folder'); "
         f"valid: a file there, or {valid}"
     )
-
-
-def _default_tree(name: str) -> Tree:
-    """Return the tree that a parameter names: any file, or a shipped one by its name.
-
-    Raises:
-        TreeError: There is no such file, or it holds no tree that can be run.
-    """
-    return read_tree(Path(name)) if Path(name).is_file() else _asked_tree(name, ".")
 
 
 def log_msg(changes: Sequence[StatusChange], now: float) -> Any:

@@ -67,5 +67,5 @@ def start(robot: PlayedRobot, kind: str, allowance: float = 10.0) -> Goal:
 
 
 def wall_ahead(robot: PlayedRobot, x: float) -> None:
-    """Put a wall across the robot's way at a distance [m] from the origin."""
+    """Put a wall across the robot's path at a distance [m] from the origin."""
     block(robot.world, 5.5 + x, 4.5, 0.1, 2.0)

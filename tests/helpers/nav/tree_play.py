@@ -29,7 +29,7 @@ class Play:
     def tick(self, dt: float = 0.1, **answers: Answer | bool) -> Status:
         """Tick once; answers are by the kind of what is open."""
         self.now += dt
-        told = {
+        given = {
             self.open.pop(kind): Answer(value) if isinstance(value, bool) else value
             for kind, value in answers.items()
         }
@@ -38,7 +38,7 @@ class Play:
             self.pose,
             self.velocity,
             self.measured_at,
-            told,
+            given,
             {self.open[kind]: self.feedback.pop(kind) for kind in list(self.feedback)},
             batteries=self.batteries,
             connected=lambda parent, child: (parent, child) in self.frames,

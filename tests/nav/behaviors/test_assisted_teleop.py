@@ -1,4 +1,4 @@
-"""Somebody's commands, slower the nearer a collision, and none that has ceased."""
+"""A person's commands, slower the nearer a collision, and none that has ceased."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def wall(x: float) -> Costmap:
 
 
 @pytest.mark.parametrize("velocity", [AHEAD, Velocity(-0.5), Velocity(0.2, yaw_rate=-0.6)])
-def test_where_all_is_free_it_drives_as_told(velocity: Velocity) -> None:
+def test_where_all_is_free_it_drives_as_commanded(velocity: Velocity) -> None:
     behavior = teleop()
     behavior.take(velocity, 0.0)
     result = behavior.tick(SE2(2.0, 2.0), wall(5.0), 0.5)

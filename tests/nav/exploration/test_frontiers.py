@@ -24,7 +24,7 @@ LONG_SIGHTED = scans(
 
 
 class Explorer:
-    """Maps a known room from scans and drives where it is told, without error."""
+    """Maps a known room from scans and drives to its goals, without error."""
 
     def __init__(self, truth: OccupancyGrid, start: SE2) -> None:
         self.truth = truth
@@ -115,7 +115,7 @@ def test_faces_the_frontier_and_prefers_the_nearer() -> None:
     assert abs(goal.theta) < 0.5
 
 
-def test_places_near_a_goal_tried_are_left_out_and_no_others() -> None:
+def test_cells_near_a_goal_tried_are_left_out_and_no_others() -> None:
     grid = empty_grid(8.0, 4.0)
     grid.data[:, :2] = -1
     grid.data[:, 150:] = -1
@@ -131,14 +131,14 @@ def test_nothing_is_left_in_a_known_world() -> None:
     assert next_goal(grid, costmap_of(grid), SE2(2.0, 2.0), []) is None
 
 
-def test_refuses_a_costmap_of_another_place() -> None:
+def test_refuses_a_costmap_of_another_frame() -> None:
     layered = LayeredCostmap(costmap_config())
     with pytest.raises(ValueError, match="must be one frame"):
         next_goal(empty_grid(4.0, 4.0), layered.costmap, SE2(), [])
 
 
 @pytest.mark.parametrize(("hole", "reached"), [(0.3, True), (0.9, False)])
-def test_a_robot_that_stands_in_the_unknown_starts_from_the_nearest_place_it_knows(
+def test_a_robot_in_unknown_space_starts_from_the_nearest_known_cell(
     hole: float, reached: bool
 ) -> None:
     grid = empty_grid(8.0, 4.0)
@@ -157,7 +157,7 @@ def half_known(known: float = 4.0) -> OccupancyGrid:
     return grid
 
 
-def test_it_looks_at_a_frontiers_middle_from_as_near_as_is_worth_the_way() -> None:
+def test_it_looks_at_a_frontiers_middle_from_as_near_as_the_path_allows() -> None:
     grid = half_known()
     costmap = costmap_of(grid, track_unknown=True)
     goal = next_goal(grid, costmap, SE2(1.0, 0.5), [])
@@ -171,7 +171,7 @@ def test_it_looks_at_a_frontiers_middle_from_as_near_as_is_worth_the_way() -> No
 
 
 @pytest.mark.parametrize(("gain", "left"), [(0.0, True), (1.0, True), (4.0, False)])
-def test_a_longer_frontier_is_worth_a_longer_way(gain: float, left: bool) -> None:
+def test_a_longer_frontier_justifies_a_longer_path(gain: float, left: bool) -> None:
     grid = empty_grid(8.0, 4.0)
     grid.data[20:40, 0] = -1  # a metre, near
     grid.data[10:70, -1] = -1  # three, farther by 3 m
@@ -209,18 +209,18 @@ def test_a_goal_tried_rules_out_what_is_near_it(radius: float, here: bool) -> No
         assert next_goal(grid, costmap, SE2(1.0, 2.0), tried, config) is None
 
 
-def test_it_stands_nowhere_dearer_than_told() -> None:
+def test_it_stands_nowhere_above_the_greatest_cost() -> None:
     grid = half_known()
     block(grid, 0.0, 0.0, 4.0, 1.7)
-    block(grid, 0.0, 2.3, 4.0, 1.7)  # a corridor in which any place is dear
+    block(grid, 0.0, 2.3, 4.0, 1.7)  # a corridor in which any cell is costly
     costmap = costmap_of(grid, track_unknown=True)
     dearest = int(costmap.data[40, 70])
     assert dearest > 0
-    told = [
+    goals = [
         next_goal(grid, costmap, SE2(1.0, 2.0), [], ExplorationConfig(max_cost=cost))
         for cost in (252, dearest, max(dearest - 40, 0))
     ]
-    assert [goal is not None for goal in told] == [True, True, False]
+    assert [goal is not None for goal in goals] == [True, True, False]
 
 
 def test_a_robot_off_the_map_looks_nowhere() -> None:

@@ -38,7 +38,7 @@ def test_goals_paths_and_choices_on_the_blackboard() -> None:
 
 
 @pytest.mark.parametrize(
-    ("place", "radius", "left"),
+    ("pose", "radius", "left"),
     [
         (SE2(0.0, 0.3), "", 2),
         (SE2(0.0, 0.6), "", 3),
@@ -47,11 +47,11 @@ def test_goals_paths_and_choices_on_the_blackboard() -> None:
         (SE2(2.0, 0.0), 'radius="5"', 1),
     ],
 )
-def test_goals_that_were_passed_go_but_for_the_last(place: SE2, radius: str, left: int) -> None:
+def test_goals_that_were_passed_go_but_for_the_last(pose: SE2, radius: str, left: int) -> None:
     goals = (SE2(), SE2(1.0), SE2(2.0))
     node = f'<RemovePassedGoals input_goals="{{goals}}" output_goals="{{goals}}" {radius}/>'
     play = Play(node, goals=goals)
-    play.pose = place
+    play.pose = pose
     assert play.tick() is SUCCESS
     assert play.get("goals") == goals[3 - left :]
 
@@ -92,13 +92,13 @@ def test_a_path_is_cut_about_the_robot(ports: str, x: float, kept: range) -> Non
     np.testing.assert_array_equal(play.get("out"), STRAIGHT[kept.start : kept.stop])
 
 
-def test_a_pose_given_takes_the_place_of_the_robots() -> None:
+def test_a_pose_given_replaces_the_robots() -> None:
     play = cut('pose="{there}" distance_forward="1" distance_backward="1"', there=SE2(7.0))
     assert play.tick() is SUCCESS
     np.testing.assert_array_equal(play.get("out"), STRAIGHT[6:9])
 
 
-def test_the_heading_tells_the_way_there_from_the_way_back() -> None:
+def test_the_heading_distinguishes_the_path_there_from_the_path_back() -> None:
     near = 'distance_forward="0" distance_backward="0" angular_distance_weight='
     for weight, y in (("0", 0.0), ("1", 1.0)):
         play = cut(f'{near}"{weight}"', HAIRPIN)
@@ -111,14 +111,14 @@ def test_the_heading_tells_the_way_there_from_the_way_back() -> None:
 
 def test_the_robot_is_looked_for_on_from_where_it_was_and_not_too_far_ahead() -> None:
     play = cut('distance_forward="0" distance_backward="0" max_robot_pose_search_dist="3"', HAIRPIN)
-    places = []
+    starts = []
     for x, y in ((0.0, 0.0), (2.0, 0.0), (4.0, 0.0), (9.0, 0.0), (1.0, 0.0)):
         play.pose = SE2(x, y)
         play.tick()
         out = play.get("out")
         assert isinstance(out, np.ndarray)
-        places.append(float(out[0, 0]))
-    assert places == [0.0, 2.0, 4.0, 7.0, 7.0], "no farther than 3 m, and never back"
+        starts.append(float(out[0, 0]))
+    assert starts == [0.0, 2.0, 4.0, 7.0, 7.0], "no farther than 3 m, and never back"
     play.tree.blackboard.set("path", HAIRPIN.copy())
     play.tick()
     out = play.get("out")

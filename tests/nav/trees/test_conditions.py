@@ -36,14 +36,14 @@ def test_a_pose_is_near_up_to_a_distance(node: str, within: float) -> None:
         assert play.tick() is status
 
 
-@pytest.mark.parametrize(("given", "way"), [("", 1.0), ('distance="0.4"', 0.4)])
-def test_a_distance_is_measured_from_where_it_began(given: str, way: float) -> None:
+@pytest.mark.parametrize(("given", "unit"), [("", 1.0), ('distance="0.4"', 0.4)])
+def test_a_distance_is_measured_from_where_it_began(given: str, unit: float) -> None:
     play = Play(f"<ReactiveFallback><DistanceTraveled {given}/>{WAIT}</ReactiveFallback>")
-    told = []
-    for gone in (5.0, 5.9, 6.1, 7.0, 7.9, 8.1):  # the fourth tick begins anew
-        play.pose = SE2(0.0, gone * way)
-        told.append(play.tick())
-    assert told == [RUNNING, RUNNING, SUCCESS] * 2
+    statuses = []
+    for gone in (5.0, 5.9, 6.1, 7.0, 7.9, 8.1):  # the fourth tick begins again
+        play.pose = SE2(0.0, gone * unit)
+        statuses.append(play.tick())
+    assert statuses == [RUNNING, RUNNING, SUCCESS] * 2
 
 
 def test_without_a_pose_no_goal_is_reached() -> None:

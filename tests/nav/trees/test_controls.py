@@ -77,7 +77,7 @@ def test_a_reactive_node_stops_the_child_that_another_replaces() -> None:
     play.tree.blackboard.set("goal", SE2(1.0))
     assert play.tick() is SUCCESS
     assert play.withdrawn == [spinning]
-    assert play.tick() is RUNNING  # anew: nothing was updated since
+    assert play.tick() is RUNNING  # again: nothing was updated since
 
 
 def test_a_pipeline_ticks_the_earlier_ones_again_while_a_later_one_runs() -> None:

@@ -104,7 +104,7 @@ def test_a_path_is_a_detour_from_twice_the_length_and_near_the_goal_only() -> No
 
     assert noticed(2.9, 5.9)
     assert not noticed(2.9, 5.7)
-    assert not noticed(3.1, 9.0)  # far from the goal a way round may be right
+    assert not noticed(3.1, 9.0)  # far from the goal a detour may be right
     assert noticed(3.1, 9.0, given='prox_len="4"')
     assert noticed(2.0, 3.1, given='length_factor="1.5"')
     assert not noticed(2.0, 8.0, end=0.06)  # to another goal

@@ -18,13 +18,13 @@ OK, NO = "<AlwaysSuccess/>", "<AlwaysFailure/>"
 def test_the_log_says_what_changed() -> None:
     play = Play(f'<Sequence name="all">{OK}{NO}</Sequence>')
     play.tick()
-    told = [(c.node, c.uid, c.before, c.after) for c in play.tree.take_changes()]
-    assert told[:3] == [
+    logged = [(c.node, c.uid, c.before, c.after) for c in play.tree.take_changes()]
+    assert logged[:3] == [
         ("all", 1, "IDLE", "RUNNING"),
         ("AlwaysSuccess", 2, "IDLE", "SUCCESS"),
         ("AlwaysFailure", 3, "IDLE", "FAILURE"),
     ]
-    assert ("all", 1, "RUNNING", "FAILURE") in told
+    assert ("all", 1, "RUNNING", "FAILURE") in logged
     assert play.tree.take_changes() == ()
 
 

@@ -102,8 +102,8 @@ def test_the_progress_on_a_route_is_written_as_it_comes() -> None:
     assert play.tick() is RUNNING
     first, second = np.zeros((2, 3)), np.ones((2, 3))
     for last, path, new in ((4, first, False), (5, second, True)):
-        told = {"last_node_id": last, "next_node_id": last + 1, "current_edge_id": 9}
-        play.feedback = {"ComputeAndTrackRoute": {**told, "path": path, "rerouted": new}}
+        nodes = {"last_node_id": last, "next_node_id": last + 1, "current_edge_id": 9}
+        play.feedback = {"ComputeAndTrackRoute": {**nodes, "path": path, "rerouted": new}}
         assert play.tick() is RUNNING
         assert [play.get(name) for name in ("last", "next", "edge", "new")] == [
             *(last, last + 1, 9),
@@ -112,7 +112,7 @@ def test_the_progress_on_a_route_is_written_as_it_comes() -> None:
         assert play.get("p") is path
     play.tree.blackboard.set("p", first)
     assert play.tick() is RUNNING
-    assert play.get("p") is first, "what was told once is not written again"
+    assert play.get("p") is first, "feedback is written once"
     done = Answer(True, values={"execution_duration": 3.5})
     assert play.tick(ComputeAndTrackRoute=done) is SUCCESS
     assert play.get("took") == 3.5

@@ -135,7 +135,7 @@ def test_a_subtree_has_entries_of_its_own() -> None:
         '<SubTree ID="Share" _autoremap="true"/></Sequence></BehaviorTree>'
         '<BehaviorTree ID="Sub"><Sequence><GoalReached goal="{goal}"/>'
         '<SetBlackboard value="{speed}" output_key="hidden"/>'
-        '<SetBlackboard value="{speed}" output_key="@told"/></Sequence></BehaviorTree>'
+        '<SetBlackboard value="{speed}" output_key="@seen"/></Sequence></BehaviorTree>'
         '<BehaviorTree ID="Share"><SetBlackboard value="1" output_key="shared"/></BehaviorTree>'
         "</root>"
     )
@@ -143,4 +143,4 @@ def test_a_subtree_has_entries_of_its_own() -> None:
     tree.blackboard.set("aim", SE2())
     assert tree.tick(TreeState(0.0, SE2()))[0] is Status.SUCCESS
     board = tree.blackboard
-    assert [board.get(name) for name in ("hidden", "told", "shared")] == [None, "0.2", "1"]
+    assert [board.get(name) for name in ("hidden", "seen", "shared")] == [None, "0.2", "1"]

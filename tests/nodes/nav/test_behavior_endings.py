@@ -1,4 +1,4 @@
-"""behavior_server: whatever ends a behaviour, the robot stands and the client is told why."""
+"""behavior_server: whatever ends a behaviour, the robot stands and the client gets the reason."""
 
 from __future__ import annotations
 

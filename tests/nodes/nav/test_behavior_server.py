@@ -45,8 +45,8 @@ def test_spin_turns_by_the_angle(robot: PlayedRobot, angle: float) -> None:
     assert turned == pytest.approx(angle, abs=0.1)
     assert robot.pose.distance(SE2()) < 0.01
     assert robot.command == STILL
-    told = [each.angular_distance_traveled for each in goal.feedback]
-    assert abs(told[-1]) == pytest.approx(abs(angle), abs=0.15)
+    angles = [each.angular_distance_traveled for each in goal.feedback]
+    assert abs(angles[-1]) == pytest.approx(abs(angle), abs=0.15)
     assert seconds(goal.result.total_elapsed_time) == pytest.approx(robot.now - 0.5, abs=0.15)
 
 
@@ -62,7 +62,7 @@ def test_backup_drives_back_the_distance(robot: PlayedRobot) -> None:
 
 
 @pytest.mark.parametrize(("distance", "speed"), [(0.5, 0.25), (-0.4, -0.2)])
-def test_drive_on_heading_drives_either_way(
+def test_drive_on_heading_drives_ahead_and_back(
     robot: PlayedRobot, distance: float, speed: float
 ) -> None:
     goal = drive(robot, distance, speed)
@@ -105,7 +105,7 @@ def test_backing_up_stops_before_what_is_behind(robot: PlayedRobot) -> None:
     assert robot.pose.x > -0.6 + 0.28
 
 
-def test_teleoperation_drives_as_commanded_until_told_to_end(robot: PlayedRobot) -> None:
+def test_teleoperation_drives_as_commanded_until_it_is_ended(robot: PlayedRobot) -> None:
     goal = teleop(robot)
     robot.run(0.3)
     assert robot.command == STILL

@@ -67,21 +67,21 @@ def test_feedback_says_how_it_goes(robot: PlayedRobot) -> None:
     begun = robot.now
     goal = go(robot, SE2(2.0, 1.0))
     robot.run_until_done(goal, 30.0)
-    told = goal.feedback
-    assert len(told) == pytest.approx(10.0 * (robot.now - begun), abs=4.0)
-    times = [seconds(each.navigation_time) for each in told]
+    feedback = goal.feedback
+    assert len(feedback) == pytest.approx(10.0 * (robot.now - begun), abs=4.0)
+    times = [seconds(each.navigation_time) for each in feedback]
     assert times == sorted(times)
     assert times[-1] == pytest.approx(robot.now - begun, abs=0.2)
-    distances = [each.distance_remaining for each in told[5:]]
+    distances = [each.distance_remaining for each in feedback[5:]]
     assert distances[0] == pytest.approx(math.hypot(2.0, 1.0), abs=0.3)
     assert distances[-1] < 0.3
     assert all(later <= earlier + 0.15 for earlier, later in itertools.pairwise(distances))
-    middle = told[len(told) // 2]
+    middle = feedback[len(feedback) // 2]
     left = times[-1] - seconds(middle.navigation_time)
     assert seconds(middle.estimated_time_remaining) == pytest.approx(left, rel=0.5)
-    assert se2_from_pose(told[-1].current_pose.pose).distance(robot.pose) < 0.1
-    assert told[-1].current_pose.header.frame_id == "map"
-    assert {each.number_of_recoveries for each in told} == {0}
+    assert se2_from_pose(feedback[-1].current_pose.pose).distance(robot.pose) < 0.1
+    assert feedback[-1].current_pose.header.frame_id == "map"
+    assert {each.number_of_recoveries for each in feedback} == {0}
 
 
 def test_a_newer_goal_replaces_the_running_one_without_a_stop(robot: PlayedRobot) -> None:

@@ -40,9 +40,11 @@ def robot() -> Iterator[PlayedRobot]:
     robot.close()
 
 
-def message_of(told: DiagnosticArray, node: str) -> str:
-    """Return what is told of a node."""
-    return next(str(each.message) for each in told.status if each.name.startswith(f"{node}:"))
+def message_of(diagnostics: DiagnosticArray, node: str) -> str:
+    """Return a node's diagnostic message."""
+    return next(
+        str(each.message) for each in diagnostics.status if each.name.startswith(f"{node}:")
+    )
 
 
 @pytest.mark.parametrize(
@@ -103,7 +105,7 @@ def test_what_cannot_be_reached_fails_after_the_recoveries() -> None:
     robot.close()
 
 
-def test_a_robot_that_is_shut_in_is_not_driven_and_goes_on_once_free(robot: PlayedRobot) -> None:
+def test_a_robot_that_is_shut_in_is_not_driven_and_continues_once_free(robot: PlayedRobot) -> None:
     free = robot.world.data.copy()
     for x, y, width, height in (
         (4.9, 4.9, 1.2, 0.1),
@@ -123,7 +125,7 @@ def test_a_robot_that_is_shut_in_is_not_driven_and_goes_on_once_free(robot: Play
     assert goal.status == SUCCEEDED
 
 
-def test_a_way_that_is_blocked_is_gone_round(robot: PlayedRobot) -> None:
+def test_a_path_that_is_blocked_is_left(robot: PlayedRobot) -> None:
     goal = go(robot, SE2(2.0, 1.5))
     drive(robot)
     x, y = robot.pose.x + 5.5, robot.pose.y + 5.5
@@ -166,7 +168,7 @@ def test_time_set_back_stops_the_robot_and_ends_the_goal(robot: PlayedRobot) -> 
     assert_stopped_for_good(robot)
 
 
-def test_a_robot_that_does_not_know_its_place_refuses() -> None:
+def test_a_robot_that_does_not_know_its_pose_refuses() -> None:
     robot = made(start_patience=2.0)
     robot.localized = False
     robot.run(1.0)
@@ -178,38 +180,38 @@ def test_a_robot_that_does_not_know_its_place_refuses() -> None:
     robot.close()
 
 
-def test_a_place_that_is_known_later_is_waited_for(robot: PlayedRobot) -> None:
-    told = robot.bench.collect(DiagnosticArray, "/diagnostics")
+def test_a_pose_that_is_known_later_is_waited_for(robot: PlayedRobot) -> None:
+    diagnostics = robot.bench.collect(DiagnosticArray, "/diagnostics")
     robot.localized = False
     robot.run(1.0)
     goal = go(robot, GOAL)
     robot.run(5.0)
-    assert "stands and waits: map -> base_link" in message_of(told[-1], "/bt_navigator")
+    assert "stands and waits: map -> base_link" in message_of(diagnostics[-1], "/bt_navigator")
     robot.localized = True
     robot.run_until_done(goal, 30.0)
     assert goal.status == SUCCEEDED
 
 
-def test_a_goal_that_waits_for_the_robots_place_is_replaced_and_cancelled(
+def test_a_goal_that_waits_for_the_robots_pose_is_replaced_and_cancelled(
     robot: PlayedRobot,
 ) -> None:
     robot.localized = False
     robot.run(1.0)
-    told = robot.bench.collect(DiagnosticArray, "/diagnostics")
+    diagnostics = robot.bench.collect(DiagnosticArray, "/diagnostics")
     older, newer = go(robot, GOAL), go(robot, GOAL)
     assert_failed(older, 0)
     assert not through(robot, GOAL).accepted
     newer.cancel()
     robot.run(1.1)
     assert newer.status == CANCELED
-    assert "waits" not in message_of(told[-1], "/bt_navigator")
+    assert "waits" not in message_of(diagnostics[-1], "/bt_navigator")
     assert_stopped_for_good(robot)
 
 
-def test_a_place_that_is_lost_under_way_stops_the_robot_until_it_is_known(
+def test_a_pose_that_is_lost_stops_the_robot_until_it_is_known(
     robot: PlayedRobot,
 ) -> None:
-    told = robot.bench.collect(DiagnosticArray, "/diagnostics")
+    diagnostics = robot.bench.collect(DiagnosticArray, "/diagnostics")
     goal = go(robot, SE2(3.0, 1.0))
     drive(robot)
     robot.localized = False
@@ -218,14 +220,16 @@ def test_a_place_that_is_lost_under_way_stops_the_robot_until_it_is_known(
     robot.forget()
     robot.run(6.0)
     assert all(command == STILL for command in robot.commands)
-    assert "stands and waits: global_costmap was last" in message_of(told[-1], "/bt_navigator")
+    assert "stands and waits: global_costmap was last" in message_of(
+        diagnostics[-1], "/bt_navigator"
+    )
     robot.localized = True
     robot.run_until_done(goal, 30.0)
     assert goal.status == SUCCEEDED
-    assert "could be used" in message_of(told[-1], "/bt_navigator")
+    assert "could be used" in message_of(diagnostics[-1], "/bt_navigator")
 
 
-def test_a_place_that_stays_lost_ends_the_goal_with_the_reason() -> None:
+def test_a_pose_that_stays_lost_ends_the_goal_with_the_reason() -> None:
     robot = made(outage_patience=3.0)
     goal = go(robot, SE2(3.0, 1.0))
     drive(robot)
@@ -240,7 +244,7 @@ def test_a_place_that_stays_lost_ends_the_goal_with_the_reason() -> None:
 def test_a_dead_scanner_stops_the_robot_until_it_is_well(
     robot: PlayedRobot, seconds: float
 ) -> None:
-    told = robot.bench.collect(DiagnosticArray, "/diagnostics")
+    diagnostics = robot.bench.collect(DiagnosticArray, "/diagnostics")
     goal = go(robot, SE2(3.0, 1.0))
     drive(robot)
     robot.sees = False
@@ -250,7 +254,10 @@ def test_a_dead_scanner_stops_the_robot_until_it_is_well(
     robot.run(seconds)
     assert all(command == STILL for command in robot.commands)
     troubles = {
-        s.name.partition(":")[0]: s.message for a in told for s in a.status if s.level == b"\x02"
+        s.name.partition(":")[0]: s.message
+        for a in diagnostics
+        for s in a.status
+        if s.level == b"\x02"
     }
     assert "no scan on /scan" in troubles["/local_costmap/local_costmap"]
     assert "the last scan on /scan is" in troubles["/collision_monitor"]

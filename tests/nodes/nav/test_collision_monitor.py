@@ -58,7 +58,7 @@ def states(robot: PlayedRobot) -> list[Any]:
     return robot.bench.collect(State, "/collision_monitor_state", qos.LATCHED)
 
 
-def told(messages: list[Any]) -> list[tuple[int, str]]:
+def actions(messages: list[Any]) -> list[tuple[int, str]]:
     return [(each.action_type, each.polygon_name) for each in messages]
 
 
@@ -69,10 +69,10 @@ def test_the_robot_stops_before_a_wall_and_may_drive_back(robot: PlayedRobot) ->
     drive(robot, 0.4, 7.0)
     assert robot.pose.x < 1.2 - 0.25
     assert robot.command.x < 0.06
-    assert told(changes) == [(State.APPROACH, "FootprintApproach")]
+    assert actions(changes) == [(State.APPROACH, "FootprintApproach")]
     drive(robot, -0.2, 1.0)
     assert robot.command.x == pytest.approx(-0.2)
-    assert told(changes)[-1] == (State.DO_NOTHING, "")
+    assert actions(changes)[-1] == (State.DO_NOTHING, "")
 
 
 def test_without_sight_the_robot_stands(robot: PlayedRobot) -> None:
@@ -84,7 +84,7 @@ def test_without_sight_the_robot_stands(robot: PlayedRobot) -> None:
     assert 0.0 < robot.command.x < 0.17
     drive(robot, 0.2, 0.16)
     assert robot.command == STILL
-    assert told(changes) == [(State.SLOWDOWN, "invalid source"), (State.STOP, "invalid source")]
+    assert actions(changes) == [(State.SLOWDOWN, "invalid source"), (State.STOP, "invalid source")]
     robot.sees = True
     drive(robot, -0.2, 0.4)
     assert robot.command.x == pytest.approx(-0.2)
@@ -151,7 +151,7 @@ def test_a_slow_scanner_is_not_taken_for_a_dead_one(robot: PlayedRobot) -> None:
 
 
 def test_a_scan_that_is_stamped_by_its_first_ray_slows_nothing(robot: PlayedRobot) -> None:
-    robot.scan_age = 0.14  # its own period, and the way here
+    robot.scan_age = 0.14  # its own period, and the delay to here
     drive(robot, 0.2, 1.0)
     robot.forget()
     drive(robot, 0.2, 1.0)

@@ -1,4 +1,4 @@
-"""explorer: drives to what is unknown until nothing is, and bears refusals."""
+"""explorer: drives to what is unknown until nothing is, and survives refusals."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class FakeNavigator(ManagedNode):
         self.spinner = self.keep(GoalServer(self, Spin, "spin", self._on_spin))
 
     def _admit(self, goal: Any) -> str | None:
-        return "told to" if self.refuses else None
+        return "by order" if self.refuses else None
 
     def _on_goal(self) -> None:
         goal = self.server.accept_pending() if self.server.preempt_requested else self.server.goal
@@ -118,7 +118,7 @@ def test_a_goal_is_kept_while_its_frontier_is_unseen(exploration: Exploration) -
     assert len(exploration.navigator.goals) == 1
 
 
-def test_a_frontier_that_was_seen_on_the_way_is_not_driven_to(exploration: Exploration) -> None:
+def test_a_frontier_that_was_seen_in_passing_is_not_driven_to(exploration: Exploration) -> None:
     exploration.hide((2.0, 5.5))
     exploration.robot.run(1.2)
     exploration.hide((-5.5, -2.0))
@@ -141,7 +141,7 @@ def test_it_is_done_once_nothing_is_unknown(exploration: Exploration) -> None:
     assert len(exploration.navigator.goals) == 1  # done is done
 
 
-def test_a_place_that_cannot_be_reached_is_not_gone_to_again(exploration: Exploration) -> None:
+def test_a_goal_that_cannot_be_reached_is_not_tried_again(exploration: Exploration) -> None:
     exploration.hide((2.0, 5.5))
     for _ in range(40):
         exploration.robot.run(1.0)
@@ -165,7 +165,7 @@ def test_a_refused_goal_is_asked_again(exploration: Exploration) -> None:
     assert len(exploration.navigator.goals) == 1
 
 
-def test_rest_cancels_the_goal_and_activity_goes_on(exploration: Exploration) -> None:
+def test_deactivation_cancels_the_goal_and_activation_continues(exploration: Exploration) -> None:
     exploration.hide((2.0, 5.5))
     exploration.robot.run(1.2)
     exploration.robot.transition("explorer", "deactivate")
@@ -178,7 +178,7 @@ def test_rest_cancels_the_goal_and_activity_goes_on(exploration: Exploration) ->
     assert len(exploration.navigator.goals) == 2
 
 
-def test_activity_after_the_end_begins_anew(exploration: Exploration) -> None:
+def test_activation_after_the_end_begins_again(exploration: Exploration) -> None:
     exploration.hide()
     exploration.robot.run(PATIENCE + 2.0)
     assert exploration.said.startswith("done")
@@ -199,7 +199,7 @@ def test_a_navigator_that_dies_and_comes_back_is_asked_again(exploration: Explor
     assert len(navigator.goals) == 1
 
 
-def test_time_set_back_starts_patience_anew(exploration: Exploration) -> None:
+def test_time_set_back_restarts_patience(exploration: Exploration) -> None:
     exploration.robot.run(50.0)
     exploration.hide()
     exploration.robot.run(PATIENCE - 0.5)

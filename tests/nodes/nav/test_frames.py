@@ -1,4 +1,4 @@
-"""Where the robot is: what is wrong with a transform is said with its cure."""
+"""The robot's pose: an error of a transform comes with its remedy."""
 
 from __future__ import annotations
 

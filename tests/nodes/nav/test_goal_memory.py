@@ -1,4 +1,4 @@
-"""Goals that outlive their process: kept in a file, gone on with once the place is known."""
+"""Goals that outlive their process: kept in a file, resumed once the pose is known."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def started(folder: Path, start: SE2 = IDENTITY, kept: bool = True) -> PlayedRob
 
 
 def killed(robot: PlayedRobot) -> SE2:
-    """End a robot's process as kill -9 does: no node is told; return where it was."""
+    """End a robot's process as kill -9 does: no node notices; return the robot's pose."""
     robot.bench.close()
     return robot.pose
 
@@ -54,7 +54,7 @@ def test_a_goal_is_gone_on_with_by_the_next_process(tmp_path: Path) -> None:
     third.close()
 
 
-def test_poses_on_the_way_are_gone_on_with(tmp_path: Path) -> None:
+def test_poses_before_the_last_are_resumed_with(tmp_path: Path) -> None:
     robot = started(tmp_path)
     robot.run(1.0)
     through(robot, SE2(1.5, 0.5), FAR)
@@ -113,9 +113,9 @@ def test_time_set_back_is_survived_where_that_is_asked_for(tmp_path: Path) -> No
     robot.run(3.0)
     assert not goal.done
     robot.localized = True
-    told = len(goal.feedback)
+    count = len(goal.feedback)
     robot.run(1.0)
-    assert len(goal.feedback) > told + 5
+    assert len(goal.feedback) > count + 5
     robot.run_until_done(goal, 20.0)
     assert goal.status == SUCCEEDED
     assert robot.pose.distance(GOAL) < TOLERANCE

@@ -114,12 +114,12 @@ def test_each_goal_of_a_storm_ends_once_and_the_next_is_reached(seed: int) -> No
 def test_goals_end_however_a_server_is_brought_down_and_up(name: str) -> None:
     robot = made(number_of_retries=0)
     storm = Storm(robot, 7)
-    for ways in (["deactivate"], ["deactivate", "cleanup", "configure"]) * 3:
+    for transitions in (["deactivate"], ["deactivate", "cleanup", "configure"]) * 3:
         storm.blow(5)
-        for transition in (*ways, "activate"):
+        for transition in (*transitions, "activate"):
             robot.transition(name, transition)
         robot.run(0.2)
-    forgotten = {GoalStatus.STATUS_UNKNOWN}  # by a server that was made anew
+    forgotten = {GoalStatus.STATUS_UNKNOWN}  # by a server that was made again
     assert {answer and answer.status for answer in storm.results()} <= ENDED | forgotten
     goal = go(robot, GOAL)
     robot.run_until_done(goal, 40.0)

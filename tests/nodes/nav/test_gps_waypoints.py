@@ -1,4 +1,4 @@
-"""follow_gps_waypoints: places on the earth become poses, by a datum or the first fix."""
+"""follow_gps_waypoints: points on the earth become poses, by a datum or the first fix."""
 
 from __future__ import annotations
 
@@ -49,15 +49,15 @@ def made() -> Iterator[Callable[..., PlayedRobot]]:
         robot.close()
 
 
-def fix(robot: PlayedRobot, place: GeoPoint, status: int = 0, frame: str = "base_link") -> None:
-    message = NavSatFix(latitude=place.latitude_deg, longitude=place.longitude_deg)
+def fix(robot: PlayedRobot, point: GeoPoint, status: int = 0, frame: str = "base_link") -> None:
+    message = NavSatFix(latitude=point.latitude_deg, longitude=point.longitude_deg)
     message.status.status = status
     message.header.frame_id = frame
     robot.bench.publish(NavSatFix, "gps/fix", message, qos.SENSOR_PUBLISHER)
 
 
-def geo_pose(place: GeoPoint, yaw: float) -> GeoPose:
-    position = GeoPointMsg(latitude=place.latitude_deg, longitude=place.longitude_deg)
+def geo_pose(point: GeoPoint, yaw: float) -> GeoPose:
+    position = GeoPointMsg(latitude=point.latitude_deg, longitude=point.longitude_deg)
     return GeoPose(position=position, orientation=quaternion(yaw))
 
 
@@ -70,7 +70,7 @@ def on_earth(field: MapOnEarth, heading: float, *stops: SE2) -> list[GeoPose]:
     return [geo_pose(field.to_earth(stop.x, stop.y), stop.theta + heading) for stop in stops]
 
 
-def test_places_are_driven_to_by_a_datum(made: Callable[..., PlayedRobot]) -> None:
+def test_points_are_driven_to_by_a_datum(made: Callable[..., PlayedRobot]) -> None:
     robot = made(**DATUM)
     goal = follow(robot, *on_earth(MapOnEarth(HERE, heading=HEADING), HEADING, *STOPS))
     robot.run_until_done(goal, 40.0)
@@ -93,7 +93,7 @@ def test_the_first_fix_says_where_the_map_lies(made: Callable[..., PlayedRobot])
 
 def test_without_fix_or_datum_it_says_what_is_missing(made: Callable[..., PlayedRobot]) -> None:
     robot = made()
-    fix(robot, HERE, frame="nowhere")  # of a receiver whose place is not known
+    fix(robot, HERE, frame="nowhere")  # of a receiver whose point is not known
     goal = follow(robot, geo_pose(HERE, 0.0))
     assert_failed(goal, UNKNOWN)
     assert "no fix has come on 'gps/fix'" in goal.result.error_msg
@@ -114,7 +114,7 @@ def test_without_fix_or_datum_it_says_what_is_missing(made: Callable[..., Played
         (GeoPose(orientation=Quaternion(w=0.0)), "gps_poses[1]: orientation: quaternion"),
     ],
 )
-def test_what_is_no_place_ends_it(
+def test_a_point_that_is_invalid_ends_it(
     made: Callable[..., PlayedRobot], pose: GeoPose, says: str
 ) -> None:
     robot = made(**DATUM)

@@ -86,14 +86,14 @@ def test_a_graph_that_cannot_be_read_leaves_the_last(
     assert robot.bench.call(SetRouteGraph, "route_server/set_route_graph", right).success
 
 
-def test_progress_is_told_until_the_last_node(robot: PlayedRobot) -> None:
+def test_progress_is_sent_until_the_last_node(robot: PlayedRobot) -> None:
     goal = ask(robot, True, start_id=0, goal_id=2)
     for x, y in ((0.0, 0.1), (0.1, 3.9), (2.0, 4.0), (3.5, 4.0)):
         robot.pose = SE2(x, y)
         robot.run(0.1)
     assert goal.status == SUCCEEDED
-    told = [(one.last_node_id, one.next_node_id, one.current_edge_id) for one in goal.feedback]
-    assert told == [(0, 0, 0), (0, 3, 3), (3, 2, 4), (2, 0, 0)]
+    progress = [(one.last_node_id, one.next_node_id, one.current_edge_id) for one in goal.feedback]
+    assert progress == [(0, 0, 0), (0, 3, 3), (3, 2, 4), (2, 0, 0)]
     assert goal.result.execution_duration.nanosec > 0
 
 
@@ -109,8 +109,8 @@ def test_a_closed_edge_ahead_leads_to_another_route(robot: PlayedRobot) -> None:
     robot.run(0.1)
     assert goal.feedback[-1].rerouted
     assert [node.nodeid for node in goal.feedback[-1].route.nodes] == [0, 1, 2]
-    dear = DynamicEdges.Request(opened_edges=[4], adjust_edges=[EdgeCost(edgeid=0, cost=90.0)])
-    assert robot.bench.call(DynamicEdges, edges, dear).success
+    costly = DynamicEdges.Request(opened_edges=[4], adjust_edges=[EdgeCost(edgeid=0, cost=90.0)])
+    assert robot.bench.call(DynamicEdges, edges, costly).success
     assert robot.bench.call(
         Trigger, "route_server/ReroutingService/reroute", Trigger.Request()
     ).success

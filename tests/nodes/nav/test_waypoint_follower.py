@@ -64,9 +64,9 @@ def visited(robot: PlayedRobot, goal: Goal, timeout: float) -> list[int]:
 
 
 def indices(goal: Goal) -> list[int]:
-    """Return the waypoints that feedback told of, without repetitions."""
-    told = [each.current_waypoint for each in goal.feedback]
-    return [k for i, k in enumerate(told) if told[i - 1 : i] != [k]]
+    """Return the waypoints that feedback names, without repetitions."""
+    indices = [each.current_waypoint for each in goal.feedback]
+    return [k for i, k in enumerate(indices) if indices[i - 1 : i] != [k]]
 
 
 def test_waypoints_are_driven_to_in_turn(robot: PlayedRobot) -> None:

@@ -1,4 +1,4 @@
-"""Waypoint tasks by any name: to wait, a picture, somebody's word, one of one's own."""
+"""Waypoint tasks by any name: to wait, a picture, a message, one of one's own."""
 
 from __future__ import annotations
 
