@@ -1,4 +1,4 @@
-"""How large what a message holds may be: far more than any robot needs, far less than hurts."""
+"""Limits of what a message holds: far more than any robot needs, far less than hurts."""
 
 from __future__ import annotations
 

@@ -58,13 +58,7 @@ class GoalOutcome:
 
 
 class GoalClient:
-    """Sends goals and hands back outcomes by callback; only the newest goal's outcome counts.
-
-    Args:
-        node: The node.
-        action_type: The action.
-        name: The action's name.
-    """
+    """Sends goals and hands back outcomes by callback; only the newest goal's outcome counts."""
 
     def __init__(self, node: ManagedNode, action_type: Any, name: str) -> None:
         self.name = name
@@ -90,7 +84,7 @@ class GoalClient:
 
         Args:
             goal: The goal.
-            on_outcome: Told how it ended.
+            on_outcome: Takes how it ended.
             on_feedback: Takes the feedback.
             yields: Whether a goal server of ours drops it where another goal runs.
         """

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import array
 import importlib
-import math
 from collections.abc import Callable, Iterator
 from functools import cache
 from operator import attrgetter
 from typing import Any
 
+import numpy as np
 from rosidl_parser import definition
 
 _INTEGERS = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
@@ -74,7 +74,7 @@ def _quicken(cls: Any) -> None:
             _quicken(interface(item))
     constructor = _constructor(template)
     constructor.__wrapped__ = cls.__init__
-    cls.__init__ = constructor
+    cls.__init__, cls.__getattr__ = constructor, _parts_when_read(template)
     for field, kind in fields_of(cls):
         slot = cls.__dict__[f"_{field}"]
         converted = isinstance(getattr(kind, "value_type", None), definition.BasicType)
@@ -83,64 +83,62 @@ def _quicken(cls: Any) -> None:
 
 
 def _constructor(template: Any) -> Any:
-    """Return the `__init__` of a message's type, whose defaults are what the message holds."""
-    known: dict[str, Any] = {"new": object.__new__, "unset": _UNSET}
+    """Return the `__init__` of a message's type; messages not given are made when they are read.
+
+    Arrays are made at once: rclpy reads into them.
+    """
+    known: dict[str, Any] = {"unset": _UNSET}
     arguments, lines = ["self", "*"], ["    self._check_fields = check_fields"]
+    for field, _ in fields_of(type(template)):
+        default = getattr(template, f"_{field}")
+        if _is_plain(default):
+            known[f"default_{field}"] = default
+            arguments.append(f"{field}=default_{field}")
+            lines.append(f"    self._{field} = {field}")
+        else:
+            arguments.append(f"{field}=unset")
+            lines += [f"    if {field} is not unset:", f"        self.{field} = {field}"]
+            if isinstance(default, array.array | np.ndarray):
+                known[f"default_{field}"] = default
+                made = f"default_{field}{'[:]' if isinstance(default, array.array) else '.copy()'}"
+                lines += ["    else:", f"        self._{field} = {made}"]
+    head = f"def __init__({', '.join(arguments)}, check_fields=False, **unknown):"
+    return _compiled("__init__", [head, *lines], known)
+
+
+def _is_plain(value: Any) -> bool:
+    return isinstance(value, int | float | str | bytes)
+
+
+def _parts_when_read(template: Any) -> Callable[[Any, str], Any]:
+    """Return the `__getattr__` of a message's type, which makes messages that were not given.
+
+    rclpy sets every message within one that it reads, so that most defaults would be unused.
+    """
+    makers: dict[str, Callable[[], Any]] = {}
     for field, kind in fields_of(type(template)):
         default = getattr(template, f"_{field}")
         if isinstance(kind, definition.NamespacedType):
-            made = [f"        {line}" for line in _made(default, 1, known)]
-            lines += [f"    if {field} is unset:", *made, f"        {field} = n1"]
-            lines.append(f"    self._{field} = {field}")
-        elif isinstance(getattr(kind, "value_type", None), definition.BasicType):
-            lines += [
-                f"    if {field} is unset:",
-                f"        self._{field} = {_constant(default, known)}",
-                "    else:",
-                f"        self.{field} = {field}",
-            ]
+            makers[field] = type(default)
         elif isinstance(default, list):
-            value = f"{_constant(default, known)} if {field} is unset else {field}"
-            lines.append(f"    self._{field} = {value}")
-        else:
-            arguments.append(f"{field}={_constant(default, known)}")
-            lines.append(f"    self._{field} = {field}")
-            continue
-        arguments.append(f"{field}=unset")
-    head = f"def __init__({', '.join(arguments)}, check_fields=False, **unknown):"
-    return _compiled("__init__", [head, *lines], known)
+            makers[field] = default.copy
+
+    def part(message: Any, name: str) -> Any:
+        make = makers.get(name.removeprefix("_"))
+        if make is None:
+            kind = type(message).__name__
+            raise AttributeError(f"'{kind}' object has no attribute '{name}'")
+        value = make()
+        setattr(message, f"_{name.removeprefix('_')}", value)
+        return value
+
+    return part
 
 
 def _compiled(name: str, lines: list[str], known: dict[str, Any]) -> Any:
     code = compile("\n".join(lines), "<message>", "exec")  # of the names of fields alone
     exec(code, known)  # noqa: S102
     return known[name]
-
-
-def _made(template: Any, depth: int, known: dict[str, Any]) -> list[str]:
-    """Return the lines that make `n` of a depth, a message that holds what another does."""
-    cls, here = type(template), f"n{depth}"
-    name = f"{cls.__name__}_{len(known)}"
-    known[name] = cls
-    lines = [f"{here} = new({name})", f"{here}._check_fields = False"]
-    for field, kind in fields_of(cls):
-        default = getattr(template, f"_{field}")
-        if isinstance(kind, definition.NamespacedType):
-            lines += [*_made(default, depth + 1, known), f"{here}._{field} = n{depth + 1}"]
-        else:
-            lines.append(f"{here}._{field} = {_constant(default, known)}")
-    return lines
-
-
-def _constant(value: Any, known: dict[str, Any]) -> str:
-    """Return the expression of a default, a copy where it can be changed."""
-    if isinstance(value, int | str | bytes) or (isinstance(value, float) and math.isfinite(value)):
-        return repr(value)
-    name = f"default_{len(known)}"
-    known[name] = value
-    if isinstance(value, float):
-        return name
-    return f"{name}[:]" if isinstance(value, list | array.array) else f"{name}.copy()"
 
 
 @cache

@@ -72,8 +72,8 @@ class Process:
         isolated: Whether nothing outside the process can see it or reach into it. Else discovery
             is on this machine only, unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
         namespace: The robot's namespace: all its nodes and topics are below, /tf and /clock too.
-        strict: Whether what a callback raises is raised by `drain`, for tests; else it is told and
-            counted, and the process goes on.
+        strict: Whether what a callback raises is raised by `drain`, for tests; else it is logged
+            and counted, and the process continues.
         beside: A process whose executor, place in the graph and guard it shares: of one that has
             several robots each has a clock, transforms and nodes below a namespace of its own.
         transport: How the nodes of an isolated process talk: `local` hands objects over, `dds` goes
@@ -83,7 +83,7 @@ class Process:
         clock: Its time; of the nodes of the local transport too, others have clocks of their own.
         transport: What the nodes make their publishers and services of; None for the middleware.
         guard: Where what a callback raises ends.
-        remarks: What of its nodes' parameters has no effect though safety hangs on it.
+        remarks: Parameters without effect on which safety depends.
         on_long_step: Called before a step that may rightly take long, with how long at most [s].
     """
 
@@ -158,10 +158,7 @@ class Process:
     def make_node(self, name: str, spun: bool = True, **options: Any) -> PlainNode:
         """Return a plain node that talks with the others of the process, for clients and tests.
 
-        Args:
-            name: Its name.
-            spun: Whether its callbacks run with those of the others.
-            options: As rclpy's Node takes them.
+        Its callbacks run with those of the others if `spun`; options are those of rclpy's Node.
         """
         node = PlainNode(self.transport, name, context=self.context, **options)
         if spun:
@@ -280,7 +277,7 @@ class Process:
             self.executor.spin_once(_DRAIN_STEP)
 
     def ok(self) -> bool:
-        """Tell whether the process has not been asked to stop."""
+        """Return whether the process has not been asked to stop."""
         return bool(self.context.ok())
 
     def close(self) -> None:

@@ -15,7 +15,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
 _LENGTH = 10  # as nav2_amcl's message filter
-_TELL_EVERY = 1000  # of what is lost, so that a log stays readable
+_LOG_EVERY = 1000  # of what is lost, so that a log stays readable
 _FRAME_PATIENCE = 1.0  # [s] in which the robot's frames appear, after the first message
 _ADOPTION = 3.0  # [s] after which the frame that is there takes the place of one that is not
 
@@ -45,26 +45,26 @@ class BaseFrames:
         self.node, self.fixed, self.base = node, fixed, base
         self._parameter, self._adopt = parameter, adopt
         self._first: float | None = None
-        self._told = False
+        self._reported = False
 
     def look(self, stamp: float) -> None:
-        """Say that nobody moves the base, and the cure, once a message of a time [s] has come."""
+        """Log that nobody moves the base, and the remedy, once a message of a time [s] has come."""
         self._first = stamp if self._first is None else min(self._first, stamp)
         waited = stamp - self._first
-        if self._told or waited < _FRAME_PATIENCE:
+        if self._reported or waited < _FRAME_PATIENCE:
             return
         problem = self.node.transforms.missing_base(self._parameter, self.base, self.fixed)
         if problem:
             there = self.node.transforms.base_below(self.fixed) if self._adopt else None
             if there is None:
-                self._told = True
+                self._reported = True
                 self.node.get_logger().error(problem)
             elif waited >= _ADOPTION:
                 self._take(there)
 
     def _take(self, there: str) -> None:
         """Use the frame that is there in place of the one that is not."""
-        self._told = True
+        self._reported = True
         self.node.get_logger().warning(
             f"{self._parameter} is '{self.base}', a frame that does not exist: '{there}' moves in"
             f" '{self.fixed}' and is used; set {self._parameter}: {there}"
@@ -139,10 +139,10 @@ class PosedQueue(Generic[T]):
         return newest > stamp
 
     def _drop(self, reason: str) -> None:
-        """Count what is lost; the first, and each that starts another thousand, is told."""
+        """Count what is lost; the first, and each that starts another thousand, is logged."""
         message = self._waiting.popleft()
         self.dropped += 1
-        if self.dropped % _TELL_EVERY == 1:
+        if self.dropped % _LOG_EVERY == 1:
             self._node.get_logger().warning(
                 f"{self._WHAT} dropped so far: {self.dropped}; the last, of "
                 f"{seconds(message.header.stamp):.3f} s, at {self._node.now:.3f} s: {reason}"
@@ -156,8 +156,8 @@ class ScanQueue(PosedQueue[Scan]):
 
     def _read(self, message: Any, frame: str) -> Scan:
         scan = scan_from_msg(message, self._lookup(self._frames.base, frame))
-        hangs = self._node.transforms.upside_down(self._frames.base, frame)
-        return scan.mirrored() if hangs else scan
+        inverted = self._node.transforms.upside_down(self._frames.base, frame)
+        return scan.mirrored() if inverted else scan
 
 
 class CloudQueue(PosedQueue[Cloud]):

@@ -14,13 +14,13 @@ from nav2_msgs.action import NavigateToPose
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros.convert import pose_stamped
-from arjuna_core.ros.health.faults import Faults
 from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.lockstep import LockStep
 from bringup.parameters import options
 from bringup.parameters.files import Parameters, merged, shipped_parameters
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
+from tests.helpers.faults import Faults
 from tests.helpers.nav.drives import Drive, placed
 from tests.helpers.nav.faults import BLIND, BORNE, SURVIVED, Trial
 

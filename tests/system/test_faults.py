@@ -17,10 +17,10 @@ from std_msgs.msg import String
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped
-from arjuna_core.ros.health.faults import Fault, Faults
 from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
+from tests.helpers.faults import Fault, Faults
 from tests.helpers.nav.faults import BLIND, BORNE, DEAD
 from tests.helpers.ros import RosBench
 from tests.system.test_navigation import on_map, truth

@@ -1,4 +1,4 @@
-"""What is and went wrong in a process, on /diagnostics once a second, a status for each node."""
+"""The state of a process on /diagnostics once a second, a status for each node."""
 
 from __future__ import annotations
 
@@ -12,43 +12,32 @@ from arjuna_core.ros.convert import header
 from arjuna_core.ros.health.guard import Guard
 from arjuna_core.timing import Periodic
 
-_RECENT = 10.0  # [s] that a status stays worse than OK after the last that went wrong
 _LEVELS = {"failed": DiagnosticStatus.ERROR, "refused": DiagnosticStatus.WARN}
 
 
 class Diagnostics:
-    """Tells what a guard counted, where somebody listens.
+    """Publishes what a guard counted, where somebody listens.
 
     Args:
         node: The process's own node.
-        guard: What counts.
+        guard: The process's.
+        recent: Time that a status stays worse than OK after the last that went wrong [s].
     """
 
-    def __init__(self, node: Any, guard: Guard) -> None:
-        self._node = node
-        self._guard = guard
+    def __init__(self, node: Any, guard: Guard, recent: float = 10.0) -> None:
+        self._node, self._guard, self._recent = node, guard, recent
         self._publisher = node.create_publisher(DiagnosticArray, "diagnostics", qos.DEFAULT)
         self._period = Periodic(1.0)
 
     def run_due(self, now: float, nodes: Iterable[Any], remarks: Iterable[str] = ()) -> None:
-        """Publish what is due at a time [s].
-
-        Args:
-            now: The process's time [s].
-            nodes: The nodes of the process.
-            remarks: What of the nodes' parameters has no effect though safety hangs on it.
-        """
+        """Publish what is due at a time [s], of the nodes and remarks of a process."""
         if self._period.due(now) and self._publisher.get_subscription_count():
             array = DiagnosticArray(header=header("", now))
             array.status = [self._status(node, now) for node in nodes]
             name = self._node.get_name()
+            about = {"name": f"{name}: parameters", "hardware_id": name}
             array.status += [
-                DiagnosticStatus(
-                    name=f"{name}: parameters",
-                    level=DiagnosticStatus.WARN,
-                    message=remark,
-                    hardware_id=name,
-                )
+                DiagnosticStatus(level=DiagnosticStatus.WARN, message=remark, **about)
                 for remark in remarks
             ]
             self._publisher.publish(array)
@@ -57,7 +46,7 @@ class Diagnostics:
         """Return a node's status: as bad as the worst of the last seconds, with all counts."""
         name = node.get_fully_qualified_name()
         tallies = [(s, t) for (node, s), t in self._guard.tallies.items() if node == name]
-        recent = [t for _, t in tallies if 0.0 <= now - t.at < _RECENT]
+        recent = [t for _, t in tallies if 0.0 <= now - t.at < self._recent]
         status = DiagnosticStatus(name=f"{name}: messages", hardware_id=self._node.get_name())
         status.level = max((_LEVELS[t.kind] for t in recent), default=DiagnosticStatus.OK)
         status.message = recent[-1].reason if recent else "all could be used"

@@ -1,4 +1,4 @@
-"""The one place where a callback's exception ends: told with its cause, counted, survived."""
+"""The one place where a callback's exception ends: logged with its cause, counted, survived."""
 
 from __future__ import annotations
 
@@ -9,16 +9,10 @@ from typing import Any
 
 from rclpy.executors import ExternalShutdownException
 
-_TELL_EVERY = 60.0  # [s] of the process's time, so that a log stays readable
-
 
 @dataclass(frozen=True)
 class Failure:
-    """What a guarded call returns in place of its result where it raised.
-
-    Attributes:
-        reason: What happened, one line.
-    """
+    """Returned by a guarded call that raised; the reason is one line."""
 
     reason: str
 
@@ -29,17 +23,16 @@ class Tally:
 
     Attributes:
         kind: `failed` where a callback raised, `refused` where a message was no valid one.
-        count: How often.
         reason: The latest one.
-        at: When the latest was [s].
-        told_at: When it was last logged [s].
+        at: Time of the latest [s].
+        logged_at: Time of the last that was logged [s].
     """
 
     kind: str
     count: int = 0
     reason: str = ""
     at: float = 0.0
-    told_at: float = 0.0
+    logged_at: float = 0.0
 
 
 class Guard:
@@ -47,25 +40,24 @@ class Guard:
 
     Args:
         now: Returns the process's time [s].
-        strict: Whether what a callback raises goes on, so that a test sees its author's mistake.
+        strict: Whether what a callback raises is raised on, so that a test shows the mistake.
+        log_every: Least time between two lines about the same thing, after the first [s].
 
     Attributes:
         tallies: What went wrong, by node and source.
     """
 
-    def __init__(self, now: Callable[[], float], strict: bool = False) -> None:
-        self._now = now
+    def __init__(
+        self, now: Callable[[], float], strict: bool = False, log_every: float = 60.0
+    ) -> None:
+        self._now, self._log_every = now, log_every
         self.strict = strict
         self.tallies: dict[tuple[str, str], Tally] = {}
 
     def call(self, node: Any, source: str, callback: Callable[..., Any], *arguments: Any) -> Any:
-        """Return what a callback returns, or a Failure where it raised.
+        """Return what a node's callback returns, or a Failure where it raised.
 
-        Args:
-            node: Whose callback it is; its log is told.
-            source: What called it, such as a topic.
-            callback: What may raise.
-            arguments: What it is given.
+        The source, such as a topic, is named in the node's log.
         """
         try:
             return callback(*arguments)
@@ -83,13 +75,9 @@ class Guard:
         callback: Callable[..., Any],
         otherwise: Callable[..., Any],
     ) -> Callable[..., Any]:
-        """Return a callback whose exceptions end here.
+        """Return a node's callback whose exceptions end here.
 
-        Args:
-            node: Whose callback it is; its log is told.
-            source: What calls it, such as a topic.
-            callback: What may raise.
-            otherwise: Called with the reason and the arguments where it did, for what to return.
+        `otherwise` is called with the reason and the arguments where it raised, for what to return.
         """
 
         def run(*arguments: Any) -> Any:
@@ -124,11 +112,11 @@ class Guard:
         tally.kind, tally.reason, tally.at = kind, reason, now
         if tally.count == 1:
             text = f"{source} {kind}: {cause}"
-        elif not 0.0 <= now - tally.told_at < _TELL_EVERY:
+        elif not 0.0 <= now - tally.logged_at < self._log_every:
             text = f"{source} {kind}, {tally.count} times so far; the last: {reason}"
         else:
             return
-        tally.told_at = now
+        tally.logged_at = now
         if kind == "failed":
             node.get_logger().error(text)
         else:

@@ -89,13 +89,7 @@ class Guarded(Doors):
         callback: Callable[..., Any],
         otherwise: Callable[..., Any] = lambda reason, *arguments: None,
     ) -> Callable[..., Any]:
-        """Return a callback whose exceptions end in the process's guard.
-
-        Args:
-            source: What calls it, for the log.
-            callback: What may raise.
-            otherwise: Called with the reason and the arguments where it did, for what to return.
-        """
+        """Return a callback whose exceptions end in the process's guard; see `Guard.guarded`."""
         return self.guard.guarded(self, source, callback, otherwise)
 
     def answering(self, name: str, callback: Callable[..., Any]) -> Callable[..., Any]:
@@ -147,14 +141,7 @@ class Guarded(Doors):
 
 
 class GuardedNode(Guarded, Node):
-    """A plain rclpy node whose callbacks are guarded.
-
-    Args:
-        guard: The process's.
-        name: The node's name.
-        transport: The process's; None for the middleware.
-        options: As rclpy's Node takes them.
-    """
+    """A plain rclpy node whose callbacks are guarded; options are those of rclpy's Node."""
 
     def __init__(
         self, guard: Guard, name: str, transport: Registry | None = None, **options: Any

@@ -29,14 +29,7 @@ _NANO = 1_000_000_000
 
 
 def action_client(node: Any, action_type: Any, name: str, **profiles: Any) -> Any:
-    """Return an action client of the transport that a node speaks through.
-
-    Args:
-        node: The node.
-        action_type: The action.
-        name: Its name.
-        profiles: QoS of its parts, as rclpy's ActionClient takes them.
-    """
+    """Return an action client of a node's transport; profiles are those of rclpy's ActionClient."""
     if getattr(node, "transport", None) is None:
         return ActionClient(node, action_type, name, **profiles)
     return LocalActionClient(node, action_type, name)
@@ -187,18 +180,7 @@ class LocalGoalHandle:
 
 
 class LocalActionServer:
-    """An action's server whose goals stay executing until `finish`.
-
-    Args:
-        node: The node.
-        action_type: The action.
-        name: Its name.
-        goal_callback: Given a goal, says whether it is accepted.
-        handle_accepted_callback: Takes the handle of one that was.
-        cancel_callback: Given a handle, says whether it may be cancelled.
-        result_timeout: How long a result is kept [s].
-        options: What rclpy's server needs beyond.
-    """
+    """An action's server whose goals stay executing until `finish`; arguments are rclpy's."""
 
     def __init__(
         self,

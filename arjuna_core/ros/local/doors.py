@@ -178,13 +178,7 @@ class Doors:
 
 
 class PlainNode(Doors, Node):
-    """A plain node of a process, for clients, listeners and tests.
-
-    Args:
-        transport: The process's; None for the middleware.
-        name: The node's name.
-        options: As rclpy's Node takes them.
-    """
+    """A plain node of a process, for clients, listeners and tests; options are rclpy's."""
 
     def __init__(self, transport: Registry | None, name: str, **options: Any) -> None:
         self.transport = transport

@@ -15,15 +15,7 @@ Respond = Callable[[Any], None]
 
 
 class LocalService:
-    """The end of a service that answers; what rclpy's Service is to its owner.
-
-    Args:
-        registry: The process's.
-        node: The node that answers.
-        srv_type: The service's type.
-        srv_name: The service's full name.
-        callback: Given a request and a fresh response; returns the response.
-    """
+    """The end of a service that answers; what rclpy's Service is to its owner."""
 
     def __init__(
         self,
@@ -69,14 +61,7 @@ class DeferredService(LocalService):
 
 
 class LocalClient:
-    """The end of a service that asks; what rclpy's Client is to its owner.
-
-    Args:
-        registry: The process's.
-        node: The node that asks.
-        srv_type: The service's type.
-        srv_name: The service's full name.
-    """
+    """The end of a service that asks; what rclpy's Client is to its owner."""
 
     def __init__(self, registry: Registry, node: Any, srv_type: Any, srv_name: str) -> None:
         self._registry = registry

@@ -22,15 +22,6 @@ class LocalSubscription:
     Of more than its QoS's depth the oldest are lost. A raw one, of a node that no executor runs,
     is emptied by `take_message`.
 
-    Args:
-        registry: The process's.
-        node: The node that listens.
-        msg_type: The topic's type.
-        topic_name: The topic's full name.
-        callback: Takes each message, or its bytes.
-        qos_profile: What is asked of publishers.
-        raw: Whether messages come as bytes.
-
     Attributes:
         waiting: Messages, why they cannot be used, and whether a node of ours made them; or bytes,
             and their numbers.
@@ -94,13 +85,6 @@ class LocalPublisher:
 
     Those who listen share each message, which nobody changes: of a trusted publisher the message
     itself, of others a copy.
-
-    Args:
-        registry: The process's.
-        node: The node that publishes.
-        msg_type: The topic's type.
-        topic_name: The topic's full name.
-        qos_profile: What is offered; TRANSIENT_LOCAL keeps the last for those who come late.
 
     Attributes:
         readers: The subscriptions that it sends to.

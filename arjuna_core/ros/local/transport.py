@@ -106,8 +106,6 @@ class LocalExecutor:
 
 
 _WATCH = "ARJUNA_WATCH_MESSAGES"
-_WATCHED = 500
-"""Messages that are looked at again, so that one that is used again by its publisher is found."""
 
 
 class ChangedMessageError(ArjunaError):
@@ -169,11 +167,7 @@ class Registry:
         return UUID(uuid=np.frombuffer(number, np.uint8))
 
     def message_info(self, count: int) -> dict[str, int]:
-        """Return the numbers of a message, of which rclpy's raw subscriptions tell.
-
-        Args:
-            count: Its publisher's number of it.
-        """
+        """Return the numbers that rclpy gives with raw messages, for its publisher's count."""
         number = next(self._numbers)
         return {
             "publication_sequence_number": count,
@@ -181,28 +175,21 @@ class Registry:
             "source_timestamp": number,
         }
 
-    def watch(self, topic: str, message: Any) -> None:
-        """Note a message that was sent.
+    def watch(self, topic: str, message: Any, depth: int = 500) -> None:
+        """Note a message that was sent, and compare the one that was `depth` messages before.
 
         Raises:
             ChangedMessageError: An earlier one is not as it was.
         """
         self._watched.append((topic, message, to_cdr(message)))
-        if len(self._watched) > _WATCHED:
+        if len(self._watched) > depth:
             changed, earlier, data = self._watched.popleft()
             if to_cdr(earlier) != data:
                 raise ChangedMessageError(f"a message of '{changed}' was changed after it was sent")
 
 
 class LocalTimer:
-    """What rclpy's Timer is to its owner; of several periods that pass at once one is run.
-
-    Args:
-        registry: The process's.
-        period: [s].
-        callback: What is called.
-        clock: Whose time counts.
-    """
+    """What rclpy's Timer is to its owner; of several periods that pass at once one is run."""
 
     def __init__(
         self, registry: Registry, period: float, callback: Callable[[], Any], clock: Any

@@ -6,7 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from arjuna_core.ros.convert import seconds, time_msg
-from arjuna_core.ros.health.faults import Fault
+from tests.helpers.faults import Fault
 
 DEAD = Fault(drop=1.0)
 _BACK = 5.0  # [s]
