@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_sim.files.meshes.mesh_tag import mesh_shape
-from arjuna_sim.files.meshes.solids import cone, prism, read_heights
+from arjuna_sim.files.meshes import mesh_shape
 from arjuna_sim.files.sdf.includes import leaving_out
+from arjuna_sim.files.sdf.solids import cone, prism, read_heights
 from arjuna_sim.files.tag_text import gazebo_colour
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import GREY, Kind, Mesh, Shape, Terrain

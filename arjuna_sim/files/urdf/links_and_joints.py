@@ -13,7 +13,7 @@ import numpy as np
 
 from arjuna_core.errors import RobotError, nearest
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.meshes.mesh_tag import mesh_shape
+from arjuna_sim.files.meshes import mesh_shape
 from arjuna_sim.files.robots.rules import (
     check_mimics,
     checked_joint,

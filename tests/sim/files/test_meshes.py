@@ -13,8 +13,8 @@ from scipy.spatial import ConvexHull, Delaunay
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
-from arjuna_sim.files.meshes.solids import cone, prism
-from arjuna_sim.files.meshes.triangles import MeshError, read_mesh
+from arjuna_sim.files.meshes import MeshError, read_mesh
+from arjuna_sim.files.sdf.solids import cone, prism
 from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.geometry.convex_pieces import hull, pieces
@@ -26,7 +26,9 @@ DAE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="
 <asset><unit meter="0.5"/><up_axis>Y_UP</up_axis></asset>
 <library_geometries><geometry id="g"><mesh>
   <source id="p"><float_array id="a" count="{count}">{numbers}</float_array>
-    <technique_common><accessor source="#a" stride="3"/></technique_common></source>
+    <technique_common><accessor source="#a" count="{corners}" stride="3">
+      <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
+    </accessor></technique_common></source>
   <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
   <triangles count="{faces}"><input semantic="VERTEX" source="#v" offset="0"/>
     <p>{order}</p></triangles>
@@ -61,7 +63,13 @@ def _write(folder: Path, form: str, triangles: NDArray[np.float64]) -> Path:
     elif form == "dae":
         numbers = " ".join(str(v) for v in (points * 2 - (2, 0, 0)).ravel())
         order = " ".join(str(i) for i in range(len(points)))
-        text = DAE.format(count=points.size, numbers=numbers, faces=len(triangles), order=order)
+        text = DAE.format(
+            count=points.size,
+            corners=len(points),
+            numbers=numbers,
+            faces=len(triangles),
+            order=order,
+        )
         path.write_text(text, encoding="utf-8")
     else:
         path.write_bytes(_binary_stl(triangles))

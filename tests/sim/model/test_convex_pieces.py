@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.meshes.solids import prism
+from arjuna_sim.files.sdf.solids import prism
 from arjuna_sim.model.geometry.convex_pieces import CUBE, hull, pieces, surface
 from arjuna_sim.model.geometry.shapes import Kind, Mesh, Part, Shape, Terrain, circle, corners
 from arjuna_sim.model.geometry.walls import surfaces

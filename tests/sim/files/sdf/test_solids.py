@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arjuna_sim.files.meshes import solids
-from arjuna_sim.files.meshes.solids import cone, prism
+from arjuna_sim.files.sdf import solids
+from arjuna_sim.files.sdf.solids import cone, prism
 
 L = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
 COMB = [

@@ -1,0 +1,297 @@
+"""Meshes that robots and worlds refer to: STL, OBJ and COLLADA, read by trimesh."""
+
+from __future__ import annotations
+
+import io
+import struct
+from functools import cache
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import (  # parsing is defusedxml's
+    Element,
+    ParseError,
+    SubElement,
+    register_namespace,
+    tostring,
+)
+
+import numpy as np
+from defusedxml import DefusedXmlException
+from numpy.typing import NDArray
+
+from arjuna_core.errors import InputFileError
+from arjuna_sim.files.xml_file import XmlFile, parse_xml
+from arjuna_sim.model.geometry.convex_pieces import surface
+from arjuna_sim.model.geometry.shapes import Kind, Mesh, Shape
+from arjuna_sim.model.notes import NoteKind
+
+MESH_SUFFIXES = (".dae", ".obj", ".stl")
+# Bounds on hostile files: what still loads within a few seconds and 500 MB.
+_BYTES_MAX = 60_000_000
+_TEXT_MAX = 20_000_000  # bytes of text, in lines:
+_LINES_MAX = 600_000
+_FACES_MAX = 1_000_000
+_DEPTH_MAX = 64  # of COLLADA's nodes
+_PLACED_MAX = 10_000  # geometries that COLLADA's nodes place
+_STL_HEADER, _STL_FACE = 84, 50  # bytes of binary STL
+_REACH_MAX = 1e5  # [m]
+_SURFACE_MIN = 1e-9  # [m^2]
+_BROKEN = (ValueError, LookupError, AttributeError, TypeError, OverflowError, struct.error)
+"""What readers raise where a file is broken."""
+
+
+class MeshError(InputFileError):
+    """A mesh cannot be read."""
+
+
+def mesh_shape(
+    xml: XmlFile, uri: str, scale: str, place: str, part: str = "", centred: bool = False
+) -> Shape | None:
+    """Read a mesh; None (and a note) where it is missing, of a foreign form, or broken and drawn.
+
+    Args:
+        xml: The file that refers to it.
+        uri: Path or URI of the mesh.
+        scale: Three numbers.
+        place: Position in the file; of a visual it ends in `visual`.
+        part: Name of the part of it that is meant; "" for all of it.
+        centred: Whether that part is put about its own middle.
+
+    Raises:
+        InputFileError: A mesh that collides is broken, or the scale is no scale.
+    """
+    size = xml.numbers(scale, 3, f"{place} scale")
+    if 0.0 in size:
+        raise xml.fail(f"{place} scale", f"{scale!r} must not be zero")
+    path = xml.find(uri, place)
+    if path is None:
+        xml.note(f"{place}: mesh '{uri}' does not exist, so it is left out", NoteKind.MISSING)
+        return None
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        xml.note(
+            f"{place}: mesh '{uri}' left out; simulated are {', '.join(MESH_SUFFIXES)}",
+            NoteKind.UNSUPPORTED,
+        )
+        return None
+    try:
+        mesh = _mesh(xml, path, part, centred, f"{place}: mesh '{uri}'")
+    except MeshError as error:
+        if not place.endswith("visual"):
+            raise xml.fail(place, f"mesh '{uri}' {error.problem}") from error
+        xml.note(f"{place}: mesh '{uri}' {error.problem}, so it is not drawn")
+        return None
+    reach = mesh.reach * max(map(abs, size))
+    if not reach <= _REACH_MAX:
+        raise xml.fail(place, f"mesh '{uri}' is {reach:.3g} m large; valid: up to {_REACH_MAX:g}")
+    if not surface(mesh.triangles * size) > _SURFACE_MIN:
+        xml.note(f"{place}: mesh '{uri}' has no surface, so it is left out", NoteKind.BROKEN)
+        return None
+    return Shape(Kind.MESH, size, mesh)
+
+
+def _mesh(xml: XmlFile, path: Path, part: str, centred: bool, place: str) -> Mesh:
+    """Return a mesh or a part of it, each read once."""
+    key = path.with_name(f"{path.name}#{part}{'~' * centred}") if part else path
+    if key in xml.meshes:
+        return xml.meshes[key]
+    triangles = read_mesh(path, part)
+    if part and not len(triangles):
+        xml.note(f"{place} has no part '{part}': all of it is taken")
+        triangles = read_mesh(path)
+    if centred:
+        points = triangles.reshape(-1, 3)
+        triangles = triangles - (points.min(axis=0) + points.max(axis=0)) / 2
+    resolved = path.resolve()
+    xml.meshes[key] = Mesh(resolved.with_name(key.name) if part else resolved, triangles)
+    return xml.meshes[key]
+
+
+def read_mesh(path: Path, part: str = "") -> NDArray[np.float64]:
+    """Return a mesh's triangles.
+
+    Args:
+        path: A `.stl` (binary or text), `.obj` or `.dae` file.
+        part: Name of an object, group, node or geometry in it; "" for all of it. Without such a
+            part there are no triangles.
+
+    Returns:
+        Corners `(N, 3, 3) float64`, in the file's units; COLLADA in metres. Its `<up_axis>` is left
+        out, as Gazebo leaves it out: its worlds are made for that.
+
+    Raises:
+        MeshError: The file is unreadable, broken, empty, too large or not finite.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in MESH_SUFFIXES:
+        raise MeshError(path, f"has the form '{suffix}'; valid: {', '.join(MESH_SUFFIXES)}")
+    try:
+        size = path.stat().st_size
+        if size > _BYTES_MAX:
+            raise MeshError(path, f"has {size} bytes; at most {_BYTES_MAX} are read")
+        content = path.read_bytes()
+    except OSError as error:
+        raise MeshError(path, f"cannot be read: {error.strerror}") from error
+    try:
+        prepared = {".stl": _stl, ".obj": _obj, ".dae": _collada}[suffix](content, part)
+        triangles = _loaded(prepared, suffix) if prepared else np.zeros((0, 3, 3))
+    except IndexError as error:
+        raise MeshError(
+            path, "is a broken mesh: a face names a corner that does not exist"
+        ) from error
+    except _BROKEN as error:
+        raise MeshError(path, f"is a broken mesh: {' '.join(str(error).split())}") from error
+    if len(triangles) == 0 and part:
+        return triangles
+    if len(triangles) == 0:
+        raise MeshError(path, "is a broken mesh: it has no triangles")
+    if len(triangles) > _FACES_MAX:
+        raise MeshError(path, f"has {len(triangles)} triangles; at most {_FACES_MAX} are read")
+    if not (np.isfinite(triangles).all() and np.abs(triangles).max() < 1e9):
+        raise MeshError(path, "is a broken mesh: its corners must be finite, below 1e9")
+    return triangles
+
+
+def _loaded(content: bytes, suffix: str) -> NDArray[np.float64]:
+    """Return the triangles of a whole file, as trimesh reads them.
+
+    Raises:
+        ValueError: It is broken; other exceptions of `_BROKEN` say the same.
+    """
+    import trimesh  # takes 0.8 s
+    from collada.common import DaeError
+
+    options: dict[str, Any] = {"process": False, "maintain_order": True, "skip_materials": True}
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is refused by the caller
+            scene = trimesh.load_scene(
+                io.BytesIO(content), suffix[1:], ignore_broken=False, **options
+            )
+            if not scene.geometry:
+                return np.zeros((0, 3, 3))
+            whole: Any = scene.to_geometry()
+            triangles = np.asarray(whole.triangles, np.float64)
+    except DaeError as error:
+        raise ValueError(str(error)) from error
+    units = scene.units or "meters"
+    return triangles * (float(units.partition(" * ")[0]) if " * " in units else 1.0)
+
+
+def _stl(content: bytes, part: str) -> bytes:
+    """Return STL without what follows its last face; text is known by its size or beginning."""
+    if part:
+        return b""
+    if len(content) >= _STL_HEADER:
+        (count,) = struct.unpack_from("<I", content, 80)
+        end = _STL_HEADER + _STL_FACE * count
+        if len(content) == end or (len(content) > end and not content.startswith(b"solid")):
+            return content[:end]
+    if not content.lstrip().startswith(b"solid"):
+        raise ValueError("it is cut off")
+    return _text(content).strip().encode()
+
+
+def _text(content: bytes) -> str:
+    """Return a text, as long as it can be read at once."""
+    count = content.count(b"\n")
+    if len(content) > _TEXT_MAX or count > _LINES_MAX:
+        problem = f"it has {len(content)} bytes of text in {count} lines; valid: up to"
+        raise ValueError(f"{problem} {_TEXT_MAX} bytes in {_LINES_MAX} lines")
+    return content.decode("utf-8", "replace")
+
+
+def _obj(content: bytes, part: str) -> bytes:
+    """Return Wavefront OBJ with the faces of an object or group alone, and without materials.
+
+    Faces count from the first corner: trimesh takes those that count back from the last of all.
+    """
+    names: set[str] = set()
+    kept, count, has_faces = [], 0, False
+    for line in _text(content).splitlines():
+        words = line.split()
+        if words[:1] in (["o"], ["g"]):
+            names = set(words[1:])
+        elif len(words) >= 4 and words[0] == "v":
+            kept.append(" ".join(words[:4]))
+            count += 1
+        elif len(words) >= 4 and words[0] == "f" and (not part or part in names):
+            ring = [int(word.partition("/")[0]) for word in words[1:]]
+            ring = [i if i > 0 else count + 1 + i for i in ring]
+            if min(ring) < 1:
+                raise ValueError("a face names a corner that does not exist")
+            kept.append(" ".join(("f", *map(str, ring))))
+            has_faces = True
+    return "\n".join(kept).encode() if has_faces else b""
+
+
+def _collada(content: bytes, part: str) -> bytes:
+    """Return COLLADA that was parsed safely, with the geometries of a part alone.
+
+    Source: Khronos, COLLADA 1.4.1 specification, chapter 10 (scenes).
+    """
+    if len(content) > _TEXT_MAX:
+        raise ValueError(f"it has {len(content)} bytes; valid: up to {_TEXT_MAX}")
+    try:
+        root = parse_xml(content)
+    except ParseError as error:
+        raise ValueError(f"line {error.position[0]}: broken XML: {error.msg}") from error
+    except DefusedXmlException as error:
+        raise ValueError(f"declares a DTD or entities ({type(error).__name__})") from error
+    space = root.tag[: root.tag.rfind("}") + 1]
+    nodes = {node.get("id", ""): node for node in root.iter(f"{space}node")}
+    geometries = list(root.iter(f"{space}geometry"))
+    scenes = list(root.iter(f"{space}visual_scene"))
+    if sum(_placed(space, nodes, scene) for scene in scenes) > _PLACED_MAX:
+        raise ValueError(f"it places more than {_PLACED_MAX} geometries")
+    if part:
+        _keep_part(space, root, geometries, part)
+    kinds = (f".//{space}instance_geometry", f".//{space}instance_node")
+    is_placed = any(scene.find(kind) is not None for scene in scenes for kind in kinds)
+    if not is_placed and part:
+        return b""
+    if not is_placed:
+        scenes = [_scene_of_all(space, root, geometries)]
+    elif not part and root.find(f"{space}scene") is not None:
+        return content
+    if root.find(f"{space}scene") is None:
+        scene = SubElement(root, f"{space}scene")
+        SubElement(scene, f"{space}instance_visual_scene", url=f"#{scenes[0].get('id')}")
+    register_namespace("", space.strip("{}"))  # which pycollada expects without a prefix
+    return bytes(tostring(root))
+
+
+def _placed(space: str, nodes: dict[str, Element], scene: Element) -> int:
+    """Return how many geometries a scene places, counted once a node."""
+
+    @cache
+    def count(node: Element, depth: int) -> int:
+        if depth > _DEPTH_MAX:
+            raise ValueError("its nodes are nested too deeply or form a cycle")
+        own = len(node.findall(f"{space}instance_geometry"))
+        urls = (i.get("url", "")[1:] for i in node.findall(f"{space}instance_node"))
+        inner = [*node.findall(f"{space}node"), *(nodes[url] for url in urls if url in nodes)]
+        return own + sum(count(child, depth + 1) for child in inner)
+
+    return count(scene, 0)
+
+
+def _keep_part(space: str, root: Element, geometries: list[Element], part: str) -> None:
+    """Take out the instances of geometries that neither their node nor they name as a part."""
+    names = {g.get("id", ""): g.get("name") for g in geometries}
+    for node in root.iter(f"{space}node"):
+        for instance in node.findall(f"{space}instance_geometry"):
+            geometry = instance.get("url", "").lstrip("#")
+            own = (node.get("name"), node.get("id"), geometry, names.get(geometry))
+            if part not in own:
+                node.remove(instance)
+
+
+def _scene_of_all(space: str, root: Element, geometries: list[Element]) -> Element:
+    """Add a scene that places each geometry once, and return it."""
+    library = SubElement(root, f"{space}library_visual_scenes")
+    scene = SubElement(library, f"{space}visual_scene", id="all")
+    node = SubElement(scene, f"{space}node", id="all_geometries")
+    for geometry in geometries:
+        SubElement(node, f"{space}instance_geometry", url=f"#{geometry.get('id')}")
+    for old in root.findall(f"{space}scene"):
+        root.remove(old)
+    return scene

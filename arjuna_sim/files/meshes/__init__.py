@@ -1,1 +1,0 @@
-"""Meshes: STL, OBJ and COLLADA."""
