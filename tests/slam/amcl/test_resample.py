@@ -8,12 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from arjuna_slam.amcl.belief import (
-    effective_count,
-    kld_count,
-    kld_indices,
-    low_variance_indices,
-)
+from arjuna_slam.amcl.belief import effective_count, kld_count, kld_indices, low_variance_indices
 from arjuna_slam.amcl.clusters import bin_centres, connect, find_clusters, to_bins
 
 

@@ -49,12 +49,14 @@ def test_a_new_keyframe_hangs_on_one_at_most_four_metres_back() -> None:
         submap.insert(10 + k, SEEN, pose, tears.get(k, NONE))
         assert submap.way == pytest.approx(way)
         assert (submap.anchor, submap.nodes[-1], submap.poses[-1]) == (10, 10 + k, pose)
-        post, T_post_base, blur = submap.hang(SE2(way + 0.3, 0.1, 0.0))
+        post, T_post_base, unseen_since = submap.constraint_to(SE2(way + 0.3, 0.1, 0.0))
         assert post == 10 + posts[k]
         back = way - sum(steps[: posts[k] + 1])
         assert T_post_base.array() == pytest.approx((0.1, -0.3 - back, -math.pi / 2))
         x, y, heading = blurs[k].diagonal()
-        np.testing.assert_allclose(blur, np.diag([y, x, heading]), atol=1e-12)  # in its own axes
+        np.testing.assert_allclose(
+            unseen_since, np.diag([y, x, heading]), atol=1e-12
+        )  # in its own axes
     np.testing.assert_allclose(submap.bend, tears[7])  # a heading that nothing has seen
     assert submap.nearest(SE2(1.6, 2.0, 0.0)) == (11, SE2(1.5, 0.0, math.pi / 2))
 
@@ -82,13 +84,13 @@ def test_keyframes_that_were_forgotten_are_followed(
     submap = Submap(Field(0.05, 0.05))
     for k in range(7):
         submap.insert(k, SEEN, SE2(float(k), 0.0, 0.0))
-    assert submap.hang(IDENTITY)[0] == 4
+    assert submap.constraint_to(IDENTITY)[0] == 4
     keep = ~np.isin(np.arange(7), gone)
     index = np.where(keep, np.cumsum(keep) - 1, -1)
     submap.renumber(index)
     assert submap.nodes == nodes
     assert [pose.x for pose in submap.poses] == np.flatnonzero(keep).tolist()
-    assert submap.hang(IDENTITY)[0] == index[post]
+    assert submap.constraint_to(IDENTITY)[0] == index[post]
 
 
 @pytest.mark.parametrize(
